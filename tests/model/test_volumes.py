@@ -10,6 +10,9 @@ import pytest
 from shellmb.errors import SceneError
 from shellmb.running.execute import RunResult, execute
 from shellmb.scene import (
+    Clamped,
+    Cylinder,
+    Disc,
     EnclosedVolume,
     Fixed,
     Gas,
@@ -191,6 +194,12 @@ def test_what_encloses_no_volume_is_refused() -> None:
         execute(replace(octant(volumes=fluid), supports=PLANES[:2]))
     with pytest.raises(SceneError, match=r"it is open at .* origin \(0.0, 0.0, 1.0\)"):
         execute(octant(volumes=EnclosedVolume("water", origin=(0, 0, 1.0))))
+    # the volume under two lids is not that of the cones over the wall
+    tube = Shell("tube", Cylinder(1.0, 1.0, angles=(0, 360)), SKIN, mesh=(6, 2))
+    lids = {"supports": [Clamped("bottom"), Clamped("top")]}
+    middle = EnclosedVolume("water", origin=(0, 0, 0.5), change=lambda t: t)
+    with pytest.raises(SceneError, match=r"edges that do not move are in no common plane through"):
+        execute(Scene("tube", tube, volumes=middle, **lids))
     with pytest.raises(SceneError, match="gas and change are given"):
         EnclosedVolume("both", gas=Gas(1.0), change=lambda t: t)
     with pytest.raises(SceneError, match=r"exponent is 0\.5"):
@@ -207,3 +216,33 @@ def test_a_gas_that_sets_a_shell_in_motion_is_no_false_alarm() -> None:
     run = execute(octant(volumes=gas, scheme="ep", dt=0.02, t_end=0.06))
     assert run.history["kinetic_energy"].max() > 0.01
     assert run.summary["warnings"] == []
+
+
+def test_a_clamped_dome_stands_on_its_plane() -> None:
+    dome = Shell("dome", Sphere(1.0), SKIN, mesh=(2, 2))
+    oil = EnclosedVolume("oil", change=lambda t: 0.01 * t)
+    found = columns(execute(Scene("dome", dome, supports=Clamped("top"), volumes=oil, dt=1.0)))
+    assert found["oil.volume"][0] == pytest.approx(2 * math.pi / 3, rel=4e-3)
+    assert found["oil.pressure"][-1] > 0
+
+
+def test_a_can_with_a_held_rim_is_closed_by_its_bottom() -> None:
+    tube = Shell("tube", Cylinder(1.0, 1.0, angles=(0, 360)), SKIN, mesh=(8, 2))
+    bottom = Shell("bottom", Disc(1.0), SKIN, mesh=(2, 2))
+    # a point of the lid's plane that is far from the bottom's
+    EnclosedVolume("oil", ("tube", "bottom"), change=lambda t: 0.01 * t, origin=(0, 0, 1))
+    can = Scene(
+        "can",
+        [tube, bottom],
+        joins=Join("tube", "bottom", "bottom", "top"),
+        supports=[Clamped("bottom", body="tube"), SymmetryPlane("top", (0, 0, 1), body="tube")],
+        # a point of the lid's plane that is far from the bottom's
+        volumes=EnclosedVolume(
+            "oil", ("tube", "bottom"), change=lambda t: 0.01 * t, origin=(0, 0, 1)
+        ),
+        dt=1.0,
+    )
+    found = columns(execute(can))
+    # both have normals to opposite sides; the mesh is within 1 %
+    assert found["oil.volume"][0] == pytest.approx(math.pi, rel=1e-2)
+    assert found["oil.pressure"][-1] > 0

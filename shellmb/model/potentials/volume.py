@@ -51,6 +51,8 @@ TOGETHER = 1e-7
 OPEN = 1e-9
 # a volume below this part of that of a cube with the area is none
 FLAT = 1e-9
+# sine of the angle of directions that count as one
+ALIKE = 1e-6
 # shells of one volume: all combinations of their sides are tried
 MOST = 16
 
@@ -332,37 +334,51 @@ def _sides(
     Raises:
         SceneError: If there are none such; names the place.
     """
-    comm = shells[0].mixed.space.mesh.comm
+    comm, names = shells[0].mixed.space.mesh.comm, said(item)
+    if len(shells) > MOST:
+        raise SceneError(f"{names}: {len(shells)} shells; they must be {MOST} at most")
     least = OPEN * length**2
     rows = [_free(s, *lid, prescribed, least) for s, lid in zip(shells, lids, strict=True)]
     every = [np.concatenate(comm.allgather(row)) for row in rows]
     of = np.repeat(np.arange(len(every)), [len(row) for row in every])
-    X, pushed = np.hsplit(np.concatenate(every), 2)
+    X, free, whole, pinned = np.hsplit(np.concatenate(every), (3, 6, 9))
     if not len(X):
         return np.ones(len(shells))
     # nodes that several shells share are one
     groups: Ints = np.arange(len(X))
     for a, b in sorted(cKDTree(X).query_pairs(TOGETHER * length)):
         groups[b] = groups[a] = min(groups[a], groups[b])
-    total = np.zeros((len(X), len(shells), 3))
-    np.add.at(total, (groups, of), pushed)
-    names = [said(item), *(s.name for s in shells)]
-    if len(shells) > MOST:
-        raise SceneError(f"{names[0]}: {len(shells)} shells; they must be {MOST} at most")
-    gram = np.einsum("nik,njk->ij", total, total)
+    open_at, lids_at = np.zeros((2, len(X), len(shells), 3))
+    np.add.at(open_at, (groups, of), free)
+    np.add.at(lids_at, (groups, of), whole)
+    # where shells meet, what one has the other takes, also where nothing moves
+    meet = (np.linalg.norm(lids_at, axis=2) > 0).sum(axis=1) > 1
+    seen = np.where(meet[:, None, None], lids_at, open_at)
+    gram = np.einsum("nik,njk->ij", seen, seen)
     signs = np.array(
         min(
             ((1.0, *more) for more in itertools.product((1.0, -1.0), repeat=len(shells) - 1)),
             key=lambda s: float(np.array(s) @ gram @ np.array(s)),
         )
     )
-    left = np.linalg.norm(np.einsum("nik,i->nk", total, signs), axis=1)
+    left = np.linalg.norm(np.einsum("nik,i->nk", open_at, signs), axis=1)
     worst = int(np.argmax(left))
     if left[worst] > least:
         raise SceneError(
-            f"{names[0]}: it is open at {said_point(X[worst], length)}; every edge must be joined "
+            f"{names}: it is open at {said_point(X[worst], length)}; every edge must be joined "
             f"to another shell of the volume, or be held in a plane through origin {item.origin} "
             "as SymmetryPlane and Clamped do"
+        )
+    full = np.einsum("nik,i->nk", lids_at, signs)
+    sizes = np.linalg.norm(full, axis=1)
+    still = (pinned[groups, 0] > 0) & (sizes > least)
+    directions = full[still] / sizes[still, None]
+    # along the normal of a plane through the origin where there is one
+    if np.any(np.abs(np.cross(directions, directions[:1])) > ALIKE):
+        raise SceneError(
+            f"{names}: edges that do not move are in no common plane through origin {item.origin}, "
+            f"as at {said_point(X[still][0], length)}, and the volume under their lids is not "
+            "known; give such an origin, close the shell by a shell, or use a plane of symmetry"
         )
     return signs
 
@@ -370,7 +386,7 @@ def _sides(
 def _free(
     shell: ShellModel, X: Floats, lids: Floats, prescribed: Prescribed, least: float
 ) -> Floats:
-    """Places of owned nodes and what lids have there along directions that nothing holds, (n, 6).
+    """What lids have at owned nodes: along directions that nothing holds, and in all.
 
     Args:
         shell: The shell.
@@ -378,11 +394,16 @@ def _free(
         lids: What is at them, m^2.
         prescribed: What supports hold.
         least: What counts as none, m^2.
+
+    Returns:
+        Of each node with some of it the place (3), the former (3), the latter (3), and one where
+        nothing moves, shape (n, 10).
     """
     some = np.flatnonzero(np.linalg.norm(lids, axis=1) > least).astype(np.int32)
     index_map = shell.mixed.space.dofmap.index_map
-    left = lids[some]
+    left, pinned = lids[some], np.zeros(len(some), dtype=bool)
     for k, dofs in enumerate(part_dofs(shell, some, "u")):
         held, _ = prescribed.held(shell.name, index_map.local_to_global(dofs))
         left[k] -= held.T @ (held @ left[k])
-    return np.hstack([X[some], left])
+        pinned[k] = len(held) == len(dofs)
+    return np.hstack([X[some], left, lids[some], pinned[:, None]])
