@@ -19,8 +19,9 @@ from shellmb.accuracy.request.curve import offers
 from shellmb.accuracy.request.levels import Level
 from shellmb.api.modeshapes import ModeShapes
 from shellmb.cli.main import app
-from shellmb.errors import SceneError
+from shellmb.errors import SceneError, Stopped
 from shellmb.scene import Scene
+from shellmb.simulate.simulation import Silent, Simulation
 
 BAR = sm.RectangularSection(210e9, 0.3, width=0.02, height=0.01, density=7850)
 STEEL = sm.Isotropic(E=210e9, nu=0.25, thickness=2e-3, density=7870)
@@ -242,3 +243,22 @@ def test_a_polygon_of_a_file_is_said() -> None:
     (said,) = remarks(kept, [kept], None, {}, scene, {})
     assert "part" in said
     assert "chords" in said
+
+
+class Stopper(Silent):
+    """An observer that stops the second level, as a signal does."""
+
+    def accepted(self, simulation: Simulation) -> None:
+        """Stop where the mesh is no more the first one."""
+        if simulation.scene.shells[0].mesh != (4, 1):
+            raise Stopped(2)
+
+
+def test_a_signal_leaves_a_request_that_goes_on(tmp_path: Path) -> None:
+    out = tmp_path / "run"
+    with pytest.raises(Stopped, match=r"`shellmb resume .*run` repeats the level"):
+        sm.run(strip(), accuracy=6e-4, out=out, observers=[Stopper()], pictures=False)
+    assert (out / "levels" / "1" / "summary.json").is_file()
+    found = sm.resume(out, strip(), pictures=False)
+    assert json.loads((out / "accuracy.json").read_text())["met"]
+    assert found.errors.loc["tip:end", "error"] <= 6e-4 * abs(found.errors.loc["tip:end", "value"])

@@ -13,11 +13,12 @@ from shellmb.accuracy.request.frequencies import ModeSearch
 from shellmb.accuracy.request.levels import LEVELS, Store
 from shellmb.accuracy.request.search import Outcome, Running, Search
 from shellmb.accuracy.request.wanted import UnknownQuantity, Wanted, frequency_number
-from shellmb.errors import SceneError
+from shellmb.errors import SceneError, Stopped
 from shellmb.guarding.reading import read_json
 from shellmb.observers.summary import write_json
 from shellmb.options.accuracy import ACCURACY
 from shellmb.running.directory import LOCK, claimed, refuse_used, written
+from shellmb.running.loader import is_file_name
 from shellmb.running.request import REQUEST
 from shellmb.scene import GmshFile, MeshFile, Scene
 from shellmb.scene.fingerprint import differences, fingerprint
@@ -48,6 +49,7 @@ def run_to_accuracy(
         SceneError: If there is no such quantity, the scene is impossible, or `out` holds something
             else.
         ConvergenceError: If the scene fails at all steps of the first level.
+        Stopped: If a signal ended a level; those before it are kept.
     """
     comm = how.comm
     wanted = _understood(scene, wanted, how)
@@ -65,7 +67,12 @@ def run_to_accuracy(
                 if how.request is not None:
                     write_json(out / REQUEST, how.request.to_dict())
         comm.Barrier()
-        search, outcome = _search(scene, wanted, out, how)
+        try:
+            search, outcome = _search(scene, wanted, out, how)
+        except Stopped as error:
+            raise Stopped(
+                error.signal, f"{going_on(out, how)} repeats the level it was in"
+            ) from None
         size = search.size
         found = offers(outcome.levels, wanted.accuracy, size, search.label)
         about |= asdict(search.wanted) | {
@@ -85,6 +92,17 @@ def run_to_accuracy(
         comm.Barrier()
     run = None if outcome.run is None else replace(outcome.run, out=out)
     return replace(outcome, run=run)
+
+
+def going_on(out: Path, how: Running) -> str:
+    """The command that goes on with a request.
+
+    Args:
+        out: Its directory.
+        how: How levels are run.
+    """
+    named = "" if how.request is None else how.request.scene
+    return f"`shellmb resume {out}{f' {named}' if is_file_name(named) else ''}`"
 
 
 def wanted_in(out: Path) -> Wanted | None:
