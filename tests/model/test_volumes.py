@@ -229,17 +229,14 @@ def test_a_clamped_dome_stands_on_its_plane() -> None:
 def test_a_can_with_a_held_rim_is_closed_by_its_bottom() -> None:
     tube = Shell("tube", Cylinder(1.0, 1.0, angles=(0, 360)), SKIN, mesh=(8, 2))
     bottom = Shell("bottom", Disc(1.0), SKIN, mesh=(2, 2))
-    # a point of the lid's plane that is far from the bottom's
-    EnclosedVolume("oil", ("tube", "bottom"), change=lambda t: 0.01 * t, origin=(0, 0, 1))
+    # the origin is a point of the lid's plane, far from the bottom
+    oil = EnclosedVolume("oil", ("tube", "bottom"), change=lambda t: 0.01 * t, origin=(0, 0, 1))
     can = Scene(
         "can",
         [tube, bottom],
         joins=Join("tube", "bottom", "bottom", "top"),
         supports=[Clamped("bottom", body="tube"), SymmetryPlane("top", (0, 0, 1), body="tube")],
-        # a point of the lid's plane that is far from the bottom's
-        volumes=EnclosedVolume(
-            "oil", ("tube", "bottom"), change=lambda t: 0.01 * t, origin=(0, 0, 1)
-        ),
+        volumes=oil,
         dt=1.0,
     )
     found = columns(execute(can))
