@@ -18,6 +18,7 @@ from shellmb.scene import (
     InitialVelocity,
     JointDamper,
     Line,
+    Planar,
     Probe,
     RectangularSection,
     Revolute,
@@ -110,6 +111,24 @@ def wheels(scheme: str = "ep4", **more: Any) -> Scene:
         t_end=5.0,
         **more,
     )
+
+
+def test_a_puck_on_a_table_counts_its_turns() -> None:
+    """Kind: joints that turn about one axis; nothing can act on this one."""
+    slides = np.cross(AXIS, (1.0, 0.0, 0.0))
+    scene = Scene(
+        "puck",
+        rigid_bodies=RigidBody("puck", mass=1.0, inertia=(1.0, 1.0, 1.0)),
+        joints=Planar("table", GROUND, "puck", at=(0, 0, 0), normal=AXIS),
+        initial=InitialVelocity(linear=tuple(slides), spin=tuple(RATE * np.array(AXIS))),
+        scheme="ep",
+        dt=0.1,
+        t_end=5.0,
+    )
+    rows = execute(scene).history
+    # a step of the mid-point rule
+    step = 2 * np.arctan(RATE * 0.1 / 2)
+    np.testing.assert_allclose(rows["table.rotation"], step * rows["step"], rtol=1e-9, atol=1e-9)
 
 
 @pytest.mark.parametrize("scheme", ["ep", pytest.param("ep4", marks=pytest.mark.slow)])

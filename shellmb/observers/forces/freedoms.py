@@ -39,7 +39,7 @@ class Freedoms:
         names = {
             (joint.joint.name, kind): f"{joint.joint.name}.{COLUMN[kind]}"
             for joint in mechanism.joints.values()
-            for kind in joint.joint.freedoms
+            for kind in (*joint.joint.freedoms, *joint.joint.observed)
             if (joint.joint.name, kind) not in mechanism.table
         }
         number = {key: k for k, key in enumerate(names)}

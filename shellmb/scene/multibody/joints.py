@@ -65,6 +65,7 @@ class Joint:
 
     Attributes:
         freedoms: The relative coordinates that drivers and force elements may act on.
+        observed: Further ones, which the history has and nothing acts on.
         shells: Whether a shell's node, which has no frame, will do as first and as second end.
     """
 
@@ -78,6 +79,7 @@ class Joint:
     active: Windows | None = None
 
     freedoms: ClassVar[tuple[str, ...]] = ()
+    observed: ClassVar[tuple[str, ...]] = ()
     shells: ClassVar[tuple[bool, bool]] = (False, False)
     label: ClassVar[str] = "joint"
 
@@ -182,6 +184,8 @@ class Planar(Joint):
     """
 
     normal: Axis = field(kw_only=True)
+
+    observed = ("rotation",)
 
 
 @described("screw joint")
