@@ -14,6 +14,7 @@ from shellmb.diagnostics.energy_law import EnergyLaw
 from shellmb.diagnostics.forces.alternating import Alternating
 from shellmb.diagnostics.forces.between import Between
 from shellmb.diagnostics.forces.contacts import Contacts
+from shellmb.diagnostics.forces.faces import TouchingFaces
 from shellmb.diagnostics.forces.rolling import Lifting, Slipping
 from shellmb.diagnostics.forces.undetermined import Undetermined
 from shellmb.diagnostics.forces.unresolved import Unresolved
@@ -45,6 +46,7 @@ WATCHES: tuple[type[Watch], ...] = (
     Contacts,
     Between,
     Unresolved,
+    TouchingFaces,
     Alternating,
     Drift,
     Dissipation,

@@ -34,6 +34,8 @@ from shellmb.model.signals import Signals
 from shellmb.model.supports.idle import refuse_idle_loads
 from shellmb.model.supports.nodal import NodalConstraint
 from shellmb.model.supports.pointloads import point_loads
+from shellmb.model.touching.build import faces_contacts
+from shellmb.model.touching.faces import FacesContact
 from shellmb.scene import Scene
 from shellmb.scene.multibody.rolling import Contact
 
@@ -57,6 +59,7 @@ class Model:
         planes: Planes that are not axis-parallel and hold nodes; among `bodies`, too.
         potentials: Potentials and contacts; among `bodies`, too.
         volumes: Enclosed volumes; their bodies are among `bodies`, too.
+        faces: Contacts with faces of shells, which are no bodies.
         modal: What is reduced to modes; its frames are among `rigid`.
     """
 
@@ -74,6 +77,7 @@ class Model:
     planes: list[NodalConstraint]
     potentials: list[PotentialGroup]
     volumes: list[Volume]
+    faces: list[FacesContact]
     modal: tuple[ModalBody, ...]
 
     @property
@@ -214,5 +218,6 @@ def build_model(
         planes=planes,
         potentials=potentials,
         volumes=volumes,
+        faces=faces_contacts(described, comm, meshed.all, shells, length),
         modal=tuple(modal),
     )

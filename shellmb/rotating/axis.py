@@ -24,6 +24,7 @@ from shellmb.scene import (
     Scene,
     Spherical,
 )
+from shellmb.scene.loads.contacts import Faces
 from shellmb.scene.lookup import said
 from shellmb.scene.multibody.elements import JointElement, PointElement
 from shellmb.scene.multibody.rolling import Contact
@@ -197,7 +198,8 @@ def check_steady(scene: Scene, axis: Axis, loaded: bool) -> None:
     acting: tuple[Any, ...] = (*scene.potentials, *scene.contacts)
     for item in acting:
         where = "fixed in space and does not rotate with the system"
-        if getattr(item, "obstacle_body", None) is not None:
+        faces = isinstance(getattr(item, "obstacle", None), Faces)
+        if faces or getattr(item, "obstacle_body", None) is not None:
             where = "between bodies, and modes of rotating bodies have no contact"
         raise SceneError(f"modes: {said(item)} is {where}; remove it")
     for joint in scene.joints:

@@ -31,6 +31,7 @@ from shellmb.rotating.frame import RotatingFrame
 from shellmb.rotating.linearised import Linearised
 from shellmb.rotating.quadratic import Pair, product
 from shellmb.scene import GROUND, Cylindrical, Planar, Prismatic, Scene
+from shellmb.scene.loads.contacts import Faces
 from shellmb.scene.multibody.elements import JointElement, PointElement
 
 Functions = Mapping[str, fem.Function]
@@ -232,7 +233,8 @@ def _free(scene: Scene) -> Floats:
     """Projection on the directions in which all can go on without resistance, shape (3, 3)."""
     elements = [e for e in scene.force_elements if isinstance(e, PointElement)]
     in_space = any(GROUND in (e.first, e.second) for e in elements)
-    in_space = in_space or any(c.obstacle_body is None for c in scene.contacts)
+    at_rest = (c for c in scene.contacts if not isinstance(c.obstacle, Faces))
+    in_space = in_space or any(c.obstacle_body is None for c in at_rest)
     if scene.supports or scene.potentials or in_space:
         return np.zeros((3, 3))
     acts = [e.joint for e in scene.force_elements if isinstance(e, JointElement)]

@@ -33,6 +33,7 @@ from shellmb.rotating.rigid import (
     unsteady_part,
 )
 from shellmb.scene import Driven, JointDamper, Motor, Scene
+from shellmb.scene.loads.contacts import Faces
 from shellmb.scene.lookup import said
 from shellmb.scene.multibody.rolling import Contact
 from shellmb.scene.values.validate import show
@@ -221,6 +222,12 @@ def check_state(scene: Scene, scheme: str) -> None:
             "modes: the state is of a static path, where the factor of the loads is unknown; "
             "multiply the loads by it and compute the modes of the loaded scene, without a state"
         )
+    for contact in scene.contacts:
+        if isinstance(contact.obstacle, Faces):
+            raise SceneError(
+                f"modes: contact '{contact.name}' is with the faces of a shell, which is no part "
+                "of the linearised equations; compute the modes without a state, or remove it"
+            )
     if scene.controllers:
         names = ", ".join(f"'{c.name}'" for c in scene.controllers)
         raise SceneError(

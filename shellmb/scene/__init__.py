@@ -26,7 +26,7 @@ from shellmb.scene.loads.body_loads import (
     LineMoment,
     PointMoment,
 )
-from shellmb.scene.loads.contacts import Ball, Box, Contact, Obstacle, Plane, Rod
+from shellmb.scene.loads.contacts import Ball, Box, Contact, Faces, Obstacle, Plane, Rod
 from shellmb.scene.loads.loads import (
     EdgeForce,
     EdgeMoment,
@@ -138,6 +138,7 @@ __all__ = [
     "Element",
     "EnclosedVolume",
     "Event",
+    "Faces",
     "Fixed",
     "FollowerEdgeForce",
     "FollowerForce",

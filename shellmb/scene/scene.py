@@ -73,7 +73,8 @@ class Scene(Description):
         redundant: What becomes of constraints that others imply: an error, or they are dropped.
         path: Follows the path of static equilibria through limit points; None: load steps.
         potentials: Energies of the place of bodies.
-        contacts: Contact of bodies with rigid obstacles, fixed in space or to rigid bodies.
+        contacts: Contact of bodies with rigid obstacles, fixed in space or to rigid bodies, or with
+            faces of shells.
         volumes: Volumes that shells enclose, filled with a gas or with a given volume of fluid.
         units: Units of length, mass and time in labels, as ``"m, kg, s"`` or ``"mm, t, s"``; None:
             labels have none. The numbers are in consistent units, whatever these are.

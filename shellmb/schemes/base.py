@@ -23,6 +23,7 @@ from shellmb.forms.steps.path import Step
 from shellmb.model.body import Body, Rates
 from shellmb.schemes.interval import at_state as at_state
 from shellmb.schemes.interval import interval as interval
+from shellmb.schemes.pieces import Pieces
 
 Values = npt.NDArray[np.float64]
 Motion = Callable[[float], Values]
@@ -238,6 +239,7 @@ class Scheme(Protocol):
         jumps: Whether the jump of velocities is unknown where constraints tie it to others.
         rotations: How well it follows bodies that turn.
         local_error: What it is off by in a step.
+        pieces: How energies of distances act, which no form knows; None: they cannot.
     """
 
     @property
@@ -266,6 +268,8 @@ class Scheme(Protocol):
     def rotations(self) -> Rotations: ...  # noqa: D102
     @property
     def local_error(self) -> LocalError: ...  # noqa: D102
+    @property
+    def pieces(self) -> Pieces | None: ...  # noqa: D102
 
     def forms(self, body: Body, levels: Levels, dt: fem.Constant) -> StepForms:
         """Residuals of one body in a step.

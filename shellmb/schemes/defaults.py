@@ -19,6 +19,7 @@ from shellmb.schemes.base import (
     StepForms,
     Values,
 )
+from shellmb.schemes.pieces import Pieces
 from shellmb.schemes.residuals.residual import IntervalForms
 
 
@@ -32,6 +33,11 @@ class Defaults:
     balance: tuple[str, ...] = (END,)
     linear: bool = False
     jumps: bool = False
+
+    @property
+    def pieces(self) -> Pieces | None:
+        """None: which straight pieces the step is made of is not known."""
+        return None
 
     @property
     def rotations(self) -> Rotations:

@@ -37,6 +37,7 @@ from shellmb.schemes.base import (
 )
 from shellmb.schemes.defaults import Defaults
 from shellmb.schemes.interval import interval
+from shellmb.schemes.pieces import START, Pieces, intervals
 
 # in large motion, where it is of second order: measured (`docs/theory/stepcontrol.md`)
 LOCAL_ERROR = LocalError(3, 1 / 48)
@@ -119,6 +120,11 @@ class EnergyDecaying(Defaults):
         first = Stage(interval(q, qj, alpha), inertia, v_j, weighed=weighed, **whole)
         last = Stage(interval(qj, qf), rate=a / dt, velocity=whole["chord"], **whole)
         return {"j": first, "f": last}
+
+    @property
+    def pieces(self) -> Pieces | None:
+        """Both sub-intervals, the stress of the first one with the jump (32)."""
+        return intervals((START, "j", END), (self.alpha, 0.0))
 
     def jump(self, levels: Levels, dt: fem.Constant) -> JumpStage | None:
         """Eq. (31) solved for the jump of velocities, as far as constraints allow."""

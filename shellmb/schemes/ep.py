@@ -13,9 +13,10 @@ from dataclasses import dataclass
 
 from dolfinx import fem
 
-from shellmb.schemes.base import Levels, Stage, Tangent, Values
+from shellmb.schemes.base import END, Levels, Stage, Tangent, Values
 from shellmb.schemes.defaults import Defaults
 from shellmb.schemes.interval import interval
+from shellmb.schemes.pieces import START, Pieces, intervals
 
 
 @dataclass(frozen=True)
@@ -39,6 +40,11 @@ class EnergyPreserving(Defaults):
         q_i, v_i, q_f = levels.q, levels.rates["v"], levels.unknown["f"]
         v = (q_f - q_i) / dt
         return {"f": Stage(interval(q_i, q_f), rate=2 * (v - v_i) / dt, velocity=v, chord=v)}
+
+    @property
+    def pieces(self) -> Pieces | None:
+        """The step; none where displacements are small."""
+        return None if self.linear else intervals((START, END), (0.0,))
 
     def advance(
         self,

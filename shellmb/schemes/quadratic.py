@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 from dolfinx import fem
 
 from shellmb.forms.steps.path import Holding, Path, PathRow
@@ -26,6 +27,7 @@ from shellmb.schemes.base import (
 )
 from shellmb.schemes.defaults import Defaults
 from shellmb.schemes.notation import D, De, H, MomentWeights, PathPage, lin, quad, x, y, z
+from shellmb.schemes.pieces import START, START_RATE, Pieces, halves
 from shellmb.schemes.residuals.pathforms import PathForms
 
 # unknown velocities at the end, times the step
@@ -152,6 +154,14 @@ class QuadraticInTime(Defaults):
     def forms(self, body: Body, levels: Levels, dt: fem.Constant) -> StepForms:
         """Residuals of one body in the rows P0 and P1."""
         return PathForms(body, self, levels, dt)
+
+    @property
+    def pieces(self) -> Pieces | None:
+        """Both halves of the path."""
+        names = START, END, START_RATE, RATE
+        q_i, q_f, hv_i, hv_f = np.eye(4)
+        middle = path_of(q_i, q_f, hv_i, hv_f, self.alpha).at(0.5).tolist()
+        return halves(dict(zip(names, middle, strict=True)), END, RATE, self.alpha)
 
     def load_weight(self, stage: str, tau: float) -> float:
         """The test functions P0 and P1."""

@@ -5,9 +5,10 @@ from dataclasses import dataclass
 
 from dolfinx import fem
 
-from shellmb.schemes.base import Levels, Stage, Tangent, Values
+from shellmb.schemes.base import END, Levels, Stage, Tangent, Values
 from shellmb.schemes.defaults import Defaults
 from shellmb.schemes.interval import at_state
+from shellmb.schemes.pieces import Pieces, intervals
 
 
 @dataclass(frozen=True)
@@ -26,6 +27,11 @@ class Static(Defaults):
     def expand(self, levels: Levels, dt: fem.Constant) -> dict[str, Stage]:
         """All forces at the unknown state, `S.De(q_f) dq + lambda.Dg(q_f) dq = p.dq`."""
         return {"f": Stage(at_state(levels.unknown["f"]))}
+
+    @property
+    def pieces(self) -> Pieces | None:
+        """Forces at the unknown state; none where displacements are small."""
+        return None if self.linear else intervals((END,), (0.0,))
 
     def advance(
         self,

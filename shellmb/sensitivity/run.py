@@ -15,6 +15,7 @@ from shellmb.guarding.writing import write_text
 from shellmb.options.described import options_of, takes
 from shellmb.options.run import Options
 from shellmb.scene import Modal, Scene
+from shellmb.scene.loads.contacts import Faces
 from shellmb.sensitivity.parameters import (
     Differentiated,
     Parameter,
@@ -128,6 +129,12 @@ def _refuse(scene: Scene) -> None:
             raise SceneError(
                 f"sensitivities: body '{body.name}' is reduced to modes, whose shapes on both "
                 "sides of a parameter do not correspond; use model='floating-frame', or 'exact'"
+            )
+    for contact in scene.contacts:
+        if isinstance(contact.obstacle, Faces):
+            raise SceneError(
+                f"sensitivities: contact '{contact.name}' is with the faces of a shell, which have "
+                "no derivatives by parameters; compare runs (`sweep`), or use another obstacle"
             )
     for event in scene.all_events:
         raise SceneError(

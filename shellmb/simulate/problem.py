@@ -28,6 +28,7 @@ from shellmb.native.assembler import is_native
 from shellmb.schemes.base import END, GAUSS_TIMES, GAUSS_WEIGHTS, Levels, Scheme, StepForms
 from shellmb.schemes.linearised import at_reference
 from shellmb.schemes.residuals.residual import StageForms
+from shellmb.simulate.couplings.faces import FacesCoupling
 from shellmb.simulate.predictor import Predictor
 from shellmb.simulate.scaled_rates import ScaledRates
 from shellmb.simulate.start.consistent import VelocityProjection
@@ -79,6 +80,7 @@ class Problem:
         levels: Functions by body name.
         forms: Residuals by body name and stage.
         system: The block system.
+        couplings: Contacts with faces of shells.
         iteration: What Newton's method iterates.
         steps: Steps of the bodies by their name.
         load_factor: Factor of all loads, where it is an unknown; None: loads depend on time.
@@ -111,12 +113,23 @@ class Problem:
         made = [forms.states for stages in self.forms.values() for forms in stages.values()]
         followers = [Followers(**vars(states)) for states in made if states is not None]
         self.system = BlockSystem(model.comm, self.fields, followers)
+        self.couplings = self._couplings()
+        self.system.couplings.extend(self.couplings)
         solver = model.scene.solver
         newton = f"linear {solver.newton}" if scheme.linear else solver.newton
         settings = NewtonSettings(solver.tolerance, solver.max_iterations, newton)
         reduction = Reduction if solver.solve == "reduced" and is_native() else None
         self.iteration = Iteration(self.system, settings, new_prefix(self), reduction)
         self.newton = NEWTON[solver.backend](self.iteration)
+
+    def _couplings(self) -> list[FacesCoupling]:
+        """Contacts with faces of shells, by the pieces of the scheme's steps."""
+        if not self.model.faces:
+            return []
+        pieces, offsets = self.scheme.pieces, self.system.numbering.offsets
+        assert pieces is not None, "scenes with such contacts are checked"
+        places = {key: int(offsets[k]) for key, k in self._index.items()}
+        return [FacesCoupling(made, self.levels, pieces, places) for made in self.model.faces]
 
     def key(self, dt: float) -> tuple[Hashable, ...]:
         """Steps with the same one have nearly the same Jacobian; in linear statics all have it."""
@@ -285,6 +298,9 @@ class Problem:
                     sample.update(t, dt, self.start_factor)
                 given = (t, dt) if self.load_factor is None else (self.load_factor, 0.0)
                 self._prescribe(name, stage, *given)
+        for coupling in self.couplings:
+            coupling.look()
+        self._renew()
         self._start_from_state()
 
     @cached_property
@@ -343,6 +359,33 @@ class Problem:
 
     def solve(self, dt: float) -> int:
         """Solve for the unknown states; returns the number of Newton iterations.
+
+        Where contacts may miss something that comes near in the step, it is solved once more.
+
+        Args:
+            dt: Length of the step, s.
+
+        Raises:
+            ConvergenceError: Names the field that did not converge, or the contact that something
+                passes through.
+        """
+        iterations = self._solve(dt)
+        while not all([coupling.covered() for coupling in self.couplings]):
+            self._renew()
+            self._start_from_state()
+            iterations += self._solve(dt)
+        for coupling in self.couplings:
+            coupling.check()
+        return iterations
+
+    def _renew(self) -> None:
+        """Make room in the matrix for what may touch now."""
+        if any(coupling.changed for coupling in self.couplings):
+            self.iteration.linear.renew()
+            self.iteration.refresh.forget()
+
+    def _solve(self, dt: float) -> int:
+        """Solve with the pairs that are known to come near.
 
         Where an extrapolated first guess or an old factorisation leads nowhere, the iteration
         starts again from the start of the step, with a factorisation each time.

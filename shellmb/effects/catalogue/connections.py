@@ -203,7 +203,7 @@ EFFECTS = (
         "contacts",
         Contact,
         "contact",
-        "contact with rigid obstacles, friction and damping",
+        "contact with rigid obstacles, with friction and damping, and with faces of shells",
         group="force elements",
         bodies=("contact",),
     ),

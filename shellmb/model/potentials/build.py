@@ -23,6 +23,7 @@ from shellmb.model.potentials.group import PotentialGroup
 from shellmb.model.potentials.points import MeshedBody, Points, acting_points
 from shellmb.model.user_forms import written
 from shellmb.scene import Scene
+from shellmb.scene.loads.contacts import Faces
 from shellmb.scene.loads.potentials import Potential
 from shellmb.scene.lookup import said
 
@@ -149,7 +150,8 @@ def potential_groups(
         SceneError: If there is no such place, a function fails, or a body starts in an obstacle.
     """
     groups: list[PotentialGroup] = []
-    items: tuple[Any, ...] = (*scene.potentials, *scene.contacts)
+    contacts = (c for c in scene.contacts if not isinstance(c.obstacle, Faces))
+    items: tuple[Any, ...] = (*scene.potentials, *contacts)
     for item in items:
         (body,) = scene.bodies_of(item)
         points = reduced.get(item.name)

@@ -128,7 +128,7 @@ class EnergyAccount(Booked):
         kinetic: list[Form | None] = []
         if "v" in scheme.rates:
             kinetic = [kinetic_energy(b, problem.levels[b.name].rates["v"]) for b in bodies]
-        self._potentials = simulation.model.stores
+        self._potentials, self._faces = simulation.model.stores, problem.couplings
         levels = problem.levels
         others = [b for b in bodies if b not in self._potentials]
         strain = [strain_energy(b, levels[b.name]) for b in others]
@@ -144,7 +144,7 @@ class EnergyAccount(Booked):
         loads, terms = (present(self._work(simulation, kind, others)) for kind in WORKS)
         lost = [present(self._work(simulation, "terms", [b])) for b in self._potentials]
         steps = [loads, terms, *lost, *elastic.values()]
-        if self._potentials:
+        if self._potentials or self._faces:
             self._values.setdefault("potential_energy", 0.0)
             self._values |= {f"{b.item.name}.loss": 0.0 for b in self._potentials} | self._values
         self._names = tuple(inert)
@@ -162,10 +162,13 @@ class EnergyAccount(Booked):
         self._works = np.zeros((STEPS, len(steps)))
         self._supports = [0.0] * STEPS
         self._energy = np.zeros((STEPS, len(there)))
+        # of contacts with faces of shells, which no form knows: what is lost, and energies
+        self._lost = np.zeros((STEPS, len(self._faces)))
+        self._touch = np.zeros((STEPS, len(self._faces)))
         if natural:
             self._shift = there.tolist()[-1]
         if self._initial is None:
-            self._energies(there.tolist())
+            self._energies(there.tolist(), self._touching())
             self._initial = self._values["total_energy"]
             self._sizes()
         self.begin(dict(self._values))
@@ -209,7 +212,11 @@ class EnergyAccount(Booked):
                 elastic[body.name], inert[body.name] = lost, moving
         return elastic, inert
 
-    def _energies(self, found: list[float]) -> None:
+    def _touching(self) -> list[float]:
+        """Energies of contacts with faces of shells, J."""
+        return [faces.energy() for faces in self._faces]
+
+    def _energies(self, found: list[float], touching: list[float]) -> None:
         values = self._values
         kinetic, strain, *rest = found
         if self._natural:
@@ -221,6 +228,10 @@ class EnergyAccount(Booked):
         values["total_energy"] = kinetic + strain + sum(stored)
         for body, energy in zip(self._potentials, stored, strict=True):
             values[f"{body.item.name}.energy"] = energy
+        for faces, energy in zip(self._faces, touching, strict=True):
+            values[f"{faces.name}.energy"] = energy
+            values["total_energy"] += energy
+            stored.append(energy)
         if stored:
             values["potential_energy"] = sum(stored)
 
@@ -228,7 +239,7 @@ class EnergyAccount(Booked):
         """The impact at which something begins to act dissipates kinetic energy."""
         super().switched(simulation)
         before = self._values["kinetic_energy"]
-        self._energies(self._ends().tolist())
+        self._energies(self._ends().tolist(), self._touching())
         self._values["dissipation"] += before - self._values["kinetic_energy"]
         self.begin(dict(self._values))
 
@@ -249,6 +260,8 @@ class EnergyAccount(Booked):
             return
         if self._acting:
             self._works[row] = self._step()
+        if self._faces and self._alpha:
+            self._lost[row] = [faces.loss() for faces in self._faces]
         if self._driven:
             self._supports[row] = simulation.problem.support_work()
         self.floor = max(self.floor, ROUND_OFF_MOTION * self._reach(simulation))
@@ -261,23 +274,28 @@ class EnergyAccount(Booked):
             for jump in self._jumps:
                 jump.end(simulation.last.dt)
         self._energy[row] = self._ends()
+        if self._faces:
+            self._touch[row] = self._touching()
 
     def book_rows(self, rows: slice) -> list[Row]:
         """Add steps up, and see whether the account closes."""
         found = []
         works, energies = self._works[rows].tolist(), self._energy[rows].tolist()
-        for work, supports, energy in zip(works, self._supports[rows], energies, strict=True):
+        faces = zip(self._lost[rows].tolist(), self._touch[rows].tolist(), strict=True)
+        for work, supports, energy, (lost, touching) in zip(
+            works, self._supports[rows], energies, faces, strict=True
+        ):
             if self._dynamic:
-                self._work_of(work, supports)
+                self._work_of(work, supports, lost)
             shift = self._shift
-            self._energies(energy)
+            self._energies(energy, touching)
             self._dissipate(self._inert)
             if self._dynamic:
                 self._close(self._shift - shift)
             found.append(dict(self._values))
         return found
 
-    def _work_of(self, works: list[float], supports: float) -> None:
+    def _work_of(self, works: list[float], supports: float, lost: list[float]) -> None:
         values = self._values
         if self._acting:
             loads, terms, *rest = works
@@ -288,6 +306,10 @@ class EnergyAccount(Booked):
                 values[f"{body.item.name}.loss"] -= work
                 values["dissipation"] -= work
             self._dissipate(rest[len(self._potentials) :])
+        if self._alpha:
+            for faces, part in zip(self._faces, lost, strict=True):
+                self._dissipated[faces.name] = self._dissipated.get(faces.name, 0.0) + part
+                values["dissipation"] += part
         if self._driven:
             values["work_supports"] += supports
 

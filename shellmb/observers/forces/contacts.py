@@ -58,6 +58,10 @@ class ContactForces(Silent):
             names = (*AXES, *(CONTACT if isinstance(group, ContactGroup) else ()))
             names += () if group.seen is None else MOMENTS
             self.values.update({f"{group.item.name}.{name}": float("nan") for name in names})
+        self._faces = problem.couplings
+        for faces in self._faces:
+            names = (*AXES, CONTACT[0])
+            self.values.update({f"{faces.name}.{name}": float("nan") for name in names})
         self._depths(simulation)
 
     def solved(self, simulation: Simulation) -> None:
@@ -80,6 +84,11 @@ class ContactForces(Silent):
             for name, value in zip((*AXES, *CONTACT, *MOMENTS), found, strict=True):
                 if f"{group.item.name}.{name}" in self.values:
                     self.values[f"{group.item.name}.{name}"] = float(value)
+        for faces in self._faces:
+            forces = faces.forces()
+            whole = [*forces.sum(axis=0), np.linalg.norm(forces, axis=1).sum()]
+            for name, value in zip((*AXES, CONTACT[0]), whole, strict=True):
+                self.values[f"{faces.name}.{name}"] = float(value)
 
     def accepted(self, simulation: Simulation) -> None:
         """Take the penetrations."""
@@ -92,6 +101,8 @@ class ContactForces(Silent):
                 depth = float(np.max(group.penetrations(x), initial=0.0))
                 depth = simulation.model.comm.allreduce(depth, op=MPI.MAX)
                 self.values[f"{group.item.name}.penetration"] = depth
+        for faces in self._faces:
+            self.values[f"{faces.name}.penetration"] = faces.depth()
 
     def measure(self) -> dict[str, float]:
         """Columns of the history."""

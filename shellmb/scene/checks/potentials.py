@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 from shellmb.errors import SceneError
 from shellmb.scene.checks.locations import areas_of, check_point, edges_of, points_of
-from shellmb.scene.loads.contacts import Contact
+from shellmb.scene.loads.contacts import Contact, Faces
 from shellmb.scene.loads.volumes import EnclosedVolume
 from shellmb.scene.lookup import bodies_of, find_body, find_shell, kind_of, listed, said
 from shellmb.scene.multibody.elements import JointStop
 from shellmb.scene.multibody.rigid import RigidBody
+from shellmb.scene.shells.shell import Shell
 from shellmb.scene.values.models import Modal
 from shellmb.scene.values.validate import show
 
@@ -19,6 +20,9 @@ if TYPE_CHECKING:
     from shellmb.scene.description import Description
 
 __all__ = ["check_potentials"]
+
+# schemes in whose steps faces of shells can be touched
+FACES = ("static", "ep", "ed", "ep4", "ed3")
 
 
 def check_potentials(scene: Description) -> None:
@@ -49,7 +53,9 @@ def check_potentials(scene: Description) -> None:
     for volume in scene.volumes:
         _enclosing(scene, volume)
     for contact in scene.contacts:
-        if contact.obstacle_body is not None:
+        if isinstance(contact.obstacle, Faces):
+            _faces(scene, contact, contact.obstacle)
+        elif contact.obstacle_body is not None:
             _carrier(scene, contact)
     for stop in scene.force_elements:
         if isinstance(stop, JointStop) and scene.linear:
@@ -85,6 +91,48 @@ def _enclosing(scene: Description, volume: EnclosedVolume) -> None:
                 f"{who}: the model of shell '{name}' is {show(shell.model)}; it must be 'exact' or "
                 "'floating-frame'"
             )
+
+
+def _faces(scene: Description, contact: Contact, faces: Faces) -> None:
+    """Refuse what contact with the faces of a shell is not made for."""
+    (body,), who = bodies_of(scene, contact), said(contact)
+    find_body(scene, faces.shell, f"{who}: shell of the faces", (Shell,))
+    for name in dict.fromkeys((body.name, faces.shell)):
+        model = getattr(find_body(scene, name, who), "model", "rigid")
+        if model != "exact":
+            raise SceneError(
+                f"{who}: the model of '{name}' is {show(model)}; with the faces of a shell both "
+                "bodies must be shells or beams with model='exact' (a rigid body can carry a Box, "
+                "see obstacle_body)"
+            )
+    if scene.scheme_name not in FACES:
+        raise SceneError(
+            f"{who}: the scheme is '{scene.scheme_name}'; with the faces of a shell it must be "
+            f"one of {listed(FACES)}"
+        )
+    if scene.path is not None:
+        raise SceneError(
+            f"{who}: the scene follows a static path; with the faces of a shell there must be "
+            "load steps (path=None)"
+        )
+    if contact.smoothing == 0:
+        raise SceneError(
+            f"{who}: smoothing is 0; with the faces of a shell it must be greater, a tenth of the "
+            "penetration that is expected: nodes above the edges of elements touch and part at "
+            "once, and Newton's method does not converge where forces jump"
+        )
+    for what in ("friction", "relative_damping"):
+        if getattr(contact, what) > 0:
+            raise SceneError(
+                f"{who}: {what} is {getattr(contact, what):g}; with the faces of a shell it must "
+                "be 0, because only obstacles have it"
+            )
+    if contact.preloaded or contact.obstacle_body is not None:
+        what = "preloaded" if contact.preloaded else "obstacle_body"
+        raise SceneError(
+            f"{who}: {what} is {show(getattr(contact, what))}; with the faces of a shell it must "
+            "be left out, because they move with the shell and nothing may touch at the start"
+        )
 
 
 def _carrier(scene: Description, contact: Contact) -> None:

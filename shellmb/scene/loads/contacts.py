@@ -1,4 +1,4 @@
-"""Contact of bodies with rigid obstacles that are fixed in space or to a rigid body."""
+"""Contact with rigid obstacles, fixed in space or to a rigid body, and with faces of shells."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from shellmb.scene.values.validate import (
     unit_vector,
 )
 
-__all__ = ["Ball", "Box", "Contact", "Obstacle", "Plane", "Rod"]
+__all__ = ["Ball", "Box", "Contact", "Faces", "Obstacle", "Plane", "Rod"]
 
 # cosine of the angle of two axes above which they are not perpendicular
 SKEW = 1e-9
@@ -122,6 +122,19 @@ class Box(Obstacle):
         return np.array([e1, e2, np.cross(e1, e2)])
 
 
+@described("faces")
+class Faces(Obstacle):
+    """Both faces of a shell that deforms, or of the shell itself that touches.
+
+    Args:
+        shell: Name of the shell.
+        thickness: Distance between its faces [m]: points touch at half of it from the mid-surface.
+    """
+
+    shell: Name
+    thickness: Positive
+
+
 @described("contact")
 class Contact:
     """Contact of points of a body with a rigid obstacle, by a penalty.
@@ -133,7 +146,7 @@ class Contact:
             and ``NAME.friction`` [N], ``NAME.penetration`` [m], ``NAME.energy`` and ``NAME.loss``
             [J]; with ``obstacle_body`` also ``NAME.Mx`` to ``NAME.Mz`` [N m] on that body, about
             its centre of mass.
-        obstacle: A ``Plane``, a ``Ball``, a ``Rod`` or a ``Box``.
+        obstacle: A ``Plane``, a ``Ball``, a ``Rod`` or a ``Box``; or the ``Faces`` of a shell.
         stiffness: Force per penetration: per area of a shell [N/m^3], per length of an edge or a
             beam [N/m^2], or at each point [N/m].
         body: Name of the body; None: the only one.

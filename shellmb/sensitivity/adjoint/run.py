@@ -10,6 +10,7 @@ from shellmb.errors import SceneError
 from shellmb.options.described import options_of, takes
 from shellmb.options.run import Options
 from shellmb.scene import Scene
+from shellmb.scene.loads.contacts import Faces
 from shellmb.sensitivity.adjoint.objective import Objective, check_objective, check_probes
 from shellmb.sensitivity.adjoint.places import Place, varying
 from shellmb.sensitivity.parameters import beside, differentiated, parameters_of
@@ -142,6 +143,9 @@ def _refuse(scene: Scene, places: Sequence[Place]) -> None:
     said = {
         "follows a static path": scene.path,
         "has events": scene.all_events,
+        "has contact with the faces of a shell": [
+            c for c in scene.contacts if isinstance(c.obstacle, Faces)
+        ],
         "has controllers": scene.controllers,
         "has locks": scene.acting_locks,
         "has joints that act in windows": [j for j in scene.joints if j.active is not None],

@@ -30,6 +30,7 @@ from shellmb.system.assembly.general import general_position
 from shellmb.system.assembly.numbering import Numbering
 from shellmb.system.assembly.residuals import DolfinxResiduals, Residuals, RowForm
 from shellmb.system.assembly.scatter import exchange
+from shellmb.system.couplings import Coupling, derivatives, forces
 
 BlockForms = dict[tuple[int, int], list[fem.Form]]
 
@@ -52,6 +53,7 @@ class BlockSystem:
         followers: Functions that follow the fields' ones.
 
     Attributes:
+        couplings: Forces between unknowns that share no cell; to be given before a matrix is made.
         x: Unknowns of all fields, PETSc vector.
         b: Residual.
         A: Jacobian, made when it is first asked for.
@@ -72,6 +74,7 @@ class BlockSystem:
         self, comm: MPI.Comm, fields: list[Field], followers: Sequence[Followers] = ()
     ) -> None:
         self.comm, self.fields = comm, fields
+        self.couplings: list[Coupling] = []
         self._followers = followers
         self.numbering = Numbering(comm, fields)
         n = self.numbering
@@ -227,11 +230,12 @@ class BlockSystem:
 
     def evaluate(self, x: PETSc.Vec, b: PETSc.Vec) -> None:
         """Assemble the residual at `x`, which the functions take, into `b`."""
-        if self.at_once is not None:
-            self.at_once(x, b)
+        if self.at_once is None:
+            self.scatter(x)
+            self.residual(x, b)
             return
-        self.scatter(x)
-        self.residual(x, b)
+        self.at_once(x, b)
+        self._couple(b)
 
     def residual(self, x: PETSc.Vec, b: PETSc.Vec) -> None:
         """Assemble the residual at `x` into `b`. The functions must hold `x` already."""
@@ -242,6 +246,17 @@ class BlockSystem:
         entries = b.array
         self.reactions[:] = entries[self.fixed]
         entries[self.fixed] = x.array_r[self.fixed] - self.values[self.fixed]
+        self._couple(b)
+
+    def _couple(self, b: PETSc.Vec) -> None:
+        """Add the forces of couplings, to the reactions where values are given."""
+        if not self.couplings:
+            return
+        n = self.numbering
+        total = forces(self.couplings, n.local_to_global - n.start, n.owned)
+        self.reactions += total[self.fixed]
+        total[self.fixed] = 0.0
+        b.array[:] += total
 
     def jacobian(self, x: PETSc.Vec, A: PETSc.Mat) -> None:
         """Assemble the Jacobian into `A`. The functions must hold `x` already."""
@@ -320,7 +335,18 @@ class BlockSystem:
             self._find_pattern(A, forms, dropped_columns)
         A.zeroEntries()
         self._add(A, forms, dropped_columns)
+        if forms is self.jacobians and self.couplings:
+            self._add_couplings(A, dropped_columns is self.held)
         A.assemble()
+
+    def _add_couplings(self, A: PETSc.Mat, symmetric: bool) -> None:
+        """Add the derivatives of couplings, without rows of fixed dofs, or without columns, too."""
+        rows, columns, values = derivatives(self.couplings)
+        held = np.concatenate(self.held).astype(bool)
+        free = ~held[rows] & ~(symmetric & held[columns])
+        unknown = self.numbering.local_to_global.astype(PETSc.IntType)
+        places = (unknown[which[free]][:, None] for which in (rows, columns))
+        A.setValuesRCV(*places, values[free][:, None], addv=PETSc.InsertMode.ADD)
 
     def _find_pattern(
         self,

@@ -13,6 +13,7 @@ import numpy as np
 
 from shellmb.arrays import Floats, Int32s
 from shellmb.system.condensation.meshreduction import MeshReduction
+from shellmb.system.couplings import CoupledEntries
 from shellmb.system.nullspace.numbers import ReducedNumbers
 
 
@@ -21,7 +22,7 @@ class Pattern(NamedTuple):
 
     Args:
         owned: Number of rows of this rank.
-        rows: Rows of the entries of each part, those of the diagonal last.
+        rows: Rows of the entries of each part, then of couplings, those of the diagonal last.
         columns: Their columns.
     """
 
@@ -51,19 +52,27 @@ class ReducedMatrix(Protocol):
         """After the last part."""
         ...
 
+    def add(self, rows: Int32s, columns: Int32s, values: Floats) -> None:
+        """Add entries of couplings, behind those of the last part."""
+        ...
 
-def reduced_matrix(numbers: ReducedNumbers, parts: Sequence[MeshReduction]) -> ReducedMatrix:
+
+def reduced_matrix(
+    numbers: ReducedNumbers, parts: Sequence[MeshReduction], coupled: CoupledEntries | None
+) -> ReducedMatrix:
     """A matrix with the entries of all parts and a full diagonal: multipliers of joints have none.
 
     Args:
         numbers: Numbers of the reduced unknowns, and tangent spaces in general position.
         parts: Reductions of all meshes.
+        coupled: Entries of couplings, in one process; None: there are none.
     """
     entries = [part.find_pattern() for part in parts]
     owned = len(numbers.outer)
     diagonal = (numbers.first_outer + np.arange(owned)).astype(np.int32)
-    rows = [*(r for r, _ in entries), diagonal]
-    columns = [*(c for _, c in entries), diagonal]
+    more = [] if coupled is None else [(coupled.rows, coupled.columns)]
+    rows = [*(r for r, _ in (*entries, *more)), diagonal]
+    columns = [*(c for _, c in (*entries, *more)), diagonal]
     make = CsrMatrix if numbers.full.serial else CooMatrix
     return make(numbers.full.comm, Pattern(owned, rows, columns), parts)
 
@@ -93,6 +102,14 @@ class CooMatrix:
     def end(self) -> None:
         """Add them up."""
         self.A.setValuesCOO(self._listed)
+
+    def add(self, rows: Int32s, columns: Int32s, values: Floats) -> None:
+        """Couplings are for one process.
+
+        Raises:
+            NotImplementedError: Always.
+        """
+        raise NotImplementedError("entries of couplings on several ranks")
 
 
 class CsrMatrix:
@@ -127,7 +144,24 @@ class CsrMatrix:
         for part, (a, b) in zip(parts, itertools.pairwise(pattern.ends()), strict=False):
             part.add_at(places[a:b], first[a:b])
         self.targets = [self.values] * len(parts)
+        self._owned, self._keys = owned, keys
+        # what is in no part is put nowhere before couplings are added to it
+        self._lonely = places[pattern.ends()[len(parts)] :][first[pattern.ends()[len(parts)] :]]
 
     def end(self) -> None:
         """Tell PETSc."""
         self.A.stateIncrease()
+
+    def add(self, rows: Int32s, columns: Int32s, values: Floats) -> None:
+        """Add entries of couplings.
+
+        Raises:
+            IndexError: If the matrix has no place for one.
+        """
+        assert self.values is not None
+        self.values[self._lonely] = 0.0
+        keys = rows.astype(np.int64) * self._owned + columns
+        places = np.searchsorted(self._keys, keys)
+        if len(keys) and not np.array_equal(self._keys[places], keys):
+            raise IndexError("an entry of a coupling is not in the pattern of the matrix")
+        self.values += np.bincount(places, values, len(self.values))

@@ -30,6 +30,7 @@ from shellmb.system.condensation.evaluation import AtOnce
 from shellmb.system.condensation.matrix import reduced_matrix
 from shellmb.system.condensation.meshreduction import MeshReduction, SingularCell
 from shellmb.system.condensation.substitution import SerialPasses, passes
+from shellmb.system.couplings import CoupledEntries
 from shellmb.system.direct.linear import refresh_cost
 from shellmb.system.direct.solver import DirectSolver, Purpose
 from shellmb.system.newton.convergence import unknown_scales
@@ -55,21 +56,28 @@ class Reduction:
         self.system = system = nodes.system
         self.seconds = {"jacobian": 0.0, "reduction": 0.0, "factor": 0.0, "solve": 0.0}
         self.jacobians = 0
-        groups = mesh_groups(system)
+        self._groups = groups = mesh_groups(system)
         system.residuals = residuals = LoopResiduals(group.residuals for group in groups)
         if isinstance(system.exchange, SerialExchange):
             system.at_once = AtOnce(system, system.exchange, residuals)
-        self.numbers = ReducedNumbers(nodes, [group.cells for group in groups])
+        kept = [coupling.dofs for coupling in system.couplings]
+        self.numbers = ReducedNumbers(nodes, [group.cells for group in groups], kept)
+        self._prefix = prefix
+        self.renew()
+        self.numbers.weights[:] = self._weights()
+
+    def renew(self) -> None:
+        """Make the matrix, with all entries that there may be from now on."""
+        system = self.system
         with general_position(system.forms), ExitStack() as sizes:
-            for group in groups:
+            for group in self._groups:
                 sizes.enter_context(group.cells.of_size_one())
-            self._allocate(groups)
+            self._allocate(self._groups)
         scales = self.numbers.scales(unknown_scales(system))
-        self.solver = DirectSolver(self.A, prefix, scales, values=self._matrix.values)
+        self.solver = DirectSolver(self.A, self._prefix, scales, values=self._matrix.values)
         self._passes = passes(self.numbers, self.parts, self.solver.single)
         if isinstance(self._passes, SerialPasses):
             self._passes.take_vectors(self._rhs, self._solution)
-        self.numbers.weights[:] = self._weights()
 
     @property
     def factorisations(self) -> int:
@@ -92,7 +100,11 @@ class Reduction:
         self.parts = [MeshReduction(g.cells, g.jacobians(), numbers) for g in groups]
         self._refresh()
         numbers.update()
-        self._matrix = reduced_matrix(numbers, self.parts)
+        self._coupled = None
+        if self.system.couplings:
+            places = numbers.matrix_places
+            self._coupled = CoupledEntries(self.system.couplings, *places)
+        self._matrix = reduced_matrix(numbers, self.parts, self._coupled)
         self.A = self._matrix.A
         self._rhs, self._solution = self.A.createVecs()
         self._load = np.zeros(len(numbers.full.wanted))
@@ -148,6 +160,8 @@ class Reduction:
         for part, values in zip(self.parts, self._matrix.targets, strict=True):
             # what is solved for is subtracted
             part.assemble(values, *((-self._given, self._load) if shifted else ()))
+        if self._coupled is not None:
+            self._coupled.add_to(self._matrix, self._given, self._load)
         self._matrix.end()
 
     def factorise(self, purpose: Purpose = Purpose.EXACT) -> str | None:

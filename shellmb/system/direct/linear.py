@@ -34,6 +34,10 @@ class Linear(Protocol):
     @property
     def cost(self) -> float: ...  # noqa: D102
 
+    def renew(self) -> None:
+        """Couplings have got other entries."""
+        ...
+
     def factorise(self, purpose: Purpose = Purpose.EXACT) -> str | None:
         """Assemble and factorise at the state that the fields hold; returns why that failed.
 
@@ -97,6 +101,9 @@ class Unreduced:
     def cost(self) -> float:
         """Cost of a new factorisation in iterations with an old one."""
         return SMALL_COST if self._solver is None else refresh_cost(self._solver, self.system)
+
+    def renew(self) -> None:
+        """PETSc makes room for entries as they come."""
 
     def factorise(self, purpose: Purpose = Purpose.EXACT) -> str | None:
         """Assemble and factorise at the state that the fields hold."""

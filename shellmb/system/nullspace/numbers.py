@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cached_property
 from typing import Any
 
@@ -28,6 +29,7 @@ class ReducedNumbers:
     Args:
         nodes: Nodes of the unreduced system.
         cells: The cells of all meshes.
+        kept: Local dofs that are not eliminated, in one process: more than cells may act on them.
 
     Attributes:
         right: Unknowns by reduced unknowns.
@@ -39,7 +41,10 @@ class ReducedNumbers:
         own: Local dof of each unknown that this rank owns.
     """
 
-    def __init__(self, nodes: SystemNodes, cells: list[MeshCells]) -> None:
+    def __init__(
+        self, nodes: SystemNodes, cells: list[MeshCells], kept: Sequence[Ints] = ()
+    ) -> None:
+        self._kept_dofs = np.concatenate([*kept, np.zeros(0, dtype=np.int64)])
         self.system, n = nodes.system, nodes.system.numbering
         self.fields, self.full = self.system.fields, nodes.full
         self.nodes, self._rows = nodes.sets, nodes.rows
@@ -149,6 +154,8 @@ class ReducedNumbers:
                 many = group.size == group.shared or group.shared > MOST
                 counts += alone * (2 if many else 1)
             inner &= rows.numbers.summed(counts[:-1]) == 1
+            seen = np.unique(rows.columns[self._kept_dofs])
+            inner[seen[seen >= 0]] = False
         comm = self.system.comm
         if not comm.allreduce(int(np.sum(~inner))):
             inner[:] = False
@@ -160,6 +167,15 @@ class ReducedNumbers:
             np.rint(rows.numbers.seen(numbers)).astype(np.int64) for rows in (self.left, self.right)
         )
         self.inner_rows, self.inner_columns = self.matrix_rows < 0, self.matrix_columns < 0
+
+    @property
+    def matrix_places(self) -> tuple[Ints, Ints]:
+        """Row and column in the matrix of each local dof that is an unknown itself; -1: none."""
+        found = []
+        for rows, numbers in ((self.left, self.matrix_rows), (self.right, self.matrix_columns)):
+            where = np.append(numbers, NONE)[rows.places[:, 0]]
+            found.append(where)
+        return found[0], found[1]
 
     def _number_multipliers(self) -> None:
         n, comm = self.system.numbering, self.system.comm

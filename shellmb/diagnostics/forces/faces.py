@@ -1,0 +1,108 @@
+"""Contacts with the faces of shells: too deep, too sudden, and shells that intersect anyway."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from shellmb.diagnostics.base import Caution
+from shellmb.diagnostics.forces.contacts import DEEP, SUDDEN
+from shellmb.observers.summary import Sources
+from shellmb.scene.lookup import said
+from shellmb.simulate.couplings.faces import FacesCoupling
+from shellmb.simulate.simulation import Silent, Simulation
+
+
+class TouchingFaces(Silent):
+    """Watches how deep points come in a shell, and whether the bodies pass between them.
+
+    Args:
+        sources: The observers of the run.
+    """
+
+    name = "faces of shells"
+
+    def __init__(self, sources: Sources) -> None:
+        self._energy = sources.energy
+        # by contact: depth in the distance at which it touches, time; first time of crossing
+        self._deep: dict[str, tuple[float, float]] = {}
+        self._crossed: dict[str, float] = {}
+        # energy now, its largest one and its largest change in a step, time
+        self._sudden: dict[str, list[float]] = {}
+
+    def start(self, simulation: Simulation) -> None:
+        """Take the start."""
+        self.accepted(simulation)
+
+    def accepted(self, simulation: Simulation) -> None:
+        """Take the step."""
+        t = simulation.t
+        for faces in simulation.problem.couplings:
+            name = faces.name
+            deep = faces.depth() / faces.contact.law.reach
+            self._deep[name] = max(self._deep.get(name, (0.0, 0.0)), (deep, t))
+            if name not in self._crossed and faces.crosses():
+                self._crossed[name] = t
+            energy = self._energy.values[f"{name}.energy"]
+            before, largest, change, when = self._sudden.get(name, [energy, 0.0, 0.0, 0.0])
+            if abs(energy - before) > change:
+                change, when = abs(energy - before), t
+            self._sudden[name] = [energy, max(largest, energy), change, when]
+
+    def cautions(self, simulation: Simulation) -> Iterator[Caution]:
+        """What is wrong with contacts."""
+        for faces in simulation.problem.couplings:
+            yield from self._cautions(faces, simulation.scheme.dynamic)
+
+    def _cautions(self, faces: FacesCoupling, dynamic: bool) -> Iterator[Caution]:
+        name, contact = faces.name, faces.contact
+        who = said(contact.item)
+        if name in self._crossed:
+            yield Caution(
+                self.name,
+                contact.body,
+                1.0,
+                0.0,
+                f"{who}: '{contact.body}' and '{contact.shell}' intersect between the points that "
+                f"touch (first at t = {self._crossed[name]:.4g} s), where edges have passed "
+                "through edges or between nodes: only nodes touch; use smaller elements there, or "
+                "a second contact with both bodies exchanged",
+            )
+        deep, when = self._deep[name]
+        if deep > DEEP:
+            yield Caution(
+                self.name,
+                contact.body,
+                deep,
+                DEEP,
+                f"{who}: a point of '{contact.body}' comes to {1 - deep:.0%} of the distance from "
+                f"the mid-surface of '{contact.shell}' at which it begins to touch (at "
+                f"t = {when:.4g} s); behind the mid-surface it would leave on the other side: use "
+                "a larger stiffness",
+            )
+        _, largest, change, when = self._sudden[name]
+        share = change / largest if largest > 0 else 0.0
+        if share > SUDDEN and dynamic:
+            yield Caution(
+                self.name,
+                contact.body,
+                share,
+                SUDDEN,
+                f"{who}: {share:.0%} of the largest energy of the contact comes or goes in one "
+                f"step (at t = {when:.4g} s): impacts are shorter than four steps, and when and "
+                "where bodies rebound is coarse; use a smaller step or a smaller stiffness",
+            )
+
+    def state(self) -> dict[str, Any]:
+        """What was found so far."""
+        return {
+            "deep": dict(self._deep),
+            "crossed": dict(self._crossed),
+            "sudden": dict(self._sudden),
+        }
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Take it up."""
+        self._deep = {name: (a, b) for name, (a, b) in state["deep"].items()}
+        self._crossed = dict(state["crossed"])
+        self._sudden = {name: list(row) for name, row in state["sudden"].items()}

@@ -1,0 +1,272 @@
+"""Contact of points of one body with both faces of a shell, or of a shell with itself."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.sparse import coo_array, csr_array
+from scipy.sparse.csgraph import dijkstra
+
+from shellmb.arrays import Bools, Floats, Ints
+from shellmb.errors import SceneError
+from shellmb.model.locations.nodes import part_dofs, said_point
+from shellmb.model.potentials.contact import TOUCHING
+from shellmb.model.potentials.points import MeshedBody, Points
+from shellmb.model.shells.shell import ShellModel
+from shellmb.model.touching.blend import Families
+from shellmb.model.touching.candidates import Candidates, around, find
+from shellmb.model.touching.facets import facets_of, nearest
+from shellmb.model.touching.law import Penalty
+from shellmb.model.touching.pulls import Places
+from shellmb.scene.loads.contacts import Contact
+from shellmb.scene.lookup import said
+
+# distances that are blended where a point is as near to several facets, of that at which it touches
+BLEND = 1e-4
+# in those, how much further than the nearest one facets have no weight: exp(-36) is round-off
+FELT = 36.0
+# distance along a shell within which it does not touch itself, of that at which it touches
+BESIDE = 3.0
+# parts of a triangle by which a way through it may miss its edge
+BESIDE_EDGE = 1e-9
+
+
+class Touching(NamedTuple):
+    """Points that touch at one of some states, with all facets that they may feel.
+
+    Args:
+        law: Law of the points.
+        families: Pairs of points and facets.
+        places: Nearest places of all pairs at each state.
+        point: Numbers of the points, shape (n,).
+        nodes: Nodes of the facet of each pair, in the slots behind that of the point, (p, k - 1).
+    """
+
+    law: Penalty
+    families: Families
+    places: list[Places]
+    point: Ints
+    nodes: Ints
+
+    @property
+    def distances(self) -> Floats:
+        """Distances of the points at each state, shape (n, states), m."""
+        found = [self.families.least(place.distance)[0] for place in self.places]
+        return np.stack(found, axis=1)
+
+
+class FacesContact:
+    """Contact of the points of a body with the faces of a shell, in one process.
+
+    Args:
+        item: Description.
+        points: The points.
+        body: The shell or beam that has them.
+        shell: The shell that has the faces; may be the same one.
+        length: Size of the scene, m.
+
+    Attributes:
+        y: Reference positions of the points, shape (n, 3), m.
+        y_dofs: Dofs of their displacements in the body's space, shape (n, 3).
+        x: Reference positions of the shell's nodes, shape (m, 3), m.
+        x_dofs: Dofs of their displacements in the shell's space, shape (m, 3).
+        law: Law of all points.
+    """
+
+    def __init__(
+        self, item: Contact, points: Points, body: MeshedBody, shell: ShellModel, length: float
+    ) -> None:
+        self.item, self.body, self.shell, self._length = item, body.name, shell.name, length
+        faces: Any = item.obstacle
+        reach = item.radius + faces.thickness / 2
+        # of triangles corners have no share of the area
+        has = points.weights > TOUCHING * points.weights.max()
+        ends = [end for end, some in zip(points.ends, has, strict=True) if some]
+        self.y = np.array([end.point for end in ends])
+        self.y_dofs = np.array([end.dofs["u"] for end in ends])
+        self._points, self._has = points, has
+        self.x = np.asarray(shell.mixed.nodes("u"))
+        self.x_dofs = part_dofs(shell, np.arange(len(self.x), dtype=np.int32), "u")
+        self.law = Penalty(reach, item.stiffness * points.weights[has], item.smoothing)
+        self.facets = facets_of(shell.mixed.subspaces["u"])
+        sides = self.x[self.facets.cells]
+        sizes = np.linalg.norm(sides - np.roll(sides, 1, axis=1), axis=2)
+        self.slack = max(reach, float(np.median(sizes)) / 2)
+        if item.smoothing > reach / 2:
+            raise SceneError(
+                f"{said(item)}: smoothing is {item.smoothing:g}; it must be less than half of the "
+                f"distance of mid-surfaces that touch, which is {reach:g}"
+            )
+
+    @property
+    def width(self) -> float:
+        """Distances that are blended, m."""
+        return BLEND * self.law.reach
+
+    @property
+    def _far(self) -> float:
+        """Distance from the nearest of all facets at which none of them is felt, m."""
+        return self.law.reach + FELT * self.width
+
+    @property
+    def alone(self) -> bool:
+        """Whether a shell touches itself."""
+        return self.body == self.shell
+
+    @cached_property
+    def _apart(self) -> Bools | None:
+        """Which cells are far enough along the shell to touch a point of it; None: all."""
+        if not self.alone:
+            return None
+        cells, count = self.facets.cells, len(self.x)
+        size = cells.shape[1]
+        i, j = (
+            cells[:, k].ravel() for k in (np.repeat(range(size), size), np.tile(range(size), size))
+        )
+        lengths = np.linalg.norm(self.x[i] - self.x[j], axis=1)
+        differ = i != j
+        graph = csr_array((count, count))
+        pairs = np.unique(np.stack([i, j])[:, differ], axis=1, return_index=True)
+        graph = csr_array((lengths[differ][pairs[1]], tuple(pairs[0])), shape=(count, count))
+        number = {tuple(dofs): k for k, dofs in enumerate(self.x_dofs.tolist())}
+        own = np.array([number[tuple(dofs)] for dofs in self.y_dofs.tolist()])
+        limit = BESIDE * self.law.reach
+        ways = dijkstra(graph, directed=False, indices=own, limit=limit + lengths.max())
+        within = ways[:, cells].min(axis=2) <= limit
+        # nor its own element, nor one beside it
+        touching = (cells[None] == own[:, None, None]).any(axis=2)
+        has = np.zeros((len(cells), count), dtype=np.float32)
+        np.put_along_axis(has, cells, 1.0, 1)
+        nodes = touching.astype(np.float32) @ has > 0
+        return ~(within | nodes[:, cells].any(axis=2))
+
+    def candidates(self, y: Floats, x: Floats, slack: float = 0.0) -> Candidates:
+        """Pairs that may touch until something has moved by half of a slack.
+
+        Args:
+            y: Positions of the points, m.
+            x: Positions of the shell's nodes, m.
+            slack: More than the usual slack, m.
+        """
+        far = self._far + FELT * self.width
+        return find(self.facets, y, x, far, self.slack + slack, self._apart)
+
+    def coupled(self, found: Candidates) -> csr_array:
+        """Which nodes have forces that depend on which others: points first, then the shell's."""
+        cells = self.facets.cells[self.facets.cell[found.triangle]]
+        n, count = len(self.y), len(self.y) + len(self.x)
+        rows = np.concatenate([np.repeat(found.point, cells.shape[1]), found.point])
+        columns = np.concatenate([n + cells.ravel(), found.point])
+        has = coo_array((np.ones(len(rows)), (rows, columns)), shape=(n, count)).tocsr()
+        return csr_array(has.T @ has)
+
+    def touching(self, found: Candidates, states: list[tuple[Floats, Floats]]) -> Touching | None:
+        """Points that touch at some of the states; None: there is none.
+
+        Args:
+            found: Pairs that may.
+            states: Positions of points and nodes, m.
+        """
+        if not len(found.point):
+            return None
+        near = [nearest(y[found.point], self.facets.places(x, found.triangle)) for y, x in states]
+        g = np.stack([some.distance for some in near])
+        least = np.minimum.reduceat(g, found.first, axis=1)
+        counts = np.diff(found.first, append=len(found.point))
+        touches = np.repeat(least.min(axis=0) < self._far, counts)
+        felt = (g < np.repeat(least, counts, axis=1) + FELT * self.width).any(axis=0)
+        pairs = np.flatnonzero(touches & felt)
+        if not len(pairs):
+            return None
+        point, first, owner = np.unique(found.point[pairs], return_index=True, return_inverse=True)
+        triangle = found.triangle[pairs]
+        nodes = self.facets.cells[self.facets.cell[triangle]]
+        vertices = self.facets.vertices[triangle]
+        places = []
+        for (y, x), every in zip(states, near, strict=True):
+            some = every.only(pairs)
+            on = np.einsum("pk,pkj->pj", some.weights, vertices)
+            weights = np.column_stack([np.ones(len(pairs)), -on])
+            turns = np.concatenate([np.zeros((len(pairs), 2, 1)), -(some.turns @ vertices)], 2)
+            here = y[point[owner]][:, None]
+            slots = np.concatenate([here, x[nodes]], axis=1) - here
+            places.append(Places(slots, weights, turns, some.inverse, some.distance))
+        families = Families(owner, first, self.width)
+        return Touching(self.law.only(point), families, places, point, nodes)
+
+    def through(self, found: Candidates, a: Any, b: Any) -> int | None:
+        """A point that passes through the shell on a straight way between two states, if any."""
+        sides = []
+        for y, x in (a, b):
+            v = self.facets.places(x, found.triangle)
+            normal = np.cross(v[:, 1] - v[:, 0], v[:, 2] - v[:, 0])
+            sides.append(np.vecdot(normal, y[found.point] - v[:, 0]))
+        changes = np.flatnonzero(sides[0] * sides[1] < 0)
+        if not len(changes):
+            return None
+        share = (sides[0] / np.where(sides[0] == sides[1], 1.0, sides[0] - sides[1]))[changes]
+        point, triangle = found.point[changes], found.triangle[changes]
+        (y0, v0), (y1, v1) = ((y[point], self.facets.places(x, triangle)) for y, x in (a, b))
+        y, v = y0 + share[:, None] * (y1 - y0), v0 + share[:, None, None] * (v1 - v0)
+        sizes = np.linalg.norm(v - np.roll(v, 1, axis=1), axis=2).max(axis=1)
+        # on a way that is bent sides change a little elsewhere
+        near = nearest(y, v).distance < BESIDE_EDGE * sizes + self.law.reach / 100
+        return int(point[near][0]) if near.any() else None
+
+    @cached_property
+    def _sides(self) -> Ints:
+        """Lines between neighbouring points, shape (m, 2)."""
+        pairs = self._points.segments()
+        pairs = pairs[self._has[pairs].all(axis=1)]
+        # by their numbers among those that have a share of the area
+        return np.asarray((np.cumsum(self._has) - 1)[pairs])
+
+    def pierced(self, found: Candidates, y: Floats, x: Floats) -> bool:
+        """Whether a line between neighbouring points passes through a facet.
+
+        Args:
+            found: Pairs that may touch.
+            y: Positions of the points, m.
+            x: Positions of the shell's nodes, m.
+        """
+        ends = y[self._sides]
+        half = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) / 2
+        if not len(ends) or (not len(found.point) and found.slack > half.max()):
+            return False
+        line, triangle = around(self.facets, ends.mean(axis=1), x, half)
+        ends, v = ends[line], self.facets.places(x, triangle)
+        normal = np.cross(v[:, 1] - v[:, 0], v[:, 2] - v[:, 0])
+        one, two = np.vecdot(normal[:, None], ends - v[:, :1]).T
+        crosses = one * two < 0
+        if self._apart is not None:
+            crosses &= self._apart[self._sides[line], self.facets.cell[triangle][:, None]].all(1)
+        share = (one / np.where(crosses, one - two, 1.0))[crosses]
+        ends = ends[crosses]
+        at = ends[:, 0] + share[:, None] * (ends[:, 1] - ends[:, 0])
+        return bool((nearest(at, v[crosses]).distance <= BESIDE_EDGE * self._length).any())
+
+    def check_start(self) -> None:
+        """Refuse points that touch at the start.
+
+        Raises:
+            SceneError: If there are any.
+        """
+        touching = self.touching(self.candidates(self.y, self.x), [(self.y, self.x)])
+        if touching is None:
+            return
+        of, (place,) = touching.families, touching.places
+        # not blended: bodies may start as near as they may be
+        depth = self.law.reach - np.minimum.reduceat(place.distance, of.first)
+        inside = depth > TOUCHING * self._length
+        if not inside.any():
+            return
+        worst = int(np.argmax(depth))
+        x = self.y[touching.point[worst]]
+        raise SceneError(
+            f"{said(self.item)}: {int(inside.sum())} of {len(self.y)} points of '{self.body}' "
+            f"start in '{self.shell}', the one at {said_point(x, self._length)} by "
+            f"{depth[worst]:.3g} m; they must start at least {self.law.reach:g} m from its "
+            "mid-surface, which is radius and half of the thickness"
+        )
