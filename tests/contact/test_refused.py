@@ -70,7 +70,7 @@ def hinged(stop: Any, scheme: str = "ep", *others: Any) -> Scene:
             lambda: scene(rigid_bodies=(), shells=PLATE, contacts=contact(at=("left", "left-top"))),
             "it must be edges and areas, or points, and not both",
         ),
-        (lambda: scene(contacts=(contact(), contact())), "another potential, contact, joint or el"),
+        (lambda: scene(contacts=(contact(), contact())), "another potential, contact, joint, el"),
         (lambda: scene("linear-dynamics", contacts=contact()), "displacements are small"),
         (
             lambda: scene("static", contacts=contact(relative_damping=0.1)),
