@@ -119,9 +119,17 @@ class PathForms:
 
     def middle(self) -> Values:
         """Mean of the path of the step just solved, where the mean of the forces acts."""
-        levels, scaled = self._levels, {k: f.x.array for k, f in self._levels.scaled.items()}
-        unknown = {stage: f.x.array for stage, f in levels.unknown.items()}
-        return np.asarray(self._scheme.path(levels.q.x.array, scaled, unknown).mean)
+        return np.asarray(self._scheme.path(*self._arrays).mean)
+
+    @cached_property
+    def _arrays(self) -> tuple[Values, dict[str, Values], dict[str, Values]]:
+        """Arrays of the start of the step, of scaled rates, and of the unknown states."""
+        levels = self._levels
+        scaled, unknown = (
+            {key: np.asarray(f.x.array) for key, f in functions.items()}
+            for functions in (levels.scaled, levels.unknown)
+        )
+        return np.asarray(levels.q.x.array), scaled, unknown
 
     def mean_state(self) -> Expr:
         """Mean of the path."""

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import ufl
@@ -176,14 +176,20 @@ class IntervalForms:
         """The last sub-interval, which each step asks for."""
         return self._last(self._levels)
 
+    @cached_property
+    def _ends(self) -> tuple[Values, Values]:
+        """Arrays of both ends of the last sub-interval."""
+        if self._levels.reference is not None:
+            there = np.asarray(self._levels.reference.q.x.array)
+            return there, there
+        a, b = (cast(fem.Function, end) for end in (self._span.a, self._span.b))
+        there = np.asarray(b.x.array)
+        return (there if a is b else np.asarray(a.x.array)), there
+
     def middle(self) -> Values:
         """The middle of the last sub-interval; the state of a single one, or the reference."""
-        levels = self._levels
-        if levels.reference is not None:
-            return np.asarray(levels.reference.q.x.array)
-        ends: Any = self._span
-        a, b = ends.a, ends.b
-        return np.asarray(b.x.array if a is b else (a.x.array + b.x.array) / 2)
+        a, b = self._ends
+        return np.asarray(b if a is b else (a + b) / 2)
 
     def mean_state(self) -> Expr:
         """State of which the averaged stress of the last sub-interval is."""
