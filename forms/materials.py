@@ -96,6 +96,86 @@ def invariants(e: Expr, gam: Expr, factor: Expr) -> tuple[Expr, Expr]:
     return first, second
 
 
+def ogden(strains: ShellStrains, parameters: Mapping[str, Expr]) -> Expr:
+    """Incompressible Ogden shell of one to three terms, thickness stretch from incompressibility.
+
+    `psi = sum mu_k/alpha_k (l_1^alpha_k + l_2^alpha_k + l_3^alpha_k - 3)`, a shear modulus of
+    `sum mu_k alpha_k/2`, which transverse shear has at all stretches: R. W. Ogden, Proc. R. Soc.
+    Lond. A 326 (1972) 565-584. With `alpha_1 = 2` alone it is `neo_hookean`.
+
+    Args:
+        strains: Shell strains of eq. (9).
+        parameters: `mu1`, `alpha1` and, as they are needed, `mu2`, `alpha2`, `mu3`, `alpha3` (Pa,
+            -), `thickness` (m), `shear_correction` (-).
+    """
+    terms = [
+        (parameters[f"mu{k}"], parameters[f"alpha{k}"]) for k in (1, 2, 3) if f"mu{k}" in parameters
+    ]
+    thickness, factor = parameters["thickness"], parameters["shear_correction"]
+    modulus = sum(mu * alpha for mu, alpha in terms) / 2
+
+    def density(e: Expr, gam: Expr) -> Expr:
+        plane = sum(mu / alpha * powers(e, alpha) for mu, alpha in terms)
+        return plane + modulus / 2 * factor * _sheared(e, gam)
+
+    return through_thickness(density, strains, thickness)
+
+
+# above it stretches differ enough for their logarithms; below, what these terms leave is round-off
+ALIKE = 2e-3
+TERMS = 5
+
+
+def powers(e: Expr, alpha: Expr) -> Expr:
+    """`l_1^alpha + l_2^alpha + l_3^alpha - 3` of an incompressible body without transverse shear.
+
+    Of the eigenvalues of `C_plane` with trace `2 m` and determinant `j^2` this is
+
+        2 p cosh(alpha/2 arcosh(m/j)) + 1/p^2 - 3,      p = j^(alpha/2),
+
+    a smooth function also where the stretches are equal. It is written without differences of ones.
+
+    Args:
+        e: In-plane strain (11, 22, 2*12).
+        alpha: Exponent.
+    """
+    a, b = 2 * (e[0] + e[1]), 4 * e[0] * e[1] - e[2] ** 2
+    j = ufl.sqrt(1 + a + b)
+    # tanh(alpha ln(j)/4), by which p - 1 and p + 1 are known
+    half = ufl.tanh(alpha * _log_of_one_and(a + b) / 8)
+    more = 2 * half / (1 - half)
+    p = 1 + more
+    # m/j - 1
+    y = ((e[0] - e[1]) ** 2 + e[2] ** 2) / (j * (1 + a / 2 + j))
+    return more**2 * (2 * p + 1) / p**2 + 2 * p * _cosh_less_one(alpha / 2, y)
+
+
+def _log_of_one_and(d: Expr) -> Expr:
+    """`ln(1 + d)`, by a series in `d/(2 + d)` where `d` is small."""
+    near = ufl.lt(abs(d), ALIKE)
+    w = ufl.conditional(near, d, 0.0) / (2 + ufl.conditional(near, d, 0.0))
+    series = 2 * w * (1 + w**2 * (1 / 3 + w**2 / 5))
+    return ufl.conditional(near, series, ufl.ln(1 + ufl.conditional(near, 1.0, d)))
+
+
+def _cosh_less_one(n: Expr, y: Expr) -> Expr:
+    """`cosh(n arcosh(1 + y)) - 1`, by Chebyshev's series in `y` where `y` is small."""
+    series: Expr | float = 1.0
+    for k in range(TERMS, 0, -1):
+        series = 1 + series * y * (n**2 - k**2) / ((2 * k + 1) * (k + 1))
+    near = ufl.lt(y, ALIKE)
+    far = ufl.conditional(near, 1.0, y)
+    s = ufl.ln(1 + far + ufl.sqrt(far * (2 + far)))
+    return ufl.conditional(near, n**2 * y * series, ufl.cosh(n * s) - 1)
+
+
+def _sheared(e: Expr, gam: Expr) -> Expr:
+    """`g . C_plane^-1 . g`, by which transverse shear stretches the thickness."""
+    c11, c22, c12 = 1 + 2 * e[0], 1 + 2 * e[1], e[2]
+    square = c22 * gam[0] ** 2 - 2 * c12 * gam[0] * gam[1] + c11 * gam[1] ** 2
+    return square / (c11 * c22 - c12**2)
+
+
 def isotropic_quadratic(strains: ShellStrains, parameters: Mapping[str, Expr]) -> Expr:
     """Isotropic linear section as an energy density, to compare both paths with each other.
 

@@ -193,6 +193,57 @@ def test_mooney_rivlin_stress_of_uniaxial_stretch() -> None:
     assert stress[1] == pytest.approx(0.0, abs=1e-14)
 
 
+def ogden(e: Expr, *terms: tuple[float, float]) -> Expr:
+    p = {"thickness": RUBBER["thickness"], "shear_correction": 5 / 6}
+    for k, (mu, alpha) in enumerate(terms, 1):
+        p |= {f"mu{k}": mu, f"alpha{k}": alpha}
+    return materials.ogden(strains(e), {k: ufl.as_ufl(v) for k, v in p.items()})
+
+
+# of Treloar's rubber, in MPa: R. W. Ogden (1972), p. 580
+TRELOAR = ((0.63, 1.3), (0.0012, 5.0), (-0.01, -2.0))
+
+
+@pytest.mark.parametrize("stretch", [0.6, 1 + 1e-4, 1.6, 4.0])
+@pytest.mark.parametrize(
+    ("across", "third"), [(-0.5, -0.5), (1.0, -2.0), (0.0, -1.0)], ids=["one", "both", "pure shear"]
+)
+def test_ogden_stress_of_treloar_s_three_tests(stretch: float, across: float, third: float) -> None:
+    """`sum mu (l^(alpha - 1) - l^(third alpha - 1))` per area of the reference."""
+    e = np.zeros(8)
+    e[:2] = (stretch**2 - 1) / 2, (stretch ** (2 * across) - 1) / 2
+    stress = evaluate(gradient(lambda e: ogden(e, *TRELOAR), vector(e)))
+    nominal = sum(m * (stretch ** (a - 1) - stretch ** (third * a - 1)) for m, a in TRELOAR)
+    # differences of powers near one
+    assert stress[0] * stretch == pytest.approx(RUBBER["thickness"] * nominal, rel=1e-10)
+
+
+def test_ogden_with_an_exponent_of_two_is_neo_hookean(rng: np.random.Generator) -> None:
+    """Transverse shear included; strains of 1e-6 too, whose energy has as many digits."""
+    for size in (1e-6, 1e-2, 0.2):
+        e = vector(size * rng.normal(size=8))
+        own, theirs = (lambda e: ogden(e, (RUBBER["mu"], 2.0))), rubber
+        assert float(evaluate(own(e))) == pytest.approx(float(evaluate(theirs(e))), rel=1e-11)
+        np.testing.assert_allclose(
+            evaluate(gradient(own, e)), evaluate(gradient(theirs, e)), rtol=1e-8, atol=1e-11 * size
+        )
+
+
+def test_ogden_is_smooth_where_its_formulas_meet() -> None:
+    """Stretches that differ by as much, and a little more or less, have one energy and stress."""
+    found = []
+    for part in (1 - 1e-9, 1 + 1e-9):
+        # m/j - 1 of equal and opposite principal strains
+        half = part * np.sqrt(2 * materials.ALIKE)
+        e = np.zeros(8)
+        e[0] = (np.exp(half) - 1) / 2
+        e[1] = (np.exp(-half) - 1) / 2
+        psi = lambda e: ogden(e, (0.63, 1.3))  # noqa: E731
+        found.append([evaluate(psi(vector(e))), *evaluate(gradient(psi, vector(e)))])
+    # what the strains differ by
+    np.testing.assert_allclose(found[0], found[1], rtol=1e-8, atol=1e-12)
+
+
 NORMAL, D = np.array([0.6, 0.0, 0.8]), np.array([0.0, 0.6, 0.8])
 CONSTRAINTS = {
     "kink": lambda q: nodal.locked_kink(q[0], q[1], ufl.as_ufl(0.3)),

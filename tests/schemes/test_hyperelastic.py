@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import ufl
 
-from shellmb.forms.materials import mooney_rivlin, neo_hookean
+from shellmb.forms.materials import mooney_rivlin, neo_hookean, ogden
 from shellmb.forms.shell import ShellStrains
 from shellmb.observers.account.energy import EnergyAccount
 from shellmb.scene import (
@@ -150,12 +150,19 @@ def test_the_energy_of_rubber_is_that_of_textbooks() -> None:
     assert float(found(())) == pytest.approx(0.1 * 3.0 / 2 * (np.trace(C) - 3), rel=1e-12)
 
 
+LAWS = {
+    mooney_rivlin: {"mu1": 7e3, "mu2": 3e3},
+    ogden: {"mu1": 1.5e4, "alpha1": 1.3, "mu2": -250.0, "alpha2": -2.0},
+}
+
+
 @pytest.mark.slow
+@pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize("scheme", ["ep", "ep4"])
-def test_a_mooney_rivlin_plate_keeps_its_energy(scheme: str) -> None:
+def test_a_plate_of_rubber_keeps_its_energy(scheme: str, law: Any) -> None:
     """It is thrown and spins, to strains of some hundredths."""
-    values = {"mu1": 7e3, "mu2": 3e3, "thickness": 0.01, "shear_correction": 5 / 6}
-    own = Hyperelastic(mooney_rivlin, values, thickness=0.01, density=1100.0, stiffness=3e2)
+    values = LAWS[law] | {"thickness": 0.01, "shear_correction": 5 / 6}
+    own = Hyperelastic(law, values, thickness=0.01, density=1100.0, stiffness=3e2)
     spin = InitialVelocity(spin=(3.0, 4.0, 12.0))
     more = {"initial": spin, "solver": Solver(newton="full", tolerance=1e-12)}
     simulation, energy = (
