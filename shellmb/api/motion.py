@@ -46,8 +46,9 @@ class _Bodies:
     bodies: list[Body]
     scene: _Settings
     mechanism: _Mechanism = _Mechanism()
-    potentials: list[Body] = field(default_factory=list)
+    stores: list[Body] = field(default_factory=list)
     meshed: dict[str, Body] = field(default_factory=dict)
+    faces: tuple[Any, ...] = ()
     slides: bool = False
 
     def coupled(self, body: Body) -> bool:

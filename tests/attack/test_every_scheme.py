@@ -41,7 +41,8 @@ def test_a_scheme_is_possible_or_refused_in_a_sentence(name: str, scheme: str) -
     try:
         scene, _ = with_scheme(name, scheme)
     except SceneError as refused:
-        said = ("mass per area", "nothing supports it", f"scheme '{scheme}'", "be a dynamic one")
+        named = (f"scheme '{scheme}'", f"scheme is '{scheme}'")
+        said = ("mass per area", "nothing supports it", "be a dynamic one", *named)
         assert any(words in str(refused) for words in said)
         # never the scheme that the scene itself names
         assert load(name).build().scheme_name != scheme

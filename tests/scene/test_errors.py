@@ -95,8 +95,8 @@ BAD = {
     "be": lambda: Rectangle(1, 1, axis1=(1, 1, 0)),
     "cylinder: angles is (0, 400); the second angle must exceed the first, by 360 degrees at "
     "most": lambda: Cylinder(1, 1, (0, 400)),
-    "sphere: polar is (10.0, 180.0); it must begin at 0 or more and end below 180 "
-    "degrees": lambda: Sphere(1, (10, 180)),
+    "sphere: polar is (10.0, 180.0) and azimuth (0.0, 360.0); polar must begin at 0 or more and "
+    "end below 180 degrees, or be (0, 180) all the way round": lambda: Sphere(1, (10, 180)),
     "disc: radius is nan; it must be a finite number": lambda: Disc(NAN),
     "gmsh file: path is 'nowhere.msh'; there is no such file": lambda: GmshFile("nowhere.msh"),
     "gmsh model: build is 3; it must be a function": lambda: GmshModel(3),
