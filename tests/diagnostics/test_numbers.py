@@ -75,6 +75,11 @@ def energy(**numbers: float) -> Any:
     return SimpleNamespace(values={}, dissipated={"rotor": 3.0, "other": 1.0}, **given)
 
 
+def off(by: float) -> dict[str, Any]:
+    rows = [{"t": 0.0, "energy_balance": 0.0}, {"t": 1.0, "energy_balance": by}]
+    return {"energy": energy(relative_error=by), "history": SimpleNamespace(rows=rows)}
+
+
 def drifts(by: float, kind: str) -> dict[str, Any]:
     turns = {"rotor": SimpleNamespace(largest=0.25), "other": SimpleNamespace(largest=0.5)}
     momentum = SimpleNamespace(relative_drift=lambda k: by if k == kind else 0.0)
@@ -93,8 +98,8 @@ ED, ALPHA = EnergyDecaying(1.0), GeneralizedAlpha(0.5)
 # a tenth of what does not alternate
 BOUNDS: dict[str, tuple[float, Any]] = {
     "dissipation": (0.05, lambda x: judged(Dissipation, energy=energy(dissipated_share=x))),
-    "account": (1e-8, lambda x: judged(EnergyLaw, energy=energy(relative_error=x))),
-    "account, no law": (1e-2, lambda x: judged(EnergyLaw, ALPHA, energy=energy(relative_error=x))),
+    "account": (1e-8, lambda x: judged(EnergyLaw, **off(x))),
+    "account, no law": (1e-2, lambda x: judged(EnergyLaw, ALPHA, **off(x))),
     "momentum": (1e-6, lambda x: judged(Drift, **drifts(x, LINEAR))),
     "angular momentum": (1e-6, lambda x: judged(Drift, **drifts(x, ANGULAR))),
     "momentum in ED": (1e-6, lambda x: judged(Drift, ED, **drifts(x, LINEAR))),

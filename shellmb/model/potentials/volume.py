@@ -20,7 +20,6 @@ import basix.ufl
 import numpy as np
 import ufl
 from dolfinx import fem, la
-from scipy.spatial import cKDTree
 from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats, Ints
@@ -334,6 +333,9 @@ def _sides(
     Raises:
         SceneError: If there are none such; names the place.
     """
+    # loaded where there are volumes only
+    from scipy.spatial import cKDTree
+
     comm, names = shells[0].mixed.space.mesh.comm, said(item)
     if len(shells) > MOST:
         raise SceneError(f"{names}: {len(shells)} shells; they must be {MOST} at most")

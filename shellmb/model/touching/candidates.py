@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from shellmb.arrays import Bools, Floats, Ints
 from shellmb.model.touching.facets import Facets, nearest
+
+if TYPE_CHECKING:
+    from scipy.spatial import cKDTree
 
 
 class Candidates(NamedTuple):
@@ -84,6 +86,9 @@ def around(facets: Facets, y: Floats, x: Floats, distance: Floats) -> tuple[Ints
 
 def _tree(facets: Facets, x: Floats) -> tuple[cKDTree, float]:
     """Middles of all triangles, and the largest distance of a vertex from its one, m."""
+    # loaded where there are such contacts only
+    from scipy.spatial import cKDTree
+
     v = facets.places(x, np.arange(len(facets.cell)))
     middles = v.mean(axis=1)
     return cKDTree(middles), float(np.max(np.linalg.norm(v - middles[:, None], axis=2)))

@@ -7,7 +7,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.sparse import coo_array, csr_array
-from scipy.sparse.csgraph import dijkstra
 
 from shellmb.arrays import Bools, Floats, Ints
 from shellmb.errors import SceneError
@@ -120,6 +119,9 @@ class FacesContact:
         """Which cells are far enough along the shell to touch a point of it; None: all."""
         if not self.alone:
             return None
+        # loaded where a shell touches itself only
+        from scipy.sparse.csgraph import dijkstra
+
         cells, count = self.facets.cells, len(self.x)
         size = cells.shape[1]
         i, j = (
@@ -127,7 +129,6 @@ class FacesContact:
         )
         lengths = np.linalg.norm(self.x[i] - self.x[j], axis=1)
         differ = i != j
-        graph = csr_array((count, count))
         pairs = np.unique(np.stack([i, j])[:, differ], axis=1, return_index=True)
         graph = csr_array((lengths[differ][pairs[1]], tuple(pairs[0])), shape=(count, count))
         number = {tuple(dofs): k for k, dofs in enumerate(self.x_dofs.tolist())}
