@@ -50,7 +50,7 @@ def test_gradient_at_one_state_is_the_derivative() -> None:
     angles = [np.arctan2(*(at + s * h * change)[::-1]) for s in (-1, 1)]
     exact = (angles[1] - angles[0]) / (2 * h)
     for found in (
-        coordinates.turning(vector(at), vector(change)),
+        coordinates.angle_change(vector(at), vector(change)),
         coordinates.increment_gradient(vector(at), vector(at), vector(change)),
     ):
         # the central difference: round-off of angles over h

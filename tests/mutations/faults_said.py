@@ -198,8 +198,8 @@ FAULTS: tuple[Fault, ...] = (
     Fault(
         "the largest error of the account is forgotten by a run that goes on",
         f"{ACCOUNT}/energy.py",
-        'self.error, self.largest = state["error"], state["largest"]',
-        'self.largest = state["largest"]',
+        'self._error, self._largest = state["error"], state["largest"]',
+        'self._largest = state["largest"]',
         (f"{REMEMBERED}[rigid]",),
     ),
     Fault(
@@ -212,7 +212,7 @@ FAULTS: tuple[Fault, ...] = (
     Fault(
         "the largest violation is forgotten by a run that goes on",
         f"{ACCOUNT}/constraints.py",
-        'self.constraint_max = state["constraint_max"]',
+        'self._constraint_max = state["constraint_max"]',
         "pass",
         (f"{REMEMBERED}[rigid]",),
     ),
