@@ -246,7 +246,7 @@ STATEMENTS = (
         TIMED,
         partial(_snap, names=TIMED, begin=INVERTED, sign=1),
         why="the way back begins from vibrations that ED damps by more the longer its steps are: "
-        "EP, and ED with half the step, snap back later",
+        "with half the step it snaps back later",
     ),
     Statement(
         "At first a double-S: reversed in the middle only",
