@@ -152,7 +152,7 @@ def powers(e: Expr, alpha: Expr) -> Expr:
 
 def _log_of_one_and(d: Expr) -> Expr:
     """`ln(1 + d)`, by a series in `d/(2 + d)` where `d` is small."""
-    near = ufl.lt(abs(d), ALIKE)
+    near = ufl.lt(d**2, ALIKE**2)
     w = ufl.conditional(near, d, 0.0) / (2 + ufl.conditional(near, d, 0.0))
     series = 2 * w * (1 + w**2 * (1 / 3 + w**2 / 5))
     return ufl.conditional(near, series, ufl.ln(1 + ufl.conditional(near, 1.0, d)))
