@@ -86,9 +86,10 @@ def blade() -> Scene:
     return Scene("blade", shell, initial=spin, scheme="ed", dt=1.0, t_end=12.0, solver=FULL)
 
 
-# with the number of the step to stop behind, and watches that must have something to say
+# with the number of the step to stop in (the state is of the step before), and watches that must
+# have something to say
 SCENES: dict[str, tuple[Scene, int, set[str]]] = {
-    "rigid": (rigid(), 10, {"contact", "angular momentum"}),
+    "rigid": (rigid(), 11, {"contact", "angular momentum"}),
     "tolerance": (
         rigid(
             scheme="ed3", alpha=0.5, dt=0.01, t_end=0.2, step_control=StepControl(tolerance=1e-3)
