@@ -9,6 +9,7 @@ import numpy as np
 
 from shellmb.arrays import Floats
 from shellmb.diagnostics.base import Caution
+from shellmb.diagnostics.forces.impacts import Impacts
 from shellmb.model.potentials.contact import ContactGroup
 from shellmb.observers.summary import Sources
 from shellmb.scene.lookup import said
@@ -17,9 +18,6 @@ from shellmb.simulate.simulation import Silent, Simulation
 # part of the radius of a ball or rod, or of half the thickness of a box: deeper, or through it
 # within a step, a point soon leaves on the other side
 DEEP = 0.5
-# part of the largest energy of a contact that comes or goes in one step: of an impact that takes
-# n steps it is 3/n
-SUDDEN = 0.8
 # part of the largest penetration by which that of a step is too small: the force is too small, too
 SLID = 0.1
 
@@ -35,32 +33,30 @@ class Contacts(Silent):
 
     def __init__(self, sources: Sources) -> None:
         self._energy = sources.energy
-        self._before: dict[str, tuple[Floats, float]] = {}
-        # part of the radius, time; largest energy, largest change in a step, time
+        self._before: dict[str, Floats] = {}
+        # part of the radius, time
         self._deep: dict[str, tuple[float, float]] = {}
-        self._sudden: dict[str, list[float]] = {}
+        self._impacts = Impacts()
         # largest penetration; what is missed of one, m, time
         self._slid: dict[str, list[float]] = {}
 
     def start(self, simulation: Simulation) -> None:
         """Where the points are."""
         for group in _contacts(simulation):
-            self._before[group.item.name] = self._now(simulation, group)
+            name = group.item.name
+            self._before[name] = _positions(simulation, group)
+            self._impacts.begin(name, self._stored(name))
 
-    def _now(self, simulation: Simulation, group: ContactGroup) -> tuple[Floats, float]:
-        x = group.seen_positions(simulation.problem.levels[group.name].q.x.array)
-        return x, self._energy.values.get(f"{group.item.name}.energy", 0.0)
+    def _stored(self, name: str) -> float:
+        return self._energy.values.get(f"{name}.energy", 0.0)
 
     def accepted(self, simulation: Simulation) -> None:
         """Take the step."""
         for group in _contacts(simulation):
             name = group.item.name
-            (start, before), (end, energy) = self._before[name], self._now(simulation, group)
-            self._before[name] = end, energy
-            largest, change, when = self._sudden.get(name, [0.0, 0.0, 0.0])
-            if abs(energy - before) > change:
-                change, when = abs(energy - before), simulation.t
-            self._sudden[name] = [max(largest, energy), change, when]
+            start, end = self._before[name], _positions(simulation, group)
+            self._before[name] = end
+            self._impacts.step(name, self._stored(name), simulation.t)
             shape, depth = group.shape, group.penetrations(end)
             wrong = np.where(depth > 0, shape.overrated(start, end), 0.0)
             most, missed, then = self._slid.get(name, [0.0, 0.0, 0.0])
@@ -90,20 +86,8 @@ class Contacts(Silent):
                     f"t = {when:.4g} s), and leaves on the wrong side if it passes "
                     "the middle: use a smaller step or a larger stiffness",
                 )
-            largest, change, when = self._sudden.get(name, [0.0, 0.0, 0.0])
-            share = change / largest if largest > 0 else 0.0
-            if share > SUDDEN and simulation.scheme.dynamic:
-                yield Caution(
-                    self.name,
-                    group.owner,
-                    share,
-                    SUDDEN,
-                    f"{said(item)}: {share:.0%} of the largest energy of the contact comes or goes "
-                    f"in one step (at t = {when:.4g} s): impacts are shorter than four steps, and "
-                    "when and where the body rebounds is coarse; use a smaller step or a smaller "
-                    "stiffness",
-                )
-
+            if simulation.scheme.dynamic:
+                yield from self._impacts.cautions(self.name, group.owner, name, said(item))
             rows = simulation.model.comm.allgather(self._slid.get(name, [0.0, 0.0, 0.0]))
             most, (missed, then) = max(row[0] for row in rows), max(row[1:] for row in rows)
             share = missed / most if most > 0 else 0.0
@@ -122,15 +106,19 @@ class Contacts(Silent):
         """Findings so far."""
         return {
             "deep": dict(self._deep),
-            "sudden": dict(self._sudden),
+            "sudden": self._impacts.state(),
             "slid": dict(self._slid),
         }
 
     def restore(self, state: dict[str, Any]) -> None:
         """Take it up."""
         self._deep = {name: (a, b) for name, (a, b) in state["deep"].items()}
-        self._sudden = {name: list(row) for name, row in state["sudden"].items()}
+        self._impacts.restore(state["sudden"])
         self._slid = {name: list(row) for name, row in state["slid"].items()}
+
+
+def _positions(simulation: Simulation, group: ContactGroup) -> Floats:
+    return group.seen_positions(simulation.problem.levels[group.name].q.x.array)
 
 
 def _contacts(simulation: Simulation) -> list[ContactGroup]:

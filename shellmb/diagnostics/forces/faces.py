@@ -6,7 +6,8 @@ from collections.abc import Iterator
 from typing import Any
 
 from shellmb.diagnostics.base import Caution
-from shellmb.diagnostics.forces.contacts import DEEP, SUDDEN
+from shellmb.diagnostics.forces.contacts import DEEP
+from shellmb.diagnostics.forces.impacts import Impacts
 from shellmb.observers.summary import Sources
 from shellmb.scene.lookup import said
 from shellmb.simulate.couplings.faces import FacesCoupling
@@ -27,15 +28,23 @@ class TouchingFaces(Silent):
         # by contact: depth in the distance at which it touches, time; first time of crossing
         self._deep: dict[str, tuple[float, float]] = {}
         self._crossed: dict[str, float] = {}
-        # energy now, its largest one and its largest change in a step, time
-        self._sudden: dict[str, list[float]] = {}
+        self._impacts = Impacts()
 
     def start(self, simulation: Simulation) -> None:
         """Take the start."""
-        self.accepted(simulation)
+        for faces in simulation.problem.couplings:
+            self._impacts.begin(faces.name, self._energy.values[f"{faces.name}.energy"])
+        self._look(simulation)
 
     def accepted(self, simulation: Simulation) -> None:
         """Take the step."""
+        for faces in simulation.problem.couplings:
+            energy = self._energy.values[f"{faces.name}.energy"]
+            self._impacts.step(faces.name, energy, simulation.t)
+        self._look(simulation)
+
+    def _look(self, simulation: Simulation) -> None:
+        """See how deep points are, and whether bodies intersect."""
         t = simulation.t
         for faces in simulation.problem.couplings:
             name = faces.name
@@ -43,11 +52,6 @@ class TouchingFaces(Silent):
             self._deep[name] = max(self._deep.get(name, (0.0, 0.0)), (deep, t))
             if name not in self._crossed and faces.crosses():
                 self._crossed[name] = t
-            energy = self._energy.values[f"{name}.energy"]
-            before, largest, change, when = self._sudden.get(name, [energy, 0.0, 0.0, 0.0])
-            if abs(energy - before) > change:
-                change, when = abs(energy - before), t
-            self._sudden[name] = [energy, max(largest, energy), change, when]
 
     def cautions(self, simulation: Simulation) -> Iterator[Caution]:
         """What is wrong with contacts."""
@@ -80,29 +84,19 @@ class TouchingFaces(Silent):
                 f"t = {when:.4g} s); behind the mid-surface it would leave on the other side: use "
                 "a larger stiffness",
             )
-        _, largest, change, when = self._sudden[name]
-        share = change / largest if largest > 0 else 0.0
-        if share > SUDDEN and dynamic:
-            yield Caution(
-                self.name,
-                contact.body,
-                share,
-                SUDDEN,
-                f"{who}: {share:.0%} of the largest energy of the contact comes or goes in one "
-                f"step (at t = {when:.4g} s): impacts are shorter than four steps, and when and "
-                "where bodies rebound is coarse; use a smaller step or a smaller stiffness",
-            )
+        if dynamic:
+            yield from self._impacts.cautions(self.name, contact.body, name, who)
 
     def state(self) -> dict[str, Any]:
         """What was found so far."""
         return {
             "deep": dict(self._deep),
             "crossed": dict(self._crossed),
-            "sudden": dict(self._sudden),
+            "sudden": self._impacts.state(),
         }
 
     def restore(self, state: dict[str, Any]) -> None:
         """Take it up."""
         self._deep = {name: (a, b) for name, (a, b) in state["deep"].items()}
         self._crossed = dict(state["crossed"])
-        self._sudden = {name: list(row) for name, row in state["sudden"].items()}
+        self._impacts.restore(state["sudden"])
