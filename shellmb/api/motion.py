@@ -46,10 +46,15 @@ class _Bodies:
     bodies: list[Body]
     scene: _Settings
     mechanism: _Mechanism = _Mechanism()
-    stores: list[Body] = field(default_factory=list)
+    potentials: list[Body] = field(default_factory=list)
     meshed: dict[str, Body] = field(default_factory=dict)
     faces: tuple[Any, ...] = ()
     slides: bool = False
+
+    @property
+    def stores(self) -> list[Body]:
+        """Bodies with an energy of their own in the account."""
+        return self.potentials
 
     def coupled(self, body: Body) -> bool:
         """Whether constraints tie the velocity jump of a body: it is unknown then."""

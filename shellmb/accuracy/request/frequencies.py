@@ -73,7 +73,8 @@ class ModeSearch(Search):
                 f"of is '{name}', the frequency of a rigid-body motion, which is 0; ask for a "
                 "mode that deforms the bodies, 'f7' of a free one"
             )
-        self._family.failures.update(dict.fromkeys([change] if said else [], "; ".join(said)))
+        if said:
+            self._family.failures[change] = "; ".join(said)
         write_mode_errors(comm, summary, place, found, said)
         # eigenproblems of fine meshes take most of the time: all of it grows with the elements
         self.levels.append(self._level_of(change, found[name], seconds, seconds))

@@ -260,7 +260,7 @@ class Search:
 
     def _level_of(self, change: Change, found: Found, seconds: float, stepping: float) -> Level:
         """A level with its errors and its processor times."""
-        scene, order = change.apply(self.scene), order_of(change.apply(self.scene))
+        scene = change.apply(self.scene)
         parts = {k: p.error for k, p in found.parts.items()}
         before = next((v.total for v in self._stored if v.change == change), None)
         total = slowest(self.how.comm, time.process_time() - self._cpu)
@@ -273,7 +273,7 @@ class Search:
             mesh=parts.pop("mesh"),
             step=parts.pop("step"),
             others=sum(parts.values()),
-            order=min(max(found.step.order or 1.0, 1.0), max(order, 1.0)),
+            order=min(max(found.step.order or 1.0, 1.0), max(order_of(scene), 1.0)),
             seconds=slowest(self.how.comm, seconds),
             stepping=slowest(self.how.comm, stepping),
             total=past + total if before is None else before,

@@ -67,7 +67,8 @@ def read_meshio(path: Path, who: str) -> Found:
         blocks.setdefault(kind, []).append(_nodes_of(block, len(x), path, who))
     # polygons of several numbers of sides are one kind
     joint = {k: np.concatenate(rows) for k, rows in blocks.items() if k != "polygon"}
-    left_out["cells 'polygon'"] = sum(map(len, blocks.get("polygon", [])))
+    if "polygon" in blocks:
+        left_out["cells 'polygon'"] = sum(map(len, blocks["polygon"]))
     found = Found(x, {k: joint[k] for k in joint if k in CELLS.values()})
     named = _named(mesh)
     for name, rows_of in named.items():
@@ -91,7 +92,7 @@ def read_meshio(path: Path, who: str) -> Found:
             rows = rows[~np.isin(ends @ [len(found.x), 1], _sides(found))]
         if len(rows):
             left_out[f"cells '{kind}'"] += len(rows)
-    found.left_out = +left_out
+    found.left_out = left_out
     return found
 
 

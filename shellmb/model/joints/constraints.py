@@ -130,7 +130,7 @@ class ConstraintGroup(Massless):
         return self.violation(state)
 
     @cached_property
-    def _evaluation(self) -> Callable[[Floats], Floats]:
+    def _evaluate(self) -> Callable[[Floats], Floats]:
         """Finds all violations, shape (local items, count), at a local array of the state."""
         state = fem.Function(self.mixed.space)
         shape = (self.count,)
@@ -146,9 +146,6 @@ class ConstraintGroup(Massless):
             return np.asarray(found[rows])
 
         return at
-
-    def _evaluate(self, array: Floats) -> Floats:
-        return self._evaluation(array)
 
     def violations_at(self, array: Floats) -> Floats:
         """Values of the constraints at a local array of the state, as `all_violations`."""

@@ -48,7 +48,7 @@ SMALL_PRESSURE = 1e-3
 TOGETHER = 1e-7
 # areas at a free node relative to that of the whole: far above round-off, far below an element's
 OPEN = 1e-9
-# a volume below this part of that of a cube with the area is none
+# a volume below this part of that of a cube as long as the shells is none
 FLAT = 1e-9
 # sine of the angle of directions that count as one
 ALIKE = 1e-6
@@ -301,16 +301,16 @@ def enclosed_volumes(
         cones = [_Cones(item, shell) for shell in members]
         signs = _sides(item, members, [c.lids() for c in cones], prescribed, length)
         parts = [c.volume() for c in cones]
-        volume, area = float(np.dot(signs, parts)), max(s.surface_mesh.length for s in members)
-        if abs(volume) < FLAT * area**3:
+        volume, size = float(np.dot(signs, parts)), max(s.surface_mesh.length for s in members)
+        if abs(volume) < FLAT * size**3:
             raise SceneError(
                 f"{said(item)}: the shells enclose no volume from origin {item.origin}; it must be "
                 "a point of the planes that close them"
             )
         turn = np.sign(volume)
         gas = item.gas
-        size = max(gas.pressure, gas.outside) if gas is not None else force / length**2
-        filling = Filling(item, comm, abs(volume), size)
+        pressure = force / length**2 if gas is None else max(gas.pressure, gas.outside)
+        filling = Filling(item, comm, abs(volume), pressure)
         surfaces = [
             Enclosing(item, shell, float(turn * sign), filling)
             for shell, sign in zip(members, signs, strict=True)

@@ -171,11 +171,14 @@ class ReducedNumbers:
     @property
     def matrix_places(self) -> tuple[Ints, Ints]:
         """Row and column in the matrix of each local dof that is an unknown itself; -1: none."""
-        found = []
-        for rows, numbers in ((self.left, self.matrix_rows), (self.right, self.matrix_columns)):
-            where = np.append(numbers, NONE)[rows.places[:, 0]]
-            found.append(where)
-        return found[0], found[1]
+        rows, columns = (
+            np.append(numbers, NONE)[bases.places[:, 0]]
+            for bases, numbers in (
+                (self.left, self.matrix_rows),
+                (self.right, self.matrix_columns),
+            )
+        )
+        return rows, columns
 
     def _number_multipliers(self) -> None:
         n, comm = self.system.numbering, self.system.comm
