@@ -101,6 +101,11 @@ def distance_stretch(g: Potential, e: Stretch) -> Stretch:
         ufl.as_vector([g(x)])
         for x in (e.start, e.start + e.chord / 2 - 3 * e.bow / 4, e.start + e.chord)
     )
+    return through(start, middle, end)
+
+
+def through(start: Expr, middle: Expr, end: Expr) -> Stretch:
+    """Measures over a step as if they were quadratic, by their ends and their middle, (n,) each."""
     return Stretch(start, end - start, 4 * ((start + end) / 2 - middle) / 3)
 
 

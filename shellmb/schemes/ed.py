@@ -124,7 +124,7 @@ class EnergyDecaying(Defaults):
     @property
     def pieces(self) -> Pieces | None:
         """Both sub-intervals, the stress of the first one with the jump (32)."""
-        return intervals((START, "j", END), (self.alpha, 0.0))
+        return intervals((START, "j", END), (True, False), self.alpha)
 
     def jump(self, levels: Levels, dt: fem.Constant) -> JumpStage | None:
         """Eq. (31) solved for the jump of velocities, as far as constraints allow."""

@@ -44,7 +44,7 @@ class EnergyPreserving(Defaults):
     @property
     def pieces(self) -> Pieces | None:
         """The step; none where displacements are small."""
-        return None if self.linear else intervals((START, END), (0.0,))
+        return None if self.linear else intervals((START, END), (False,))
 
     def advance(
         self,

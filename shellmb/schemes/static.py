@@ -8,7 +8,7 @@ from dolfinx import fem
 from shellmb.schemes.base import END, Levels, Stage, Tangent, Values
 from shellmb.schemes.defaults import Defaults
 from shellmb.schemes.interval import at_state
-from shellmb.schemes.pieces import Pieces, intervals
+from shellmb.schemes.pieces import Pieces, single
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,7 @@ class Static(Defaults):
     @property
     def pieces(self) -> Pieces | None:
         """Forces at the unknown state; none where displacements are small."""
-        return None if self.linear else intervals((END,), (0.0,))
+        return None if self.linear else single(END)
 
     def advance(
         self,

@@ -129,7 +129,8 @@ class Problem:
         pieces, offsets = self.scheme.pieces, self.system.numbering.offsets
         assert pieces is not None, "scenes with such contacts are checked"
         places = {key: int(offsets[k]) for key, k in self._index.items()}
-        return [FacesCoupling(made, self.levels, pieces, places) for made in self.model.faces]
+        comm, levels = self.model.comm, self.levels
+        return [FacesCoupling(comm, made, levels, pieces, places) for made in self.model.faces]
 
     def key(self, dt: float) -> tuple[Hashable, ...]:
         """Steps with the same one have nearly the same Jacobian; in linear statics all have it."""

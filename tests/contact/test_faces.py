@@ -15,6 +15,7 @@ from numpy.testing import assert_allclose
 
 import shellmb as sm
 from shellmb.errors import ConvergenceError, SceneError
+from shellmb.forms import contact
 from shellmb.model.model import build_model
 from shellmb.running.execute import execute
 from shellmb.scene import (
@@ -104,6 +105,28 @@ def momenta(found: Any) -> tuple[Any, Any]:
     names = [f"{kind}_{a}" for kind in ("momentum", "angular_momentum") for a in "xyz"]
     linear, angular = np.split(found.history[names].to_numpy(), 2, axis=1)
     return linear, angular
+
+
+@pytest.mark.parametrize(("scheme", "alpha"), SCHEMES)
+def test_the_law_is_that_of_the_forms(
+    scheme: str, alpha: float | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Kind: what is written twice. A factor in `forms.contact.energy` is one in the stiffness."""
+    once = plates(scheme=scheme, alpha=alpha, t_end=5e-4)
+    (touch,) = once.contacts
+    stiffer = execute(replace(once, contacts=replace(touch, stiffness=1.5 * K))).history
+    plain = execute(once).history
+    law = contact.energy
+    monkeypatch.setattr(contact, "energy", lambda p, k, s: 1.5 * law(p, k, s))
+    changed = execute(once).history
+    for name in ("touch.energy", "touch.Fz", "kinetic_energy"):
+        # round-off of sums in another order
+        size = np.nanmax(np.abs(stiffer[name]))
+        assert_allclose(changed[name], stiffer[name], rtol=0, atol=1e-9 * size)
+    found, before = changed["touch.energy"], plain["touch.energy"]
+    assert np.max(np.abs(found - before)) > 0.1 * np.max(before)
+    # what the tolerance of Newton's method leaves, far above the 1e-13 that was seen
+    assert np.max(np.abs(changed["energy_balance"])) < 1e-10 * changed["total_energy"][0]
 
 
 @pytest.mark.parametrize(("scheme", "alpha"), SCHEMES)

@@ -8,7 +8,6 @@ points in each half of the step show by how much.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from itertools import batched
 from typing import Any
 
 import numpy as np
@@ -28,8 +27,8 @@ MISSED = 1e-3
 # points of a step, and what the mean over both halves is more than that over the whole
 POINTS = np.concatenate([GAUSS_TIMES, GAUSS_TIMES / 2, 0.5 + GAUSS_TIMES / 2])
 MORE = np.concatenate([-GAUSS_WEIGHTS, GAUSS_WEIGHTS / 2, GAUSS_WEIGHTS / 2])
-# steps whose laws are looked at together
-TOGETHER = 64
+# states at which laws are evaluated together
+TOGETHER = 512
 
 
 class Unresolved(Silent):
@@ -55,7 +54,7 @@ class Unresolved(Silent):
         for load, function in of_time.values():
             yield from self._caution(_named(load), t, _factors(simulation, function, t))
         for group in simulation.model.mechanism.element_groups:
-            if isinstance(group, Motors) and (law := group.by_law(TOGETHER * len(POINTS))):
+            if isinstance(group, Motors) and (law := group.by_law(TOGETHER)):
                 for item in group.items:
                     column = f"{item.coordinate.joint}.{COLUMN[item.coordinate.kind]}"
                     x = np.array([row[column] for row in rows])
@@ -107,11 +106,7 @@ def _along(law: LawValues, t: Floats, x: Floats) -> Floats:
         t: Ends of steps, shape (n + 1,), s.
         x: Coordinate there.
     """
-    found = []
-    for steps in batched(range(len(t) - 1), TOGETHER):
-        k = np.resize(steps, TOGETHER)[:, None]
-        dt, change = t[k + 1] - t[k], x[k + 1] - x[k]
-        at = x[k] + change * POINTS, np.broadcast_to(change / dt, (TOGETHER, len(POINTS)))
-        values = law(*(each.ravel() for each in (*at, t[k] + dt * POINTS)))
-        found.append(values.reshape(TOGETHER, -1)[: len(steps)])
-    return np.concatenate(found)
+    dt, change = np.diff(t)[:, None], np.diff(x)[:, None]
+    rates = np.broadcast_to(change / dt, (len(dt), len(POINTS)))
+    states = x[:-1, None] + change * POINTS, rates, t[:-1, None] + dt * POINTS
+    return law(*(each.ravel() for each in states)).reshape(len(dt), -1)

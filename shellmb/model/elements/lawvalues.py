@@ -1,6 +1,6 @@
-"""Values of the laws of force elements at given coordinates, rates and times."""
+"""Values of laws that are written in UFL, at many given states."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 import ufl
@@ -14,37 +14,48 @@ from shellmb.native.expressions import compiled_expression, evaluate
 
 
 class LawValues:
-    """Evaluates a law at one state for each node of a mesh.
+    """Evaluates a law at one state for each node of a mesh, and at more states in turns.
 
     Args:
         nodes: The nodes.
-        law: Gives the force in UFL, as a function of coordinate, rate and time; parameters that
-            differ from node to node are its own.
+        law: Gives a scalar or vector in UFL, as a function of the states; parameters that differ
+            from node to node are its own.
+        sizes: Size of each of its arguments; those of force elements are coordinate, rate and time.
     """
 
-    def __init__(self, nodes: NodeMesh, law: Callable[[Expr, Expr, Expr], Expr]) -> None:
+    def __init__(
+        self, nodes: NodeMesh, law: Callable[..., Expr], sizes: Sequence[int] = (1, 1, 1)
+    ) -> None:
         self._nodes = nodes
-        count = nodes.mesh.topology.index_map(1).size_global
-        zeros = np.zeros((count, 1))
-        names = "x", "rate", "time"
-        self._given = [constant_vector(nodes, zeros, name) for name in names]
-        self._found = constant_vector(nodes, zeros, "force")
-        points = self._found.function_space.element.interpolation_points
+        self._count = count = nodes.mesh.topology.index_map(1).size_global
+        self._given = [
+            constant_vector(nodes, np.zeros((count, n)), f"state {k}") for k, n in enumerate(sizes)
+        ]
         # a derivative may be a plain number where what it is of is none
-        force = expand_derivatives(ufl.as_ufl(law(*self._given)))
-        if not ufl.domain.extract_domains(force):
+        value = expand_derivatives(ufl.as_ufl(law(*self._given)))
+        self._size = int(np.prod(value.ufl_shape, dtype=int))
+        self._found = constant_vector(nodes, np.zeros((count, self._size)), "value")
+        if not ufl.domain.extract_domains(value):
             # a law may be a plain number, and an expression needs a mesh
-            force = force + constant_vector(nodes, zeros, "nothing")
-        self._expression = compiled_expression(force, points)
+            value = value + constant_vector(nodes, np.zeros((count, 1)), "nothing")
+        points = self._found.function_space.element.interpolation_points
+        self._expression = compiled_expression(value, points)
 
     def __call__(self, *states: Floats) -> Floats:
-        """Forces [N] or moments [N m], shape (nodes,); collective.
+        """Values at states, shape (n,), of vectors (n, size); collective.
 
         Args:
-            states: Coordinates, rates and times, each of shape (nodes,).
+            states: The arguments, each of shape (n,) or (n, size).
         """
-        for function, values in zip(self._given, states, strict=True):
-            set_constants(function, self._nodes, values[:, None])
-        evaluate(self._expression, self._found)
-        rows = self._found.function_space.dofmap.list[:, 0]
-        return gathered(self._nodes, self._found.x.array[rows])
+        columns = [np.reshape(each, (len(each), -1)) for each in states]
+        found = np.empty((len(columns[0]), self._size))
+        for begin in range(0, len(found), self._count):
+            # nodes that are left over repeat some states
+            rows = np.resize(np.arange(begin, min(begin + self._count, len(found))), self._count)
+            for function, values in zip(self._given, columns, strict=True):
+                set_constants(function, self._nodes, values[rows])
+            evaluate(self._expression, self._found)
+            cells = self._found.function_space.dofmap.list[:, 0]
+            local = self._found.x.array.reshape(-1, self._size)[cells]
+            found[begin : begin + self._count] = gathered(self._nodes, local)[: len(found) - begin]
+        return found[:, 0] if self._size == 1 else found

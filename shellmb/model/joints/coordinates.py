@@ -402,10 +402,10 @@ def scalar_links(
 
 
 def gathered(nodes: NodeMesh, local: Floats) -> Floats:
-    """Values of all items from those of the local cells; collective."""
+    """Values of all items from those of the local cells, shape (cells, ...); collective."""
     domain = nodes.mesh
     mine = domain.topology.index_map(1).size_local
-    found = np.zeros(domain.topology.index_map(1).size_global)
+    found = np.zeros((domain.topology.index_map(1).size_global, *local.shape[1:]))
     found[nodes.item[:mine]] = local[:mine]
     domain.comm.Allreduce(MPI.IN_PLACE, found)
     return found

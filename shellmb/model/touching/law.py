@@ -1,21 +1,22 @@
-"""The penalty of a contact in numbers, with its derivatives by the distance (`forms.contact`)."""
+"""The penalty of a contact with faces of a shell, that of `forms.contact`, by a distance."""
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
-import numpy as np
+from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats, Ints
+from shellmb.forms import contact
 
 
 class Penalty(NamedTuple):
-    """Energy of a penetration, of a distance.
+    """Energy of the penetrations of some points.
 
     Args:
         reach: Distance at which contact begins, m.
         stiffness: Stiffness of each point, shape (n,), N/m.
-        smoothing: Penetration over which the stiffness sets in, m; 0: at once.
+        smoothing: Penetration over which the stiffness sets in, m.
     """
 
     reach: float
@@ -26,15 +27,7 @@ class Penalty(NamedTuple):
         """Law of some of the points."""
         return self._replace(stiffness=self.stiffness[which])
 
-    def __call__(self, g: Floats) -> tuple[Floats, Floats, Floats, Floats]:
-        """Energy and three derivatives at distances, shape (n, ...) each."""
-        k = self.stiffness.reshape(-1, *(1,) * (g.ndim - 1))
-        p, s = self.reach - g, self.smoothing
-        rising = (p > 0) & (p < s)
-        size = s or 1.0
-        energy = k * np.where(rising, p**3 / (6 * size), ((p - s / 2) ** 2 + s**2 / 12) / 2)
-        force = k * np.where(rising, p**2 / (2 * size), p - s / 2)
-        slope = k * np.where(rising, p / size, 1.0)
-        bend = k * np.where(rising, 1 / size, 0.0)
-        touches = np.where(p > 0, 1.0, 0.0)
-        return touches * energy, -touches * force, touches * slope, -touches * bend
+
+def energy(e: Expr, stiffness: Expr, reach: Expr, smoothing: Expr) -> Expr:
+    """Energy at a distance, as a part of the reach, shape (1,)."""
+    return contact.energy(reach * (1 - e[0]), stiffness, smoothing)

@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from functools import cached_property
 from typing import NamedTuple
 
+from mpi4py import MPI
+
 import numpy as np
 
 from shellmb.arrays import Floats, Ints
@@ -15,7 +17,8 @@ from shellmb.model.touching.faces import FacesContact, Touching
 from shellmb.model.touching.pulls import mean_slope
 from shellmb.scene.lookup import said
 from shellmb.schemes.base import END, Levels
-from shellmb.schemes.pieces import START, START_RATE, Pieces, Stresses
+from shellmb.schemes.pieces import START, START_RATE, Pieces
+from shellmb.simulate.couplings.stresses import PointStresses, StepStresses
 from shellmb.system.couplings import Entries
 
 # times a motion that was larger than expected for which pairs are found anew
@@ -34,7 +37,7 @@ class Acting(NamedTuple):
     """
 
     touching: Touching
-    stresses: Stresses
+    stresses: PointStresses
     slopes: list[tuple[Floats, ...]]
     mixed: list[Mixed]
     nodes: Ints
@@ -44,6 +47,7 @@ class FacesCoupling:
     """Forces of one contact with the faces of a shell.
 
     Args:
+        comm: Communicator.
         contact: The contact.
         levels: Functions of both bodies by their names.
         pieces: The steps of the scheme.
@@ -56,6 +60,7 @@ class FacesCoupling:
 
     def __init__(
         self,
+        comm: MPI.Comm,
         contact: FacesContact,
         levels: Mapping[str, Levels],
         pieces: Pieces,
@@ -63,6 +68,7 @@ class FacesCoupling:
     ) -> None:
         self.contact, self._pieces, self._offsets = contact, pieces, offsets
         self._stages = tuple(pieces.rows)
+        self._stresses = StepStresses(comm, pieces, contact.law)
         self._arrays = {name: _arrays(levels[name]) for name in (contact.body, contact.shell)}
         self._sides = (
             (contact.body, contact.y, contact.y_dofs),
@@ -117,7 +123,7 @@ class FacesCoupling:
         if touching is None:
             return None
         places = touching.places
-        stresses = self._pieces.stresses(touching.law, touching.distances)
+        stresses = self._stresses.at(touching.law, touching.distances)
         ends, of = self._pieces.ends, touching.families
         slopes = [mean_slope(places[i], places[j], derivatives) for i, j in ends]
         mix = [mixed(of, places[i].distance, places[j].distance) for i, j in ends]
@@ -219,7 +225,8 @@ class FacesCoupling:
         touching = self.contact.touching(self.candidates, [self.start()])
         if touching is None:
             return 0.0
-        return float(touching.law(touching.distances[:, 0])[0].sum())
+        distances = np.repeat(touching.distances, len(self._pieces.states), axis=1)
+        return float(self._stresses.at(touching.law, distances).energy.sum())
 
     def depth(self) -> float:
         """Penetration of the deepest point at the start of the step, m."""
@@ -236,7 +243,7 @@ class FacesCoupling:
         touching = self._touching()
         if touching is None:
             return 0.0
-        return float(self._pieces.stresses(touching.law, touching.distances).loss.sum())
+        return float(self._stresses.at(touching.law, touching.distances).loss.sum())
 
     def forces(self) -> Floats:
         """Mean forces on the points over the step just solved, shape (n, 3), N."""
