@@ -291,7 +291,7 @@ def moments(run: Any, panel: int) -> dict[str, Any]:
 
 
 def results(run: Any) -> dict[str, float]:
-    """How far and when the hinges open, and the largest rocking, moments and shear forces.
+    """Measure how far and when the hinges open, and the largest rocking, moments and shear forces.
 
     Times are those of the last hinge to pass 90 %; of a short run that no hinge passes there is
     none.

@@ -68,7 +68,7 @@ def scene(dt: float = 5e-4, t_end: float = 0.4):
 
 
 def results(run):
-    """What is left of energy and momentum, and how deep the ground gives way."""
+    """Measure what is left of energy and momentum, and how deep the ground gives way."""
     energy = run.column("total_energy") - run.column("work_loads")
     ahead, across = run.column("momentum_x"), run.column("momentum_y")
     push, dt = run.column("ground.Fz")[1:], np.diff(run.column("t"))

@@ -128,7 +128,7 @@ def scene(
 
 
 def results(run: Any) -> dict[str, float]:
-    """When the cantilever snaps, how far it swings first, and the same of another code."""
+    """Measure when the cantilever snaps and how far it swings first, here and in another code."""
     history = run.history
     t, y, z = (history[c].to_numpy() for c in ("t", "y", "z"))
     stored = tables.read("crank_buckling")

@@ -141,7 +141,7 @@ ORBIT = {0.2: 0.00343, 0.4: 0.03807, 0.5: 0.08869, 1.0: 0.06168, 1.2: 0.1561, 1.
 
 
 def results(run: Any) -> dict[str, float]:
-    """How far the middle of the shaft is from its axis at the times of `ORBIT`."""
+    """Measure how far the middle of the shaft is from its axis at the times of `ORBIT`."""
     history = run.history
     t = history["t"].to_numpy()
     radius = np.hypot(history["y"], history["z"]).to_numpy()

@@ -93,7 +93,7 @@ def scene(
 
 
 def results(run: Any) -> dict[str, float]:
-    """How far C leaves the plane, and how far another code is from it before the change point."""
+    """Measure how far C leaves the plane, and is from another code's before the change point."""
     history = run.history
     t = history["t"].to_numpy()
     stored = tables.read("four_bar")

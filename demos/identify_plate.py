@@ -81,7 +81,7 @@ def identify(seed: int) -> sm.Fit:
 
 
 def off(fitted: sm.Fit) -> dict[str, float]:
-    """How far values are from the truth, in their deviations."""
+    """Distance of values from the truth, in their deviations."""
     return {
         name: (fitted.values[name] - true) / fitted.deviations[name] for name, true in TRUTH.items()
     }

@@ -85,7 +85,7 @@ def closed_form():
 
 
 def results(run):
-    """When it latches, what the latch takes and bears, how far it swings."""
+    """Measure when the panel latches, what the latch takes, and how far the panel swings."""
     history, events = run.history, run.summary["events"]
     time, energy = closed_form()
     latched, over = events["latched"]["times"][0], events["farthest"]["times"]

@@ -67,7 +67,7 @@ WEIGHTS = np.array([-1, 5, 5, -1]) / 8
 
 
 def mechanism(bar: float = STIFFENER) -> tuple[Any, Any, MassProperties, MassProperties]:
-    """Where the crank turns and where the link hangs [m], and both of them, of that section."""
+    """Places where the crank turns and the link hangs [m], and both of them, of that section."""
     ground, pin = (LENGTH - CRANK, 0.0, -LINK), (LENGTH, 0.0, -LINK)
     mass = DENSITY * bar**2
     crank = rod(mass * CRANK, ground, pin, radius=bar / 2)
@@ -209,7 +209,7 @@ def _middle(history: pd.DataFrame, name: str) -> np.ndarray:
 
 
 def roughness(values: np.ndarray) -> float:
-    """What changes from step to step: root mean square of second differences over 4.
+    """Change from step to step: root mean square of second differences over 4.
 
     The second difference of (-1)^n is 4, that of anything resolved by the steps small.
     """
@@ -226,7 +226,7 @@ def fast(t: np.ndarray, values: np.ndarray) -> float:
 
 
 def measured(history: pd.DataFrame) -> dict[str, float]:
-    """What the paper speaks of, from a history.
+    """Measure what the paper speaks of, from a history.
 
     The plate counts as buckled when mid-span has moved by 2 mm; the slope of the torque is that of
     a straight line through 0.25 to 0.75 of the time until then.
@@ -264,7 +264,7 @@ def measured(history: pd.DataFrame) -> dict[str, float]:
 
 
 def results(run: Any) -> dict[str, float]:
-    """What the paper speaks of; energy and constraints."""
+    """Measure what the paper speaks of; energy and constraints."""
     found = measured(run.history)
     middle = np.array([0.5])
     if run.scene.shells:

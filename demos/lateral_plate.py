@@ -50,7 +50,7 @@ RATIOS = (1.05, 1.1, 1.2, 1.3, 1.4)
 
 
 def strip(thickness: float) -> Strip:
-    """What analytic solutions know of the plate."""
+    """Strip as analytic solutions know it."""
     return Strip(LENGTH, HEIGHT, thickness, E, NU)
 
 

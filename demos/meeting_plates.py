@@ -60,7 +60,7 @@ def scene(dt: float = 1e-4, t_end: float = 3.5e-3):
 
 
 def results(run):
-    """What was stored and given back, and what the impact has changed."""
+    """Measure what was stored and given back, and what the impact has changed."""
     energy, stored = run.column("total_energy"), run.column("touch.energy")
     momenta = {
         kind: np.array([run.column(f"{kind}_{a}") for a in "xyz"])

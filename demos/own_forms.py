@@ -141,7 +141,7 @@ class Newmark:
         return {"v": rates["v"] + dt / 2 * (rates["a"] + a), "a": a}
 
     def moved(self, q: Any, push: Any, unknown: Mapping[str, Any]) -> dict[str, Any]:
-        """What forces work on in the energy account: the step."""
+        """Step, on which forces work in the energy account."""
         return {"f": unknown["f"] - q}
 
     def dissipation(self) -> tuple[float, str | None]:
@@ -228,7 +228,7 @@ def scene(experiment: Experiment = "energy") -> Scene:
 
 
 def results(run: Any) -> dict[str, float]:
-    """What the experiment measures, beside the exact value."""
+    """Measure the experiment's value beside the exact one."""
     history = run.history
     if "speed" in history:
         mass = STEEL["density"] * STEEL["thickness"]

@@ -91,7 +91,7 @@ def scene(
 
 
 def rigid_latch():
-    """When the first hinge of rigid panels latches [s], and which one."""
+    """Find when the first hinge of rigid panels latches [s], and which one."""
     mass = SKIN.density * SKIN.thickness * LENGTH * WIDTH
     inertia = mass * (LENGTH**2 / 3 + SKIN.thickness**2 / 12)
     (k1, r1, l1, c1), (k2, r2, l2, c2) = HINGES.values()
@@ -123,7 +123,7 @@ def rigid_latch():
 
 
 def results(run):
-    """When the hinges latch, at which angles, and what the latches took."""
+    """Measure when the hinges latch, at which angles, and what the latches took."""
     history, events = run.history, run.summary["events"]
     time, which = rigid_latch()
     times = {name: events[f"{name} latched"]["times"] for name in HINGES}

@@ -123,7 +123,7 @@ def pendulum(t_end):
 
 
 def results(run):
-    """How well the angle is held, by which torque, and how far the rigid arm is off a pendulum."""
+    """Measure how well the angle is held, by which torque, and the rigid arm's error."""
     history, summary = run.history, run.summary
     last, angle = history.iloc[-1], history["shoulder.rotation"].to_numpy()
     end = np.array([last["tip_x"], last["tip_z"]])

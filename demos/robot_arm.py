@@ -115,7 +115,7 @@ def scene(dt: float = 0.04, t_end: float = 4.0):
 
 
 def results(run):
-    """Where the tip is and which torques hold it, against rigid links, sag and weights."""
+    """Compare the tip and the torques that hold it with rigid links, sag and weights."""
     history, summary = run.history, run.summary
     last = history.iloc[-1]
     shoulder, elbow = (last[f"{joint}.rotation"] for joint in JOINTS)

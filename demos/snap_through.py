@@ -239,7 +239,7 @@ def strip_width(arches: int) -> float:
 
 
 def bow(history: pd.DataFrame) -> tuple[Any, Any]:
-    """How far the lever is bent, and by how much that and its force shorten its chord [m].
+    """Measure how far the lever is bent, and by how much that and its force shorten its chord [m].
 
     The deflection of a pinned beam as three sine waves through its quarter points; a wave of the
     amplitude `a` and n half waves shortens the chord by `(n pi a)^2 / (4 L)`.
@@ -259,7 +259,7 @@ def bow(history: pd.DataFrame) -> tuple[Any, Any]:
 
 
 def _way(history: pd.DataFrame) -> Any:
-    """Where the crank began, from the pin at first: opposite to E along the lever."""
+    """Place where the crank began, from the pin at first: opposite to E along the lever."""
     first = history[[f"lever1_{c}" for c in "xyz"]].iloc[0].to_numpy(dtype=float)
     pin = (4 * first - np.array(END)) / 3
     return (pin - np.add(END, DEPTH * DOWN)) / CRANK
@@ -275,7 +275,7 @@ def follows(history: pd.DataFrame) -> Any:
 
 
 def snap(history: pd.DataFrame, begin: float, end: float, sign: int) -> float:
-    """When the crown at B first passes the straight edges: its arc reverses there [s]; or NaN.
+    """Find when the crown at B first passes the straight edges: its arc reverses there [s]; or NaN.
 
     Args:
         history: History of a run.

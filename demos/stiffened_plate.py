@@ -41,7 +41,7 @@ MODES = 4
 
 
 def bar(b: float) -> GeneralSection:
-    """What the bar has more than the plate it runs through, by the shell theory of the strip.
+    """Surplus of the bar over the plate it runs through, by the shell theory of the strip.
 
     Args:
         b: Its width [m].

@@ -58,7 +58,7 @@ def scene(force: float = 40.0, moment: float = 1.5, steps: int = 1000, dt: float
 
 
 def results(run):
-    """How well everything is conserved, and how far the plate bends."""
+    """Measure how well everything is conserved, and how far the plate bends."""
     summary, history = run.summary, run.history
     measured = {
         name: summary[name]

@@ -66,7 +66,7 @@ class FileLock:
 
     @property
     def owner(self) -> str:
-        """Who holds it, as far as can be told."""
+        """Describe who holds the lock, as far as can be told."""
         try:
             with self._path.open("rb") as file:
                 return file.read(200).decode(errors="replace") or "another process"

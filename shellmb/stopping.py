@@ -22,7 +22,7 @@ EXIT = 128
 
 
 def several_ranks() -> bool:
-    """Whether this process is one of several of an MPI program, told without loading MPI."""
+    """Decide whether this process is one of several of an MPI program, told without loading MPI."""
     MPI = sys.modules.get("mpi4py.MPI")
     return MPI is not None and MPI.Is_initialized() and MPI.COMM_WORLD.size > 1
 

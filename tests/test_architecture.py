@@ -265,7 +265,10 @@ def test_nothing_of_others_is_replaced() -> None:
 
 def test_docstrings_begin_with_what_a_thing_is_or_does() -> None:
     """A first line is a noun or a verb phrase, and needs no other docstring to be understood."""
-    begins = re.compile(r"(The same|As (of|in|for|from)|Those|That (of|is)|Its?|They|Them)\b")
+    begins = re.compile(
+        r"(The same|As (of|in|for|from)|Those|That (of|is)|Its?|They|Them"
+        r"|Whether|What|Which|Who|Where|When|Why|How)\b"
+    )
     kinds = ast.Module | ast.ClassDef | ast.FunctionDef
     found = [
         f"{module}.{getattr(node, 'name', '')}: {text.splitlines()[0]}"

@@ -1,4 +1,4 @@
-"""How an example of the paper is described: runs, figures of them, statements about them."""
+"""Description of an example of the paper: runs, figures of them, statements about them."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class Run:
 
 @dataclass(frozen=True)
 class FinishedRun:
-    """What a run has left in its directory.
+    """Content of a run's directory.
 
     Args:
         name: Its name.
@@ -59,7 +59,7 @@ class FinishedRun:
 
     @property
     def results(self) -> dict[str, float]:
-        """What the demo measured."""
+        """Results that the demo measured."""
         return dict(self.summary["results"])
 
     @cached_property
@@ -92,7 +92,7 @@ class Figure:
 
 @dataclass(frozen=True)
 class Verdict:
-    """How a statement fares.
+    """Verdict on a statement.
 
     Args:
         ours: Our value, with its unit.

@@ -43,7 +43,7 @@ class Judged:
 
 @dataclass(frozen=True)
 class Made:
-    """What was made of an example.
+    """Things made of an example.
 
     Args:
         example: The example.

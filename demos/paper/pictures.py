@@ -78,7 +78,7 @@ def shapes(
 
 
 def _showing(states: Fields, times: Iterable[float]) -> Showing:
-    """What is shown of a run, without the forces of its joints."""
+    """Part of a run that is shown, without the forces of its joints."""
     described = read_described(states.folder.parent)
     what = showing(states, described, times, "displacement", factor=1.0)
     return replace(what, force=0.0, colours=LIGHT)

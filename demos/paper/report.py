@@ -1,4 +1,4 @@
-"""What `python -m demos.paper` prints: statements with the paper's value and ours, wall times."""
+"""Report of `python -m demos.paper`: statements with the paper's value and ours, times."""
 
 from __future__ import annotations
 

@@ -30,7 +30,7 @@ END = 1e-9
 
 
 def request_of(run: Run) -> Request:
-    """How a run is asked for on the command line."""
+    """Command line that asks for a run."""
     return Request(run.demo, {k: _text(v) for k, v in run.settings.items()}, Options(**run.options))
 
 
@@ -78,7 +78,7 @@ def _state_or_error(run: Run, request: Request, directory: Path) -> State | Scen
 
 
 def _state(run: Run, request: Request, directory: Path) -> State:
-    """What there is of a run."""
+    """Find what there is of a run."""
     if not directory.exists() or not any(directory.iterdir()):
         return "new"
     # a bundled scene is defined by the package: what is stored of it are its name and settings

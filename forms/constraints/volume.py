@@ -130,7 +130,7 @@ class Cones(NamedTuple):
 
 
 class Content(Held):
-    """What fills the volume; linear in the state, and held as `Cones` are."""
+    """Content of the volume; linear in the state, and held as `Cones` are."""
 
     def jump(self, step: VelocityJump, dq: Expr) -> JumpRow:
         """The jump of the velocities itself, by impulses that so do no work."""

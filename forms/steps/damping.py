@@ -69,7 +69,7 @@ def _zeros(count: int) -> Expr:
 
 
 class _WithoutGap:
-    """What demands nothing of the resultants."""
+    """Compatibility that demands nothing of the resultants."""
 
     def where_held(self, there: Expr, elsewhere: Expr) -> Expr:
         """No strain is."""

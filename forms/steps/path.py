@@ -313,7 +313,7 @@ def moment_of(measure: Measure, m: Moment, states: Sequence[Expr]) -> Expr:
 
 
 def is_quadratic(function: Callable[[Expr], Expr], state: Any) -> bool:
-    """Whether a measure is at most quadratic: whether its third derivative vanishes.
+    """Decide whether a measure is at most quadratic: whether its third derivative vanishes.
 
     Args:
         function: The measure.

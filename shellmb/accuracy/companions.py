@@ -157,7 +157,7 @@ def degree_of(scene: Scene) -> int | None:
 
 
 def prefers_degree(scene: Scene) -> bool:
-    """Whether degree 3 tells of the mesh, and not twice the elements.
+    """Decide whether degree 3 tells of the mesh, and not twice the elements.
 
     It costs half as much, and needs kernels of its own, which takes longer than small scenes do.
     Where something acts at points of a shell, elements of both degrees are off by the same.
@@ -171,7 +171,7 @@ def prefers_degree(scene: Scene) -> bool:
 
 
 def is_reduced(scene: Scene) -> bool:
-    """Whether a body deforms in modes, or by small strains about a frame.
+    """Decide whether a body deforms in modes, or by small strains about a frame.
 
     Args:
         scene: The scene.

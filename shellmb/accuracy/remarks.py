@@ -85,7 +85,7 @@ WORDS = {
 
 
 def _unresolved(found: Found, quantity: Quantity, steps: Sequence[Kept]) -> bool:
-    """Whether the difference from the next companion is as large as the quantity itself."""
+    """Decide whether the difference from the next companion is as large as the quantity itself."""
     order = found.parts["step"].order
     if order is None or len(steps) < 2 or order > CHAOS:
         return False

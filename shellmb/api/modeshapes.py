@@ -163,5 +163,5 @@ class ModeShapes:
 
 
 def is_modes(directory: Path) -> bool:
-    """Whether a directory holds modes."""
+    """Decide whether a directory holds modes."""
     return (directory / TABLE).is_file()

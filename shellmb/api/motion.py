@@ -22,7 +22,7 @@ from shellmb.simulate.problem import Problem
 
 @dataclass(frozen=True)
 class _Settings:
-    """What a problem asks of a scene."""
+    """Values that a problem asks of a scene."""
 
     solver: Solver
     t_end: float | None = None
@@ -40,7 +40,7 @@ class _Mechanism:
 
 @dataclass(frozen=True)
 class _Bodies:
-    """What a problem and the energy account ask of a model."""
+    """Values that a problem and the energy account ask of a model."""
 
     comm: MPI.Comm
     bodies: list[Body]
@@ -57,7 +57,7 @@ class _Bodies:
         return self.potentials
 
     def coupled(self, body: Body) -> bool:
-        """Whether constraints tie the velocity jump of a body: it is unknown then."""
+        """Decide whether constraints tie the velocity jump of a body: it is unknown then."""
         return bool(body.constraints)
 
 

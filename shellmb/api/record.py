@@ -34,7 +34,7 @@ class _Said(TypedDict):
 
 
 class _Summary(TypedDict):
-    """What is read of a summary; it has more."""
+    """Part of a summary that is read; the file has more."""
 
     scheme: str
     steps: int
@@ -306,7 +306,7 @@ class Run:
 
 
 def _appearance(chosen: dict[str, Any]) -> Appearance:
-    """How a picture looks, from what a caller names."""
+    """Collect how a picture looks, from what a caller names."""
     from shellmb.show.space.views import Appearance
 
     known = [f.name for f in fields(Appearance)]

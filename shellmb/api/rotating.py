@@ -50,7 +50,7 @@ class RotatingModes:
 
     @property
     def stable(self) -> bool:
-        """Whether no mode grows at any rate."""
+        """Decide whether no mode grows at any rate."""
         return bool(self.summary["stable"])
 
     @property
@@ -135,7 +135,7 @@ class StateModes(ModeShapes):
 
     @property
     def stable(self) -> bool:
-        """Whether no mode grows."""
+        """Decide whether no mode grows."""
         return bool(self.summary["stable"])
 
     @property
@@ -148,10 +148,10 @@ class StateModes(ModeShapes):
 
 
 def is_rotating(directory: Path) -> bool:
-    """Whether a directory holds modes over the rate."""
+    """Decide whether a directory holds modes over the rate."""
     return (directory / TABLE).is_file()
 
 
 def is_of_state(directory: Path) -> bool:
-    """Whether modes in a directory are about a state of a run."""
+    """Decide whether modes in a directory are about a state of a run."""
     return "drift" in json.loads((directory / "summary.json").read_text())

@@ -187,7 +187,7 @@ def _name(case: Mapping[str, Any]) -> str:
 def _about(
     scene: SceneFunction, measure: Measure | None, options: dict[str, Any]
 ) -> dict[str, Any]:
-    """What the cases of a directory have in common."""
+    """Find what the cases of a directory have in common."""
     return {
         "scene": _checksum(scene),
         "measure": None if measure is None else _checksum(measure),

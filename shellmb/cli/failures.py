@@ -31,7 +31,7 @@ SIZE_VARIABLES = ("PMI_SIZE", "OMPI_COMM_WORLD_SIZE")
 
 
 def first_rank() -> bool:
-    """Whether this is rank 0, told without loading MPI."""
+    """Decide whether this is rank 0, told without loading MPI."""
     ranks = [os.environ[name] for name in RANK_VARIABLES if name in os.environ]
     return not ranks or ranks[0] == "0"
 
@@ -131,7 +131,7 @@ def failures_reported[**P, T](command: Callable[P, T]) -> Callable[P, T]:
 
 
 def _sentence(error: BaseException) -> tuple[str, int]:
-    """What a user is told of an error, and the exit code; nothing of a bug."""
+    """Find what a user is told of an error, and the exit code; nothing of a bug."""
     if isinstance(error, Unprinted):
         said = (
             f"error: the output cannot be written ({error}); everything else is finished and saved"
@@ -155,7 +155,7 @@ def _sentence(error: BaseException) -> tuple[str, int]:
 
 
 def _may_be_alone(error: BaseException) -> bool:
-    """Whether the other ranks may not have met with the same."""
+    """Decide whether the other ranks may not have met with the same."""
     alone = not isinstance(error, ShellmbError | KeyboardInterrupt)
     return several_ranks() and (alone or getattr(error, "alone", False))
 
@@ -170,7 +170,7 @@ def _end_alone(sentence: str, code: int) -> None:
 
 
 def met() -> bool:
-    """Whether all ranks have come here, where one ends with an error.
+    """Decide whether all ranks have come here, where one ends with an error.
 
     The others, which may have been asked for something else, would wait for it for ever.
     """

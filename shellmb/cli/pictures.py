@@ -136,7 +136,7 @@ def _appearance(
     axes: bool,
     width: int | None = None,
 ) -> dict[str, Any]:
-    """What is given of how pictures look."""
+    """Collect what is given of how pictures look."""
     given: dict[str, Any] = {"theme": theme, "enlarge": enlarge, "width": width}
     if camera is not None:
         try:

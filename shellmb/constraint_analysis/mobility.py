@@ -134,7 +134,7 @@ class Motions:
         return dofs, np.tile(6 * self.blocks[name] + np.arange(6), (len(dofs), 1)), rows
 
     def _forced(self) -> Iterator[tuple[Body, Dofs, Ints, Floats]]:
-        """What terms may act on: bodies, and frames of bodies in modes."""
+        """List what terms may act on: bodies, and frames of bodies in modes."""
         yield from map(self._along, self.blocks)
         for terms in self.model.bodies:
             if isinstance(terms, ModalTerms):
@@ -143,7 +143,7 @@ class Motions:
                 yield terms, *self._rigid(terms.of, u, w, X, D)
 
     def _index(self) -> None:
-        """How unknowns that something holds or ties change with motions, on all ranks."""
+        """Collect how unknowns that something holds or ties change with motions, on all ranks."""
         numbers, columns, values = [], [], []
         self._joined: list[tuple[Ints, Ints, Floats]] = []
         held = [np.zeros(0, dtype=np.int64)]
@@ -182,7 +182,7 @@ class Motions:
         self._values = np.concatenate([part[2] for part in every])[first]
 
     def _rows(self, numbers: Ints) -> Floats:
-        """How unknowns change with the motions, shape (n, motions)."""
+        """Evaluate how unknowns change with the motions, shape (n, motions)."""
         found = np.zeros((len(numbers), self.size))
         known = np.isin(numbers, self._numbers)
         place = np.searchsorted(self._numbers, numbers[known])
@@ -201,7 +201,7 @@ class Motions:
         return np.where(size > 0, size, np.isin(numbers, self._numbers))
 
     def _conditions(self) -> Iterator[tuple[Floats, Floats]]:
-        """What holds or ties motions, some rows at a time, and sizes of their terms."""
+        """Yield what holds or ties motions, some rows at a time, and sizes of their terms."""
         # every rank knows what is given
         given = np.array_split(self._given, self._comm.size)[self._comm.rank]
         for k in range(0, len(given), CHUNK):

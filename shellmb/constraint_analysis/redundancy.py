@@ -143,7 +143,7 @@ def _agree(model: Model, unknowns: Unknowns, given: Given, times: list[float]) -
 
 
 def _dependent(rows: list[Row], known: Ints, sizes: Floats) -> list[Redundant]:
-    """Which of some rows are combinations of those before; `sizes` of all `known` columns.
+    """Find which rows are combinations of those before; `sizes` of all `known` columns.
 
     By motions relative to the size of bodies: what depends on what is no question of units.
     """
@@ -184,7 +184,7 @@ def _dependent(rows: list[Row], known: Ints, sizes: Floats) -> list[Redundant]:
 
 
 def _givers(model: Model) -> str:
-    """What implies constraints that no other constraint does, in words."""
+    """Describe what implies constraints that no other constraint does."""
     scene = model.scene
     given = ["the supports"] * bool(scene.supports) + ["the drivers"] * bool(scene.drivers)
     return " and ".join(given) or "the rigidity of its bodies"

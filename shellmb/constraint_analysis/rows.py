@@ -114,7 +114,7 @@ def inner_rows(model: Model, unknowns: Unknowns, given: Given, touched: Ints) ->
 
 
 def _node(model: Model, body: Body, node: int) -> str:
-    """What messages call the directors of a node."""
+    """Name of the directors of a node in messages."""
     if model.rigid is not None and body is model.rigid:
         return f"the frame of '{model.rigid.bodies[int(model.rigid.node_mesh.item[node])].name}'"
     x = body.mixed.nodes("u")[node]

@@ -25,7 +25,7 @@ class Dissipation(Silent):
         self._account = sources.energy
 
     def cautions(self, simulation: Simulation) -> Iterator[Caution]:
-        """Whether it is out of proportion, and in which body."""
+        """Decide whether the dissipation is out of proportion, and in which body."""
         share = self._account.dissipated_share
         if share <= BOUND:
             return

@@ -27,7 +27,7 @@ class Drift(Silent):
         self._momentum, self._turning = sources.momentum, sources.turning
 
     def cautions(self, simulation: Simulation) -> Iterator[Caution]:
-        """Whether they are out of proportion; the body named is the one that turns most."""
+        """Decide whether drifts are out of proportion; the body named turns most."""
         turns = self._turning.turns
         fastest = max(turns, key=lambda name: turns[name].largest, default=None)
         for kind, which in KINDS.items():

@@ -20,7 +20,7 @@ LAWLESS = 1e-2
 
 
 def _suspects(scene: Scene) -> str:
-    """What a scene has of its own that may work without being booked, as the end of a sentence."""
+    """List what a scene has of its own that may work unbooked, as the end of a sentence."""
     found = [
         *(f"terms of {said(b)}" for b in scene.meshed if b.terms),
         *(f"strains of {said(b)}" for b in scene.shells if b.strains is not None),
@@ -49,7 +49,7 @@ class EnergyLaw(Silent):
         return rows[1 + max(range(len(steps)), key=steps.__getitem__)]["t"]
 
     def cautions(self, simulation: Simulation) -> Iterator[Caution]:
-        """Whether the account is off."""
+        """Decide whether the account is off."""
         error = self._account.relative_error
         if not simulation.scheme.dynamic:
             return

@@ -110,7 +110,7 @@ def _measured(run: RunResult, results: Results | None) -> dict[str, float]:
 
 
 def _times(runs: Sequence[RunResult]) -> dict[str, float]:
-    """What a run took."""
+    """Times of a run."""
     last = runs[-1].simulation
     steps, spent = max(last.step, 1), median(run.simulation.step_seconds for run in runs)
     return {

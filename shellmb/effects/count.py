@@ -34,7 +34,7 @@ class Count:
     kernels: int
 
     def __sub__(self, other: Count) -> Count:
-        """What one has beyond another."""
+        """Counts that one has beyond another."""
         mine, its = vars(self), vars(other)
         return Count(**{name: mine[name] - its[name] for name in mine})
 

@@ -14,7 +14,7 @@ Change = Callable[[Scene, str | None], Scene]
 
 
 class Use(NamedTuple):
-    """Whether a scene has an effect.
+    """Use of an effect by a scene.
 
     Args:
         used: Whether.

@@ -121,7 +121,7 @@ def _cost(
     how: tuple[Path, int, int],
     report: Callable[[str], None],
 ) -> tuple[dict[str, Any], list[tuple[float, ...]]]:
-    """What an effect costs, by leaving it out where that is possible; times with and without it."""
+    """Measure what an effect costs, by leaving it out where possible; times with and without it."""
     folder, steps, rounds = how
     scene, problem = base.simulation.scene, base.simulation.problem
     try:

@@ -36,7 +36,7 @@ AS_WRITTEN = "it must be as the run wrote it"
 
 
 class _Lie(Exception):
-    """What is wrong with a file."""
+    """Error that says what is wrong with a file."""
 
 
 def read_grid(file: Path) -> vtkUnstructuredGrid:

@@ -32,7 +32,7 @@ def sealed(values: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def is_sealed(values: Mapping[str, Any]) -> bool:
-    """Whether values that were read have the checksum that they were written with.
+    """Decide whether values that were read have the checksum that they were written with.
 
     Args:
         values: They.

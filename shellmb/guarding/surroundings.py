@@ -42,7 +42,7 @@ def petsc_options() -> list[str]:
 
 
 def cache_root() -> Path:
-    """Where the user's caches are: `$XDG_CACHE_HOME`, if that is a full path, or `~/.cache`."""
+    """Folder of the user's caches: `$XDG_CACHE_HOME`, if that is a full path, or `~/.cache`."""
     return _home("XDG_CACHE_HOME", ".cache")
 
 

@@ -78,7 +78,7 @@ def clear(file: Path) -> None:
 
 
 def is_plain(file: Path) -> bool:
-    """Whether something is a file that has no other name: no link, device or pipe.
+    """Decide whether something is a file that has no other name: no link, device or pipe.
 
     Args:
         file: Its name.

@@ -146,7 +146,7 @@ class Stepping:
 
     @property
     def over(self) -> bool:
-        """Whether the scene is at its end."""
+        """Decide whether the scene is at its end."""
         simulation = self.simulation
         return simulation.t_end - simulation.t <= ROUND_OFF * simulation.size.dt
 

@@ -100,7 +100,7 @@ def replaced(text: str, begin: str, end: str, made: str) -> str:
 
 
 def verdict(passed: bool, otherwise: str = "FAIL") -> Text:
-    """Whether something passes, in colour.
+    """Verdict on whether something passes, in colour.
 
     Args:
         passed: Whether.
@@ -110,7 +110,7 @@ def verdict(passed: bool, otherwise: str = "FAIL") -> Text:
 
 
 def console(width: int = 200, stderr: bool = False) -> Console:
-    """Where tables are printed.
+    """Console on which tables are printed.
 
     Args:
         width: Width in a file or pipe, letters: wide enough for all that does not fold.

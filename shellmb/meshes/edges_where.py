@@ -50,7 +50,7 @@ def with_edges(raw: RawMesh, where: Mapping[str, Callable[[Any], Any]], shell: s
 
 
 def true_at(function: Callable[[Any], Any], places: Floats, who: str) -> Bools:
-    """Where a function of the position is true.
+    """Find where a function of the position is true.
 
     Args:
         function: A function of positions (3, n) that gives (n,) truth values.

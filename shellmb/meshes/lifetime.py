@@ -56,7 +56,7 @@ def make_room(comm: MPI.Comm) -> None:
 
 
 def room_for(comm: MPI.Comm, count: int) -> bool:
-    """Whether MPI has so many communicators left; collective.
+    """Decide whether MPI has so many communicators left; collective.
 
     Args:
         comm: Communicator.

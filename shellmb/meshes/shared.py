@@ -43,7 +43,7 @@ class Described:
     x: Floats
 
     def has_cells_of(self, other: Described) -> bool:
-        """Whether only positions of nodes may differ from those of another mesh."""
+        """Decide whether only positions of nodes may differ from those of another mesh."""
         return (
             self.comm == other.comm
             and self.element == other.element

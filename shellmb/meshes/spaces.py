@@ -100,7 +100,7 @@ def mixed_space(
 
 
 def _same_nodes(a: Element, b: Element) -> bool:
-    """Whether two elements are continuous, of Lagrange type, and have the same nodes."""
+    """Decide whether two elements are continuous, of Lagrange type, and have the same nodes."""
     one, two = a.basix_element, b.basix_element
     return bool(one == two) and not one.discontinuous and one.family == basix.ElementFamily.P
 

@@ -327,7 +327,7 @@ class _Modes:
         return np.stack(u, axis=-1), np.stack(w, axis=-1)
 
     def _interface(self, described: Interface) -> InterfaceModes:
-        """How a frame moves with the modes; the same on all ranks."""
+        """Find how a frame moves with the modes; the same on all ranks."""
         rigid, comm, frame = self._isolated.model.rigid, self._isolated.comm, described.name
         if rigid is None or frame not in rigid.index:
             # that of the supports is where it is in all that these hold; about a hinge, which they

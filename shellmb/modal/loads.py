@@ -146,7 +146,7 @@ class SpreadLoads:
                 yield Dead(load.time, direction, profile)
 
     def _turned_by(self, load: Any) -> Iterator[FollowerLoad]:
-        """What turns with the body; of a moment each component along its axes."""
+        """List what turns with the body; of a moment each component along its axes."""
         body = self._isolated.bodies[load.body]
 
         def turning(item: Any, along: Floats | None) -> FollowerLoad:
@@ -249,7 +249,7 @@ class TermsAtRest:
         ]
 
     def stiffness(self) -> PETSc.Mat | None:
-        """What holds the body, at the time at which it is largest; None without; collective."""
+        """Stiffness that holds the body, when it is largest; None without; collective."""
         numbers = {body.name: k for k, body in enumerate(self._isolated.model.bodies)}
         blocks: Blocks = {
             (numbers[name], numbers[name]): [Derivative(-work, q)]

@@ -228,7 +228,7 @@ class _Reduction:
         return moved
 
     def held(self, support: Any) -> bool:
-        """Whether a support holds a reduced body."""
+        """Decide whether a support holds a reduced body."""
         return any(target.name in self.group for target in self._scene.bodies_of(support))
 
     def _holding(self, group: tuple[str, ...]) -> tuple[Any, ...]:

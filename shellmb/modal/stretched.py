@@ -110,7 +110,7 @@ def _bending(isolated: IsolatedBody, shape: Arrays) -> tuple[PETSc.Vec, PETSc.Ve
 
 
 def _moved(isolated: IsolatedBody, force: PETSc.Vec, linear: PETSc.Vec) -> PETSc.Vec | None:
-    """What exact bodies do under a force; None without convergence.
+    """Solve for what exact bodies do under a force; None without convergence.
 
     Args:
         isolated: The scene.
@@ -140,7 +140,7 @@ def _moved(isolated: IsolatedBody, force: PETSc.Vec, linear: PETSc.Vec) -> PETSc
 
 
 def _solved(isolated: IsolatedBody, K: PETSc.Mat, force: PETSc.Vec, omega2: float) -> PETSc.Vec:
-    """What a force does to a stiffness and the mass at a square of a rate."""
+    """Solve for what a force does to a stiffness and the mass at a square of a rate."""
     found = K.createVecRight()
     _solver(isolated, K, omega2).solve(force, found)
     return found

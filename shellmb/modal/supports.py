@@ -29,7 +29,7 @@ def edges(support: Any) -> Iterator[str]:
 
 
 def stays_rigid(support: Support, target: Any) -> bool:
-    """Whether each edge of a support moves as a rigid frame."""
+    """Decide whether each edge of a support moves as a rigid frame."""
     if isinstance(support, Hinged):
         return isinstance(target, Beam) and not np.any(support.offset)
     return isinstance(support, Clamped)

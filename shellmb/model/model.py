@@ -116,7 +116,7 @@ class Model:
         return self.rigid, here, X, D
 
     def coupled(self, body: Body) -> bool:
-        """Whether constraints tie a body's velocity jump to others: it is unknown then.
+        """Decide whether constraints tie a body's velocity jump to others: it is unknown then.
 
         Args:
             body: A body of the system.
@@ -129,7 +129,7 @@ class Model:
 
     @property
     def slides(self) -> bool:
-        """Whether bodies roll or slide: their constraints hold velocities at the end of a step."""
+        """Decide whether bodies roll or slide: constraints hold velocities at the end of a step."""
         return any(isinstance(joint, Contact) for joint in self.scene.joints)
 
     @property
@@ -142,7 +142,7 @@ class Model:
 
     @property
     def supported(self) -> bool:
-        """Whether anything is held or driven."""
+        """Decide whether anything is held or driven."""
         return bool(self.scene.supports) or (self.rigid is not None and GROUND in self.rigid.index)
 
 

@@ -1,4 +1,4 @@
-"""Whether a model is what is meant: doubts about sizes, and where probes are."""
+"""Doubts whether a model is what is meant: sizes, and where probes are."""
 
 from __future__ import annotations
 

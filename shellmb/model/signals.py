@@ -72,7 +72,7 @@ class Signals:
         return signal.controller, signal.output or self._outputs[signal.controller][0]
 
     def on(self, event: str) -> bool:
-        """Whether an event is on."""
+        """Decide whether an event is on."""
         return any(math.isinf(end) for _, end in self.windows[event][-1:])
 
     def command(self, t: float, key: Key, value: float) -> None:

@@ -31,11 +31,11 @@ class Given:
     values: Floats
 
     def has(self, numbers: Ints) -> Bools:
-        """Which of some unknowns are given."""
+        """Find which of some unknowns are given."""
         return np.isin(numbers, self.numbers)
 
     def place(self, numbers: Ints) -> Ints:
-        """Where they are in the list; all of them must be given."""
+        """Find where unknowns are in the list; all of them must be given."""
         return np.searchsorted(self.numbers, numbers)
 
     def repeated(self) -> tuple[Ints, Floats]:

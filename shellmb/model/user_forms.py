@@ -146,7 +146,7 @@ def virtual_work(terms: Sequence[Callable[..., Any]], point: Any, dq: Expr, who:
 
 
 def _linear(value: Expr) -> bool:
-    """Whether an expression is linear in the test function, or zero."""
+    """Decide whether an expression is linear in the test function, or zero."""
     lowered = expand_derivatives(apply_algebra_lowering(value))
     if isinstance(lowered, Zero) or lowered == 0:
         return True
@@ -161,7 +161,7 @@ def _linear(value: Expr) -> bool:
 
 
 def _said(value: Any) -> str:
-    """What was returned; expressions of UFL are too long to be shown."""
+    """Describe what was returned; expressions of UFL are too long to be shown."""
     if isinstance(value, ScalarValue):
         return str(value)
     if isinstance(value, Expr):

@@ -1,1 +1,1 @@
-"""What FFCx, UFL, DOLFINx and PETSc do not promise, and everything in C."""
+"""Dependence on what FFCx, UFL, DOLFINx and PETSc do not promise, and everything in C."""

@@ -16,7 +16,7 @@ _CHOSEN: ContextVar[Assembler] = ContextVar("assembler", default="native")
 
 
 def is_native() -> bool:
-    """Whether what is made now is to be the loops in C."""
+    """Decide whether what is made now is to be the loops in C."""
     return _CHOSEN.get() == "native"
 
 

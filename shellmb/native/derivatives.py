@@ -82,7 +82,7 @@ class CachedDerivative:
         )
 
     def file(self, folder: Path, name: str) -> Path:
-        """Where the record is kept.
+        """Path of the record.
 
         Args:
             folder: Of the kernels.

@@ -51,7 +51,7 @@ class Kernel:
 
     @property
     def address(self) -> Any:
-        """Where the description is, as DOLFINx takes it."""
+        """Address of the description, as DOLFINx takes it."""
         return _ffi().cast("uintptr_t", self.form)
 
     def reads(self, coefficients: Sequence[Any]) -> list[Any]:
@@ -178,7 +178,7 @@ def _compiled(form: Form, flags: Sequence[str]) -> fem.Form:
 def _known(
     forms: Sequence[Form | CachedDerivative], flags: Sequence[str]
 ) -> tuple[list[Any], dict[Any, Record]]:
-    """Where records of derivatives are kept, numbers of forms; and records with kernels."""
+    """Find where records of derivatives are kept, numbers of forms, and records with kernels."""
     folder, records = cache_folder(), {}
     places: list[Any] = [
         k if isinstance(form, Form) else form.file(folder, module_name(form.of, flags))
@@ -267,7 +267,7 @@ def loaded(folder: Path, name: str, kind: str) -> Kernel:
 
 @cache
 def _ffi() -> cffi.FFI:
-    """What knows FFCx's structures of C."""
+    """Interface to FFCx's structures of C."""
     ffi = cffi.FFI()
     scalar = np.dtype(default_scalar_type).name
     ffi.cdef(ffcx_jit.UFC_HEADER_DECL.format(scalar))
@@ -304,7 +304,7 @@ def comm_of(of: Form | Expr) -> MPI.Comm:
 
 
 def cache_folder() -> Path:
-    """Where kernels are kept.
+    """Folder in which kernels are kept.
 
     Raises:
         RunError: If there is no place for them.

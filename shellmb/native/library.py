@@ -191,7 +191,7 @@ def begin(comm: MPI.Comm) -> None:
 
 @cache
 def _compiled() -> tuple[Path, Future[None] | None]:
-    """Where the module is, or will be."""
+    """Path where the module is, or will be."""
     first = ("cells.h", "passes.c", "apart.c", "kernels.c", "cells.c")
     last = ("bases.c", "nodes.c", "banded.c", "unknowns.c", "sums.c", "transposed.c")
     header, passes, *others = ((HERE / name).read_text() for name in (*first, *last))

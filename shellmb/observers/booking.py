@@ -57,7 +57,7 @@ class Booked(Silent):
         raise NotImplementedError
 
     def kept(self) -> dict[str, Any]:
-        """What must survive a restart, all steps being booked."""
+        """State that must survive a restart, all steps being booked."""
         return {}
 
     def take_up(self, state: dict[str, Any]) -> None:
@@ -128,13 +128,13 @@ class Booked(Silent):
         self.book()
 
     def state(self) -> dict[str, Any]:
-        """What must survive a restart."""
+        """State that must survive a restart."""
         self.book()
         self._mark = len(self._rows or ()), self.count, self._switched
         return self.kept()
 
     def state_at(self, count: int) -> dict[str, Any]:
-        """What must survive a restart from behind the last step, or the one before it.
+        """State that must survive a restart from behind the last step, or the one before it.
 
         Args:
             count: Number of steps that had been taken there.

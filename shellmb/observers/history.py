@@ -45,7 +45,7 @@ class _AskedAtOnce:
         self._rows.append({name: float(value) for name, value in numbers.items()})
 
     def collect(self, count: int) -> list[dict[str, float]]:
-        """What it said in so many steps."""
+        """Collect what a recorder said in so many steps."""
         found, self._rows = self._rows[:count], self._rows[count:]
         return found
 

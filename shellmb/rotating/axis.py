@@ -71,13 +71,13 @@ class Axis:
         return np.asarray(vector / np.linalg.norm(vector))
 
     def along(self, direction: Any) -> bool:
-        """Whether a vector is parallel to it, or zero."""
+        """Decide whether a vector is parallel to the axis, or zero."""
         vector = np.asarray(direction, dtype=float)
         away = np.linalg.norm(np.cross(self.unit, vector))
         return bool(away <= self.within * np.linalg.norm(vector))
 
     def has(self, point: Any, size: float = 1.0) -> bool:
-        """Whether a point is on it, to a part of the size of the scene."""
+        """Decide whether a point is on the axis, to a part of the size of the scene."""
         arm = np.asarray(point, dtype=float) - np.asarray(self.about)
         return bool(np.linalg.norm(np.cross(self.unit, arm)) <= self.within * max(size, 1e-300))
 
@@ -167,7 +167,7 @@ def _size(scene: Scene) -> float:
 
 
 def _place(scene: Scene, item: Any, owner: str, at: Any) -> Floats | None:
-    """Where a joint or element holds on to a body, if that is known without a mesh."""
+    """Place where a joint or element holds on to a body, if that is known without a mesh."""
     if isinstance(at, str) or at is None:
         body = next((b for b in scene.rigid_bodies if b.name == owner), None)
         return None if body is None else np.asarray(body.place(at))
@@ -175,7 +175,7 @@ def _place(scene: Scene, item: Any, owner: str, at: Any) -> Floats | None:
 
 
 def check_steady(scene: Scene, axis: Axis, loaded: bool) -> None:
-    """Whether a scene can turn about an axis with nothing changing in a frame that turns along.
+    """Check that a scene can turn about an axis with nothing changing in a frame that turns along.
 
     Supports of edges and points turn along, held by a hub; the ground stays in space.
 

@@ -72,7 +72,7 @@ class Campbell:
 
     @property
     def verdict(self) -> str:
-        """Whether it is stable, and where that is not decided, in one or two sentences."""
+        """Say whether the rotation is stable, and where that is not decided."""
         return self._stability + self._undecided
 
     @property

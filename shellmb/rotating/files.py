@@ -34,7 +34,7 @@ HEADER = "mode,frequency_hz,omega_rad_per_s,growth_per_s,damping_ratio,whirl,dir
 
 
 def folder(directory: Path, number: int) -> Path:
-    """Where the shapes at a rate are, which is a directory of modes itself.
+    """Folder of the shapes at a rate, which is a directory of modes itself.
 
     Args:
         directory: That of the diagram.
@@ -207,7 +207,7 @@ def _table(found: Campbell) -> list[str]:
 def _head(
     scene: Scene, loaded: bool, axis: Axis, modes: RotatingModes, comm: MPI.Comm
 ) -> dict[str, Any]:
-    """What all summaries begin with."""
+    """Entries that all summaries begin with."""
     return {
         "scene": scene.name,
         "loaded": loaded,

@@ -120,7 +120,7 @@ def _solved(
 
 
 def _left(pair: Pair, K: PETSc.Mat, C: PETSc.Mat, M: PETSc.Mat) -> float:
-    """What is left of the equation in the direction of the vector, of its largest term."""
+    """Remainder of the equation in the direction of the vector, over its largest term."""
     s = pair.value
     return left([s**power * product(A, pair, pair) for power, A in enumerate((K, C, M))])
 

@@ -330,7 +330,7 @@ class FreeMotions:
 
 
 def _turned(vectors: Floats) -> Floats:
-    """What rotations about the axes make of vectors, shape (n, m, 3, 6), the last three of six."""
+    """Rotate vectors about the axes, shape (n, m, 3, 6), the last three of six."""
     found = np.zeros((*vectors.shape, 6))
     for axis in range(3):
         found[..., 3 + axis] = np.cross(np.eye(3)[axis], vectors)

@@ -127,7 +127,7 @@ class StateModes:
 
     @property
     def verdict(self) -> str:
-        """Whether a mode grows, in one sentence."""
+        """Say whether a mode grows, in one sentence."""
         found = self.modes
         if not found.unstable:
             said = "no mode grows"
@@ -203,7 +203,7 @@ class MovingState(Linearised):
 
 
 def check_state(scene: Scene, scheme: str) -> None:
-    """Whether there are modes about a state of a run.
+    """Check that there are modes about a state of a run.
 
     Args:
         scene: The scene.
@@ -323,7 +323,7 @@ def _frame(
 
 
 def _check_turns(scene: Scene, line: Axis) -> None:
-    """Whether all of a scene turns along, as it is held in space."""
+    """Check that all of a scene turns along, as it is held in space."""
     for support in scene.supports:
         if not isinstance(support, Driven):
             place = getattr(support, "at", "")

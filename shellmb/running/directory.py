@@ -106,7 +106,7 @@ def claimed(directory: Path, comm: MPI.Comm, new: bool) -> Iterator[None]:
 
 @contextmanager
 def written(directory: Path | None, comm: MPI.Comm) -> Iterator[None]:
-    """Where files of a run are written: what the system refuses ends it with a sentence.
+    """Context in which files of a run are written: what the system refuses ends it with a sentence.
 
     Args:
         directory: The run directory, if there is one.

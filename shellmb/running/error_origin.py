@@ -27,7 +27,7 @@ def user_frame(error: BaseException) -> traceback.FrameSummary | None:
 
 
 def is_library(filename: str) -> bool:
-    """Whether a file is of this package or of one that it uses; demos are as a user's.
+    """Decide whether a file is of this package or of one that it uses; demos are as a user's.
 
     Args:
         filename: Name of a file of code.

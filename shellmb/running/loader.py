@@ -168,7 +168,7 @@ class SceneModule:
 
 
 def _in_words(hint: Any) -> str:
-    """What a value of a type is."""
+    """Describe what a value of a type is."""
     if typing.get_origin(hint) is typing.Literal:
         return " or ".join(f"'{choice}'" for choice in typing.get_args(hint))
     kinds = {float: "a number", int: "a whole number", bool: "true or false"}
@@ -203,7 +203,7 @@ def kinds() -> dict[str, list[str]]:
 
 
 def is_file_name(name: str) -> bool:
-    """Whether a scene is named by the path of a file.
+    """Decide whether a scene is named by the path of a file.
 
     Args:
         name: What a user calls it.

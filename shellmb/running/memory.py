@@ -1,4 +1,4 @@
-"""Whether a run can fit the memory, told from its scene before anything of it is made."""
+"""Check that a run can fit the memory, from its scene before anything of it is made."""
 
 from __future__ import annotations
 

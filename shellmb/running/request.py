@@ -119,7 +119,7 @@ class StoredRequest:
         return self.request
 
     def same_file(self, request: Request) -> bool:
-        """Whether the scene's file is the one that the run began with.
+        """Decide whether the scene's file is the one that the run began with.
 
         Args:
             request: The request that names it now.

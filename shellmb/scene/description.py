@@ -99,14 +99,14 @@ class Description:
 
     @property
     def linear(self) -> bool:
-        """Whether displacements are small, and all is linearised about the reference."""
+        """Decide whether displacements are small, and all is linearised about the reference."""
         if isinstance(self.scheme, str):
             return self.scheme in LINEAR
         return bool(getattr(self.scheme, "linear", False))
 
     @property
     def static(self) -> bool:
-        """Whether the scene has no velocities."""
+        """Decide whether the scene has no velocities."""
         return is_static(self.scheme)
 
     @property

@@ -214,7 +214,7 @@ class Scene(Description):
 
 
 def _without_effect(scene: Scene, scheme: Any) -> dict[str, Any]:
-    """What a scheme cannot have, with what is left of it."""
+    """Collect what a scheme cannot have, with what is left of it."""
     dropped: dict[str, Any] = {}
     if getattr(scheme, "name", scheme) != "static":
         # only equilibria have a path

@@ -27,7 +27,7 @@ DISSIPATIVE = {"ed": 0.5, "ed3": 0.5, "generalized-alpha": 1 / 9, "ed-printed": 
 
 
 def is_static(scheme: Any) -> bool:
-    """Whether a scheme, or that of a name, has no velocities."""
+    """Decide whether a scheme, or that of a name, has no velocities."""
     if isinstance(scheme, str):
         return not SCHEMES.get(scheme, (True, True))[0]
     return not getattr(scheme, "dynamic", True)

@@ -87,7 +87,7 @@ class Stage:
 
     @property
     def single(self) -> bool:
-        """Whether forces are those of a single state, at the end of the step."""
+        """Decide whether forces are those of a single state, at the end of the step."""
         return self.span.a is self.span.b
 
     @property
@@ -339,7 +339,7 @@ class Scheme(Protocol):
 
 
 def has_energy_law(scheme: Scheme) -> bool:
-    """Whether "energy change = work - dissipation" is exact: it is kept, or what falls is known."""
+    """Decide whether "energy change = work - dissipation" is exact: kept, or known to fall."""
     return "energy" in scheme.conserves or scheme.dissipation()[0] > 0
 
 

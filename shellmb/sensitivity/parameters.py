@@ -227,5 +227,5 @@ def beside(made: Differentiated, base: Scene, parameter: Parameter) -> tuple[Sce
 
 
 def independent(above: Scene, below: Scene) -> bool:
-    """Whether both scenes describe the same physics: nothing depends on the parameter."""
+    """Decide whether both scenes describe the same physics: nothing depends on the parameter."""
     return fingerprint(above, whole=True) == fingerprint(below, whole=True)

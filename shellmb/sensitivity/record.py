@@ -38,7 +38,7 @@ def side_folder(name: str, side: str) -> Path:
 
 
 def is_sensitivities(directory: Path) -> bool:
-    """Whether a directory holds sensitivities."""
+    """Decide whether a directory holds sensitivities."""
     return (directory / ABOUT).is_file()
 
 

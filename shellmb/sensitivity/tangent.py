@@ -222,7 +222,7 @@ class Tangents(Silent):
                 side.accepted(simulation)
 
     def state(self) -> dict[str, Any]:
-        """Where both sides do not mirror each other; the sides take down their states, too."""
+        """Record where sides do not mirror each other; the sides take down their states, too."""
         for saved in self._saved:
             saved.remember()
         kinks = {pair.parameter.name: list(pair.kinks) for pair in self.pairs}

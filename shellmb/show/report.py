@@ -188,7 +188,7 @@ def write_report(run: Shown, file: Path) -> Path:
 
 
 def _accuracy(file: Path) -> list[str]:
-    """What an error costs, of a run to an accuracy."""
+    """Cost of an error, of a run to an accuracy."""
     if not file.is_file():
         return []
     found = read_json(file)

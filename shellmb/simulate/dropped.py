@@ -22,7 +22,7 @@ OPENED = 1e-6
 
 
 class _Found(NamedTuple):
-    """What a joint is open by, its name, and both in words; the largest is the worst."""
+    """Gap of a joint, its name, and both in words; the largest is the worst."""
 
     apart: float
     joint: str

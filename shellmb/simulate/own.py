@@ -33,7 +33,7 @@ _CHANGED: weakref.WeakKeyDictionary[Any, list[str]] = weakref.WeakKeyDictionary(
 
 
 def is_ours(module: str) -> bool:
-    """Whether a module is of this package or of a library; demos are as a user's.
+    """Decide whether a module is of this package or of a library; demos are as a user's.
 
     Args:
         module: Its name.
@@ -72,7 +72,7 @@ class OwnScene:
 
     @property
     def remembers(self) -> bool:
-        """Whether a run may change an object of the user's, or a default of a function."""
+        """Decide whether a run may change an object of the user's, or a default of a function."""
         return any(self._remembers(v) for v in self._kept)
 
     def _remembers(self, value: Any) -> bool:
@@ -125,7 +125,7 @@ class OwnScene:
 
     @staticmethod
     def _holds(value: Any) -> bool:
-        """Whether something of a library's class may be changed in a run."""
+        """Decide whether something of a library's class may be changed in a run."""
         kinds = (*MUTABLE, types.MethodType, functools.partial, np.random.Generator)
         return isinstance(value, kinds) or isinstance(value, Iterator)
 
@@ -136,7 +136,7 @@ class OwnScene:
 
     @staticmethod
     def _parts(value: Any) -> list[Any]:
-        """What a partial function consists of; nothing of other values."""
+        """List what a partial function consists of; nothing of other values."""
         if not isinstance(value, functools.partial):
             return []
         return [value.func, *value.args, *value.keywords.values()]

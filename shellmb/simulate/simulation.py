@@ -172,7 +172,7 @@ class Simulation:
         self.step_seconds = 0.0
 
     def _size(self) -> StepSize:
-        """Who chooses the step."""
+        """Make what chooses the step."""
         control, dt, solver = (
             self.scene.step_control,
             float(self.scene.dt or 0.0),
@@ -218,7 +218,7 @@ class Simulation:
 
     @property
     def finished(self) -> bool:
-        """Whether the end is reached before the last time."""
+        """Decide whether the end is reached before the last time."""
         return self.stepping.finished or self.control.ended is not None
 
     @assembled_as(lambda self, *_, **__: self.scene.solver)
@@ -325,7 +325,7 @@ class Simulation:
         return found
 
     def numbering(self) -> dict[str, Ints]:
-        """Where the values of `live` belong in the meshes, on any number of ranks."""
+        """Numbering of the values of `live` in the meshes, on any number of ranks."""
         return {
             f"{body}/{key}": array
             for body, levels in self.problem.levels.items()
@@ -385,7 +385,7 @@ class Simulation:
 
     @property
     def repeatable(self) -> bool:
-        """Whether it can begin again: no law of the scene remembers the first time."""
+        """Decide whether the run can begin again: no law of the scene remembers the first time."""
         return not self._own.remembers
 
     def begin_again(

@@ -55,7 +55,7 @@ class Stepping(Protocol):
 
     @property
     def finished(self) -> bool:
-        """Whether the end is reached before the last time."""
+        """Decide whether the end is reached before the last time."""
         ...
 
     def attempt(self, t: float, dt: float) -> Attempt:

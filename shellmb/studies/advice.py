@@ -128,14 +128,14 @@ def sentence(judged: Judged, targets: Sequence[Target]) -> str:
 
 
 def _alone(judged: Judged) -> str:
-    """What the errors are of, where the study does not refine all."""
+    """Say what the errors are of, where the study does not refine all."""
     if not judged.not_refined:
         return ""
     return f" from {_refined(judged)} alone"
 
 
 def _refined(judged: Judged) -> str:
-    """What the study refines."""
+    """Say what the study refines."""
     told = {"mesh": "the mesh", "dt": "the step", "step_tolerance": "the step"}
     return " and ".join(sorted({told[axis] for axis in judged.reference.refined}))
 

@@ -129,7 +129,7 @@ def credited(points: Sequence[Point]) -> tuple[Point, ...]:
 
 
 def _finer(one: Choice, other: Choice) -> bool:
-    """Whether one is as fine as the other in all, and the same otherwise."""
+    """Decide whether one is as fine as the other in all, and the same otherwise."""
     sizes = (*REFINED, "tolerance")
     if one.without(*sizes) != other.without(*sizes):
         return False

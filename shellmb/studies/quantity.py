@@ -46,7 +46,7 @@ class Quantity:
 
     @property
     def is_curve(self) -> bool:
-        """Whether whole curves are compared."""
+        """Decide whether whole curves are compared."""
         return self.norm in CURVES
 
     def take(

@@ -45,7 +45,7 @@ class Reference:
 
     @property
     def own(self) -> bool:
-        """Whether it is a run of ours."""
+        """Decide whether the reference is a run of ours."""
         return bool(self.differences)
 
 

@@ -67,11 +67,11 @@ class Sweep(StudyOptions):
 
     @property
     def known(self) -> bool:
-        """Whether no run of ours is the reference."""
+        """Decide whether no run of ours is the reference."""
         return self.exact is not None or self.solution is not None
 
     def runs(self, chosen: Mapping[str, Any]) -> bool:
-        """Whether a combination is not left out by `dissipations`."""
+        """Decide whether a combination is not left out by `dissipations`."""
         only = self.dissipations.get(chosen.get("scheme", ""))
         return only is None or chosen.get("alpha") in only
 

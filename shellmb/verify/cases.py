@@ -43,7 +43,7 @@ class Check:
 
     @property
     def passed(self) -> bool:
-        """Whether the error is within the tolerance."""
+        """Decide whether the error is within the tolerance."""
         return self.error <= self.tolerance
 
 

@@ -110,7 +110,7 @@ class BareWork:
 
 
 def direct_solver(linear: Linear) -> DirectSolver:
-    """What factorises.
+    """Solver that factorises.
 
     Args:
         linear: The linear solution of a problem that has been solved once.

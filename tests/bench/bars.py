@@ -30,7 +30,7 @@ PEAK_MIB = 2048.0
 
 @dataclass(frozen=True)
 class Bar:
-    """What was asked and what was measured.
+    """Bar with its measured value.
 
     Args:
         name: What, of which case.
@@ -46,7 +46,7 @@ class Bar:
 
     @property
     def passed(self) -> bool:
-        """Whether the bar is met."""
+        """Decide whether the bar is met."""
         return self.value >= self.bound if self.least else self.value <= self.bound
 
 
@@ -108,7 +108,7 @@ def _ratio(slow: Measured, fast: Measured) -> float:
 
 @dataclass(frozen=True)
 class Growth:
-    """How the time of a full Newton iteration grows with the number of elements.
+    """Growth of the time of a full Newton iteration with the number of elements.
 
     Args:
         elements: Numbers of elements.

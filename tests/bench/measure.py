@@ -35,7 +35,7 @@ LIMIT = 150_000
 
 @dataclass(frozen=True)
 class Plan:
-    """What is measured.
+    """Plan of what is measured.
 
     Args:
         scenes: "dynamic", "triangles" (dynamic ones of triangles), "static".
@@ -154,5 +154,5 @@ def _measure_case(
 
 
 def quick() -> Plan:
-    """What a test can wait for."""
+    """Plan that a test can wait for."""
     return Plan(schemes=("ep", "ed"), meshes=((4, 1),), steps=5, rounds=2)

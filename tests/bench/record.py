@@ -1,4 +1,4 @@
-"""What `python -m tests.bench` records."""
+"""Records of `python -m tests.bench`."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ UNREDUCED, FULL, MODIFIED, AUTO = CONFIGURATIONS
 
 @dataclass(frozen=True)
 class Record:
-    """What one configuration costs; all times in seconds per step.
+    """Cost of one configuration; all times in seconds per step.
 
     Args:
         scene: "dynamic", "triangles" or "static".
@@ -92,7 +92,7 @@ class Record:
 
     @property
     def case(self) -> tuple[str, str, str]:
-        """What was solved: scene, scheme, mesh."""
+        """Case that was solved: scene, scheme, mesh."""
         return self.scene, self.scheme, self.mesh
 
 

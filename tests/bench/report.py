@@ -1,4 +1,4 @@
-"""What `python -m tests.bench` prints and writes."""
+"""Reports that `python -m tests.bench` prints and writes."""
 
 from __future__ import annotations
 

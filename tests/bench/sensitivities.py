@@ -1,4 +1,4 @@
-"""What derivatives cost: steps of the plate of README with and without them.
+"""Cost of derivatives: steps of the plate of README with and without them.
 
 `python -m tests.bench.sensitivities`. Processor time of steps, set-up excluded, the shortest of
 several rounds in turn. Then what the sweep backwards costs, for the thickness of each element.
@@ -45,7 +45,7 @@ BACK = (
 
 
 def observers(columns: str) -> list[Observer]:
-    """What looks at a scene beside the run."""
+    """Observers of a scene beside the run."""
     if columns == "all":
         named = StandardObservers(None).named.items()
         return [o for name, o in named if not name.startswith(("watch", "stop"))]

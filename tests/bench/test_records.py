@@ -1,4 +1,4 @@
-"""What `python -m tests.bench` measures: the records, their consistency, the bars."""
+"""Tests of what `python -m tests.bench` measures: the records, their consistency, the bars."""
 
 import json
 from dataclasses import fields, replace

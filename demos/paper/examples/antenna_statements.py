@@ -23,7 +23,7 @@ STEP = 0.2
 
 
 def _time_90(run: FinishedRun) -> float:
-    """When the last hinge passes 90 % of its final angle [s]; infinite if it does not."""
+    """Find when the last hinge passes 90 % of its final angle [s]; infinite if it does not."""
     late = 0.0
     for hinge in HINGES:
         past = np.flatnonzero(opening(run.history, hinge) >= 0.9)
@@ -148,7 +148,7 @@ def _frequencies(results: Results) -> Verdict:
 
 
 def _quadratic(results: Results) -> Verdict:
-    """What EP4 and ED3 make of it beside ED and EP."""
+    """Compare EP4 and ED3 with ED and EP."""
     said, times, rocks, law = [], [], [], 0.0
     for name, label in SCHEMES.items():
         run = results[name]

@@ -50,7 +50,7 @@ def _follows(results: Results) -> Verdict:
 
 
 def _snap(results: Results, names: tuple[str, ...], begin: float, sign: int) -> Verdict:
-    """When the crown at B passes the straight edges, down before `INVERTED`, up after it."""
+    """Find when the crown at B passes the straight edges, down before `INVERTED`, up after it."""
     end, paper = (INVERTED, DOWN) if sign < 0 else (1.6, UP)
     times = {n: snap(results[n].history, begin, end, sign) for n in names}
     said = ", ".join(f"{t:.3f} s ({LABELS[n]})" for n, t in times.items())
@@ -106,7 +106,7 @@ def _smaller_steps(results: Results) -> Verdict:
 
 
 def _stepping(run: FinishedRun) -> str:
-    """Which steps were rejected, and the iterations of those that were not."""
+    """Find which steps were rejected, and the iterations of those that were not."""
     h = run.history
     late = np.flatnonzero(np.diff(h["rejected"]) > 0)
     smallest = 1e3 * float(h["dt"].iloc[1:].min())

@@ -88,7 +88,7 @@ class Store:
         return None if self.directory is None else self.directory / LEVELS / str(number)
 
     def is_done(self, number: int, comm: MPI.Comm) -> bool:
-        """Whether the run of a level is there with its summary; collective.
+        """Decide whether the run of a level is there with its summary; collective.
 
         Args:
             number: Its number, from 1.

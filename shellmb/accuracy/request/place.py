@@ -150,7 +150,7 @@ def coarser(scene: Scene, body: str | None) -> Scene | None:
 
 
 def _understood(scene: Scene, wanted: Wanted, how: Running) -> Wanted:
-    """What is wanted; "f1" is of modes where the scene has no probe and no results of that name.
+    """Parse what is wanted; "f1" is of modes if the scene has no probe or results of that name.
 
     Raises:
         SceneError: If there is no such quantity, as far as is known before a run.

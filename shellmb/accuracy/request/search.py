@@ -156,7 +156,7 @@ class Search:
         return label(change.apply(self.scene))
 
     def _first(self) -> Change:
-        """Where levels begin: with larger steps, and the scheme that is chosen."""
+        """Choose where levels begin: with larger steps, and the scheme that is chosen."""
         change = Change(step=self._first_step(), body=self.wanted.body)
         return replace(change, scheme=self._scheme(change)) if self.wanted.auto else change
 
@@ -289,7 +289,7 @@ class Search:
         return degree_of(scene) is not None
 
     def _why(self, target: float, met: bool, following: Choice | None) -> str:
-        """Why this is the last level; empty: it is not."""
+        """Say why this is the last level; empty: it is not."""
         level, asked = self.levels[-1], self._asked
         if met:
             return f"{asked} is met"
@@ -327,6 +327,6 @@ def order_of(scene: Scene) -> float:
 
 
 def _helps(known: Change, change: Change) -> bool:
-    """Whether companions of a run tell something of another one."""
+    """Decide whether companions of a run tell something of another one."""
     same = replace(known, step=change.step, mesh=change.mesh) == change
     return same and (known.step == change.step or known.mesh == change.mesh)

@@ -141,13 +141,13 @@ def _bare(column: str) -> str:
 
 
 def _pairs(units: list[list[list[str]]]) -> Iterator[tuple[str, list[str]]]:
-    """What columns are of, and they."""
+    """Pair what columns are of with the columns."""
     for unit in units:
         yield from ((_bare(names[0]), names) for names in unit)
 
 
 def _apart(ends: Floats, means: Floats) -> float:
-    """What the mean of values at the ends of a step usually differs by from that over it."""
+    """Usual difference between the mean of values at the ends of a step and that over it."""
     n = min(len(ends), len(means)) - 1
     if n < STEPS:
         return 0.0
@@ -160,7 +160,7 @@ def _size(f: Floats) -> float:
 
 
 def _share(f: Floats) -> float:
-    """What alternates over what does not; 0 where too few steps turn back what those before did."""
+    """Ratio of what alternates to what does not; 0 where too few steps reverse those before."""
     change = np.diff(f, axis=0)
     if len(f) <= STEPS or np.mean(np.sum(change[1:] * change[:-1], axis=1) < 0) < TURNS:
         return 0.0

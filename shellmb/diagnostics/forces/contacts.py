@@ -41,7 +41,7 @@ class Contacts(Silent):
         self._slid: dict[str, list[float]] = {}
 
     def start(self, simulation: Simulation) -> None:
-        """Where the points are."""
+        """Take the places of the points."""
         for group in _contacts(simulation):
             name = group.item.name
             self._before[name] = _positions(simulation, group)

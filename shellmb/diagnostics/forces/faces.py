@@ -54,7 +54,7 @@ class TouchingFaces(Silent):
                 self._crossed[name] = t
 
     def cautions(self, simulation: Simulation) -> Iterator[Caution]:
-        """What is wrong with contacts."""
+        """Say what is wrong with contacts."""
         for faces in simulation.problem.couplings:
             yield from self._cautions(faces, simulation.scheme.dynamic)
 
@@ -88,7 +88,7 @@ class TouchingFaces(Silent):
             yield from self._impacts.cautions(self.name, contact.body, name, who)
 
     def state(self) -> dict[str, Any]:
-        """What was found so far."""
+        """Findings so far."""
         return {
             "deep": dict(self._deep),
             "crossed": dict(self._crossed),

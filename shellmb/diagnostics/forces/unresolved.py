@@ -61,7 +61,7 @@ class Unresolved(Silent):
                     yield from self._caution(said(item.element), t, _along(law, t, x))
 
     def _caution(self, who: str, t: Floats, values: Floats) -> Iterator[Caution]:
-        """What is missed of an impulse, if it is much.
+        """Say what is missed of an impulse, if it is much.
 
         Args:
             who: What acts.
@@ -87,7 +87,7 @@ class Unresolved(Silent):
 
 
 def _named(load: Any) -> str:
-    """What a sentence calls a load, which has no name."""
+    """Name of a load, which has none of its own, in a sentence."""
     return f"{said(load)} on '{load.body}'" if getattr(load, "body", None) else said(load)
 
 

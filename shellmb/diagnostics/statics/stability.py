@@ -129,7 +129,7 @@ class Unstable(Silent):
 
 
 def _directions(found: Found) -> str:
-    """How many, in words."""
+    """Number of directions, in words."""
     if not found.symmetric:
         # the sign of a determinant
         return "an odd number of directions (loads follow the bodies: flutter is not seen here)"

@@ -27,12 +27,12 @@ NOTHING = 1e-14
 
 
 def _separable(body: Flexible) -> bool:
-    """Whether the energy falls into parts of which one may be left out."""
+    """Decide whether the energy falls into parts of which one may be left out."""
     return not body.rigid and (isinstance(body, Beam) or isinstance(body.section, LinearSection))
 
 
 def _couples(body: Flexible) -> bool:
-    """Whether the section couples bending and stretching, which there must be."""
+    """Decide whether the section couples bending and stretching, which there must be."""
     if not _separable(body) or not body.stretching:
         return False
     if isinstance(body, Beam):

@@ -26,7 +26,7 @@ def _has_jump(scene: Scene) -> bool:
 
 
 def _dissipates(scene: Scene) -> bool:
-    """Whether the scheme has a dissipation that may be chosen."""
+    """Decide whether the scheme has a dissipation that may be chosen."""
     return dissipates(scene) or hasattr(scene.scheme, "alpha")
 
 
@@ -35,14 +35,14 @@ def _alpha(scene: Scene) -> float:
 
 
 def _turns(body: Flexible) -> bool:
-    """Whether the section has second moments."""
+    """Decide whether the section has second moments."""
     if body.rigid:
         return False
     return body.section.masses[2]
 
 
 def _eccentric(body: Flexible) -> bool:
-    """Whether the section has a first moment, with second moments that make it possible."""
+    """Decide whether the section has a first moment, with second moments that make it possible."""
     if body.rigid or not body.rotary_inertia:
         return False
     return body.section.masses[1]

@@ -62,7 +62,7 @@ def _prescribed(scene: Scene) -> Use:
 
 
 def _told(where: str, found: Sequence[Load | Support], lacking: str) -> Use:
-    """Whether there are any, and of which kinds."""
+    """Decide whether there are loads of some kinds, and of which."""
     if not found:
         return Use(False, lacking)
     return Use(True, f"{where}: " + ", ".join(dict.fromkeys(item.label for item in found)))

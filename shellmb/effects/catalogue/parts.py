@@ -78,7 +78,7 @@ def switches(field: str, fits: Fits, what: str, wanted: str | None = None) -> tu
 
 
 def use_of_field(field: str, fits: Fits, lacking: str) -> Callable[[Scene], Use]:
-    """Whether any shell or beam that can have an effect has it.
+    """Decide whether any shell or beam that can have an effect has it.
 
     Args:
         field: Field by which it is switched.
@@ -122,7 +122,7 @@ def drop(where: str, kinds: tuple[type, ...], what: str) -> Change:
 
 
 def use_of_parts(where: str, kinds: tuple[type, ...], lacking: str) -> Callable[[Scene], Use]:
-    """Whether a scene lists parts of certain kinds.
+    """Decide whether a scene lists parts of certain kinds.
 
     Args:
         where: Field of the scene that lists them.

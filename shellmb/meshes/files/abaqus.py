@@ -46,7 +46,7 @@ DEEPEST = 10
 
 @dataclass
 class _Part:
-    """What one part has: positions by node, kind and nodes by element, elements by set."""
+    """Content of one part: positions by node, kind and nodes by element, elements by set."""
 
     nodes: dict[int, list[float]] = field(default_factory=dict)
     elements: dict[int, tuple[str, list[int]]] = field(default_factory=dict)

@@ -1,4 +1,4 @@
-"""Where a mesh touches itself without being joined: nodes and sides that lie on other cells."""
+"""Places where a mesh touches itself without being joined: nodes and sides on other cells."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def gaps(raw: RawMesh) -> list[Gap]:
 
 
 class _Search:
-    """What the search needs of a mesh."""
+    """Part of a mesh that the search needs."""
 
     def __init__(self, raw: RawMesh) -> None:
         self.x = raw.x

@@ -39,7 +39,7 @@ TIES = re.compile(r"RBE\d|RBAR|RROD|RTRPLT|RSPLINE|RSSCON|RJOINT|MPC$|PLOTEL")
 
 
 def is_nastran(path: Path) -> bool:
-    """Whether a file holds bulk data of Nastran.
+    """Decide whether a file holds bulk data of Nastran.
 
     Args:
         path: The file.
@@ -155,7 +155,7 @@ class _Systems:
         known[number] = card
 
     def _values(self, card: list[str]) -> list[float | str]:
-        """What a card says, however its numbers are written; without zeros at its end."""
+        """Values of a card, however its numbers are written; without zeros at its end."""
         values = [real(card, k, self.who) for k in range(1, len(card))]
         while values and values[-1] == 0:
             values.pop()

@@ -253,7 +253,7 @@ def element_groups(comm: MPI.Comm, items: Sequence[BoundElement]) -> list[Elemen
 
 
 def check_at_rest(scene: Scene, groups: Sequence[ElementGroup]) -> None:
-    """Where displacements are small there is no initial stress; collective.
+    """Refuse initial stress where displacements are small; collective.
 
     Raises:
         SceneError: If a spring is not at rest in the reference configuration.

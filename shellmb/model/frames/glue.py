@@ -77,7 +77,7 @@ class _Glued:
 
     @property
     def shares_director(self) -> bool:
-        """Whether there is one director for both.
+        """Decide whether there is one director for both.
 
         Where only one of them has inertia, jumps of velocity of the two differ: eq. (35), with the
         same result.

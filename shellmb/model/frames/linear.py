@@ -33,7 +33,7 @@ class LinearBeam(BeamModel):
         self.kinematic |= {FRAME}
 
     def _apart(self, q: Expr) -> Expr:
-        """What ties the frame, shape (9,)."""
+        """Constraints that tie the frame, shape (9,)."""
         turned = floating.turned(self.layout.part(q, "w"), self.line)
         return frame_constraints(self.layout.part(q, FRAME), turned)
 

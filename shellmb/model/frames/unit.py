@@ -31,7 +31,7 @@ class DirectorConstraint:
 
     @cached_property
     def unit(self) -> bool:
-        """Whether they hold directors at length one and, of a triple, at right angles."""
+        """Decide whether all directors have length one and, of a triple, are at right angles."""
         k, rng = self._count, np.random.default_rng(1)
         pairs = [(a, a) for a in range(k)] + [(a, b) for a in range(k) for b in range(a + 1, k)]
         for w, D in rng.normal(size=(2, 2, 3 * k)):

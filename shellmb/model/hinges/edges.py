@@ -48,7 +48,7 @@ class _Edge:
         return End(self.shell.name, self.shell.name, dofs, x, self.nodes.directors[k], x)
 
     def at(self, x: Floats, joint: EdgeHinge, other: _Edge) -> float:
-        """Where on it a node of another edge is, m.
+        """Position along the edge of a node of another edge, m.
 
         Raises:
             SceneError: If that is not on this edge.
@@ -216,7 +216,7 @@ def _hinge(
 def _sides(
     joint: EdgeHinge, find: FindEnd, shells: Mapping[str, ShellModel]
 ) -> tuple[_Edge | End, _Edge, Floats]:
-    """What has the frames, the edge with the nodes that are held, and the axis."""
+    """Find what has the frames, the edge with the nodes that are held, and the axis."""
     first, second = shells.get(joint.first), shells.get(joint.second)
     at: Any = joint.at
     second_at: Any = joint.second_at

@@ -126,7 +126,7 @@ class ConstraintGroup(Massless):
         )
 
     def looked_at(self, state: Expr) -> Expr:
-        """What is evaluated at a state, and whose derivatives at the reference are looked at."""
+        """Values at a state, whose derivatives at the reference are looked at."""
         return self.violation(state)
 
     @cached_property
@@ -186,7 +186,7 @@ class ConstraintGroup(Massless):
 
     @property
     def switched_on(self) -> Bools:
-        """Which constraints of the local items are not switched off, shape (local items, count)."""
+        """Constraints of the local items that are not switched off, shape (local items, count)."""
         return np.asarray(self._switched[self.nodes.item])
 
     def relative(self, violations: Floats, on: Bools) -> Floats:

@@ -51,7 +51,7 @@ class BoundJoint:
 
     @property
     def about(self) -> Floats | None:
-        """Where on the first body its moment is about; None: its own point on the second."""
+        """Point of the first body that its moment is about; None: its own point on the second."""
         return None
 
     @property
@@ -193,7 +193,7 @@ class JointGroup(ConstraintGroup):
 
     @property
     def heads(self) -> bool:
-        """Whether its joints have a direction of motion in their planes, as wheels have."""
+        """Decide whether its joints have a direction of motion in their planes, as wheels have."""
         return False
 
     def heading(self, row: int, q: Floats) -> Floats:

@@ -180,7 +180,7 @@ class ContactGroup(JointGroup):
 
     @property
     def heads(self) -> bool:
-        """Whether they roll in a direction, or point to one."""
+        """Decide whether wheels roll in a direction, or point to one."""
         return "t" in self._start
 
     def heading(self, row: int, q: Floats) -> Floats:

@@ -44,7 +44,7 @@ class End:
 
     @property
     def framed(self) -> bool:
-        """Whether the node has a full frame."""
+        """Decide whether the node has a full frame."""
         return len(self.directors) == 3
 
     @property

@@ -17,7 +17,7 @@ Where = str | tuple[float, float, float] | Offset | None
 
 @dataclass(frozen=True)
 class RigidPlaces:
-    """Where the points of a rigid body are.
+    """Places of the points of a rigid body.
 
     Args:
         end: Its centre of mass as a place.

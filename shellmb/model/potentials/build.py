@@ -108,7 +108,7 @@ class UserPotential(PotentialGroup):
 
 
 def _uses_directors(item: Potential, count: int, comm: MPI.Comm) -> bool:
-    """Whether an energy depends on directors; it must depend on these or on the position.
+    """Decide whether an energy depends on directors; it must depend on these or on the position.
 
     Raises:
         SceneError: If it depends on neither.

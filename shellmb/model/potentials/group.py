@@ -80,7 +80,7 @@ class PotentialGroup(Massless):
 
     @property
     def holds(self) -> bool:
-        """Whether it may hold a body that nothing else does: contacts open, and so do not."""
+        """Decide whether a potential may hold a body alone: contacts open, and so do not."""
         return not hasattr(self.item, "preloaded") or bool(self.item.preloaded)
 
     @property

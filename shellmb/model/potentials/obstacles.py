@@ -77,7 +77,7 @@ class Shape:
         raise NotImplementedError
 
     def nearest(self, start: Floats, end: Floats) -> Floats:
-        """Where points that move straight are deepest, shape (n, 3)."""
+        """Find where points that move straight are deepest, shape (n, 3)."""
         return end
 
     def overrated(self, start: Floats, end: Floats) -> Floats:
@@ -161,7 +161,7 @@ class RoundShape(Shape):
         return r - np.outer(r @ self.axes[2], self.axes[2]) if self._straight else r
 
     def nearest(self, start: Floats, end: Floats) -> Floats:
-        """Where points that move straight are nearest to the centre or axis, shape (n, 3)."""
+        """Find where points that move straight are nearest to the centre or axis, shape (n, 3)."""
         move, r = self._across(end - start), self._across(start - self.point)
         square = np.maximum(np.vecdot(move, move), 1e-300)
         share = np.clip(-np.vecdot(r, move) / square, 0.0, 1.0)
@@ -231,7 +231,7 @@ class BoxShape(Shape):
         return slopes @ self.axes, np.where(far > 0, far, beyond.max(axis=1)) - self.rounding
 
     def nearest(self, start: Floats, end: Floats) -> Floats:
-        """Where points that move straight are deepest: the distance is convex along a path."""
+        """Find where points that move straight are deepest: the distance is convex along a path."""
         low, high = np.zeros(len(start)), np.ones(len(start))
         for _ in range(THIRDS):
             a, b = low + (high - low) / 3, high - (high - low) / 3

@@ -1,4 +1,4 @@
-"""Where potentials and contacts act: nodes of bodies with their shares of an area or length."""
+"""Points of potentials and contacts: nodes of bodies with their shares of an area or length."""
 
 from __future__ import annotations
 

@@ -57,7 +57,7 @@ MOST = 16
 
 
 class Filling(Massless):
-    """What fills a volume: its relative change `v`, and the multiplier that is the pressure.
+    """Content of a volume: its relative change `v`, and the multiplier that is the pressure.
 
     Args:
         item: Description.
@@ -190,7 +190,7 @@ class Enclosing(Massless):
 
 
 def _held(body: Massless, law: Any, pressure: fem.Constant, dx: ufl.Measure) -> Constraints:
-    """What the pressure holds; that it holds, Newton's method sees."""
+    """List what the pressure holds; that it holds, Newton's method sees."""
     first, _ = body.mixed.parts["mu"]
     return Constraints(law, lambda q: q[first], pressure, dx, lambda q: 0.0)
 
@@ -236,7 +236,7 @@ class _Cones:
         return float(self._shell.mixed.space.mesh.comm.allreduce(fem.assemble_scalar(form)))
 
     def lids(self) -> tuple[Floats, Floats]:
-        """What the volume changes by with displacements of owned nodes, less what a pressure does.
+        """Change of the volume with displacements of owned nodes, less what a pressure does.
 
         Inside the surface there is nothing of it; at its edges, that of the lids.
 
@@ -388,7 +388,7 @@ def _sides(
 def _free(
     shell: ShellModel, X: Floats, lids: Floats, prescribed: Prescribed, least: float
 ) -> Floats:
-    """What lids have at owned nodes: along directions that nothing holds, and in all.
+    """Shares of lids at owned nodes: along directions that nothing holds, and in all.
 
     Args:
         shell: The shell.

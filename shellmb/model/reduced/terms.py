@@ -30,7 +30,7 @@ from shellmb.model.reduced.onframe import Reduced
 
 
 def has_terms(member: Member) -> bool:
-    """Whether the user has added terms to a shell or beam."""
+    """Decide whether the user has added terms to a shell or beam."""
     body = member.body
     return bool((body.beam if isinstance(body, BeamModel) else body.shell).terms)
 

@@ -233,7 +233,7 @@ class Arm(NamedTuple):
 
 
 def mass_arm(mass: Mass, nodal: fem.FunctionSpace, dx: ufl.Measure) -> Arm:
-    """Where directors turn without momentum (`forms.shell.tangent_jump`); collective.
+    """Find where directors turn without momentum (`forms.shell.tangent_jump`); collective.
 
     That is said node by node: where the section varies, by the moments that the elements around a
     node have there.

@@ -231,12 +231,12 @@ class BoundShell:
 
     @property
     def _turns(self) -> bool:
-        """Whether the rotation of the director has inertia, or nothing has."""
+        """Decide whether the rotation of the director has inertia, or nothing has."""
         return self.mass is None or self.mass.I is not None
 
     @property
     def inertialess(self) -> bool:
-        """Whether the directors have no inertia though the shell moves."""
+        """Decide whether the directors have no inertia though the shell moves."""
         return not self._turns
 
     def position(self, q: Expr) -> Expr:

@@ -119,7 +119,7 @@ def _steepest(comm: MPI.Comm, vectors: Floats, normals: Floats) -> Floats:
 
 
 def _fits(comm: MPI.Comm, vector: Floats, normals: Floats) -> bool:
-    """Whether a unit vector has a useful projection on all cells."""
+    """Decide whether a unit vector has a useful projection on all cells."""
     return bool(_steepest(comm, vector[None], normals)[0] < np.cos(np.radians(STEEPEST)))
 
 

@@ -71,7 +71,7 @@ def _product(shell: BoundShell, a: Expr, b: Expr) -> Expr:
 
 
 def quadratic_strains(shell: BoundShell) -> bool:
-    """Whether strains are at most quadratic in the state."""
+    """Decide whether strains are at most quadratic in the state."""
     if shell.shell.strains is None:
         return True
     return is_quadratic(shell.strain.value, ufl.Coefficient(shell.mixed.space))

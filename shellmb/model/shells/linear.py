@@ -41,7 +41,7 @@ class LinearShell(ShellModel):
         return self.layout.part(q, FRAME)
 
     def _apart(self, q: Expr) -> Expr:
-        """What ties the frame, shape (9,)."""
+        """Constraints that tie the frame, shape (9,)."""
         return frame_constraints(self._frame(q), floating.turned(*self.straining(q), self.surface))
 
     def _moved(self, q: Expr) -> tuple[Expr, Expr, Expr]:

@@ -55,7 +55,7 @@ def hold_middles(body: ShellModel) -> None:
 
 
 def _held(body: ShellModel) -> bool:
-    """Whether middles of sides are held in both directions of the surface; collective."""
+    """Decide whether middles of sides are held in both directions of the surface; collective."""
     middles = np.unique(body.mixed.subspaces["u"].dofmap.list[:, 3:])
     dofs = body.mixed.dofs["u"].reshape(-1, 3)[middles]
     given = [fixed.dofs for fixed in body.fixed] + [link.dofs for link in body.links]

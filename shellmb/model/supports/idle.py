@@ -79,7 +79,7 @@ def _holding(load: Any, body: Meshed, prescribed: Prescribed) -> list[str]:
 
 
 def _held(basis: Floats, force: Floats | None) -> bool:
-    """Whether a direction, or all of them, is in the span of a basis."""
+    """Decide whether a direction, or all of them, is in the span of a basis."""
     if force is None:
         return len(basis) == basis.shape[1]
     free = force - basis.T @ (basis @ force)

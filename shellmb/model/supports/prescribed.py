@@ -82,7 +82,7 @@ class Rows:
 
 @dataclass
 class _Node:
-    """What is held of one nodal vector: an orthonormal basis with values over time."""
+    """Held part of one nodal vector: an orthonormal basis with values over time."""
 
     basis: list[Floats] = field(default_factory=list)
     sides: list[Floats] = field(default_factory=list)

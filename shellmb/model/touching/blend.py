@@ -109,7 +109,7 @@ def mixed(of: Families, a: Floats, b: Floats) -> Mixed:
 
 
 def _left(of: Families, w: Floats, off: Floats, plain: Floats) -> Floats:
-    """What a concave function is less than its tangent, shape (n,), m; `plain` is that, rounded."""
+    """Gap of a concave function below its tangent, shape (n,), m; `plain` is that, rounded."""
     small = np.maximum.reduceat(abs(off), of.first) < SMALL * of.width
     inner = np.where(small[of.owner], off / of.width, 0.0)
     found = of.width * np.log1p(of.sums(w * np.expm1(-inner)))

@@ -111,12 +111,12 @@ class FacesContact:
 
     @property
     def alone(self) -> bool:
-        """Whether a shell touches itself."""
+        """Decide whether a shell touches itself."""
         return self.body == self.shell
 
     @cached_property
     def _apart(self) -> Bools | None:
-        """Which cells are far enough along the shell to touch a point of it; None: all."""
+        """Find which cells are far enough along the shell to touch a point of it; None: all."""
         if not self.alone:
             return None
         # loaded where a shell touches itself only
@@ -155,7 +155,7 @@ class FacesContact:
         return find(self.facets, y, x, far, self.slack + slack, self._apart)
 
     def coupled(self, found: Candidates) -> csr_array:
-        """Which nodes have forces that depend on which others: points first, then the shell's."""
+        """Nodes whose forces depend on each other: points first, then the shell's."""
         cells = self.facets.cells[self.facets.cell[found.triangle]]
         n, count = len(self.y), len(self.y) + len(self.x)
         rows = np.concatenate([np.repeat(found.point, cells.shape[1]), found.point])
@@ -225,7 +225,7 @@ class FacesContact:
         return np.asarray((np.cumsum(self._has) - 1)[pairs])
 
     def pierced(self, found: Candidates, y: Floats, x: Floats) -> bool:
-        """Whether a line between neighbouring points passes through a facet.
+        """Decide whether a line between neighbouring points passes through a facet.
 
         Args:
             found: Pairs that may touch.

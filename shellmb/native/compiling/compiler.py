@@ -104,12 +104,12 @@ def _compile(items: Wanted, folder: Path, tell: Tell, wait: bool) -> list[str]:
 
 
 def library(folder: Path, name: str) -> Path:
-    """Where a kernel is; it is there as soon as it is complete."""
+    """Path of a kernel, which is there as soon as it is complete."""
     return folder / f"{name}.so"
 
 
 def locked(path: Path, locks: ExitStack, wait: bool) -> bool:
-    """Whether a lock is ours.
+    """Decide whether a lock is ours.
 
     Args:
         path: Its file.

@@ -124,5 +124,5 @@ def flags_for(item: Item, more: Sequence[str] = ()) -> list[str]:
 
 
 def has_lanes(flags: Sequence[str]) -> bool:
-    """Whether a kernel with these flags is one of several cells."""
+    """Decide whether a kernel with these flags is one of several cells."""
     return LANES_FLAGS[-1] in flags

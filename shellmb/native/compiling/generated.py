@@ -80,7 +80,7 @@ def _indexed() -> Iterator[None]:
 
 
 def searches() -> bool:
-    """Whether FFCx has the lines that `_indexed` replaces."""
+    """Decide whether FFCx has the lines that `_indexed` replaces."""
     from ffcx.ir.analysis import graph, valuenumbering
 
     try:

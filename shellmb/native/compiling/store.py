@@ -73,7 +73,7 @@ def usable(folder: Path) -> Path:
 
 
 def _wrong(folder: Path) -> str | None:
-    """Why a folder cannot be used; it is made where it is not there.
+    """Say why a folder cannot be used; it is made where it is not there.
 
     Raises:
         RunError: If others can write it.
@@ -95,7 +95,7 @@ def _wrong(folder: Path) -> str | None:
 
 
 def _refuse_shared(folder: Path) -> None:
-    """What others may write they may let us execute.
+    """Refuse a folder that others may write: they could let us execute its content.
 
     Raises:
         RunError: If it is such a folder.
@@ -168,7 +168,7 @@ def loading(library: Path) -> Iterator[Path]:
 
 
 def is_library(content: bytes) -> bool:
-    """Whether content is that of a library of this machine, and none of it is cut off.
+    """Decide whether content is that of a library of this machine, and none of it is cut off.
 
     Args:
         content: Of a file.
@@ -214,7 +214,7 @@ _WHOLE: set[tuple[int, ...]] = set()
 
 
 def is_whole(library: Path) -> bool:
-    """Whether a library is there, ours, and as it was written; looked at once.
+    """Decide whether a library is there, ours, and as it was written; looked at once.
 
     Args:
         library: Its file.

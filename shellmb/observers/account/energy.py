@@ -113,7 +113,7 @@ class EnergyAccount(Booked):
 
     @property
     def dissipated(self) -> dict[str, float]:
-        """What the scheme has dissipated so far in each body of the system, J.
+        """Energy that the scheme has dissipated so far in each body of the system, J.
 
         Beside it, `dissipation` counts what impacts take at which something begins to act, and
         friction and damping of contacts.
@@ -197,7 +197,7 @@ class EnergyAccount(Booked):
         return forms
 
     def _dissipation(self, simulation: Simulation) -> tuple[dict[str, list[Form]], ...]:
-        """What is dissipated over alpha by body, eqs. (34), (Q5): by states, and by velocities."""
+        """Dissipation over alpha by body, eqs. (34), (Q5): by states, and by velocities."""
         elastic: dict[str, list[Form]] = {}
         inert: dict[str, list[Form]] = {}
         self._alpha, stage = simulation.scheme.dissipation()
@@ -351,7 +351,7 @@ class EnergyAccount(Booked):
 
     @property
     def dissipated_share(self) -> float:
-        """What the scheme has dissipated, of the energy at the start and all that was put in.
+        """Dissipation of the scheme over the energy at the start and all that was put in.
 
         Potentials of springs may fall below zero: what they give is energy that was there.
         """
@@ -385,7 +385,7 @@ class EnergyAccount(Booked):
 
 
 def _natural(body: Body, levels: Levels) -> Form | None:
-    """What the energy of a body is more by its natural strain; None without one."""
+    """Energy that the natural strain of a body adds; None without one."""
     own = getattr(body, "natural", None)
     if own is None:
         return None
@@ -397,7 +397,7 @@ def _natural(body: Body, levels: Levels) -> Form | None:
 
 
 def _reaction_scales(simulation: Simulation) -> Floats:
-    """What is a large motion for each fixed unknown, so that reactions times it are energies.
+    """Large motions of each fixed unknown, so that reactions times them are energies.
 
     In the order of the system's reactions; what is fixed in other stages counts nothing.
     """

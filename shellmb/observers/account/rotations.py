@@ -67,7 +67,7 @@ class BodyRotations(Booked):
 
     @property
     def turns(self) -> dict[str, Turn]:
-        """How they turn, by name of the body in the scene."""
+        """Rotations, by name of the body in the scene."""
         self.book()
         return self._turns
 
@@ -203,7 +203,7 @@ def fit(sums: Floats) -> tuple[float, float]:
 
 
 def _directions(directors: int) -> int:
-    """How many directions of a node turn: of a triple two of three see the same rotation."""
+    """Number of directions of a node that turn: of a triple two of three see the same rotation."""
     return 2 if directors == 3 else 1
 
 

@@ -185,5 +185,5 @@ def chosen_fields(simulation: Simulation) -> dict[str, ChosenFields]:
 
 
 def wants(scene: Scene, field: str) -> bool:
-    """Whether a field is asked for."""
+    """Decide whether a field is asked for."""
     return field in scene.output.fields or "all" in scene.output.fields

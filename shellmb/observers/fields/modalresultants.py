@@ -86,7 +86,7 @@ class ModalResultants(Resultants):
         self._table: Floats = np.stack(found, axis=-1)
 
     def _vector(self, body: ShellModel | BeamModel, q: fem.Function) -> Expr:
-        """What is read of a state."""
+        """Vector that is read of a state."""
         return body.resultants(q)
 
     def solved(self) -> None:

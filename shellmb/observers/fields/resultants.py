@@ -162,5 +162,5 @@ def _linear(vector: Expr, levels: Levels, natural: object = None) -> Expr:
 
 
 def has_resultants(body: object, quantity: str) -> bool:
-    """Whether a probe's quantity is a resultant of a body."""
+    """Decide whether a probe's quantity is a resultant of a body."""
     return quantity in (BEAM if isinstance(body, BeamModel) else SHELL)

@@ -1,4 +1,4 @@
-"""When what a run leaves is written: a little at a time, several short steps together."""
+"""Times at which a run writes: a little at a time, several short steps together."""
 
 import time as clock
 
@@ -18,7 +18,7 @@ class Batches:
         self._written = -BATCH
 
     def due(self) -> bool:
-        """Whether it is time to write."""
+        """Decide whether it is time to write."""
         return clock.perf_counter() - self._written > BATCH
 
     def written(self) -> None:

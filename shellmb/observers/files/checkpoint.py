@@ -67,7 +67,7 @@ class Later(Protocol):
         ...
 
     def state_at(self, count: int) -> dict[str, Any]:
-        """What must survive a restart from behind the last step, or the one before it."""
+        """State that must survive a restart from behind the last step, or the one before it."""
         ...
 
 

@@ -153,7 +153,7 @@ class GridFiles:
         return None if array is None else _numbers(array).copy()
 
     def has(self, number: int) -> bool:
-        """Whether a state was written and is not lost."""
+        """Decide whether a state was written and is not lost."""
         return number in self._sums
 
     def close(self) -> None:

@@ -22,7 +22,7 @@ MOMENTS = ("Mx", "My", "Mz")
 
 
 class _Loop(NamedTuple):
-    """What assembles the forces of a group at its points.
+    """Assembly of the forces of a group at its points.
 
     Args:
         group: The group.

@@ -89,7 +89,7 @@ class Impulse:
 
 
 class _BalanceRow:
-    """What acts in one of the rows that balance the momentum of a step.
+    """Forces in one of the rows that balance the momentum of a step.
 
     Args:
         simulation: The simulation.

@@ -53,7 +53,7 @@ def resistance(problem: Assembled, name: str, stage: str | None = None) -> tuple
 
 
 class Arms(NamedTuple):
-    """Where forces act on a body.
+    """Points at which forces act on a body.
 
     Args:
         q: Dofs of a state, or changes of them.
@@ -121,7 +121,7 @@ class HeldForces(NodalForces):
         self._supported = model.supported
 
     def take(self) -> Taken:
-        """What a step leaves of them."""
+        """Take what a step leaves of the reactions."""
         if not self._supported:
             return NOTHING
         works = []

@@ -110,7 +110,7 @@ def state_of_run(scene: Scene, run: Path | None, at: float | None, comm: MPI.Com
 def _check_same(
     scene: Scene, saved: Saved, run: Path | None, free: frozenset[str], requested: str
 ) -> None:
-    """Whether a run was one of this scene, but for some fields."""
+    """Check that a run was one of this scene, but for some fields."""
     found = differences(saved.scene, fingerprint(scene))
     others = [d for d in found if _field(d[0]) not in free]
     if others:
@@ -137,7 +137,7 @@ def _check_whole(saved: Saved, run: Path | None) -> None:
 
 
 def _check_passed(state: StateOfRun, at: float, run: Path | None) -> None:
-    """Whether a run passes a time."""
+    """Check that a run passes a time."""
     scene, end = state.scene, float(state.scene.t_end or 0.0)
     if scene.static:
         raise SceneError(

@@ -45,7 +45,7 @@ class _Observers(_Table):
 
 
 class _Counters(_Table):
-    """Where a simulation is."""
+    """Counters of where a simulation is."""
 
     t: Seconds
     step: Count
@@ -67,7 +67,7 @@ class _State(_Table):
 
 
 def has_begun(directory: Path, comm: MPI.Comm) -> bool:
-    """Whether a run has computed anything: it is killed before its first state, or goes on.
+    """Decide whether a run has computed anything: it is killed before its first state, or goes on.
 
     Args:
         directory: The run directory.
@@ -172,7 +172,7 @@ def _read_arrays(folder: Path, state: dict[str, Any], rank: int) -> dict[str, An
 def _read_ranks(
     folder: Path, state: dict[str, Any]
 ) -> tuple[tuple[dict[str, Any], dict[str, Any]], ...]:
-    """What each rank of the run has saved, and where it belongs."""
+    """Read what each rank of the run has saved, and where it belongs."""
     count, sums = state["ranks"], state.get("cells_sha256", [])
     if len(sums) != count:
         raise SceneError(

@@ -73,7 +73,7 @@ class Curve:
 
     @cached_property
     def closed(self) -> bool:
-        """Whether it ends where it starts."""
+        """Decide whether the curve ends where it starts."""
         if self.shell is not None:
             return False
         start, end = self.position(np.array([0.0, 1.0])).T

@@ -67,7 +67,7 @@ class BeamSection:
 
     @property
     def masses(self) -> tuple[bool, bool, bool]:
-        """Which of the mass, its first and its second moments differ from zero."""
+        """Find which of the mass, its first and its second moments differ from zero."""
         m, first, second = self.mass
         return bool(m), any(first), any(second)
 
@@ -149,7 +149,7 @@ class GeneralSection(BeamSection):
             )
 
     def __eq__(self, other: object) -> bool:
-        """Whether all parameters are equal."""
+        """Decide whether all parameters are equal."""
         if not isinstance(other, GeneralSection):
             return NotImplemented
         mine, theirs = (

@@ -53,7 +53,7 @@ def _without_effect(scene: Description) -> tuple[str, ...]:
 
 
 def dissipates(scene: Description) -> bool:
-    """Whether the scheme takes its dissipation from the scene's `alpha`."""
+    """Decide whether the scheme takes its dissipation from the scene's `alpha`."""
     return scene.scheme in DISSIPATIVE
 
 
@@ -104,7 +104,7 @@ def _velocities(scene: Description) -> None:
 
 
 def _heavy(body: Body) -> bool:
-    """Whether it has a mass."""
+    """Decide whether a body has a mass."""
     return bool(body.mass > 0 if isinstance(body, RigidBody) else body.section.masses[0])
 
 

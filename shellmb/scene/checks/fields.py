@@ -1,4 +1,4 @@
-"""Whether the fields that a scene asks for are those of its bodies."""
+"""Check that the fields that a scene asks for are those of its bodies."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def wanted_fields(scene: Description, kinds: set[str]) -> tuple[str, ...]:
 
 
 def has_field(name: str, kinds: set[str]) -> bool:
-    """Whether bodies of some kinds may be asked for a field.
+    """Decide whether bodies of some kinds may be asked for a field.
 
     Args:
         name: Its name.

@@ -280,7 +280,7 @@ def _glues(scene: Description) -> None:
 
 
 def _quantity(scene: Description, probe: Any) -> None:
-    """Whether the probe's body has what it records, and the frame that sees it is one."""
+    """Check that the probe's body has what it records, and that the frame that sees it is one."""
     (body,) = bodies_of(scene, probe)
     q = probe.quantity
     if probe.frame is not None:

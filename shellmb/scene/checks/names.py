@@ -67,7 +67,7 @@ def check_names(scene: Description) -> None:
 
 
 def _wrong(name: str) -> str:
-    """What is wrong with a name, if anything is."""
+    """Say what is wrong with a name, if anything is."""
     separators = [sign for sign in SEPARATORS if sign in name]
     if separators:
         return f"with {separators[0]} in it"

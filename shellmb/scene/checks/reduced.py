@@ -54,7 +54,7 @@ def check(scene: Description) -> None:
 
 
 def _alike(scene: Description) -> None:
-    """What is joined along edges is reduced together; beams follow the shell they are glued to."""
+    """Check that shells with joined edges are reduced together, and glued beams with theirs."""
     named = {body.name: body for body in scene.meshed}
     pairs = [(join.first, join.second, "join") for join in scene.joins]
     pairs += [(glue.shell, glue.beam, "glue") for glue in scene.glues]

@@ -112,7 +112,7 @@ def _places(scene: Description) -> None:
 
 
 def _known(scene: Description, signal: Any, who: str) -> None:
-    """Whether what a signal is of is there."""
+    """Check that what a signal is of is there."""
     if isinstance(signal, Switched):
         events = [event.name for event in scene.all_events]
         if signal.event not in events:
@@ -141,7 +141,7 @@ def _known(scene: Description, signal: Any, who: str) -> None:
 
 
 def _scheme(scene: Description) -> None:
-    """What schemes can follow."""
+    """Check what schemes can follow."""
     what = "controllers" if scene.controllers else "events"
     who, scheme = f"scene '{scene.name}'", show(scene.scheme_name)
     if scene.controllers and scene.static:
@@ -214,7 +214,7 @@ def _columns(scene: Description) -> Iterator[str]:
 
 
 def _sensors(scene: Description) -> None:
-    """Whether there is what they read."""
+    """Check that there is what sensors read."""
     if not scene.sensors:
         return
     known = list(dict.fromkeys(_columns(scene)))

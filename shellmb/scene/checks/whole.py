@@ -117,7 +117,7 @@ def _scheme(scene: Description) -> None:
 
 
 def _quadratic(scene: Description) -> None:
-    """What the schemes that are quadratic in time cannot do where directors have no inertia.
+    """Refuse what schemes that are quadratic in time cannot do where directors have no inertia.
 
     Raises:
         SceneError: Names the body, or those that share directors.

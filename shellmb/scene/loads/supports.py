@@ -209,7 +209,7 @@ class Driven(Support):
 
 
 def moves(support: Support) -> bool:
-    """Whether a support prescribes values that change with time.
+    """Decide whether a support prescribes values that change with time.
 
     Args:
         support: Any support.
@@ -220,7 +220,7 @@ def moves(support: Support) -> bool:
 
 
 def at_rest(support: Support) -> bool:
-    """Whether a support holds what it holds where it is.
+    """Decide whether a support holds what it holds where it is.
 
     Args:
         support: Any support.

@@ -68,7 +68,7 @@ class Cylinder(Surface):
 
     @property
     def closed(self) -> bool:  # type: ignore[override]
-        """Whether the angles go all the way round."""
+        """Decide whether the angles go all the way round."""
         return math.isclose(self.angles[1] - self.angles[0], 360.0)
 
     @cached_property
@@ -91,7 +91,7 @@ class Cylinder(Surface):
 
 
 class _Polar(Surface):
-    """What a sphere and a disc share: a closed rim, and a pole that takes the place of an edge."""
+    """Base of a sphere and a disc: a closed rim, and a pole that takes the place of an edge."""
 
     def _name_parts(self, span: float, pole: bool) -> None:
         closed = math.isclose(span, 360.0)

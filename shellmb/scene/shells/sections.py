@@ -90,7 +90,7 @@ class Section:
 
     @property
     def masses(self) -> tuple[bool, bool, bool]:
-        """Which of ``(m, s_star, I_star)`` differ from zero anywhere."""
+        """Find which of ``(m, s_star, I_star)`` differ from zero anywhere."""
         m, s, inertia = self.mass
         return bool(m), bool(s), bool(inertia)
 
@@ -211,7 +211,7 @@ class LinearSection(Section):
 
     @property
     def coupled(self) -> bool:
-        """Whether ``B`` differs from zero, anywhere."""
+        """Decide whether ``B`` differs from zero, anywhere."""
         return bool(np.any(self.generic.B))
 
     @property
@@ -222,7 +222,7 @@ class LinearSection(Section):
 
     @property
     def masses(self) -> tuple[bool, bool, bool]:
-        """Which of ``(m, s_star, I_star)`` differ from zero, anywhere."""
+        """Find which of ``(m, s_star, I_star)`` differ from zero, anywhere."""
         m, s, inertia = self.generic.mass
         return bool(m), bool(s), bool(inertia)
 

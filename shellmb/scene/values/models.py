@@ -75,25 +75,25 @@ class Deforming:
 
     @property
     def rigid(self) -> bool:
-        """Whether it is one rigid body."""
+        """Decide whether the body is one rigid body."""
         return self.model == "rigid"
 
     @property
     def exact(self) -> bool:
-        """Whether it deforms by any amount."""
+        """Decide whether the body deforms by any amount."""
         return self.model == "exact"
 
     @property
     def linear(self) -> bool:
-        """Whether its strains are small relative to a floating frame."""
+        """Decide whether its strains are small relative to a floating frame."""
         return self.model == "floating-frame"
 
     @property
     def nodal(self) -> bool:
-        """Whether its nodes are the unknowns."""
+        """Decide whether its nodes are the unknowns."""
         return self.exact or self.linear
 
     @property
     def holds_strains(self) -> bool:
-        """Whether some strain is held at zero by forces that are multipliers."""
+        """Decide whether some strain is held at zero by forces that are multipliers."""
         return self.nodal and not (self.transverse_shear and self.stretching)

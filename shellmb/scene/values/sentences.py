@@ -53,7 +53,7 @@ _KINDS = {
 
 
 def _requirement(error: Any) -> str:
-    """What would be right, from one entry of ``ValidationError.errors()``."""
+    """Say what would be right, from one entry of ``ValidationError.errors()``."""
     kind, context = error["type"], error.get("ctx", {})
     if kind in _BOUNDS:
         words, key = _BOUNDS[kind]

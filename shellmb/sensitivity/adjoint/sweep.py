@@ -96,7 +96,7 @@ class Sweep:
         self.by_fields = [np.zeros(len(c)) for c in cells]
 
     def _solver(self, differenced: bool) -> Reduction | Unreduced:
-        """What solves: the run's own reduced system, if it has all multipliers that are needed.
+        """Choose what solves: the run's own reduced system, if it has all multipliers needed.
 
         Args:
             differenced: Whether residuals at both sides of parameters are weighed by all of them.

@@ -195,7 +195,7 @@ def _assembled(form: fem.Form, target: fem.Function) -> Floats:
 def _at_start(
     form: Form, levels: Any, states: Sequence[PathStates]
 ) -> tuple[list[fem.Function], dict[str, Floats]]:
-    """What a form depends on that depends on the start, and the shares of its functions in it."""
+    """Find what a form depends on that depends on the start, and its functions' shares in it."""
     names = {"q": levels.q, **levels.rates, **{f"{k} dt": f for k, f in levels.scaled.items()}}
     coefficients = set(form.coefficients())
     functions: list[fem.Function] = []

@@ -153,7 +153,7 @@ class Fit:
         return said
 
     def _doubts(self) -> list[str]:
-        """What residuals have that noise has not."""
+        """Find what residuals have that noise has not."""
         said, table = [], self.residuals
         for name in table:
             rest = table[name].dropna().to_numpy()

@@ -71,7 +71,7 @@ def animate(
 
 
 class _Order:
-    """Which states are drawn: when the first two are, it is known how many there can be.
+    """Order of the states drawn: when the first two are, it is known how many there can be.
 
     Args:
         count: How many there are.

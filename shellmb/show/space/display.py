@@ -1,4 +1,4 @@
-"""Whether and how this machine draws in space: off-screen, or in a window."""
+"""Check of whether and how this machine draws in space: off-screen, or in a window."""
 
 from __future__ import annotations
 
@@ -41,12 +41,12 @@ def offscreen_kind() -> str | None:
 
 
 def has_display() -> bool:
-    """Whether a window can be opened."""
+    """Decide whether a window can be opened."""
     return sys.platform != "linux" or bool(os.environ.get("DISPLAY") and _x_display())
 
 
 def why_not() -> str | None:
-    """Why pictures in space cannot be drawn here; None: they can."""
+    """Say why pictures in space cannot be drawn here; None: they can."""
     if os.environ.get(KIND) or offscreen_kind() is not None:
         return None
     return (
@@ -86,7 +86,7 @@ def canvas(width: int, height: int) -> Iterator[Any]:
 
 
 def _egl_devices() -> bool:
-    """Whether EGL has a device that can be used; also a processor is one."""
+    """Decide whether EGL has a device that can be used; also a processor is one."""
     pointer = ctypes.c_void_p
     try:
         egl = ctypes.CDLL("libEGL.so.1")
@@ -110,7 +110,7 @@ def _egl_devices() -> bool:
 
 
 def _x_display() -> bool:
-    """Whether the X server that DISPLAY names answers."""
+    """Decide whether the X server that DISPLAY names answers."""
     try:
         x11 = ctypes.CDLL("libX11.so.6")
     except OSError:

@@ -83,7 +83,7 @@ class Showing:
         return view_of(np.concatenate([s.reference for s in _bodies(self.shapes).values()]))
 
     def place(self, name: str, state: State) -> Floats:
-        """Where the nodes of a body are drawn, shape (n, 3)."""
+        """Positions at which the nodes of a body are drawn, shape (n, 3)."""
         X = self.shapes[name].reference
         return np.asarray(X + self.factor * (state.position - X))
 
@@ -152,7 +152,7 @@ def showing(
 
 
 def _bodies(shapes: dict[str, Shape]) -> dict[str, Shape]:
-    """What a view is of: obstacles reach beyond it."""
+    """Bodies that a view is of: obstacles reach beyond it."""
     return {n: s for n, s in shapes.items() if n != OBSTACLES or len(shapes) == 1}
 
 

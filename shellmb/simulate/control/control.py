@@ -169,7 +169,7 @@ class Control:
         return last
 
     def _turning(self, start: Floats, end: Floats, t: float, dt: float) -> float | None:
-        """Where in a step a condition may be true between ends where it is not, s."""
+        """Find where in a step a condition may be true between ends where it is not, s."""
         if not self._before:
             return None
         before = np.array([w.margin(self._before, t - self._dt) for w in self.watches])

@@ -49,7 +49,7 @@ class Sampler:
         return math.inf if self.law.period is None else self._count * self.law.period
 
     def due(self, t: float) -> bool:
-        """Whether it is to be asked before a step that begins at a time [s]."""
+        """Decide whether a sample is due before a step that begins at a time [s]."""
         period = self.law.period
         return period is None or t >= self.next - ROUND_OFF * period
 
@@ -144,7 +144,7 @@ class Sampler:
 
 
 class _Wrong(Exception):
-    """What a law gave that it must not."""
+    """Error of a law that gave what it must not."""
 
 
 def packed(value: Any) -> Any:

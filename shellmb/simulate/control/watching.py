@@ -45,7 +45,7 @@ class Watch:
 
     @property
     def on(self) -> bool:
-        """Whether it is on."""
+        """Decide whether the event is on."""
         return len(self.times) % 2 == 1
 
     @property
@@ -114,7 +114,7 @@ class Watch:
 
 
 def comes_soon(start: Floats, end: Floats, dt: float, least: float) -> bool:
-    """Whether a margin that goes on as in a step will cross zero too soon behind it.
+    """Decide whether a margin that goes on as in a step will cross zero too soon behind it.
 
     Args:
         start: Margins at its start.
@@ -128,7 +128,7 @@ def comes_soon(start: Floats, end: Floats, dt: float, least: float) -> bool:
 
 
 def turning(before: Floats, start: Floats, end: Floats, steps: tuple[float, float]) -> float | None:
-    """Where in a step the first of several margins turns at zero or above, by what is known.
+    """Find where in a step the first of several margins turns at zero or above, by what is known.
 
     Between two ends below zero, by the parabola through the end before; one that stays below zero
     by a quarter of its own rise is looked at too, as that is only so good.
@@ -166,7 +166,7 @@ def first_crossing(
     tolerance: float,
     least: float = 0.0,
 ) -> tuple[float, Floats]:
-    """Where in a step the first of several margins comes up to zero.
+    """Find where in a step the first of several margins comes up to zero.
 
     By the secant, with the Illinois rule against an end that stays (M. Dowell, P. Jarratt, BIT 11
     (1971) 168-174), and by bisection where two points have not halved what is left. Each point is

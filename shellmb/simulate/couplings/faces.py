@@ -184,7 +184,7 @@ class FacesCoupling:
             self._find(y, x, 0.0)
 
     def covered(self) -> bool:
-        """Whether the pairs are all that could touch in the step solved; if not, find more."""
+        """Decide whether the pairs are all that could touch in the step; if not, find more."""
         states = [self._at(state) for state in self._pieces.states]
         if max(self.candidates.moved(y, x) for y, x in states) <= 1:
             return True
@@ -235,11 +235,11 @@ class FacesCoupling:
         return 0.0 if touching is None else float(np.max(reach - touching.distances, initial=0.0))
 
     def crosses(self) -> bool:
-        """Whether the bodies intersect between the points, at the start of the step."""
+        """Decide whether the bodies intersect between the points, at the start of the step."""
         return self.contact.pierced(self.candidates, *self.start())
 
     def loss(self) -> float:
-        """What the step just solved has dissipated, J."""
+        """Energy that the step just solved has dissipated, J."""
         touching = self._touching()
         if touching is None:
             return 0.0

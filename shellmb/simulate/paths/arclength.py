@@ -78,7 +78,7 @@ class ArcSize(StepSize):
 
 
 def _moves(problem: Problem) -> bool:
-    """Whether something is prescribed as a function of the load factor; the same on all ranks."""
+    """Decide whether something prescribed depends on the load factor; the same on all ranks."""
     given = [fixed for body in problem.model.bodies for fixed in body.fixed]
     return any(problem.model.comm.allgather(any(fixed.moving for fixed in given)))
 
@@ -183,7 +183,7 @@ class PathSteps:
         return math.acos(min(abs(cosine), 1.0)) if math.isfinite(cosine) else math.pi
 
     def _look(self, factor: float, before: Floats | None, t: float) -> PathState:
-        """What is known of the state that the functions hold: tangent and stability.
+        """Find what is known of the state that the functions hold: tangent and stability.
 
         Args:
             factor: Its load factor.
@@ -253,7 +253,7 @@ class PathSteps:
 
     @property
     def finished(self) -> bool:
-        """Whether the load factor is the scene's last one."""
+        """Decide whether the load factor is the scene's last one."""
         end = self._path.load_end
         return end is not None and reached(self.factor, end)
 

@@ -144,7 +144,7 @@ class Branches:
         return replace(b, negative=a.negative) if near else b
 
     def passed(self, a: PathState, b: PathState) -> bool:
-        """Whether there is a bifurcation between two states, limit points apart."""
+        """Decide whether there is a bifurcation between two states, limit points apart."""
         self._found = None
         if a.negative is None or b.negative is None:
             return False
@@ -324,12 +324,12 @@ def _not_located(b: PathState) -> ConvergenceError:
 
 
 def _turned(a: PathState, b: PathState) -> bool:
-    """Whether the load turns round between two states; where it stands still nobody knows."""
+    """Decide whether the load reverses between two states; where it stands still nobody knows."""
     return a.sense * b.sense < 0
 
 
 def sense(factor: float, rate: float, dt: float, before: int) -> int:
-    """Whether the load grows or falls, as of `PathState`.
+    """Decide whether the load grows or falls, as of `PathState`.
 
     Args:
         factor: Load factor of the state.

@@ -26,7 +26,7 @@ TRIALS = 40
 
 @dataclass(frozen=True)
 class Crossing:
-    """Where a step passes a level.
+    """Crossing of a level by a step.
 
     Args:
         level: The load factor.
@@ -41,7 +41,7 @@ class Crossing:
 
 
 def reached(factor: float, level: float) -> bool:
-    """Whether a load factor is on a level, to the accuracy of Newton's method."""
+    """Decide whether a load factor is on a level, to the accuracy of Newton's method."""
     return abs(factor - level) <= REACHED * abs(level)
 
 
@@ -52,7 +52,7 @@ def _begin(a: PathState, level: float) -> float:
 
 
 def _crossing(a: PathState, b: PathState, level: float) -> Crossing | None:
-    """Where a step passes a level, if it does."""
+    """Find where a step passes a level, if it does."""
     if reached(b.factor, level):
         return Crossing(level, 1.0, True)
     begin, end, cubic = _begin(a, level), b.factor - level, load_cubic(a, b)
@@ -89,7 +89,7 @@ def _turn(
 
 
 def crossings(a: PathState, b: PathState, levels: Iterable[float]) -> list[Crossing]:
-    """Where a step passes or reaches some levels for the first time, in their order on the way.
+    """Find where a step first passes or reaches some levels, in their order on the way.
 
     Args:
         a: Start of the step; a level that it stands on counts only if it comes back to it.

@@ -19,7 +19,7 @@ CELLS, DOFS, ORIENTATION = "cells", "dofs", "orientation"
 
 
 def numbering(space: fem.FunctionSpace) -> dict[str, Ints]:
-    """Where the cells that this rank owns have their dofs.
+    """Find where the cells that this rank owns have their dofs.
 
     Args:
         space: The space.

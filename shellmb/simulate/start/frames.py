@@ -80,7 +80,7 @@ class StoredFrame:
         ]
 
     def _matched(self, known: Floats, X: Floats, body: str) -> npt.NDArray[np.intp]:
-        """Which of the known positions each node has."""
+        """Find which of the known positions each node has."""
         # a run without such a start does not load it
         from scipy.spatial import cKDTree
 

@@ -119,7 +119,7 @@ def _take_frame(start: FromRun, problem: Problem, scene: Scene, stored: Stored, 
 
 @contextmanager
 def _alike(model: Model) -> Iterator[None]:
-    """What fails on one rank fails on all of them; collective."""
+    """Context in which what fails on one rank fails on all of them; collective."""
     wrong = None
     try:
         yield
@@ -336,17 +336,17 @@ def _check_bodies(scene: Scene, stored: Stored, who: str) -> None:
 
 
 def _path(body: Shell | Beam) -> str:
-    """Where a fingerprint has a body."""
+    """Path at which a fingerprint has a body."""
     return f"{'shells' if isinstance(body, Shell) else 'beams'}[{body.name!r}]"
 
 
 def _below(found: dict[str, Any], path: str) -> dict[str, Any]:
-    """What a fingerprint has below a path."""
+    """Entries of a fingerprint below a path."""
     return {k.removeprefix(path): v for k, v in found.items() if k.startswith(path)}
 
 
 def _same_sections(scene: Scene, stored: Stored) -> bool:
-    """Whether resultants that were stored are those of this scene's sections."""
+    """Decide whether resultants that were stored are those of this scene's sections."""
     now = fingerprint(scene)
     paths = [_path(body) for body in scene.meshed]
     return all(_below(stored.scene, path) == _below(now, path) for path in paths)

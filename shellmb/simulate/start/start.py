@@ -150,7 +150,7 @@ class Start:
 
     @property
     def _of_mode(self) -> bool:
-        """Whether the state is off its constraints by the square of a mode."""
+        """Decide whether the state is off its constraints by the square of a mode."""
         return isinstance(self.scene.starts[-1], FromMode)
 
     def _energy(self, of: Callable[[Body, Levels], Form | None]) -> float:
@@ -235,7 +235,7 @@ class Start:
         return EndForces(self.problem)
 
     def _inertialess(self) -> str:
-        """Which rigid bodies have no inertia about an axis, for a message."""
+        """List the rigid bodies without inertia about an axis, for a message."""
         bodies = self.scene.rigid_bodies
         names = [b.name for b in bodies if not np.linalg.eigvalsh(b.inertia_tensor)[0] > 0]
         if not names:

@@ -100,7 +100,7 @@ class StepSize:
         self.dt = min(max(factor * self.dt, self.smallest), self.largest)
 
     def too_large(self, measured: float | None, dt: float = 0.0) -> bool:
-        """Whether a step must be repeated because of its jump; arguments as of `accept`."""
+        """Decide whether a step must be repeated because of its jump; arguments as of `accept`."""
         tolerance = self.settings.jump_tolerance
         return tolerance is not None and measured is not None and measured > tolerance
 

@@ -43,7 +43,7 @@ class Landing:
         return next((time for time in self.times if t < time < t_end), t_end)
 
     def corner(self, t: float) -> bool:
-        """Whether forces or motions have a corner at a time [s], which steps have landed on."""
+        """Decide whether forces or motions have a corner at a time [s] that steps landed on."""
         return t in self._corners
 
 

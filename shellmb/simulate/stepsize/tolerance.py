@@ -91,16 +91,16 @@ class ErrorSize(StepSize):
 
     @property
     def radians(self) -> float:
-        """What may cost a tolerance: three to four radians in schemes of higher order, else one."""
+        """Rotation that may cost a tolerance: 3 to 4 radians in schemes of higher order, else 1."""
         return float(MORE**self.order) if self.order > 2 else 1.0
 
     def _ratio(self, error: float) -> float:
-        """What a step is off by over what it may be."""
+        """Ratio of the error of a step to what it may be."""
         assert self.settings.tolerance is not None
         return max(error / max(self.settings.tolerance / self.radians, self.noise), NOTHING)
 
     def too_large(self, measured: float | None, dt: float = 0.0) -> bool:
-        """Whether a step must be repeated with a smaller one, because of its error."""
+        """Decide whether a step must be repeated with a smaller one, because of its error."""
         return measured is not None and self._ratio(measured) > 1
 
     def reject(self, dt: float, measured: float | None = None) -> bool:

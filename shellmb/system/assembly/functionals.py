@@ -125,6 +125,6 @@ class LoopFunctionals:
 
 
 def _size(forms: Sequence[Form]) -> int:
-    """How many numbers some forms add up to."""
+    """Number of values that some forms add up to."""
     spaces = [form.arguments()[0].ufl_function_space() for form in forms if form.arguments()]
     return int(spaces[0].value_size) if spaces else 1

@@ -65,7 +65,7 @@ def find_chunks(cells: MeshCells, jacobian: list[PlacedForm]) -> Chunks:
 
 
 def _connected(block: Bools) -> list[Bools]:
-    """Which unknowns of a block hang together, a marker for each part; SciPy's loads too much."""
+    """Mark each connected part of a block's unknowns; SciPy's function loads too much."""
     parts: list[Bools] = []
     both, left = block | block.T, np.ones(len(block), dtype=bool)
     while left.any():

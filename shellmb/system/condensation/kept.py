@@ -95,7 +95,7 @@ class InnerKept:
 
 
 def _begins(sizes: Ints) -> Ints:
-    """Where pieces begin that follow one another."""
+    """Find where pieces begin that follow one another."""
     return np.concatenate([[0], np.cumsum(sizes)[:-1]]).astype(np.int64)
 
 

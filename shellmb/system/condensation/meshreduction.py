@@ -136,7 +136,7 @@ class MeshReduction:
         self.projection = self.pointer.many("Projection", [self._projection])
 
     def _layout(self) -> None:
-        """Where what is kept of a cell is."""
+        """Find where what is kept of a cell is."""
         cells = self.cells
         members, size = elimination(self.chunks, self.pointer)
         members |= {
@@ -260,7 +260,7 @@ def positions(keys: Ints) -> tuple[Int32s, Ints]:
 
 
 def _keys(rows: RowMap, shared: Int32s, inner: Bools | None = None) -> Ints:
-    """What a cell's unknowns depend on, as this rank sees it; what it shares with none is last."""
+    """Keys of what a cell's unknowns depend on here; what it shares with no rank is last."""
     places = rows.places[shared]
     keys = np.where(rows.columns[shared] >= 0, places, -1)
     if inner is not None:

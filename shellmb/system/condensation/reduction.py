@@ -243,7 +243,7 @@ class Reduction:
 
     @property
     def covers(self) -> bool:
-        """Whether a transposed solution has all that derivatives by the start need.
+        """Decide whether a transposed solution has all that derivatives by the start need.
 
         Lengths and angles at the end of a step do not depend on its start, unlike those of rates
         at its middle.

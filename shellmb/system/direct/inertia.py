@@ -34,7 +34,7 @@ class Inertia:
 
     @property
     def symmetric(self) -> bool:
-        """Whether the matrix is symmetric, as it is."""
+        """Decide whether the matrix is symmetric, as it is."""
         return is_symmetric(self._A)
 
     def negative(self) -> int | None:
@@ -56,7 +56,7 @@ class Inertia:
         self._symmetric.apply(b, x)
 
     def odd(self) -> bool | None:
-        """Whether a matrix has an odd number of negative real eigenvalues, by its determinant.
+        """Decide by its determinant if a matrix has an odd number of negative real eigenvalues.
 
         Returns:
             Whether; None if the matrix has no factors.
@@ -69,7 +69,7 @@ class Inertia:
         return bool(self._other.getFactorMatrix().getMumpsRinfog(12) < 0.0)
 
     def _factorised(self, pc: PETSc.PC) -> bool:
-        """Whether the matrix has factors, which are made."""
+        """Decide whether the matrix has factors, which are made."""
         pc.setOperators(self._A)
         pc.setUp()
         if pc.getFailedReason() == 0:

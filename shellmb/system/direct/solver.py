@@ -73,7 +73,7 @@ class Purpose(Enum):
 
 
 class Factors(Enum):
-    """Who makes the factors."""
+    """Maker of factors."""
 
     PLAIN = "PETSc, without pivots"
     BANDED = "LAPACK, in a band"
@@ -83,7 +83,7 @@ class Factors(Enum):
 
     @property
     def exact(self) -> bool:
-        """Whether a solution with them is as exact as double precision lets it be."""
+        """Decide whether a solution with them is as exact as double precision lets it be."""
         return self in (Factors.BANDED, Factors.SYMMETRIC, Factors.DOUBLE)
 
 
@@ -177,7 +177,7 @@ class DirectSolver:
 
     @property
     def single(self) -> bool:
-        """Whether factors are of single precision."""
+        """Decide whether factors are of single precision."""
         return self.factors is Factors.SINGLE
 
     def factorise(self, purpose: Purpose = Purpose.EXACT) -> str | None:
@@ -234,7 +234,7 @@ class DirectSolver:
         return failure
 
     def _sound(self) -> bool:
-        """Whether factors without pivots give a known solution back."""
+        """Decide whether factors without pivots give a known solution back."""
         known, found = self._rest, self._change
         known.array[:] = np.random.default_rng(0).uniform(0.5, 1.5, known.getLocalSize())
         known.pointwiseDivide(known, self._units)
@@ -245,12 +245,12 @@ class DirectSolver:
 
     @property
     def direct(self) -> bool:
-        """Whether a solution is nothing but one with the factors."""
+        """Decide whether a solution is nothing but one with the factors."""
         return self._enough
 
     @property
     def rough(self) -> bool:
-        """Whether solutions are as exact as factors of single precision, and not refined."""
+        """Decide whether solutions are as exact as factors of single precision, and not refined."""
         return self.single and self._enough
 
     @property

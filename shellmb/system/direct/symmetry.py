@@ -43,7 +43,7 @@ def asymmetry(A: PETSc.Mat) -> float:
 
 
 def is_symmetric(A: PETSc.Mat) -> bool:
-    """Whether a matrix is symmetric up to round-off, to its last entry.
+    """Decide whether a matrix is symmetric up to round-off, to its last entry.
 
     Products with vectors at random see whether `A - A^T` is round-off; where it is not clearly so,
     entries are looked at.

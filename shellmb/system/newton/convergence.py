@@ -97,7 +97,7 @@ class Convergence:
 
     @cached_property
     def judged(self) -> Bools:
-        """Which owned unknowns are not of a part that follows from others, shape (n,)."""
+        """Owned unknowns that are not of a part that follows from others, shape (n,)."""
         found = np.ones(self.system.numbering.owned, bool)
         found[self._entries] = np.repeat(np.isfinite(self._scales), np.diff(self._ends))
         return found

@@ -140,7 +140,7 @@ class Iteration:
             self.failure = self.convergence.error(reason)
 
     def converged(self, x: PETSc.Vec, dx: PETSc.Vec) -> bool:
-        """Whether the iteration may end.
+        """Decide whether the iteration may end.
 
         Raises:
             ConvergenceError: If it diverges.
@@ -161,7 +161,7 @@ class Iteration:
         return True
 
     def unfinished(self) -> ConvergenceError:
-        """Why the iteration did not end in as many updates as it may take, in words; collective."""
+        """Say why the iteration did not end in as many updates as it may take; collective."""
         if self.roundoff.is_left(self._last):
             return self.convergence.error(
                 "all equations hold to round-off, and yet something changes with each iteration: "

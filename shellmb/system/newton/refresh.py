@@ -1,4 +1,4 @@
-"""When to factorise anew: full, modified and automatic Newton, and once where all is linear.
+"""Decisions to factorise anew: full, modified and automatic Newton, and once where all is linear.
 
 With a Jacobian `J` of an earlier state the iteration `x <- x - J^-1 r(x)` converges to the same
 solution, linearly, each update being `rho` times the one before. It is continued as long as that
@@ -64,7 +64,7 @@ class Refresh(Protocol):
         ...
 
     def wanted(self) -> bool:
-        """Whether to factorise before the next update."""
+        """Decide whether to factorise before the next update."""
         ...
 
     def factorised(self, cost: float) -> None:
@@ -162,7 +162,7 @@ class Modified:
         self._exact, self._fresh = None, False
 
     def _aged(self) -> bool:
-        """Whether the last solution took more iterations than the mean, the factorisation included.
+        """Decide whether the last solution took more iterations than the mean with factorisation.
 
         From there on each solution makes that mean larger.
         """
@@ -173,7 +173,7 @@ class Modified:
         self._exists = False
 
     def wanted(self) -> bool:
-        """Whether the one there is does not pay any more."""
+        """Decide whether the one there is does not pay any more."""
         return self._wanted
 
     def factorised(self, cost: float) -> None:
@@ -274,7 +274,7 @@ class Once:
         self._key = NOTHING
 
     def wanted(self) -> bool:
-        """Whether the system changed."""
+        """Decide whether the system changed."""
         return self._wanted
 
     def factorised(self, cost: float) -> None:

@@ -71,7 +71,7 @@ class RoundOff:
         return True
 
     def is_left(self, b: PETSc.Vec) -> bool:
-        """Whether updates make no progress any more, and round-off is all that is left; collective.
+        """Decide whether updates make no progress and only round-off is left; collective.
 
         Args:
             b: Residual at the state that the fields hold.

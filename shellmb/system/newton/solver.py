@@ -45,7 +45,7 @@ class Nonlinear(Protocol):
 
 
 class Running[T]:
-    """What callbacks work on while something is solved.
+    """State that callbacks work on while something is solved.
 
     Loops in C++ keep their callbacks for ever. What these would keep alive, and through it all
     meshes, of which MPI has room for some hundreds only, is here only while they are needed.
@@ -180,7 +180,7 @@ class LoopNewton:
 
 
 def has_newton_solver() -> bool:
-    """Whether this DOLFINx has a `NewtonSolver`; its main branch has none since August 2026."""
+    """Look for DOLFINx's `NewtonSolver`, which its main branch lacks since August 2026."""
     return hasattr(getattr(getattr(cpp, "nls", None), "petsc", None), "NewtonSolver")
 
 

@@ -101,7 +101,7 @@ class DirectorNodes:
 
     @property
     def massless(self) -> bool:
-        """Whether the directors have no inertia over a step that is quadratic in time."""
+        """Decide whether the directors have no inertia over a step that is quadratic in time."""
         return self.path is not None and self.path.massless
 
     @property

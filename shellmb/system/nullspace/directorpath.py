@@ -33,7 +33,7 @@ from shellmb.system.nullspace.directors import (
 
 
 class Half(NamedTuple):
-    """What one of both fields has of the bases of a pair.
+    """Part of the bases of a pair that one of both fields has.
 
     Args:
         right: Increments of the field with its own, shape (n, 3 k, m).
@@ -98,12 +98,12 @@ class PathDirectors(NamedTuple):
 
     @property
     def second(self) -> Floats:
-        """Where the second multiplier's force acts along `C` in its own row."""
+        """Places where the second multiplier's force acts along `C` in its own row."""
         return self.middle
 
     @property
     def mean_velocity(self) -> Floats:
-        """What the second multiplier's force turns with."""
+        """Velocity that the second multiplier's force turns with."""
         a = self.alpha
         return ((1 - a) * self.start_velocity + (1 + a) * self.rate) / 4
 
@@ -117,7 +117,7 @@ class PathDirectors(NamedTuple):
         return np.asarray(self.rate - _applied(pseudo_inverse(C), _applied(C, self.rate)))
 
     def excess(self) -> Floats:
-        """What constraints of the rate are off by, in terms of it, shape (n, c)."""
+        """Residual of the constraints of the rate, in terms of it, shape (n, c)."""
         return _applied(constraint(self.end), self.rate)
 
     def force_rows(self) -> Floats:
@@ -143,7 +143,7 @@ class MasslessPath(PathDirectors):
 
     @property
     def mean_velocity(self) -> Floats:
-        """What the second multiplier's force turns with."""
+        """Velocity that the second multiplier's force turns with."""
         return self.chord / 2
 
     def rate_rows(self) -> tuple[Floats, Floats]:
@@ -157,7 +157,7 @@ class MasslessPath(PathDirectors):
         return np.asarray((12 * bow + (1 - a) * self.start_velocity + 2 * a * self.chord) / (1 + a))
 
     def excess(self) -> Floats:
-        """What constraints at the middle are off by, in terms of the rate, shape (n, c)."""
+        """Residual of the constraints at the middle, in terms of the rate, shape (n, c)."""
         return -8 / (1 + self.alpha) * violation(self.half)
 
 

@@ -279,7 +279,7 @@ class ReducedNumbers:
         self._put(self.forces.values, forces, self._split_forces)
 
     def _weighed(self, k: int, partner: int, forces: Floats) -> Floats:
-        """What makes multipliers of a field of forces; overwritten by the next call."""
+        """Weights that make multipliers of a field of forces; overwritten by the next call."""
         out = self._divided.setdefault((k, partner), np.zeros(forces.shape))
         weights = self.of_node(self.weights, partner)[:, None, :]
         return np.asarray(np.divide(forces, weights, out=out))

@@ -157,7 +157,7 @@ def _order(motion: Callable[[int], Scene], counts: tuple[int, ...], exact: Float
 
 @case("dynamics/order, small vibration")
 def orders() -> Iterator[Check]:
-    """Where the motion is linear the energy-decaying scheme has its full order."""
+    """Full order of the energy-decaying scheme where the motion is linear."""
     exact = displacement(solved(_vibration("ed", 0.0, 128)), "right-top")
     # the fourth-order scheme reaches the second-order rest of the small rotations soonest
     few, many = (8, 12, 16, 24), (12, 16, 24, 32)

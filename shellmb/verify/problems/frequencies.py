@@ -47,7 +47,7 @@ LAMINA = PlyMaterial(40.0, 1.0, nu12=0.25, G12=0.6, G13=0.6, G23=0.5, density=1.
 
 
 def _is_bending(modes: Modes, mode: int) -> bool:
-    """Whether a mode of a plate in the x-y plane moves mostly out of it."""
+    """Decide whether a mode of a plate in the x-y plane moves mostly out of it."""
     (shape,) = modes.shapes[mode].values()
     largest = np.max(np.abs(shape), axis=0, initial=0.0)
     modes.model.comm.Allreduce(MPI.IN_PLACE, largest, op=MPI.MAX)

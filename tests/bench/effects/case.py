@@ -50,5 +50,5 @@ class Case:
         return scene, effect.without(scene, self.part)
 
     def size(self, mesh: Mesh) -> str:
-        """What a record says of the mesh."""
+        """Size of the mesh as a record has it."""
         return f"{mesh[0]}x{mesh[1]}" if self.meshed else "-"

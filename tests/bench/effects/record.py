@@ -1,4 +1,4 @@
-"""What `python -m tests.bench --effects` records."""
+"""Records of `python -m tests.bench --effects`."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Side:
 
 @dataclass(frozen=True)
 class EffectRecord:
-    """What a step costs with an effect and without it.
+    """Cost of a step with an effect and without it.
 
     Args:
         effect: Name of the effect.

@@ -50,7 +50,7 @@ Pairs = list[tuple[float, ...]]
 
 @dataclass(frozen=True)
 class EffectPlan:
-    """What is measured.
+    """Plan of what is measured.
 
     Args:
         effects: Names of effects; empty: all that have a case.

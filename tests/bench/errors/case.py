@@ -10,7 +10,7 @@ from shellmb.scene import Scene
 
 
 def triangles(scene: Scene) -> bool:
-    """Whether elements are triangles, which have no degree 3."""
+    """Decide whether elements are triangles, which have no degree 3."""
     return any(shell.cell == "tri" for shell in scene.shells)
 
 

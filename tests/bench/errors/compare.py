@@ -63,7 +63,7 @@ class Row:
 
 @dataclass(frozen=True)
 class Compared:
-    """What a case gave.
+    """Result of a case.
 
     Args:
         rows: Its quantities.
@@ -83,7 +83,7 @@ class Compared:
 
     @classmethod
     def from_dict(cls, values: Mapping[str, Any]) -> Compared:
-        """What was written by `to_dict`."""
+        """Read what `to_dict` wrote."""
         rows = tuple(Row(**row) for row in values["rows"])
         return cls(rows, values["bare_s"], values["errors_s"], tuple(values["remarks"]))
 

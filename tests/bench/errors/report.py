@@ -104,7 +104,7 @@ def table(found: dict[str, Compared]) -> str:
 
 
 def summary(found: dict[str, Compared]) -> str:
-    """What the table comes to, in words.
+    """Summarise the table in words.
 
     Args:
         found: Records by case.
@@ -124,7 +124,7 @@ def summary(found: dict[str, Compared]) -> str:
 
 
 def kept(found: dict[str, Compared]) -> bool:
-    """Whether coverage, median and largest ratio are as promised.
+    """Decide whether coverage, median and largest ratio are as promised.
 
     Args:
         found: Records by case.

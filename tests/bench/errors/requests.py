@@ -24,7 +24,7 @@ BUDGET = 40.0
 
 
 def ask(scene: Scene, of: str, accuracy: float) -> dict[str, Any]:
-    """What a request came to, as its `accuracy.json`.
+    """Result of a request, as its `accuracy.json`.
 
     Args:
         scene: The scene.

@@ -1,4 +1,4 @@
-"""What the codes are called, whether a peer is there, and what to do if it is not."""
+"""Names of the codes, whether a peer is there, and what to do if it is not."""
 
 from __future__ import annotations
 

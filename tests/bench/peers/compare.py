@@ -54,7 +54,7 @@ class Point:
 
 @dataclass(frozen=True)
 class Comparison:
-    """What came out.
+    """Result of a comparison.
 
     Args:
         points: All runs.

@@ -46,7 +46,7 @@ def require() -> Any:
 
 @contextlib.contextmanager
 def quiet() -> Iterator[None]:
-    """What Exudyn says on stdout goes to stderr; that names change is not our concern here."""
+    """Send to stderr what Exudyn says on stdout; that names change is not our concern here."""
     with contextlib.redirect_stdout(sys.stderr), warnings.catch_warnings():
         warnings.simplefilter("ignore")
         yield
@@ -149,7 +149,7 @@ class Mesh:
 
 
 def settings_of(exu: Any) -> Any:
-    """What dynamics and statics have in common: nothing is written, one thread."""
+    """Settings that dynamics and statics have in common: nothing is written, one thread."""
     settings = exu.SimulationSettings()
     settings.solution.file.write = False
     settings.linearSolver.solverType = exu.LinearSolverType.EigenSparse

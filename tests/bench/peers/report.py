@@ -1,4 +1,4 @@
-"""What `python -m tests.bench --peer` prints and writes."""
+"""Reports that `python -m tests.bench --peer` prints and writes."""
 
 from __future__ import annotations
 
@@ -111,7 +111,7 @@ def _compared(study: Study, peers: Sequence[str], fast: bool) -> Comparison:
 
 
 def _faster(found: Comparison, code: str, error: float) -> bool:
-    """Whether we take less time for that error than a peer, or it never has it."""
+    """Decide whether we take less time for that error than a peer, or it never has it."""
     mine, theirs = found.best(OURS, error), found.best(code, error)
     return mine is not None and (theirs is None or mine.cpu_s < theirs.cpu_s)
 
@@ -122,7 +122,7 @@ def codes(found: Comparison) -> list[str]:
 
 
 def sentence(found: Comparison) -> str:
-    """Who takes how long for which error."""
+    """Say who takes how long for which error."""
 
     def quickest(code: str, error: float) -> tuple[float, str] | None:
         run = found.best(code, error)

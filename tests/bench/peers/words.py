@@ -1,4 +1,4 @@
-"""Who is fastest, in words."""
+"""Sentences that say who is fastest."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ def fastest(
     asked: Sequence[float],
     best: Callable[[str, float], tuple[float, str] | None],
 ) -> str:
-    """Who takes how long for which error.
+    """Say who takes how long for which error.
 
     Args:
         codes: Codes, ours first.

@@ -27,7 +27,7 @@ def place(r: complex, s: complex) -> tuple[complex, complex, complex]:
 
 @dataclass(frozen=True)
 class ExudynBuckling(ExudynMotion):
-    """How it is solved; meshes have nodes at mid-span."""
+    """Settings of Exudyn's solution; meshes have nodes at mid-span."""
 
     def run(self) -> TipHistory:
         """Solve; set-up is not timed.

@@ -14,7 +14,7 @@ from tests.bench.peers.exudyn import Mesh, settings_of, timed
 
 @dataclass(frozen=True)
 class ExudynMotion:
-    """How it is solved.
+    """Settings of the solution.
 
     Args:
         mesh: Elements along and across.

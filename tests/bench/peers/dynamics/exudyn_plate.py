@@ -16,7 +16,7 @@ DEFLECTION, TWIST = 2, 8
 
 @dataclass(frozen=True)
 class ExudynPlate(Pushed, ExudynMotion):
-    """How it is solved; `tolerance` as of the plate in other codes (`plates.py`)."""
+    """Settings of the solution; `tolerance` as of the plate in other codes (`plates.py`)."""
 
     tolerance: float = 1e-3
 

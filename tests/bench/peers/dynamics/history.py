@@ -44,7 +44,7 @@ class TipHistory:
         return np.asarray(spline(times))
 
     def apart(self, reference: TipHistory) -> tuple[Floats, Floats]:
-        """What it is off by at all times of a reference, and that."""
+        """Difference from a reference at all of its times, and the reference."""
         return self.at(reference.t) - reference.u, reference.u
 
 

@@ -1,4 +1,4 @@
-"""What a code is asked for: a motion with a mesh and a step, and the runs of a study of it."""
+"""Request to a code: a motion with a mesh and a step, and the runs of a study of it."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Motion(Protocol):
 
 @dataclass(frozen=True)
 class Runs:
-    """What is run in one code.
+    """Runs in one code.
 
     Args:
         fine: Converged answers, the finest first; the others check it.

@@ -32,7 +32,7 @@ INTEGRATORS: dict[str, tuple[str | float, ...]] = {
 
 @dataclass(frozen=True)
 class OpenSeesPlate:
-    """How it is solved.
+    """Settings of the solution.
 
     Args:
         mesh: Elements along and across; for the middle of the edge to be a node, one or an even

@@ -30,7 +30,7 @@ def scene() -> Scene:
 
 @dataclass(frozen=True)
 class OurBuckling(OurMotion):
-    """How it is solved."""
+    """Settings of the solution."""
 
     def run(self) -> TipHistory:
         """Solve; set-up and compilation are not timed."""

@@ -19,7 +19,7 @@ from tests.bench.peers.dynamics.history import TipHistory
 
 @dataclass(frozen=True)
 class OurMotion:
-    """How it is solved.
+    """Settings of the solution.
 
     Args:
         mesh: Elements along and across.

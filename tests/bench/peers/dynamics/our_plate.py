@@ -20,7 +20,7 @@ def place(r: complex, s: complex) -> tuple[complex, complex, complex]:
 
 @dataclass(frozen=True)
 class Pushed:
-    """What is done to it.
+    """Load of the plate.
 
     Args:
         force: Force on the free edge, N.
@@ -33,7 +33,7 @@ class Pushed:
 
 @dataclass(frozen=True)
 class OurPlate(Pushed, OurMotion):
-    """How it is solved; `tolerance` as of the plate in other codes (`plates.py`)."""
+    """Settings of the solution; `tolerance` as of the plate in other codes (`plates.py`)."""
 
     tolerance: float = 1e-2
 

@@ -27,7 +27,7 @@ class EndsOfSteps(TipHistory):
     """A history that is judged at the ends of its steps, where both codes have their answer."""
 
     def apart(self, reference: TipHistory) -> tuple[Floats, Floats]:
-        """What it is off by, and what it is relative to."""
+        """Difference from the reference, and what it is relative to."""
         truth = CubicSpline(reference.t, reference.u)(self.t)
         return self.u - truth, truth
 
@@ -269,7 +269,7 @@ def least_step(name: str, scheme: str, dt: float, observed: bool, times: int = 6
 
 
 def study_of(name: str, fast: bool = False) -> Study:
-    """What is run of a mechanism.
+    """Runs of a mechanism.
 
     Args:
         name: Its name.

@@ -18,7 +18,7 @@ TOLERANCE = 1e-6
 
 @dataclass(frozen=True)
 class Static:
-    """How it is solved.
+    """Settings of the solution.
 
     Args:
         code: "shellmb" or the name of a peer.
@@ -35,7 +35,7 @@ class Static:
 
 @dataclass(frozen=True)
 class Answer:
-    """What a code says.
+    """Answer of a code.
 
     Args:
         moved: Displacements of the points that are looked at, shape (points, 3), m.
@@ -52,7 +52,7 @@ class Answer:
 
 @dataclass(frozen=True)
 class Solved:
-    """What came out.
+    """Result of a comparison.
 
     Args:
         case: How it was solved.
@@ -124,7 +124,7 @@ def compared(
 
 
 def sentence(problem: Problem, solved: Sequence[Solved]) -> str:
-    """Who takes how long for which error."""
+    """Say who takes how long for which error."""
 
     def best(code: str, error: float) -> tuple[float, str] | None:
         some = [s for s in solved if s.case.code == code and s.error <= error]
