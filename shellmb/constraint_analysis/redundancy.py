@@ -22,12 +22,16 @@ from shellmb.model.joints.constraints import ConstraintGroup
 from shellmb.model.locations.nodes import said_point
 from shellmb.model.model import Model
 from shellmb.model.unknowns import Given, Unknowns
+from shellmb.scene.lookup import listed
 from shellmb.scene.multibody.edge_hinges import EdgeHinge
 
 # a row whose part outside the rows before it is below this fraction of it counts as dependent:
 # far above round-off, far below the angle between independent constraints of a sound mechanism
 DEPENDENT = 1e-8
 CONTRADICTION = 1e-6
+# below this it is nearly so: of a parallelogram of rods, within a thousandth of a radian of its
+# change point, from where steps may fail
+SINGULAR = 1e-3
 # share of a row in a combination above which it counts as a part of it
 INVOLVED = 1e-6
 # step of the difference that gives rates at the start, in steps of the scene
@@ -46,11 +50,13 @@ class Redundant:
         row: The constraint.
         with_: Whose constraints imply it, besides what supports and drivers prescribe.
         contradicts: Whether it demands another motion than they do.
+        apart: Its part that is no combination of theirs.
     """
 
     row: Row
     with_: tuple[str, ...]
     contradicts: bool
+    apart: float
 
 
 def look_through(model: Model) -> list[Redundant]:
@@ -75,9 +81,54 @@ def look_through(model: Model) -> list[Redundant]:
     times = np.linspace(0.0, scene.given_until, TIMES).tolist()
     given = unknowns.given(times, RATE_STEP * scene.dt)
     _agree(model, unknowns, given, times)
-    rows = local_rows(model, unknowns, given)
+    redundant = _all_dependent(model, unknowns, given)
+    refuse(model, redundant)
+    _drop(model, unknowns, redundant)
+    return redundant
+
+
+def singular(model: Model, at: Mapping[str, Floats]) -> str:
+    """Say which constraints nearly depend on one another at a state; collective.
+
+    Args:
+        model: The bodies, looked through.
+        at: Local arrays of their states, by name.
+
+    Returns:
+        Which constraint, on which others, and how nearly, in words; empty where none does.
+    """
+    unknowns = Unknowns(model.bodies, model.comm)
+    found = _all_dependent(model, unknowns, unknowns.given([0.0], 1.0), at, SINGULAR)
+    joints = {body.name for body in model.mechanism.bodies}
+    found = [item for item in found if item.row.body in joints and item.with_]
+    if not found:
+        return ""
+    worst = min(found, key=lambda item: item.apart)
+    return (
+        f"a constraint of '{worst.row.owner}' nearly depends on those of {listed(worst.with_)} "
+        f"(its part that does not is {worst.apart:.1e})"
+    )
+
+
+def _all_dependent(
+    model: Model,
+    unknowns: Unknowns,
+    given: Given,
+    at: Mapping[str, Floats] | None = None,
+    bound: float = DEPENDENT,
+) -> list[Redundant]:
+    """Constraints that those before them imply; collective.
+
+    Args:
+        model: The bodies.
+        unknowns: Their unknowns.
+        given: Which of them are given.
+        at: Local arrays of their states, by name; None: the reference.
+        bound: Part of a constraint outside of those before it that counts as none.
+    """
+    rows = local_rows(model, unknowns, given, at)
     everywhere = model.comm.allgather(np.unique(_columns(rows)))
-    inner = inner_rows(model, unknowns, given, np.unique(np.concatenate(everywhere)))
+    inner = inner_rows(model, unknowns, given, np.unique(np.concatenate(everywhere)), at)
     everywhere = model.comm.allgather(np.unique(_columns([*inner, *rows])))
     columns = np.unique(np.concatenate(everywhere))
     sizes = unknowns.sizes(columns)
@@ -86,11 +137,10 @@ def look_through(model: Model) -> list[Redundant]:
     if gathered is not None:
         every = [row for part in gathered for row in part[0]]
         every += sorted((row for part in gathered for row in part[1]), key=_order(model))
-        found = [item for part in connected(every) for item in _dependent(part, columns, sizes)]
-    redundant = model.comm.bcast(found) or []
-    refuse(model, redundant)
-    _drop(model, unknowns, redundant)
-    return redundant
+        found = [
+            item for part in connected(every) for item in _dependent(part, columns, sizes, bound)
+        ]
+    return model.comm.bcast(found) or []
 
 
 def _columns(rows: list[Row]) -> Ints:
@@ -142,7 +192,9 @@ def _agree(model: Model, unknowns: Unknowns, given: Given, times: list[float]) -
         )
 
 
-def _dependent(rows: list[Row], known: Ints, sizes: Floats) -> list[Redundant]:
+def _dependent(
+    rows: list[Row], known: Ints, sizes: Floats, bound: float = DEPENDENT
+) -> list[Redundant]:
     """Find which rows are combinations of those before; `sizes` of all `known` columns.
 
     By motions relative to the size of bodies: what depends on what is no question of units.
@@ -159,7 +211,7 @@ def _dependent(rows: list[Row], known: Ints, sizes: Floats) -> list[Redundant]:
         n, length = len(kept), float(np.linalg.norm(entries))
         if not length:
             # all that it ties is given
-            found.append(Redundant(row, (), row.gap > CONTRADICTION))
+            found.append(Redundant(row, (), row.gap > CONTRADICTION, 0.0))
             continue
         vector, side, combination = np.zeros(len(columns)), row.rate / length, np.zeros(len(rows))
         vector[np.searchsorted(columns, row.columns)] = entries / length
@@ -171,7 +223,7 @@ def _dependent(rows: list[Row], known: Ints, sizes: Floats) -> list[Redundant]:
             side -= float(shares @ sides[:n])
             combination -= shares @ made_of[:n]
         rest = float(np.linalg.norm(vector))
-        if rest >= DEPENDENT:
+        if rest >= bound:
             basis[n], sides[n], made_of[n] = vector / rest, side / rest, combination / rest
             kept.append(number)
             continue
@@ -179,7 +231,7 @@ def _dependent(rows: list[Row], known: Ints, sizes: Floats) -> list[Redundant]:
         names = {other.owner for other in others if not other.inner} - {row.owner}
         scale = max(np.max(np.abs(sides[:n]), initial=0.0), abs(row.rate) / length, 1e-300)
         contradicts = bool(abs(side) > CONTRADICTION * scale)
-        found.append(Redundant(row, tuple(sorted(names)), contradicts))
+        found.append(Redundant(row, tuple(sorted(names)), contradicts, rest))
     return found
 
 

@@ -1,8 +1,8 @@
-"""The constraints of a model as rows of a matrix, by the unknowns they tie, at the reference."""
+"""The constraints of a model as rows of a matrix, by the unknowns they tie, at a state."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -49,14 +49,23 @@ class Row:
     gap: float
 
 
-def local_rows(model: Model, unknowns: Unknowns, given: Given) -> list[Row]:
-    """Constraints of this rank's items that act: of joints, kinks, planes and glued nodes."""
+def local_rows(
+    model: Model, unknowns: Unknowns, given: Given, at: Mapping[str, Floats] | None = None
+) -> list[Row]:
+    """Constraints of this rank's items that act: of joints, kinks, planes and glued nodes.
+
+    Args:
+        model: The bodies.
+        unknowns: Their unknowns.
+        given: Which of them are given.
+        at: Local arrays of their states, by name; None: the reference.
+    """
     rows = []
     for body in model.bodies:
         if not isinstance(body, ConstraintGroup):
             continue
         numbers, local = unknowns.numbers[body.name], body.nodes.mesh.topology.index_map(1)
-        gradients, dofs, sizes = body.gradients(model.length)
+        gradients, dofs, sizes = body.gradients(model.length, None if at is None else at[body.name])
         gaps = body.gaps(_states(numbers, given))
         mu = numbers[body.mixed.dofs["mu"]].reshape(-1, body.count)
         for cell, component in np.argwhere(body.acting[: local.size_local]):
@@ -69,7 +78,13 @@ def local_rows(model: Model, unknowns: Unknowns, given: Given) -> list[Row]:
     return rows
 
 
-def inner_rows(model: Model, unknowns: Unknowns, given: Given, touched: Ints) -> list[Row]:
+def inner_rows(
+    model: Model,
+    unknowns: Unknowns,
+    given: Given,
+    touched: Ints,
+    at: Mapping[str, Floats] | None = None,
+) -> list[Row]:
     """Directors of unit length and orthonormal frames at this rank's nodes that others tie.
 
     Args:
@@ -77,6 +92,7 @@ def inner_rows(model: Model, unknowns: Unknowns, given: Given, touched: Ints) ->
         unknowns: Their unknowns.
         given: Which of them are given.
         touched: Unknowns that other constraints tie.
+        at: Local arrays of their states, by name; None: the reference.
     """
     rows = []
     for body in model.bodies:
@@ -94,12 +110,15 @@ def inner_rows(model: Model, unknowns: Unknowns, given: Given, touched: Ints) ->
         ]
         wanted = tied[:, None] & mine.reshape(lam.shape) & ~given.has(lam)
         states = _states(w, given)
+        now = reference
+        if at is not None:
+            now = reference + at[body.name][body.mixed.dofs["w"]].reshape(reference.shape)
         for node, component in np.argwhere(wanted):
             D = reference[node].reshape(-1, 3)
             k, m = PAIRS[component] if len(D) == 3 else (0, 0)
-            entries = np.zeros_like(D)
-            entries[k] += D[m]
-            entries[m] += D[k]
+            entries, here = np.zeros_like(D), now[node].reshape(-1, 3)
+            entries[k] += here[m]
+            entries[m] += here[k]
             d = D + states[:, node].reshape(-1, *D.shape)
             gap = np.max(np.abs(np.sum(d[:, k] * d[:, m], axis=1) - float(D[k] @ D[m])))
             free = ~given.has(w[node]).reshape(D.shape)[[k, m]]

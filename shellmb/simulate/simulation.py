@@ -13,6 +13,7 @@ import numpy as np
 from shellmb.arrays import Ints
 from shellmb.checked_model import checked_model
 from shellmb.clock import now
+from shellmb.constraint_analysis.redundancy import singular
 from shellmb.errors import ConvergenceError, petsc_in_words
 from shellmb.forms.steps.discrete import taken_once
 from shellmb.meshes.shared import Meshes
@@ -250,7 +251,7 @@ class Simulation:
                 if self.size.reject(dt) or (self.scheme.dynamic and self.size.lengthen()):
                     continue
                 raise ConvergenceError(
-                    f"t = {self.t:g}, step {self.step + 1}, dt = {dt:g}: {error}",
+                    f"t = {self.t:g}, step {self.step + 1}, dt = {dt:g}: {self._why(error)}",
                     error.field,
                     error.norms,
                 ) from error
@@ -290,6 +291,20 @@ class Simulation:
             for observer in observers:
                 observer.switched(self)
         self.model.mechanism.refresh(self.problem.levels)
+
+    def _why(self, error: ConvergenceError) -> str:
+        """Say why no step succeeds from the current state; collective."""
+        states = {name: levels.q.x.array for name, levels in self.problem.levels.items()}
+        found = "" if self.scheme.linear else singular(self.model, states)
+        if not found:
+            return str(error)
+        # shorter steps, which it would advise, lead nowhere from there
+        failed = str(error).partition("; try ")[0]
+        return (
+            f"{found}: the mechanism is at a singular position, as a four-bar is with all bars in "
+            "line, from where it may move on in several ways; choose dt or the start so that no "
+            f"step ends there ({failed})"
+        )
 
     def _measured(self, attempt: Attempt) -> tuple[float | None, float | None]:
         """Jump of a step, and what the size of steps follows: that, or its error."""

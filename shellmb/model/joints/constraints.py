@@ -209,13 +209,14 @@ class ConstraintGroup(Massless):
             return f"{np.degrees(np.arcsin(min(apart, 1.0))):.3g} degrees"
         return f"{apart * self.sizes[component]:.3g}"
 
-    def gradients(self, length: float) -> tuple[Floats, Dofs, Floats]:
-        """Derivatives of the constraints at the reference, without a compiled form.
+    def gradients(self, length: float, at: Floats | None = None) -> tuple[Floats, Dofs, Floats]:
+        """Derivatives of the constraints at a state, without a compiled form.
 
         Of quadratic constraints differences are exact.
 
         Args:
             length: Size of the scene, m.
+            at: Local array of the state; None: the reference.
 
         Returns:
             Derivatives, shape (local items, count, columns), the local dofs they are along, shape
@@ -226,11 +227,13 @@ class ConstraintGroup(Massless):
         small = 1.0 if self.quadratic else SMALL_STEP
         unit = {p: length if p.startswith("u") else 1.0 for p in sizes}
         steps = [small * unit[p] for p, n in sizes.items() for _ in range(n)]
-        columns, size = [], len(fem.Function(self.mixed.space).x.array)
+        columns = []
+        middle = np.zeros(len(fem.Function(self.mixed.space).x.array)) if at is None else at
         for step, column in zip(steps, dofs.T, strict=True):
-            state = np.zeros(size)
-            state[column] = step
-            columns.append((self._evaluate(state) - self._evaluate(-state)) / (2 * step))
+            aside = np.zeros(len(middle))
+            aside[column] = step
+            difference = self._evaluate(middle + aside) - self._evaluate(middle - aside)
+            columns.append(difference / (2 * step))
         return np.stack(columns, axis=2), dofs, np.array(steps) / small
 
     def gaps(self, states: Floats) -> Floats:
