@@ -32,6 +32,7 @@ import ufl
 from ufl.core.expr import Expr
 
 from shellmb.forms.frame import spin
+from shellmb.forms.steps.discrete import gradient
 
 
 class Law(NamedTuple):
@@ -65,8 +66,7 @@ def energy(p: Expr, k: Expr, s: Expr) -> Expr:
 
 def force(p: Expr, k: Expr, s: Expr) -> Expr:
     """Force of the contact, the slope of the energy."""
-    rising = k * p**2 / (2 * ufl.conditional(ufl.gt(s, 0), s, 1))
-    return ufl.conditional(ufl.gt(p, 0), ufl.conditional(ufl.lt(p, s), rising, k * (p - s / 2)), 0)
+    return gradient(lambda depth: energy(depth, k, s), p)
 
 
 def resisted(push: Expr, rate: Expr, chi: Expr) -> Expr:

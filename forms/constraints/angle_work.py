@@ -9,7 +9,7 @@ from collections.abc import Callable
 import ufl
 from ufl.core.expr import Expr
 
-from shellmb.forms.constraints.coordinates import angle_moments, perpendicular, swing_moment
+from shellmb.forms.constraints.coordinates import angle_moments, perpendicular, rate_moment
 from shellmb.forms.measure import measure
 from shellmb.forms.steps.discrete import variation
 from shellmb.forms.steps.path import Path
@@ -42,7 +42,7 @@ def turned(
     rates = ufl.variable((1 + alpha) * rate_f + (1 - alpha) * rate_i)
     first, last = multipliers
     moments = angle_moments(a_i, a_f, bow)
-    extra, share = swing_moment(a_i, a_f, rates, alpha)
+    extra, share = rate_moment(a_i, a_f, rates, alpha)
     # linear in time, in both rows the same (Q2)
     factor, normal = first + share * last, perpendicular((a_i + a_f) / 2)
     mean, half = factor * moments[0] + last * extra, factor * moments[1]
@@ -56,6 +56,6 @@ def turned(
     return ufl.dot(stress, ufl.as_vector(change))
 
 
-def turning_rate(angle: Callable[[Expr], Expr], path: Path) -> Expr:
+def angle_rate(angle: Callable[[Expr], Expr], path: Path) -> Expr:
     """Rate of the angle at the end of the step, times the step, where `angle` is of length one."""
     return ufl.dot(perpendicular(angle(path.end)), variation(angle, path.end, path.end_velocity))

@@ -24,6 +24,7 @@ turn; and as it begins with `x_a` itself, no error adds up from step to step.
 import ufl
 from ufl.core.expr import Expr
 
+from shellmb.forms.constraints.elements import GAUSS
 from shellmb.forms.constraints.joints import Place
 
 # below this tangent of the increment its series is exact to round-off
@@ -107,13 +108,6 @@ def distance_gap(a: Place, b: Place, l: Expr, size: Expr) -> Expr:  # noqa: E741
     return (l**2 - ufl.dot(gap, gap)) / (2 * size)
 
 
-# Gauss points on [-1, 1] with their weights on a step
-_GAUSS = (
-    (-0.8611363115940526, 0.1739274225687269),
-    (-0.3399810435848563, 0.3260725774312731),
-    (0.3399810435848563, 0.3260725774312731),
-    (0.8611363115940526, 0.1739274225687269),
-)
 # squares of changes of a cosine or sine below this leave no digits of the correction
 _TINY = 1e-16
 
@@ -132,7 +126,7 @@ def angle_moments(start: Expr, end: Expr, bow: Expr) -> tuple[Expr, Expr]:
     """
     chord = end - start
     first, second = 0 * start, 0 * start
-    for g, weight in _GAUSS:
+    for g, weight in GAUSS:
         tau = (1 + g) / 2
         a = start + tau * chord + 3 * (tau**2 - tau) * bow
         slope = perpendicular(a) / ufl.dot(a, a)
@@ -147,7 +141,7 @@ def perpendicular(a: Expr) -> Expr:
     return ufl.as_vector([-a[1], a[0]])
 
 
-def swing_moment(start: Expr, end: Expr, rates: Expr, alpha: Expr) -> tuple[Expr, Expr]:
+def rate_moment(start: Expr, end: Expr, rates: Expr, alpha: Expr) -> tuple[Expr, Expr]:
     """Part of the force of an angle's rate that a quadratic constraint would not have.
 
     The rate is `a x a'` of cosine and sine `a`. Forces `J_m.Da` with the mean of both ends, as of a

@@ -44,12 +44,13 @@ def linear_potential(k: Expr) -> Potential:
 
 def linear_force(k: Expr, a: Expr, b: Expr, beta: Expr | float) -> Expr:
     """Average force of a linear spring between the extensions `a` and `b`."""
-    return stress_average(k * a, k * b, beta)
+    U = linear_potential(k)
+    return stress_average(slope(U, a), slope(U, b), beta)
 
 
 def linear_jump(k: Expr, a: Expr, b: Expr) -> Expr:
     """Elastic part of `c^2`, eq. (34)."""
-    return k * (b - a) ** 2 / 2
+    return linear_potential(k)(b - a)
 
 
 def slope(U: Potential, e: Expr) -> Expr:
@@ -105,8 +106,8 @@ class Stretch(NamedTuple):
 
 def linear_forces(k: Expr, e: Stretch, alpha: Expr) -> tuple[Expr, Expr]:
     """Force of a linear spring, `S_0 + S_1 P1` of eq. (Q3)."""
-    mean = e.start + (e.chord - e.bow) / 2
-    return k * mean, k * (e.chord + alpha * e.bow) / 2
+    U, mean = linear_potential(k), e.start + (e.chord - e.bow) / 2
+    return slope(U, mean), slope(U, (e.chord + alpha * e.bow) / 2)
 
 
 def spring_forces(U: Potential, e: Stretch, alpha: Expr, size: Expr) -> tuple[Expr, Expr]:

@@ -16,25 +16,28 @@ from dolfinx import fem
 from ufl.core.expr import Expr
 from ufl.domain import extract_unique_domain
 
-from shellmb.forms import beam, frame, shell
-from shellmb.forms.constraints import joints
+from shellmb.forms import beam, contact, frame, shell
+from shellmb.forms.constraints import elements, joints
 from shellmb.model.body import constraint_error
 from shellmb.observers.account.energy import EnergyAccount
 from shellmb.scene import (
     GROUND,
     Beam,
     Clamped,
+    Contact,
     Distance,
     EdgeForce,
     InitialVelocity,
     Isotropic,
     Line,
+    Plane,
     PointForce,
     Rectangle,
     RectangularSection,
     RigidBody,
     Scene,
     Shell,
+    Spring,
 )
 from shellmb.simulate.simulation import Simulation
 
@@ -251,3 +254,60 @@ def test_joints(scheme: str, monkeypatch: pytest.MonkeyPatch) -> None:
     # it has gone as far as the length as written allows
     x, y, z = after.reshape(-1, 3)[0] + (1.0, 0.0, 0.0)
     assert x**2 + y**2 + 1.44 * z**2 == pytest.approx(1.0, abs=1e-11)
+
+
+def bouncing(scheme: str, contact: float = 1.0, spring: float = 1.0) -> Scene:
+    """A body that skids into a damped, rough plane on a spring; stiffnesses by factors."""
+    body = RigidBody("body", 1.0, (0.1, 0.1, 0.1))
+    rough: dict[str, Any] = {"friction": 0.3, "slip_speed": 0.01, "smoothing": 0.02}
+    floor = Contact("floor", Plane(), 40.0 * contact, relative_damping=0.5, **rough)
+    held: dict[str, Any] = {"at": (0.5, 0.0, 1.0), "second_at": (0.0, 0.0, 0.0), "length": 1.0}
+    tied = Spring("tied", GROUND, "body", stiffness=10.0 * spring, **held)
+    start = InitialVelocity(linear=(0.4, 0.0, -1.0))
+    return Scene(
+        "bouncing",
+        rigid_bodies=body,
+        contacts=floor,
+        force_elements=tied,
+        initial=start,
+        **in_steps(scheme) | {"dt": 0.05, "alpha": 0.5},
+    )
+
+
+@pytest.mark.parametrize("scheme", ["ed", pytest.param("ed3", marks=pytest.mark.slow)])
+def test_energies_of_contacts_and_springs(scheme: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Forces, their damping and friction, dissipation and report have the factor of the energy."""
+
+    def run(**factors: float) -> np.ndarray:
+        simulation, account = Simulation(bouncing(scheme, **factors)), EnergyAccount()
+        simulation.run([account])
+        assert account.relative_error < CLOSED
+        body = simulation.model.bodies[0]
+        q = simulation.problem.levels[body.name].q.x.array
+        energies = [account.values[k] for k in ("strain_energy", "potential_energy", "dissipation")]
+        return np.array([*q[body.mixed.dofs["u"]].ravel(), *energies])
+
+    before = run()
+    for name, module, energy in (
+        ("contact", contact, "energy"),
+        ("spring", elements, "linear_potential"),
+    ):
+        stiffer = run(**{name: 1.5})
+        written = getattr(module, energy)
+        with monkeypatch.context() as patch:
+            patch.setattr(module, energy, weighed(written))
+            after = run()
+        # ten times the worst that was seen, 6e-15 of the contact in ED
+        scale = np.max(np.abs(before))
+        assert np.max(np.abs(stiffer - before)) > 1e-3 * scale, name
+        assert np.max(np.abs(after - stiffer)) < 1e-13 * scale, name
+
+
+def weighed(written: Callable[..., Any]) -> Callable[..., Any]:
+    """An energy, or what makes one, by half more."""
+
+    def energy(*args: Any) -> Any:
+        value = written(*args)
+        return 1.5 * value if isinstance(value, Expr) else (lambda e: 1.5 * value(e))
+
+    return energy

@@ -43,7 +43,7 @@ class LinearSprings(WithoutTerms):
         """Average forces over the sub-interval."""
         ends = zip(self.stiffness, self.extension(span.a), self.extension(span.b), strict=True)
         if span.a is span.b:
-            return self._work([k * a for k, a, _ in ends], dq)
+            return self._work([forms.slope(forms.linear_potential(k), a) for k, a, _ in ends], dq)
         return self._work([forms.linear_force(k, a, b, span.beta) for k, a, b in ends], dq)
 
     def _stretches(self, step: Step) -> list[forms.Stretch]:
@@ -60,7 +60,7 @@ class LinearSprings(WithoutTerms):
     def bow(self, step: Step, held: Expr) -> Form:
         """Energy of the bows of the extensions, J."""
         pairs = zip(self.stiffness, self._stretches(step), strict=True)
-        return self._sum([k * e.bow**2 / 2 for k, e in pairs])
+        return self._sum([forms.linear_potential(k)(e.bow) for k, e in pairs])
 
     def energy(self, q: Expr) -> Form:
         """The energy, J."""

@@ -15,7 +15,7 @@ from ufl.core.expr import Expr
 from shellmb.arrays import Floats, Ints
 from shellmb.errors import SceneError
 from shellmb.forms.constraints import coordinates as forms
-from shellmb.forms.constraints.angle_work import turned, turning_rate
+from shellmb.forms.constraints.angle_work import angle_rate, turned
 from shellmb.forms.constraints.joints import Place
 from shellmb.forms.constraints.velocity_jump import VelocityJump
 from shellmb.forms.steps.discrete import variation
@@ -289,7 +289,7 @@ class AngleEquations:
         if k == 0:
             gap = of.gap(path.end, self._x(path.start))
         else:
-            gap = as_row(self._x(path.end_velocity) - turning_rate(of.angle, path))
+            gap = as_row(self._x(path.end_velocity) - angle_rate(of.angle, path))
         return self._form(torques[k], turned(of.angle, path, k, dq, torques), gap, dq)
 
     def velocity(self, v: Expr, mid: Expr, dv: Expr) -> Form:
