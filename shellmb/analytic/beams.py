@@ -58,59 +58,6 @@ def cantilever_end_force(
     return force * length**3 / (3 * stiffness) + force * length / shear
 
 
-def cantilever_uniform(
-    load: float, stiffness: float, length: float, shear: float = math.inf
-) -> float:
-    """Tip deflection `p L^4 / (8 EI) + p L^2 / (2 kappa G A)` of a cantilever, m.
-
-    Args:
-        load: Load p per length, N/m.
-        stiffness: Bending stiffness EI, N m^2.
-        length: Length L, m.
-        shear: Shear stiffness kappa G A, N; infinite for the slender beam.
-    """
-    return load * length**4 / (8 * stiffness) + load * length**2 / (2 * shear)
-
-
-def wave_numbers(ends: Ends, count: int) -> Floats:
-    """First roots `k L > 0` of the frequency equation of a slender beam, shape (count,).
-
-    `cos kL cosh kL = -1` for clamped-free, `= 1` for clamped-clamped and free-free,
-    `sin kL = 0` for hinged-hinged. Rigid motions of the free beam are left out.
-    """
-    n = np.arange(1, count + 1)
-    if ends == "hinged-hinged":
-        return np.asarray(n * math.pi, dtype=np.float64)
-    sign = 1.0 if ends == "clamped-free" else -1.0
-    # the roots approach the zeros of the cosine, with one of them in each interval between
-    # two multiples of pi; the first interval of the free and the clamped beam has none
-    start = n - 1 if ends == "clamped-free" else n
-
-    def equation(x: float) -> float:
-        # 1/cosh(x), without overflow for high modes
-        return math.cos(x) + sign * 2 * math.exp(-x) / (1 + math.exp(-2 * x))
-
-    return np.array([brentq(equation, i * math.pi, (i + 1) * math.pi, xtol=1e-14) for i in start])
-
-
-def beam_frequencies(
-    ends: Ends, count: int, stiffness: float, length: float, mass: float
-) -> Floats:
-    """First natural circular frequencies `(kL)^2 sqrt(EI / (m L^4))` of a slender beam.
-
-    Args:
-        ends: Supports at the two ends.
-        count: Number of frequencies wanted.
-        stiffness: Bending stiffness EI, N m^2.
-        length: Length L, m.
-        mass: Mass per length m, kg/m.
-
-    Returns:
-        Circular frequencies in rad/s, ascending, shape (count,).
-    """
-    return wave_numbers(ends, count) ** 2 * math.sqrt(stiffness / (mass * length**4))
-
-
 def timoshenko_frequencies(
     ends: Ends,
     count: int,

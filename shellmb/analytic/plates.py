@@ -8,7 +8,6 @@ plates; Mindlin, J. Appl. Mech. 18 (1951) 31-38, for shear and rotary inertia.
 """
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -111,37 +110,6 @@ def rectangle_point_deflection(plate: Plate, a: float, b: float, force: float) -
     quotient = s / np.cosh(np.minimum(s, 300.0)) ** 2
     terms = (np.tanh(s) - quotient) / m**3
     return float(force * a**2 / (2 * math.pi**3 * plate.bending) * terms.sum())
-
-
-def rectangle_frequencies(
-    plate: Plate, a: float, b: float, modes: Sequence[tuple[int, int]], rotary_inertia: bool = True
-) -> Floats:
-    """Natural circular frequencies of a simply supported rectangle, bending modes.
-
-    Mindlin (1951): the lower root of the quadratic that is left of his eq. (37) for a mode
-    `sin(m pi x / a) sin(n pi y / b)`.
-
-    Args:
-        plate: The plate, with its density.
-        a: Length of the first side, m.
-        b: Length of the second side, m.
-        modes: Numbers of half waves (m, n), one pair per mode.
-        rotary_inertia: Whether the cross-section's rotation has inertia.
-
-    Returns:
-        Circular frequencies in rad/s, shape (len(modes),), in the order of `modes`.
-    """
-    m, n = np.array(modes, dtype=float).reshape(-1, 2).T
-    k2 = (np.pi * m / a) ** 2 + (np.pi * n / b) ** 2
-    mass = plate.density * plate.thickness
-    rotary = mass * plate.thickness**2 / 12 if rotary_inertia else 0.0
-    bending, compliance = plate.bending, 1 / plate.shear
-    # (k2 - mass w^2/S)(D k2 - rotary w^2) = mass w^2, written so that S = inf and rotary = 0
-    # leave the thin plate without cancellation
-    p = mass * rotary * compliance
-    r = mass + rotary * k2 + mass * bending * k2 * compliance
-    c = bending * k2**2
-    return np.asarray(np.sqrt(2 * c / (r + np.sqrt(r**2 - 4 * p * c))))
 
 
 def circle_uniform_deflection(

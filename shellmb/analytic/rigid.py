@@ -1,7 +1,7 @@
-"""Rotating rigid bodies: the free top in closed form, any top about a fixed point, the pendulum.
+"""Rotating rigid bodies: the free top in closed form, any top about a fixed point.
 
-Body axes are fixed in the body and coincide with fixed axes at the start. Sources: Landau &
-Lifshitz, Mechanics, 3rd ed. (1976), sec. 36 and 37 for the free top, sec. 11 for the pendulum.
+Body axes are fixed in the body and coincide with fixed axes at the start. Source: Landau &
+Lifshitz, Mechanics, 3rd ed. (1976), sec. 36 and 37, for the free top.
 """
 
 import math
@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
-from scipy.special import ellipj, ellipk, ellipkinc
+from scipy.special import ellipj, ellipkinc
 
 from shellmb.arrays import Floats
 
@@ -22,7 +22,7 @@ RTOL = 1e-13
 
 
 @dataclass(frozen=True)
-class Turning:
+class RotatingBody:
     """Rotation of a body about its fixed point or centre at `n` instants.
 
     Args:
@@ -106,24 +106,7 @@ def free_top_omega(inertia: Vector, omega: Vector, time: Vector) -> Floats:
     return result
 
 
-def free_top_period(inertia: Vector, omega: Vector) -> float:
-    """Time after which the angular velocity of a free body returns in its own axes, s.
-
-    Infinite for a steady rotation. Arguments as for `free_top_omega`.
-    """
-    A, B, C = np.sort(np.asarray(inertia, dtype=np.float64))
-    a, b, c = np.asarray(omega, dtype=np.float64)[np.argsort(inertia, kind="stable")]
-    if C * (C - B) * c**2 < A * (B - A) * a**2:
-        A, C, a, c = C, A, c, a
-    p = A * (C - A) * a**2 + B * (C - B) * b**2
-    q = B * (B - A) * b**2 + C * (C - A) * c**2
-    rate = math.sqrt((C - B) * q / (A * B * C))
-    if p * rate == 0.0 or (a == 0.0 and c == 0.0):
-        return math.inf
-    return 4 * float(ellipk((B - A) * p / ((C - B) * q))) / rate
-
-
-def free_top(inertia: Vector, omega: Vector, time: Vector) -> Turning:
+def free_top(inertia: Vector, omega: Vector, time: Vector) -> RotatingBody:
     """Motion of a free body about its centre: angular velocity and orientation.
 
     The angular velocity is the closed form, and the orientation an integration of it to about
@@ -136,7 +119,7 @@ def free_top(inertia: Vector, omega: Vector, time: Vector) -> Turning:
         return _turn(q, free_top_omega(inertia, omega, [now])[0])
 
     q = _solve(rates, np.array([0.0, 0.0, 0.0, 1.0]), t)
-    return Turning(t, Rotation.from_quat(q).as_matrix(), free_top_omega(inertia, omega, t))
+    return RotatingBody(t, Rotation.from_quat(q).as_matrix(), free_top_omega(inertia, omega, t))
 
 
 def heavy_top(
@@ -145,7 +128,7 @@ def heavy_top(
     omega: Vector,
     time: Vector,
     gravity: Vector = (0.0, 0.0, -9.81),
-) -> Turning:
+) -> RotatingBody:
     """Motion of any body about a fixed point in gravity, by integration to about 1e-10.
 
     Args:
@@ -168,69 +151,7 @@ def heavy_top(
 
     start = np.concatenate([[0.0, 0.0, 0.0, 1.0], np.asarray(omega, dtype=np.float64)])
     y = _solve(rates, start, t)
-    return Turning(t, Rotation.from_quat(y[:, :4]).as_matrix(), y[:, 4:])
-
-
-def steady_precession(
-    transverse: float, axial: float, moment: float, spin: float, tilt: float, gravity: float = 9.81
-) -> tuple[float, float]:
-    """Slow and fast steady precession of a symmetric heavy top.
-
-    Roots of `(A cos(tilt)) W^2 - C w W + m g l = 0`; for a tilt of 90 degrees the fast one is
-    infinite.
-
-    Args:
-        transverse: Moment of inertia A about an axis across the figure axis, kg m^2.
-        axial: Moment of inertia C about the figure axis, kg m^2.
-        moment: Mass times distance of the centre from the fixed point, kg m.
-        spin: Component w of the angular velocity along the figure axis, positive, rad/s.
-        tilt: Angle of the figure axis with the upward vertical, rad.
-        gravity: Acceleration of gravity, m/s^2.
-
-    Returns:
-        Rates of precession about the upward vertical, rad/s.
-
-    Raises:
-        ValueError: If the top spins too slowly to precess steadily at this tilt.
-    """
-    half = axial * spin / 2
-    lever = moment * gravity
-    a = transverse * math.cos(tilt)
-    root = half**2 - a * lever
-    if root < 0:
-        raise ValueError(f"a spin of {spin} rad/s is too slow for a steady precession")
-    large = half + math.sqrt(root)
-    # cos(pi/2) is not quite zero in floating point
-    fast = math.inf if abs(a) < 1e-15 * transverse else large / a
-    return lever / large, fast
-
-
-def pendulum_period(amplitude: float, frequency: float) -> float:
-    """Period `4 K(sin(amplitude/2)) / frequency` of a rigid pendulum about a fixed axis, s.
-
-    Args:
-        amplitude: Largest angle with the vertical, rad, below pi.
-        frequency: Circular frequency of small swings, `sqrt(m g l / I)` with the moment of
-            inertia I about the axis, rad/s.
-    """
-    return 4 * float(ellipk(math.sin(amplitude / 2) ** 2)) / frequency
-
-
-def pendulum(amplitude: float, frequency: float, time: Vector) -> tuple[Floats, Floats]:
-    """Angle and its rate of a rigid pendulum let go at rest at its amplitude.
-
-    Args:
-        amplitude: Angle with the downward vertical at time zero, rad.
-        frequency: Circular frequency of small swings, rad/s.
-        time: Instants, s, shape (n,).
-
-    Returns:
-        Angle in rad and its rate in rad/s, each of shape (n,).
-    """
-    k = math.sin(amplitude / 2)
-    phase = frequency * np.asarray(time, dtype=np.float64) + ellipk(k**2)
-    sn, cn, _, _ = ellipj(phase, k**2)
-    return 2 * np.arcsin(k * sn), 2 * frequency * k * cn
+    return RotatingBody(t, Rotation.from_quat(y[:, :4]).as_matrix(), y[:, 4:])
 
 
 def _turn(q: Floats, w: Floats) -> Floats:

@@ -84,25 +84,3 @@ def sleeping_top(
     root = np.sqrt(complex((along * rate) ** 2 - 4 * across * weight))
     first, second = (1j * (along * rate + sign * root) / (2 * across) for sign in (-1, 1))
     return first - 1j * rate, second - 1j * rate
-
-
-def mass_on_springs(rate: float, first: float, second: float, damping: float = 0.0) -> Floats:
-    """Eigenvalues of a point mass on two springs across one another that turn about it.
-
-    `x'' - 2 Omega y' + 2 d x' + (a^2 - Omega^2) x = 0` and its like for y; unstable where the
-    rate is between `a` and `b`, the critical speeds.
-
-    Args:
-        rate: Rate Omega, rad/s.
-        first: Frequency a at rest along the first spring, rad/s.
-        second: That along the second one, b, rad/s.
-        damping: Rate d at which dampers beside both springs damp, 1/s.
-
-    Returns:
-        The four eigenvalues, complex, 1/s.
-    """
-    system = np.zeros((4, 4))
-    system[:2, 2:] = np.eye(2)
-    system[2:, :2] = -np.diag([first**2 - rate**2, second**2 - rate**2])
-    system[2:, 2:] = 2 * rate * np.array([[0, 1], [-1, 0]]) - 2 * damping * np.eye(2)
-    return np.asarray(np.linalg.eigvals(system))

@@ -11,6 +11,7 @@ from scipy.special import ellipe, ellipk
 from shellmb.analytic import beams
 from shellmb.analytic.cantilever import Deformed, exact_cantilever, section_stiffness
 from shellmb.errors import ShellmbError
+from tests.analytic import solutions
 
 SLENDER = section_stiffness(1e6, 4e5, 4e5, 3.0, 2.0, 5.0)
 
@@ -42,7 +43,7 @@ def test_small_loads_are_linear() -> None:
     linear = beams.cantilever_end_force(F, 5.0, 3.0, shear=30.0)
     assert down.tip[1] == pytest.approx(linear, rel=1e-6)
     side = exact_cantilever(shear, 3.0, load=(0, 0, F))
-    linear = beams.cantilever_uniform(F, 2.0, 3.0, shear=40.0)
+    linear = solutions.cantilever_uniform(F, 2.0, 3.0, shear=40.0)
     assert side.tip[2] == pytest.approx(linear, rel=1e-6)
 
 

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from shellmb.analytic.laminates import Edges, Stiffness, sinusoidal_deflection, wave_frequencies
-from shellmb.analytic.plates import Plate, rectangle_frequencies
+from shellmb.analytic.plates import Plate
 from shellmb.verify import tables
+from tests.analytic.solutions import rectangle_frequencies
 
 A, E2, RHO, NU12 = 2.0, 3e9, 1600.0, 0.25
 

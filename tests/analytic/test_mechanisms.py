@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from shellmb.analytic import rigid
 from shellmb.analytic.chains import Link, chain
 from shellmb.analytic.slider_crank import SliderCrank
+from tests.analytic import solutions
 
 
 def test_one_link_is_the_pendulum() -> None:
@@ -16,7 +16,7 @@ def test_one_link_is_the_pendulum() -> None:
     frequency = math.sqrt(2 * 9.81 * 0.3 / (0.4 + 2 * 0.3**2))
     t = np.linspace(0.0, 3.0, 13)
     motion = chain([link], [2.0], [0.0], t)
-    angle, rate = rigid.pendulum(2.0, frequency, t)
+    angle, rate = solutions.pendulum(2.0, frequency, t)
     # integration at 1e-13 per step
     np.testing.assert_allclose(motion.angle[:, 0], angle, atol=1e-10)
     np.testing.assert_allclose(motion.rate[:, 0], rate, atol=1e-10)

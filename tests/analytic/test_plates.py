@@ -10,12 +10,12 @@ from shellmb.analytic.plates import (
     Plate,
     circle_point_deflection,
     circle_uniform_deflection,
-    rectangle_frequencies,
     rectangle_point_deflection,
     rectangle_uniform_deflection,
     rectangle_uniform_moment,
 )
 from shellmb.verify import tables
+from tests.analytic.solutions import rectangle_frequencies
 
 A = 2.0  # side of the square: not one, so that a wrong power of it shows
 Q = 3.0

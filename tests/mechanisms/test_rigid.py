@@ -9,7 +9,6 @@ from mpi4py import MPI  # noqa: F401  (before dolfinx)
 import numpy as np
 import pytest
 
-from shellmb.analytic.rigid import pendulum
 from shellmb.demos import slider_crank
 from shellmb.native.kernels import watched
 from shellmb.observers.account.energy import EnergyAccount
@@ -28,6 +27,7 @@ from shellmb.scene import (
 from shellmb.scene.multibody.rigid import rotation_matrix
 from shellmb.simulate.simulation import Simulation
 from shellmb.verify.problems.mechanisms import free_body, path_of
+from tests.analytic.solutions import pendulum
 
 SCHEMES = [("ep", 0.0), ("ed", 0.0), ("ed", 1.0), ("ep4", 0.0), ("ed3", 0.5)]
 GRAVITY = Gravity((0, 0, -9.81))

@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from shellmb.analytic.rolling import Disc, Sleigh, ball_on_turntable, rolling_disc
 from shellmb.observers.forces.joints import JointForces
 from shellmb.running.execute import execute
 from shellmb.scene import (
@@ -27,6 +26,7 @@ from shellmb.scene import (
 )
 from shellmb.scene.multibody.joints import Joint
 from shellmb.simulate.simulation import Silent, Simulation
+from tests.mechanisms.rolling import Disc, Sleigh, ball_on_turntable, rolling_disc
 
 SCHEMES = [("ep", 0.0), ("ed", 0.0), ("ed", 1.0), ("ep4", 0.0), ("ed3", 0.5)]
 # in CI; the others share their kernels

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from shellmb.analytic.plates import Plate, rectangle_frequencies
+from shellmb.analytic.plates import Plate
 from shellmb.errors import SceneError
 from shellmb.native.kernels import watched
 from shellmb.running.execute import RunResult, execute
@@ -33,6 +33,7 @@ from shellmb.scene import (
     Weld,
 )
 from shellmb.vibration import natural_modes
+from tests.analytic.solutions import rectangle_frequencies
 
 PLATE = Isotropic(E=70e9, nu=0.3, thickness=5e-3, density=2700.0)
 MODAL = Modal(modes=8)

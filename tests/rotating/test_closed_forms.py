@@ -9,7 +9,6 @@ import pytest
 from shellmb.analytic.rotating import (
     flapping,
     lagging,
-    mass_on_springs,
     sleeping_top,
     spinning_membrane,
 )
@@ -36,6 +35,7 @@ from shellmb.scene import (
     Spherical,
     Spring,
 )
+from tests.analytic.solutions import mass_on_springs
 
 UP = (0.0, 0.0, 1.0)
 TIMES = {"scheme": "ep", "dt": 0.01, "t_end": 1.0}
