@@ -17,9 +17,19 @@ velocity `y` (`steps.path`), `p_0 + P1 p_1` exerts
 `p_0` is the mean over the true path and works `V_f - V_i`. What `p_1` works is three times the bow
 that (Q1) gives a coordinate with the values and rates of `V` at both ends; so does (Q4) with
 constraints that are quadratic, of which `T(D, D, dq)` vanishes.
+
+Only the second part of (V1) has a moment about the middle. With the rotation `w` of the chord in
+the mean over the surface, `<m_,a x (D_,a - w x m_,a)> = 0`, and with `R = w x m` the force
+
+    3 T(m, m, dq) + [T(D, D, dq) + T(D, R, dq) + T(R, R, dq)]/4 - <(b x m_,a).dq_,a>           (V3)
+
+has neither a moment, by its `b`, nor a resultant. It works `V_b - V_a`: the bracket works
+`T(D, D, D)` on `D - R`, because `T` stays where all of its arguments turn and `T(R, R, R) = 0`;
+what it works on `R` is what `b` works on `D`.
 """
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import ufl
@@ -70,7 +80,8 @@ def bend(a: Patch, b: Patch, d: Patch) -> Expr:
     )
 
 
-class Cones(NamedTuple):
+@dataclass(frozen=True)
+class Cones:
     """Less the volume of a surface: a part of what multipliers hold at zero, with `Content`.
 
     Args:
@@ -127,6 +138,71 @@ class Cones(NamedTuple):
             return self.velocity(v, mid, v).own
 
         return held_jump(rate, step, dq)
+
+
+class Turn(NamedTuple):
+    """Motion and couple of a whole volume in (V3), shape (3,) each.
+
+    Args:
+        rotation: Rotation of the chord, `w`.
+        couple: What keeps the force free of a moment, `b`, m.
+    """
+
+    rotation: Expr
+    couple: Expr
+
+
+@dataclass(frozen=True)
+class TurningCones(Cones):
+    """`Cones` with a force over a sub-interval that has no moment, (V3), shape (7,).
+
+    Behind the volume stands what determines the rotation and the couple.
+
+    Args:
+        turn: Rotation and couple that a state holds.
+        length: Size of the volume, m.
+    """
+
+    turn: Callable[[Expr], Turn]
+    length: Expr
+
+    def interval(self, span: Interval, dq: Expr) -> ConstraintRow:
+        """The volume at the end, and the force (V3)."""
+        held, (w, b) = super().interval(span, dq), self.turn(span.unknown)
+        if span.a is span.b:
+            return _seven(held, [*w, *b])
+        m, D = self.place(span.mid), self.change(span.b - span.a)
+        R = _crossed(w, m)
+
+        def more(d: Patch) -> Expr:
+            """Parts of (V3) beyond `3 T(m, m, d)`, with the sign of the volume."""
+            curved = (slope(D, d) + bend(D, R, d) / 2 + slope(R, d)) / 12
+            return self.sign * curved - _along(_crossed(b, m), d)
+
+        d = self.change(dq)
+        own = ufl.as_vector([-self.sign * slope(m, d) - more(d)])
+        still = self.length * (ufl.cross(m.x_1, D.x_1 - R.x_1) + ufl.cross(m.x_2, D.x_2 - R.x_2))
+        moments = [more(_crossed(ufl.unit_vector(k, 3), m)) for k in range(3)]
+        return _seven(held._replace(own=own), [*(still[k] for k in range(3)), *moments])
+
+    def velocity(self, v: Expr, mid: Expr, dv: Expr) -> ConstraintRow:
+        """The rate of the volume; nothing turns."""
+        w, b = self.turn(v)
+        return _seven(super().velocity(v, mid, dv), [*w, *b])
+
+
+def _seven(row: ConstraintRow, values: list[Expr]) -> ConstraintRow:
+    """A row of the volume with six values that exert nothing themselves."""
+    own = ufl.as_vector([row.own[0], *(0 * value for value in values)])
+    return row._replace(own=own, value=ufl.as_vector([row.value[0], *values]))
+
+
+def _crossed(w: Expr, a: Patch) -> Patch:
+    return Patch(*(ufl.cross(w, part) for part in a))
+
+
+def _along(a: Patch, b: Patch) -> Expr:
+    return ufl.dot(a.x_1, b.x_1) + ufl.dot(a.x_2, b.x_2)
 
 
 class Content(Held):

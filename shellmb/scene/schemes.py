@@ -21,6 +21,9 @@ LINEAR = ("linear-statics", "linear-dynamics")
 # those that are quadratic in time
 QUADRATIC = ("ep4", "ed3")
 
+# those that keep the angular momentum exactly
+KEEP_ANGULAR_MOMENTUM = ("ep",)
+
 # those that take their dissipation from a scene's `alpha`, with its default: what the studies use,
 # and of generalized-alpha a spectral radius of 0.8, as is usual
 DISSIPATIVE = {"ed": 0.5, "ed3": 0.5, "generalized-alpha": 1 / 9, "ed-printed": 0.5}

@@ -3,7 +3,8 @@
 One multiplier, the pressure, holds the sum of the cones over all surfaces at the volume of what
 fills them, which is an unknown of its own: its relative change has the energy of a gas, or is
 given. So the work on the shells is what the filling loses, in every scheme, and the matrix has one
-full row and column instead of a full block.
+full row and column instead of a full block. Schemes that keep the angular momentum have six more:
+the rotation of the shells in a step, and the couple that keeps their forces free of a moment.
 """
 
 from __future__ import annotations
@@ -24,7 +25,16 @@ from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats, Ints
 from shellmb.errors import SceneError
-from shellmb.forms.constraints.volume import Cones, Content, Patch, cone, patch, slope
+from shellmb.forms.constraints.volume import (
+    Cones,
+    Content,
+    Patch,
+    Turn,
+    TurningCones,
+    cone,
+    patch,
+    slope,
+)
 from shellmb.forms.state import Layout
 from shellmb.meshes.nodes import NodeMesh, node_mesh, node_space
 from shellmb.meshes.spaces import mixed_space
@@ -40,6 +50,7 @@ from shellmb.native.kernels import compiled
 from shellmb.scene import Scene
 from shellmb.scene.loads.volumes import EnclosedVolume, Gas
 from shellmb.scene.lookup import said
+from shellmb.scene.schemes import KEEP_ANGULAR_MOMENTUM
 
 ADVICE = "a smaller step"
 # pressure, relative to its size, below which it counts as zero
@@ -56,24 +67,39 @@ ALIKE = 1e-6
 MOST = 16
 
 
+# parts that a volume has where its force has no moment, and how many components they have
+TURN = {"turn": 3, "couple": 3}
+
+
 class Filling(Massless):
     """Content of a volume: its relative change `v`, and the multiplier that is the pressure.
+
+    Where forces have no moment, it has the parts of `TURN`, too.
 
     Args:
         item: Description.
         comm: Communicator.
         volume: In the reference configuration, m^3.
         pressure: Size of pressures, Pa.
+        turning: Whether forces on the shells have no moment.
     """
 
-    def __init__(self, item: EnclosedVolume, comm: MPI.Comm, volume: float, pressure: float):
-        self.item, self.volume = item, volume
+    def __init__(
+        self,
+        item: EnclosedVolume,
+        comm: MPI.Comm,
+        volume: float,
+        pressure: float,
+        turning: bool,
+    ) -> None:
+        self.item, self.volume, self.turning = item, volume, turning
         self.nodes: NodeMesh = node_mesh(comm, 1)
-        mixed = node_space(self.nodes, {"v": 1, "mu": 1})
+        mixed = node_space(self.nodes, {"v": 1, "mu": 1} | (TURN if turning else {}))
         who = said(item)
         parts = (
             PartScale("v", f"volume of {who}", 1.0, ADVICE),
             PartScale("mu", f"pressure of {who}", SMALL_PRESSURE, ADVICE),
+            *_turns(who, turning),
         )
         super().__init__(f"{who}: filling", mixed, parts, ())
         self.kinematic, self.jump_parts = frozenset({"v"}), frozenset({"v", "mu"})
@@ -90,10 +116,9 @@ class Filling(Massless):
     def _constant(self, value: float) -> fem.Constant:
         return fem.Constant(self.nodes.mesh, value)
 
-    @property
-    def target(self) -> int:
-        """Global dof of the multiplier."""
-        return int(global_dofs(self.nodes, self.mixed, "mu")[0])
+    def targets(self, part: str) -> Ints:
+        """Global dofs of a part."""
+        return np.atleast_1d(global_dofs(self.nodes, self.mixed, part)[0])
 
     def _change(self, q: Expr) -> Expr:
         return ufl.as_vector([self._layout.part(q, "v")])
@@ -165,34 +190,64 @@ class Enclosing(Massless):
         self._cones = _Cones(item, shell)
         domain, cell = shell.mixed.space.mesh, shell.mixed.space.mesh.basix_cell()
         nodal = shell.mixed.subspaces["u"].ufl_element()
-        constant = basix.ufl.element("DG", cell, 0)
-        mixed = mixed_space(domain, {"u": nodal, "mu": constant}, frozenset())
+        whole = {"mu": 1} | (TURN if filling.turning else {})
+        elements = {
+            part: basix.ufl.element("DG", cell, 0, shape=(size,) if size > 1 else ())
+            for part, size in whole.items()
+        }
+        mixed = mixed_space(domain, {"u": nodal} | elements, frozenset())
+        who = said(item)
         super().__init__(
-            f"{said(item)}: surface '{shell.name}'",
+            f"{who}: surface '{shell.name}'",
             mixed,
-            (PartScale("mu", f"pressure of {said(item)}", SMALL_PRESSURE, ADVICE),),
-            (_displacements(mixed, shell), _pressures(mixed, filling)),
+            (
+                PartScale("mu", f"pressure of {who}", SMALL_PRESSURE, ADVICE),
+                *_turns(who, filling.turning),
+            ),
+            (_displacements(mixed, shell), *(_whole(mixed, filling, part) for part in whole)),
         )
         self.kinematic, self.jump_parts = frozenset({"u"}), frozenset({"mu"})
         self._layout, self._shell, self._sign = Layout(mixed.parts), shell, sign
         self._pressure = fem.Constant(domain, float(filling.pressure.value))
+        self._length = fem.Constant(domain, np.cbrt(filling.volume)) if filling.turning else None
 
     @property
     def constraints(self) -> tuple[Constraint, ...]:
         """Less the volume of its cones."""
-        cones, surf = self._cones, self._shell.surface
-        law = Cones(
-            lambda q: patch(cones.from_origin + self._layout.part(q, "u"), surf),
-            lambda q: patch(self._layout.part(q, "u"), surf),
-            self._sign,
+        cones, surf, part = self._cones, self._shell.surface, self._layout.part
+        places = (
+            lambda q: patch(cones.from_origin + part(q, "u"), surf),
+            lambda q: patch(part(q, "u"), surf),
         )
+        if self._length is None:
+            law = Cones(*places, self._sign)
+        else:
+            length = self._length
+
+            def turn(q: Expr) -> Turn:
+                return Turn(part(q, "turn"), length * part(q, "couple"))
+
+            law = TurningCones(*places, self._sign, turn, length)
         return (_held(self, law, self._pressure, self._shell.rules.full),)
 
 
 def _held(body: Massless, law: Any, pressure: fem.Constant, dx: ufl.Measure) -> Constraints:
     """List what the pressure holds; that it holds, Newton's method sees."""
-    first, _ = body.mixed.parts["mu"]
-    return Constraints(law, lambda q: q[first], pressure, dx, lambda q: 0.0)
+    places = [body.mixed.parts[part] for part in ("mu", *TURN) if part in body.mixed.parts]
+    numbers = [first + k for first, size in places for k in range(size)]
+    return Constraints(
+        law, lambda q: ufl.as_vector([q[k] for k in numbers]), pressure, dx, lambda q: 0.0
+    )
+
+
+def _turns(who: str, turning: bool) -> tuple[PartScale, ...]:
+    """Scales of the rotation and of the couple."""
+    if not turning:
+        return ()
+    return (
+        PartScale("turn", f"rotation of {who}", 1.0, ADVICE),
+        PartScale("couple", f"couple of {who}", 1.0, ADVICE),
+    )
 
 
 def _displacements(mixed: Any, shell: ShellModel) -> NodeLink:
@@ -206,10 +261,10 @@ def _displacements(mixed: Any, shell: ShellModel) -> NodeLink:
     return NodeLink(rows.ravel(), shell.name, index_map.local_to_global(targets.ravel()))
 
 
-def _pressures(mixed: Any, filling: Filling) -> NodeLink:
-    """The pressure of every cell is the filling's."""
-    rows = mixed.dofs["mu"]
-    return NodeLink(rows, filling.name, np.full(len(rows), filling.target, dtype=np.int64))
+def _whole(mixed: Any, filling: Filling, part: str) -> NodeLink:
+    """Every cell's value of a part is the filling's."""
+    rows, targets = mixed.dofs[part], filling.targets(part)
+    return NodeLink(rows, filling.name, np.tile(targets, len(rows) // len(targets)))
 
 
 class _Cones:
@@ -299,7 +354,8 @@ def enclosed_volumes(
     for item in scene.volumes:
         members = [shells[name] for name in item.shells or shells]
         cones = [_Cones(item, shell) for shell in members]
-        signs = _sides(item, members, [c.lids() for c in cones], prescribed, length)
+        lids = [c.lids() for c in cones]
+        signs, normals = _sides(item, members, lids, prescribed, length)
         parts = [c.volume() for c in cones]
         volume, size = float(np.dot(signs, parts)), max(s.surface_mesh.length for s in members)
         if abs(volume) < FLAT * size**3:
@@ -310,7 +366,9 @@ def enclosed_volumes(
         turn = np.sign(volume)
         gas = item.gas
         pressure = force / length**2 if gas is None else max(gas.pressure, gas.outside)
-        filling = Filling(item, comm, abs(volume), pressure)
+        # planes of two normals hold it
+        turning = scene.scheme_name in KEEP_ANGULAR_MOMENTUM and not _differ(normals)
+        filling = Filling(item, comm, abs(volume), pressure, turning)
         surfaces = [
             Enclosing(item, shell, float(turn * sign), filling)
             for shell, sign in zip(members, signs, strict=True)
@@ -325,10 +383,13 @@ def _sides(
     lids: Sequence[tuple[Floats, Floats]],
     prescribed: Prescribed,
     length: float,
-) -> Floats:
+) -> tuple[Floats, Floats]:
     """Sides of the shells on which the volume is, one or minus one; collective.
 
     With them what is left of the lids at edges that may move is zero.
+
+    Returns:
+        The sides, and normals of lids (n, 3).
 
     Raises:
         SceneError: If there are none such; names the place.
@@ -345,7 +406,7 @@ def _sides(
     of = np.repeat(np.arange(len(every)), [len(row) for row in every])
     X, free, whole, pinned = np.hsplit(np.concatenate(every), (3, 6, 9))
     if not len(X):
-        return np.ones(len(shells))
+        return np.ones(len(shells)), X
     # nodes that several shells share are one
     groups: Ints = np.arange(len(X))
     for a, b in sorted(cKDTree(X).query_pairs(TOGETHER * length)):
@@ -373,16 +434,21 @@ def _sides(
         )
     full = np.einsum("nik,i->nk", lids_at, signs)
     sizes = np.linalg.norm(full, axis=1)
-    still = (pinned[groups, 0] > 0) & (sizes > least)
-    directions = full[still] / sizes[still, None]
+    closed = sizes > least
+    still = (pinned[groups, 0] > 0) & closed
     # along the normal of a plane through the origin where there is one
-    if np.any(np.abs(np.cross(directions, directions[:1])) > ALIKE):
+    if _differ(full[still] / sizes[still, None]):
         raise SceneError(
             f"{names}: edges that do not move are in no common plane through origin {item.origin}, "
             f"as at {said_point(X[still][0], length)}, and the volume under their lids is not "
             "known; give such an origin, close the shell by a shell, or use a plane of symmetry"
         )
-    return signs
+    return signs, full[closed] / sizes[closed, None]
+
+
+def _differ(directions: Floats) -> bool:
+    """Say whether directions (n, 3) are of more than one line."""
+    return bool(np.any(np.abs(np.cross(directions, directions[:1])) > ALIKE))
 
 
 def _free(
