@@ -121,7 +121,8 @@ def panel(name, A, sign, connected):
         float(mass),
         tuple(map(tuple, inertia.tolist())),
         tuple(map(float, centre)),
-        shape="box",
+        # the sides of an equivalent box would be longer: beams are at the ends
+        shape=(skin.thickness, WIDTH, LENGTH),
     )
 
 
