@@ -182,7 +182,7 @@ def _follow(miss: Callable[[Floats, float, float], Floats]) -> Floats:
     last, _ = _newton(miss, found[-1], 1.0, _RTOL)
     if last is None:
         raise ShellmbError(
-            "the clamped beam: the moments at the clamp are not found to the digits asked for; "
+            "the clamped beam: the moments at the clamp are not found to the digits requested; "
             "the beam is too soft for its load"
         )
     return last

@@ -1,4 +1,4 @@
-"""Directories of runs: where one asked for them, or temporary ones that go with what holds them."""
+"""Directories of runs: given ones, or temporary ones that go with what holds them."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def place(out: Path | str | None, comm: MPI.Comm) -> tuple[Path, bool]:
 def gone_with(owner: object, directory: Path, rank: int) -> None:
     """Remove a temporary directory when no rank uses its run any more.
 
-    A run is read when it is asked for, on each rank by itself: the last one removes it.
+    A run is read when it is requested, on each rank by itself: the last one removes it.
 
     Args:
         owner: The run.

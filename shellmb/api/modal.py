@@ -159,10 +159,10 @@ def modes(
             raise SceneError("modes: the scene is a run, and a state is given, too; give one")
         state, made_here = scene, scene.computed is not None
         scene = scene.scene if made_here else scene_of_run(scene.directory, "modes")[0]
-    asked = take_accuracy(elements)
+    accuracy = take_accuracy(elements)
     if elements.get("errors") and not (rates is None and state is None and at is None):
         raise SceneError(NATURAL)
-    if asked is not None and (buckling or any(v is not None for v in (rates, state, at))):
+    if accuracy is not None and (buckling or any(v is not None for v in (rates, state, at))):
         raise SceneError(NATURAL)
     wanted = requested(scene, parameters, **elements)
     world = MPI.COMM_WORLD if comm is None else comm
@@ -170,12 +170,12 @@ def modes(
     measure = wanted.module.mode_results if wanted.module is not None else None
     draw = out is not None if pictures is None else pictures
     made: ModeShapes | RotatingModes | StateModes
-    if asked is not None:
+    if accuracy is not None:
         from shellmb.accuracy.request.place import run_to_accuracy
         from shellmb.accuracy.request.search import Running
         from shellmb.accuracy.request.wanted import wanted_of
 
-        of = replace(wanted_of(asked), modes=True, loaded=loaded, count=count)
+        of = replace(wanted_of(accuracy), modes=True, loaded=loaded, count=count)
         how = Running(world, request=wanted.request, mode_results=measure)
         run_to_accuracy(wanted.scene, of, directory, how, draw)
         made = ModeShapes(directory)
@@ -206,9 +206,9 @@ def modes(
     else:
         from shellmb.rotating.files import find_campbell
 
-        turning = (rates, count, loaded, axis, about)
+        steady = (rates, count, loaded, axis, about)
         over, _ = find_campbell(
-            wanted.scene, directory, *turning, results=measure, comm=world, pictures=draw
+            wanted.scene, directory, *steady, results=measure, comm=world, pictures=draw
         )
         made = RotatingModes(directory, over)
     world.Barrier()

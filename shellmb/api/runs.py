@@ -59,7 +59,7 @@ def run(
         ConvergenceError: If a step fails at the smallest step size; what was computed is in `out`.
         RunError: If the disk is full, or the scene's function of results raises.
     """
-    asked = take_accuracy(options)
+    accuracy = take_accuracy(options)
     wanted = requested(scene, parameters, **options)
     from mpi4py import MPI
 
@@ -70,14 +70,14 @@ def run(
 
         observers = [*observers, ProgressReport()]
     draw = out is not None if pictures is None else pictures
-    if asked is not None:
+    if accuracy is not None:
         from shellmb.accuracy.request.place import run_to_accuracy
         from shellmb.accuracy.request.search import Running
         from shellmb.accuracy.request.wanted import UnknownQuantity, frequency_number, wanted_of
 
         tell = print if progress and world.rank == 0 else _nothing
         how = Running(world, wanted.results, wanted.request, observers, tell, modes=False)
-        of = wanted_of(asked)
+        of = wanted_of(accuracy)
         try:
             outcome = run_to_accuracy(wanted.scene, of, directory, how, draw)
         except UnknownQuantity as error:

@@ -258,7 +258,7 @@ def _check_sendable(**things: Any) -> None:
     """
     frames = (each.frame.f_globals.get("__name__") for each in inspect.stack(0))
     if "__mp_main__" in frames:
-        # what asked for the process tells why
+        # what requested the process tells why
         raise SystemExit(1)
     for name, thing in things.items():
         try:

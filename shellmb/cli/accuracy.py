@@ -12,7 +12,7 @@ from shellmb.cli.report import announced, print_mode_errors, print_summary, say
 
 if TYPE_CHECKING:
     from shellmb.accuracy.request.wanted import Wanted
-    from shellmb.options.accuracy import Asked
+    from shellmb.options.accuracy import RequestedAccuracy
     from shellmb.running.loader import SceneModule
     from shellmb.running.request import Request
     from shellmb.scene import Scene
@@ -34,8 +34,8 @@ def run_accurately(
     Args:
         scene: The scene.
         module: What defines it.
-        request: How it was asked for.
-        wanted: The accuracy that is asked for.
+        request: How it was requested.
+        wanted: The accuracy that is requested.
         directory: Directory to write; levels in it go on.
         quiet: Whether nothing is printed.
         pictures: Whether pictures are drawn.
@@ -69,7 +69,7 @@ def modes_accurately(
     scene: str,
     parameters: list[str] | None,
     elements: dict[str, Any],
-    asked: Asked,
+    accuracy: RequestedAccuracy,
     out: Path | None,
     count: int,
     loaded: bool,
@@ -83,7 +83,7 @@ def modes_accurately(
         scene: Name of the scene, or its file.
         parameters: Values of its parameters as text.
         elements: Options of the mesh.
-        asked: The accuracy that is asked for.
+        accuracy: The accuracy that is requested.
         out: Directory to write; None: one of the scene's name.
         count: Number of modes.
         loaded: Whether they are about the static equilibrium.
@@ -99,7 +99,7 @@ def modes_accurately(
     built, module = request.build()
     if check:
         module.require_check(module.mode_results, "mode_results(modes)")
-    wanted = replace(wanted_of(asked), modes=True, loaded=loaded, count=count)
+    wanted = replace(wanted_of(accuracy), modes=True, loaded=loaded, count=count)
     directory = MPI.COMM_WORLD.bcast(out or default_directory(f"{module.name}-modes-accuracy"))
     how = {"quiet": quiet, "pictures": not no_pictures, "check": check}
     return run_accurately(built, module, request, wanted, directory, **how)

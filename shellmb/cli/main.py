@@ -132,7 +132,7 @@ def run(
     # a scene that has them keeps them
     for name in ("end_forces", "errors"):
         options[name] = options[name] or None
-    asked = take_accuracy(options)
+    accuracy = take_accuracy(options)
     request = requested(scene, parameters, **options)
     built, module = request.build()
     if check:
@@ -140,13 +140,13 @@ def run(
 
     from mpi4py import MPI
 
-    if asked is not None:
+    if accuracy is not None:
         from shellmb.accuracy.request.wanted import wanted_of
         from shellmb.cli.accuracy import run_accurately
 
         directory = MPI.COMM_WORLD.bcast(out or default_directory(f"{module.name}-accuracy"))
         how = {"quiet": quiet, "pictures": not no_pictures, "check": check}
-        return run_accurately(built, module, request, wanted_of(asked), directory, **how)
+        return run_accurately(built, module, request, wanted_of(accuracy), directory, **how)
 
     run_it: Any
     if built.errors:
@@ -286,17 +286,17 @@ def modes(
     `shellmb modes lateral_plate --buckling`
     """
     again = at is not None
-    asked = take_accuracy(elements)
-    if asked is not None and (again or state is not None or rate is not None or buckling):
+    accuracy = take_accuracy(elements)
+    if accuracy is not None and (again or state is not None or rate is not None or buckling):
         raise SceneError(NATURAL)
     elements["errors"] = elements["errors"] or None
     if elements["errors"] and (again or state is not None or rate is not None):
         raise SceneError(NATURAL)
-    if asked is not None:
+    if accuracy is not None:
         from shellmb.cli.accuracy import modes_accurately
 
         return modes_accurately(
-            scene, parameters, elements, asked, out, count, loaded, no_pictures, quiet, check
+            scene, parameters, elements, accuracy, out, count, loaded, no_pictures, quiet, check
         )
     built, module, state = requested_run(scene, state, again, parameters, elements)
     moving = state is not None or again
@@ -339,8 +339,8 @@ def modes(
     if rates is not None:
         from shellmb.rotating.files import find_campbell
 
-        turning = (rates, count, loaded, line, point)
-        found, results = find_campbell(built, directory, *turning, **options)
+        steady = (rates, count, loaded, line, point)
+        found, results = find_campbell(built, directory, *steady, **options)
     elif line is not None or point is not None:
         raise SceneError("modes: --axis and --about are given without --rate; give --rate, too")
     else:

@@ -35,12 +35,12 @@ class _LiveMeshes:
         return len(self.meshes)
 
 
-_LIVING = _LiveMeshes()
+_MESHES = _LiveMeshes()
 
 
 def count_in(mesh: Any) -> None:
     """Count a new mesh."""
-    _LIVING.meshes.append(weakref.ref(mesh))
+    _MESHES.meshes.append(weakref.ref(mesh))
 
 
 def make_room(comm: MPI.Comm) -> None:
@@ -49,10 +49,10 @@ def make_room(comm: MPI.Comm) -> None:
     Args:
         comm: Communicator.
     """
-    if comm.allreduce(_LIVING.count(), op=MPI.MAX) >= _LIVING.most:
+    if comm.allreduce(_MESHES.count(), op=MPI.MAX) >= _MESHES.most:
         gc.collect()
         # those that are in use are no reason to look again for each new one
-        _LIVING.most = MORE + comm.allreduce(_LIVING.count(), op=MPI.MAX)
+        _MESHES.most = MORE + comm.allreduce(_MESHES.count(), op=MPI.MAX)
 
 
 def room_for(comm: MPI.Comm, count: int) -> bool:

@@ -149,20 +149,20 @@ class SpreadLoads:
         """List what turns with the body; of a moment each component along its axes."""
         body = self._isolated.bodies[load.body]
 
-        def turning(item: Any, along: Floats | None) -> FollowerLoad:
+        def follower(item: Any, along: Floats | None) -> FollowerLoad:
             return FollowerLoad(load.time, along, load.body, _assembled(body, item))
 
         if not isinstance(load, MOMENTS):
-            yield turning(load, None)
+            yield follower(load, None)
             return
         given: Any = load.moment
         for a, unit in enumerate(np.eye(3)):
             if not callable(given):
-                yield turning(_with(load, tuple(map(float, unit))), np.outer(unit, given).ravel())
+                yield follower(_with(load, tuple(map(float, unit))), np.outer(unit, given).ravel())
                 continue
             for i in range(3):
                 turned = _with(load, partial(_component, given, a, i))
-                yield turning(turned, np.outer(unit, np.eye(3)[i]).ravel())
+                yield follower(turned, np.outer(unit, np.eye(3)[i]).ravel())
 
     def _table(self, item: FollowerLoad, modes: list[Arrays], center: Floats) -> Floats:
         """Force and moment along the axes of the frame, and forces on the amplitudes.

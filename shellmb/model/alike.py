@@ -1,4 +1,4 @@
-"""Check that all ranks have the same scene: what is random, or asked for otherwise, may differ."""
+"""Check that all ranks have the same scene: what is random, or requested otherwise, may differ."""
 
 from __future__ import annotations
 

@@ -23,7 +23,7 @@ class Given:
     Args:
         numbers: Their numbers, ascending and perhaps repeated, shape (n,).
         rates: Their rates at the start, shape (n,).
-        values: Their values at the times asked for, shape (n, times).
+        values: Their values at the times requested, shape (n, times).
     """
 
     numbers: Ints

@@ -103,7 +103,7 @@ class NodeSums(Protocol):
         """
         ...
 
-    def turning(self, directors: int, start: Floats, end: Floats, sums: Floats) -> float:
+    def rotation_sums(self, directors: int, start: Floats, end: Floats, sums: Floats) -> float:
         """Largest square of the changes of a node's directors in a step; fills the sums.
 
         Args:
@@ -150,7 +150,7 @@ class Operations(Protocol):
         """Extrapolate states by polynomials.
 
         Args:
-            first: Lowest degree that is asked for.
+            first: Lowest degree that is requested.
             weights: Of each state for the polynomials of degree 0, 1, ..., lower triangular.
             past: The states, shape (k, n).
             rates: Unknowns that are velocities times the step, and its length, s.
@@ -170,7 +170,7 @@ class Operations(Protocol):
         ...
 
     def rotation(self, sums: Floats, tiny: float) -> tuple[float, float]:
-        """Find the rotation that fits the sums of `NodeSums.turning` best.
+        """Find the rotation that fits the sums of `NodeSums.rotation_sums` best.
 
         Args:
             sums: Of all nodes of a body, shape (43,).

@@ -111,7 +111,7 @@ class _NodeSums:
         self._lib.resultants(self._struct, native.doubles(q), whole, *pointers)
         return found
 
-    def turning(self, directors: int, start: Floats, end: Floats, sums: Floats) -> float:
+    def rotation_sums(self, directors: int, start: Floats, end: Floats, sums: Floats) -> float:
         """Sums of a step, and the largest square of changes."""
         pointers = map(native.doubles, (start, end, sums))
-        return float(self._lib.turning(self._struct, directors, *pointers))
+        return float(self._lib.rotation_sums(self._struct, directors, *pointers))

@@ -195,7 +195,7 @@ class _NodeSums:
         moment = np.cross(at, force).sum(axis=0)
         return np.array([*on_positions.sum(axis=0), *moment, gross])
 
-    def turning(self, directors: int, start: Floats, end: Floats, sums: Floats) -> float:
+    def rotation_sums(self, directors: int, start: Floats, end: Floats, sums: Floats) -> float:
         """Sums of a step, and the largest square of changes."""
         first, last = start[self._dofs], end[self._dofs]
         middle, change = self._reference + (first + last) / 2, last - first

@@ -95,7 +95,7 @@ class Booked(Silent):
         if taken > 1:
             self._book(slice(0, taken - 1))
         if taken:
-            # the state before the last step may still be asked for
+            # the state before the last step may still be requested
             if not self._switched:
                 self._before = self.kept()
             self._book(slice(taken - 1, taken))

@@ -72,7 +72,7 @@ class History(Silent):
             observer if there else _AskedAtOnce(observer)
             for observer, there in zip(measuring, later, strict=True)
         ]
-        self._asked = [s for s, there in zip(self._sources, later, strict=True) if not there]
+        self._requested = [s for s, there in zip(self._sources, later, strict=True) if not there]
         self._kept: int | None = None
         self._file: GrowingFile | None = None
         self._refused: OSError | None = None
@@ -174,7 +174,7 @@ class History(Silent):
 
     def accepted(self, simulation: Simulation) -> None:
         """Add a row."""
-        for source in self._asked:
+        for source in self._requested:
             source.ask()
         self._steps.append((_first_columns(simulation), self._wall()))
         if self._batches.due():

@@ -140,7 +140,7 @@ class Probes(Booked):
             self._counted[row] = {name: turns.state() for name, turns in self._turns.items()}
 
     def book_rows(self, rows: slice) -> list[Row]:
-        """Take the components that are asked for."""
+        """Take the components that are requested."""
         self._kept = self._counted[rows][-1]
         vectors = self._vectors[rows]
         columns = []

@@ -79,8 +79,8 @@ class AccuracyOptions:
 
 
 @dataclass(frozen=True)
-class Asked:
-    """An accuracy that is asked for, with what other options say of it.
+class RequestedAccuracy:
+    """An accuracy that is requested, with what other options say of it.
 
     Args:
         options: Its own options.
@@ -93,7 +93,7 @@ class Asked:
     body: str | None
 
 
-def take_accuracy(options: dict[str, Any]) -> Asked | None:
+def take_accuracy(options: dict[str, Any]) -> RequestedAccuracy | None:
     """Take what is asked of an accuracy out of the options of a run; None: nothing is.
 
     Args:
@@ -115,4 +115,4 @@ def take_accuracy(options: dict[str, Any]) -> Asked | None:
                 "scheme is 'auto', and no accuracy is given; give accuracy, by which it is chosen"
             )
         return None
-    return Asked(own, auto, options.get("body"))
+    return RequestedAccuracy(own, auto, options.get("body"))

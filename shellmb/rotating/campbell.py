@@ -79,9 +79,9 @@ class Campbell:
     def _undecided(self) -> str:
         """The rates where more eigenvalues than elsewhere are taken for zero."""
         # at rest a free system has more of them, which rotation holds
-        turning = [modes for modes in self.modes if modes.rate > 0]
-        least = min((modes.rigid for modes in turning), default=0)
-        near = [modes for modes in turning if modes.rigid > least]
+        rotating = [modes for modes in self.modes if modes.rate > 0]
+        least = min((modes.rigid for modes in rotating), default=0)
+        near = [modes for modes in rotating if modes.rigid > least]
         if not near:
             return ""
         at = ", ".join(f"{modes.rate:g}" for modes in near)
@@ -135,12 +135,12 @@ def campbell(
     line = find_axis(scene, axis, about) if turns or axis is not None else Axis(UPWARD)
     if turns:
         check_steady(scene, line, loaded)
-    turning = SteadyRotation(scene, line, comm, loaded)
-    found = [modes_at(turning, rate, count, SPARE) for rate in given]
-    branches = track(found, turning.mass)
+    rotating = SteadyRotation(scene, line, comm, loaded)
+    found = [modes_at(rotating, rate, count, SPARE) for rate in given]
+    branches = track(found, rotating.mass)
     # those that the wanted modes are on, at whatever rate
     wanted = ((branches >= 0) & (branches < count)).any(axis=0)
-    return Campbell(turning.axis, np.array(given), tuple(found), branches[:, wanted])
+    return Campbell(rotating.axis, np.array(given), tuple(found), branches[:, wanted])
 
 
 def _checked(rates: Sequence[float]) -> list[float]:

@@ -98,12 +98,12 @@ class RotatingModes:
 
 
 @petsc_in_words()
-@assembled_as(lambda turning, *_, **__: turning.model.scene.solver)
-def modes_at(turning: SteadyRotation, rate: float, count: int, spare: int = 0) -> RotatingModes:
+@assembled_as(lambda rotating, *_, **__: rotating.model.scene.solver)
+def modes_at(rotating: SteadyRotation, rate: float, count: int, spare: int = 0) -> RotatingModes:
     """Modes about the relative equilibrium at a rate.
 
     Args:
-        turning: The scene.
+        rotating: The scene.
         rate: Rate, rad/s.
         count: Number of modes.
         spare: Number of more of them that are found if there are so many.
@@ -111,27 +111,27 @@ def modes_at(turning: SteadyRotation, rate: float, count: int, spare: int = 0) -
     Raises:
         ConvergenceError: If there is no equilibrium, or there are fewer modes.
     """
-    turning.go(rate)
-    return modes_of(turning, count, spare)
+    rotating.go(rate)
+    return modes_of(rotating, count, spare)
 
 
 @petsc_in_words()
-@assembled_as(lambda turning, *_, **__: turning.model.scene.solver)
-def modes_of(turning: Linearised, count: int, spare: int = 0) -> RotatingModes:
+@assembled_as(lambda rotating, *_, **__: rotating.model.scene.solver)
+def modes_of(rotating: Linearised, count: int, spare: int = 0) -> RotatingModes:
     """Modes about the state that a system has, in the frame as it turns.
 
     Args:
-        turning: The system.
+        rotating: The system.
         count: Number of modes.
         spare: Number of more of them that are found if there are so many.
 
     Raises:
         ConvergenceError: If there are fewer modes, or they do not converge.
     """
-    K, C, M = turning.matrices()
-    free = FreeMotions(turning, (K, C, M))
-    found = [free.exact(pair) for pair in solve_quadratic(K, C, M, count + spare, turning.shift)]
-    zero = [pair for pair in found if abs(pair.value) < NEUTRAL * turning.shift]
+    K, C, M = rotating.matrices()
+    free = FreeMotions(rotating, (K, C, M))
+    found = [free.exact(pair) for pair in solve_quadratic(K, C, M, count + spare, rotating.shift)]
+    zero = [pair for pair in found if abs(pair.value) < NEUTRAL * rotating.shift]
     # a double zero is found as a complex pair, of which one is listed, or as two real numbers
     weight = sum(1.0 if pair.value.imag > 0 else 0.5 for pair in zero)
     rigid = int(np.ceil(weight))
@@ -140,31 +140,31 @@ def modes_of(turning: Linearised, count: int, spare: int = 0) -> RotatingModes:
         raise ConvergenceError(
             f"modes: count is {count}; there are {len(kept)} modes, request no more"
         )
-    pairs = tuple(_upright(pair, turning) for pair in kept)
-    whirl = [(product(turning.transport, p, p) / product(turning.mass, p, p)).imag for p in pairs]
-    system, model = turning.system, turning.model
+    pairs = tuple(_upright(pair, rotating) for pair in kept)
+    whirl = [(product(rotating.transport, p, p) / product(rotating.mass, p, p)).imag for p in pairs]
+    system, model = rotating.system, rotating.model
     shapes = [
         scaled(model, *(nodal_shape(system, model, v) for v in (p.real, p.imaginary)))
         for p in pairs
     ]
     return RotatingModes(
-        turning.rate,
+        rotating.rate,
         np.array([p.value for p in pairs]),
         np.array(whirl),
         [(a, b) for a, b in shapes],
         model,
         system.size,
         min(rigid, len(kept)),
-        UNSTABLE * turning.shift,
-        NEUTRAL * turning.shift,
+        UNSTABLE * rotating.shift,
+        NEUTRAL * rotating.shift,
         pairs,
     )
 
 
-def _upright(pair: Pair, turning: Linearised) -> Pair:
+def _upright(pair: Pair, rotating: Linearised) -> Pair:
     """The pair with the phase at which the real part is as large as it can be."""
     mirrored = pair._replace(imaginary=-1.0 * pair.imaginary)
-    square = product(turning.mass, mirrored, pair)
+    square = product(rotating.mass, mirrored, pair)
     return turned(pair, -float(np.angle(square)) / 2)
 
 

@@ -265,16 +265,16 @@ class FreeMotions:
     """Tells rigid motions of free bodies by their shapes.
 
     Args:
-        turning: The system, in the frame as it turns.
+        rotating: The system, in the frame as it turns.
         matrices: Its stiffness, damping with Coriolis' forces, and mass.
     """
 
-    def __init__(self, turning: Linearised, matrices: Sequence[PETSc.Mat]) -> None:
-        self._turning, self._system, self._matrices = turning, turning.system, matrices
+    def __init__(self, rotating: Linearised, matrices: Sequence[PETSc.Mat]) -> None:
+        self._rotating, self._system, self._matrices = rotating, rotating.system, matrices
 
     def exact(self, pair: Pair) -> Pair:
         """A mode with its exact eigenvalue, if it is a rigid motion of free bodies."""
-        own = 1j * abs(self._turning.rate)
+        own = 1j * abs(self._rotating.rate)
         if own == 0 or abs(pair.value - own) > NEAR * abs(own):
             return pair
         parts = []
@@ -293,7 +293,7 @@ class FreeMotions:
 
     def _rigid(self, values: Floats) -> Floats:
         """The rigid motion of each body that is nearest to some values of all local unknowns."""
-        system, model = self._system, self._turning.model
+        system, model = self._system, self._rotating.model
         found = []
         bodies = nodal_bodies(model)
         for k, (body, field) in enumerate(zip(model.bodies, system.fields, strict=True)):
@@ -305,19 +305,19 @@ class FreeMotions:
 
     def _fit(self, body: NodalBody, part: Floats, own: Floats) -> None:
         """Put the rigid motion of a body that is nearest to a part of a mode in its place."""
-        q = self._turning.levels[body.name].q.x.array
+        q = self._rotating.levels[body.name].q.x.array
         X, D = reference_nodes(body)
         u, w = body.mixed.dofs["u"].reshape(-1, 3), body.mixed.dofs["w"].reshape(D.shape)
         x, d = X + q[u], D + q[w]
         # displacements by a translation and a rotation, and directors by the rotation, as lengths
-        length = self._turning.model.length
+        length = self._rotating.model.length
         rows = np.concatenate([_turned(x[:, None]), length * _turned(d)], axis=1)
         rows[:, 0, :, :3] = np.eye(3)
         given = np.concatenate([part[u][:, None], length * part[w]], axis=1)
         normal = np.einsum("nmik,nmil->nkl", rows, rows)
         right = np.einsum("nmik,nmi->nk", rows, given)
         if not isinstance(body, RigidBodies):
-            comm = self._turning.model.comm
+            comm = self._rotating.model.comm
             normal, right = (
                 np.broadcast_to(comm.allreduce(a.sum(axis=0)), a.shape) for a in (normal, right)
             )

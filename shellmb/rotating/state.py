@@ -291,8 +291,8 @@ def _frame(
         along = products((velocity, NOTHING), (None, turn)) / inertia if inertia > 0 else 0.0
         omega = along * held.unit
     middle = whole.centre if held is None else np.asarray(held.about)
-    turning = products.square(None, spinning(omega, middle))
-    still = turning <= STANDS * products.square(velocity)
+    rotating = products.square(None, spinning(omega, middle))
+    still = rotating <= STANDS * products.square(velocity)
     if rate and chosen is None and still:
         raise SceneError(
             f"modes: rate is {rate:g}, and nothing turns in the state, so the axis of rotation "

@@ -137,7 +137,7 @@ def execute(
         observers: More observers; the numbers of those that measure enter the history.
         comm: Communicator.
         pictures: Whether pictures are drawn, where anything is written.
-        request: How the scene was asked for, so that `shellmb resume` can build it again.
+        request: How the scene was requested, so that `shellmb resume` can build it again.
         results: Gives the `results` of the summary; None: those of the scene.
         companion: What is measured of a run that only tells of another one; None: everything.
 
@@ -184,7 +184,7 @@ def carry_out(
         observers: More observers.
         comm: Communicator.
         pictures: Whether pictures are drawn.
-        request: How the scene was asked for.
+        request: How the scene was requested.
         results: Gives the `results` of the summary.
         saved: A state to go on from.
         simulation: The scene's simulation, before its first step; None: it is made.

@@ -184,7 +184,7 @@ def read_request(out: Path | str) -> StoredRequest:
 def scene_of_run(
     out: Path | str, command: str, given: str | None = None
 ) -> tuple[Scene, SceneModule]:
-    """The scene of a run, as it was asked for.
+    """The scene of a run, as it was requested.
 
     Args:
         out: The run directory.

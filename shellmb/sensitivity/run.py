@@ -144,7 +144,7 @@ def _refuse(scene: Scene) -> None:
         )
 
 
-def _check_room(run: Simulation, made: int, asked: int) -> None:
+def _check_room(run: Simulation, made: int, count: int) -> None:
     """Refuse more parameters than MPI has communicators for, which ends the program; collective."""
     from shellmb.meshes.lifetime import room_for
 
@@ -152,7 +152,7 @@ def _check_room(run: Simulation, made: int, asked: int) -> None:
         return
     advice = f"differentiate by at most {made} parameters at a time" if made else "free other runs"
     raise SceneError(
-        f"sensitivities: {asked} parameters are too many for one run of '{run.scene.name}': MPI "
+        f"sensitivities: {count} parameters are too many for one run of '{run.scene.name}': MPI "
         f"has communicators for the scenes beside it of {made}; {advice}, or differentiate one "
         "number by all of them with `adjoint`"
     )

@@ -222,7 +222,7 @@ def _turnable(run: Shown) -> str:
 def _details(folder: Path) -> list[str]:
     """Request and all fields of the scene, as far as the directory says."""
     found: list[str] = []
-    for name, title in (("request.json", "As it was asked for"), ("state/state.json", "In full")):
+    for name, title in (("request.json", "As it was requested"), ("state/state.json", "In full")):
         file = folder / name
         if not file.is_file():
             continue

@@ -9,7 +9,7 @@ from typing import Any
 
 from shellmb.studies.points import Judged, Point, front
 
-# errors that are asked for
+# errors that are requested
 TARGETS = (1e-2, 1e-3, 1e-4)
 # finer runs with errors larger by this factor are told
 LUCK = 1.05
@@ -40,7 +40,7 @@ class Offer:
 
 @dataclass(frozen=True)
 class Target:
-    """An error asked for.
+    """An error requested.
 
     Args:
         error: It, relative.

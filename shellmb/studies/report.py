@@ -28,7 +28,7 @@ class Finding:
         measured: The study.
         judged: Errors and times.
         orders: Observed orders.
-        targets: Errors asked for.
+        targets: Errors requested.
         sentence: The advice.
     """
 

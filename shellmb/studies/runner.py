@@ -52,7 +52,7 @@ class Measured:
     """A study that has been run.
 
     Args:
-        sweep: What was asked for.
+        sweep: What was requested.
         name: Name of the scene.
         quantities: What is judged.
         grid: The configurations.
@@ -146,10 +146,10 @@ def run_once(
     """
     clock = ProcessorTime()
     # what a scene measures may need the whole of its time: it is asked only where it is needed
-    asked = module.results if any(q.norm is None for q in quantities) else _nothing
+    requested = module.results if any(q.norm is None for q in quantities) else _nothing
     scene = sweep.base.build(module, choice)
     try:
-        result = execute(scene, None, [clock], comm=comm, pictures=False, results=asked)
+        result = execute(scene, None, [clock], comm=comm, pictures=False, results=requested)
     except ShellmbError as error:
         return Record(choice, round_, cpu_s=clock.seconds, failed=str(error))
     record = _record(choice, round_, clock.seconds, result, quantities)

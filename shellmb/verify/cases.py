@@ -72,7 +72,7 @@ def case(
 
     Args:
         name: Name of the case.
-        slow: Whether it is left out unless asked for.
+        slow: Whether it is left out unless requested.
     """
 
     def register(checks: Callable[[], Iterator[Check]]) -> Callable[[], Iterator[Check]]:

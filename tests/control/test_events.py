@@ -24,7 +24,7 @@ from shellmb.scene import (
     Sensor,
     StepControl,
 )
-from shellmb.simulate.control.watching import turning
+from shellmb.simulate.control.watching import turning_point
 
 X, ANGLE = Sensor("slide.translation"), Sensor("hinge.rotation")
 MASS = 2.0
@@ -250,10 +250,10 @@ def test_a_turning_point_is_where_the_parabola_has_it() -> None:
     def at(*parts: float) -> list[np.ndarray]:
         return [np.array([0.01 - (p - 0.3) ** 2, -1.0, -np.inf]) for p in parts]
 
-    assert turning(*at(-0.5, 0.0, 0.8), (0.5, 0.8)) == pytest.approx(0.3)
+    assert turning_point(*at(-0.5, 0.0, 0.8), (0.5, 0.8)) == pytest.approx(0.3)
     # it turns outside of the step, or does not turn
-    assert turning(*at(-0.5, 0.0, 0.29), (0.5, 0.29)) is None
-    assert turning(*at(0.31, 0.8, 1.0), (0.49, 0.2)) is None
+    assert turning_point(*at(-0.5, 0.0, 0.29), (0.5, 0.29)) is None
+    assert turning_point(*at(0.31, 0.8, 1.0), (0.49, 0.2)) is None
     # far below
     below = [m - 1.0 for m in at(-0.5, 0.0, 0.8)]
-    assert turning(*below, (0.5, 0.8)) is None
+    assert turning_point(*below, (0.5, 0.8)) is None

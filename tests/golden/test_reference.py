@@ -130,7 +130,7 @@ def test_sums_over_nodes_are_alike(directors: int) -> None:
 
     def all_of(nodes: NodeSums) -> list[np.ndarray]:
         sums = np.zeros(43)
-        square = nodes.turning(directors, q, more, sums)
+        square = nodes.rotation_sums(directors, q, more, sums)
         return [nodes.resultants(q, 1.0, more, counted), sums, np.array(square)]
 
     both = [ops.node_sums(dofs, reference, 5) for ops in (Loops(), Reference())]

@@ -11,7 +11,7 @@ from shellmb.accuracy.request.levels import Level
 # order of a mesh's error that is believed: clamped corners have no more; and what is taken off an
 # observed one
 MESH_ORDER, CAUTION = 2.0, 0.25
-# part of the error asked for that predictions are to meet
+# part of the error requested that predictions are to meet
 AIM = 0.8
 # part of the error left for steps that larger ones may have, and how much larger they are at most
 SURE, LARGER = 0.5, 6.0

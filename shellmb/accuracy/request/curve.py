@@ -52,7 +52,7 @@ def offers(
 
     Args:
         levels: The levels.
-        accuracy: The relative error asked for.
+        accuracy: The relative error requested.
         size: What errors are relative to.
         labelled: Gives the mesh, the step and the scheme of a level in words.
     """

@@ -22,7 +22,7 @@ class ModeSearch(Search):
 
     Args:
         scene: The scene, with the mesh of its first level.
-        wanted: What is asked for: a frequency as "f1", or a result of modes.
+        wanted: What is requested: a frequency as "f1", or a result of modes.
         store: Where levels are kept.
         how: How modes are found.
 

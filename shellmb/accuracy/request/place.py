@@ -40,7 +40,7 @@ def run_to_accuracy(
 
     Args:
         scene: The scene.
-        wanted: What is asked for.
+        wanted: What is requested.
         out: The directory.
         how: How levels are run.
         pictures: Whether pictures are drawn.

@@ -52,7 +52,7 @@ class Running:
     Args:
         comm: Communicator.
         results: What gives results; None: the scene's own function.
-        request: How the scene was asked for.
+        request: How the scene was requested.
         observers: More observers of the levels' runs.
         tell: Is told how far it is.
         mode_results: What gives results of modes; None: there are none.
@@ -90,7 +90,7 @@ class Search:
 
     Args:
         scene: The scene, with the mesh and the step of its first level.
-        wanted: What is asked for.
+        wanted: What is requested.
         store: Where levels are kept.
         how: How they are run.
     """
@@ -123,7 +123,7 @@ class Search:
                 except ShellmbError as error:
                     if not self.levels:
                         raise
-                    says = f"{self._asked} is not met: the next level fails: {error}"
+                    says = f"{self._requested} is not met: the next level fails: {error}"
                     return Outcome(tuple(self.levels), False, says, None)
             level, target = self.levels[-1], self.wanted.accuracy * self.size
             met = level.error <= target
@@ -136,7 +136,7 @@ class Search:
             del run
 
     @property
-    def _asked(self) -> str:
+    def _requested(self) -> str:
         return f"{100 * self.wanted.accuracy:.3g} %"
 
     @property
@@ -290,27 +290,27 @@ class Search:
 
     def _why(self, target: float, met: bool, following: Choice | None) -> str:
         """Say why this is the last level; empty: it is not."""
-        level, asked = self.levels[-1], self._asked
+        level, requested = self.levels[-1], self._requested
         if met:
-            return f"{asked} is met"
+            return f"{requested} is met"
         if not isfinite(level.error):
             why = "; ".join(self._family.failures.values())
-            return f"{asked} cannot be met, because an error is not known: {why}"
+            return f"{requested} cannot be met, because an error is not known: {why}"
         if following is None:
             if level.others >= AIM * target:
                 return (
-                    f"{asked} is not met: reduced models, contacts and Newton's tolerance leave an "
-                    f"error of {percent(level.others, self.size)}, which finer meshes and steps do "
-                    "not change; use exact bodies, stiffer contacts or a smaller tolerance"
+                    f"{requested} is not met: reduced models, contacts and Newton's tolerance "
+                    f"leave an error of {percent(level.others, self.size)}, which finer meshes and "
+                    "steps do not change; use exact bodies, stiffer contacts or a smaller tolerance"
                 )
-            return f"{asked} is not met: the error of the mesh cannot be made smaller"
+            return f"{requested} is not met: the error of the mesh cannot be made smaller"
         if len(self.levels) >= MOST:
-            return f"{asked} is not met after {MOST} levels"
+            return f"{requested} is not met after {MOST} levels"
         elapsed, expected = time.perf_counter() - self._begun, OVERHEAD * following.seconds
         budget = self.wanted.budget
         if self.how.comm.bcast(budget is not None and elapsed + expected > budget):
             return (
-                f"{asked} is not met within the budget of {seconds(budget or 0.0)}: the next "
+                f"{requested} is not met within the budget of {seconds(budget or 0.0)}: the next "
                 f"level, {self.label(following.change)}, would take about {seconds(expected)} "
                 f"after {seconds(elapsed)}"
             )

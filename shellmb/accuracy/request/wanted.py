@@ -7,14 +7,14 @@ from dataclasses import dataclass
 
 from shellmb.accuracy.kept import Kept
 from shellmb.errors import SceneError
-from shellmb.options.accuracy import Asked
+from shellmb.options.accuracy import RequestedAccuracy
 from shellmb.scene import Scene
 from shellmb.studies.quantity import NORMS, Quantity, default_quantity, parse_quantity
 
 
 @dataclass(frozen=True)
 class Wanted:
-    """An accuracy that is asked for.
+    """An accuracy that is requested.
 
     Args:
         accuracy: The relative error.
@@ -108,15 +108,15 @@ def frequency_number(name: str | None) -> int | None:
     return None if found is None else int(found[1])
 
 
-def wanted_of(asked: Asked) -> Wanted:
+def wanted_of(requested: RequestedAccuracy) -> Wanted:
     """Request that follows from options.
 
     Args:
-        asked: The options.
+        requested: The options.
     """
-    own = asked.options
+    own = requested.options
     assert own.accuracy is not None
-    return Wanted(own.accuracy, own.of, own.budget, asked.auto, asked.body)
+    return Wanted(own.accuracy, own.of, own.budget, requested.auto, requested.body)
 
 
 def _default(scene: Scene) -> Quantity:

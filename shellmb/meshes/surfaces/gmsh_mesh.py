@@ -174,7 +174,7 @@ def _groups(model: Any, dim: int) -> dict[str, Any]:
 
 
 def _surface_entities(model: Any, shell: Shell) -> list[int]:
-    """The entities of the shell's groups; without groups, and none asked for, every surface."""
+    """The entities of the shell's groups; without groups, and none requested, every surface."""
     surface = shell.surface
     assert isinstance(surface, Meshed)
     known = _groups(model, 2)

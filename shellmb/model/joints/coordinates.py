@@ -387,7 +387,7 @@ def coordinate_groups(
         groups.append(group)
         for k, item in enumerate(members):
             table.setdefault((item.name, item.kind), Coordinate(group, k))
-            # of several the first stands for the joint where its name is asked for
+            # of several the first stands for the joint where its name is requested
             table.setdefault((item.joint or item.name, item.kind), Coordinate(group, k))
     return groups, table
 

@@ -73,8 +73,8 @@ class ShellModel(BoundShell):
     @property
     def jump_parts(self) -> frozenset[str]:
         """Parts that have equations for the jump of velocities."""
-        turning = {"w", "lam"} if self._turns else set()
-        found = {"u", "bubble", *turning, *self.everywhere}
+        rotary = {"w", "lam"} if self._turns else set()
+        found = {"u", "bubble", *rotary, *self.everywhere}
         return frozenset(found & self.mixed.parts.keys())
 
     @cached_property

@@ -81,7 +81,7 @@ def mean_slope(a: Places, b: Places, derivatives: bool = True) -> tuple[Floats, 
     Args:
         a: Places at the first state.
         b: Places at the second one.
-        derivatives: Whether derivatives are asked for.
+        derivatives: Whether derivatives are requested.
 
     Returns:
         Shape (n, k, 3), and twice (n, k, 3, k, 3).

@@ -227,5 +227,5 @@ void before(const Solution *, int, const double *, const double *, double *);
 void after(const Solution *, int, const double *, const double *, double *);
 void relate(int, const double *, const double *, double *, double *);
 void resultants(const Nodes *, const double *, double, const double *, const double *, double *);
-double turning(const Nodes *, int, const double *, const double *, double *);
+double rotation_sums(const Nodes *, int, const double *, const double *, double *);
 void turned(const double *, double, double *);

@@ -34,7 +34,8 @@ void resultants(const Nodes *n, const double *q, double whole, const double *for
 /* Sums that `turned` takes, of the middle of a step and of its changes, (43,): the number of
  * positions, their sum, that of their changes, and the sums of x x, x dx, d d, d dd of positions
  * and directors. Returns the largest square of the changes of a node's directors. */
-double turning(const Nodes *n, int directors, const double *start, const double *end, double *sums)
+double rotation_sums(const Nodes *n, int directors, const double *start, const double *end,
+                     double *sums)
 {
     double largest = 0.0, square = 0.0;
     memset(sums, 0, sizeof(double) * 43);
@@ -84,9 +85,9 @@ static void add_axial(const double *products, double factor, double *out)
     out[2] += factor * (products[1] - products[3]);
 }
 
-/* The best fit of `dr = w x r` to the sums of `turning`: twice the tangent of half the angle, which
- * is the length of `w`, and the radius of gyration of the positions about its axis. Of the diagonal
- * `tiny` is added, so that what does not turn at all has a fit, too. */
+/* The best fit of `dr = w x r` to these sums: twice the tangent of half the angle, which is the
+ * length of `w`, and the radius of gyration of the positions about its axis. Of the diagonal `tiny`
+ * is added, so that what does not turn at all has a fit, too. */
 void turned(const double *sums, double tiny, double *found)
 {
     double about[18], inertia[9] = {0.0}, spin[3] = {0.0}, of_positions[9] = {0.0};

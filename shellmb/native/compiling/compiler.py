@@ -186,7 +186,7 @@ def run_compiler(arguments: Sequence[str], made: Path, symbols: Iterable[str]) -
         made.unlink(missing_ok=True)
         raise RunError(
             f"the C compiler '{compiler}' ends without an error, and what it writes is not the "
-            "library that was asked for; install gcc, or name another compiler by the environment "
+            "library that was requested; install gcc, or name another compiler by the environment "
             "variable CC"
         )
     seal(made)

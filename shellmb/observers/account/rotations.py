@@ -160,7 +160,7 @@ class _Flexible:
             end: Those at its end.
             sums: Gets what `fit` takes of a step, to be summed over the ranks.
         """
-        square = self._nodes.turning(self._directors, start, end, sums)
+        square = self._nodes.rotation_sums(self._directors, start, end, sums)
         return math.sqrt(square / _directions(self._directors))
 
 
@@ -196,7 +196,7 @@ def fit(sums: Floats) -> tuple[float, float]:
     """Angle of a body as a whole, rad, and its radius of gyration about the axis, m.
 
     Args:
-        sums: Of its nodes, as from `turning` of `sums.c`, shape (43,).
+        sums: Of its nodes, as from `rotation_sums` of `sums.c`, shape (43,).
     """
     tangent, radius = operations().rotation(sums, TINY)
     return 2 * math.atan(tangent / 2), radius

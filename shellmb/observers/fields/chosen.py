@@ -52,7 +52,7 @@ class ChosenFields:
     Args:
         simulation: The simulation.
         body: The shell or beam.
-        names: What is asked for.
+        names: What is requested.
 
     Attributes:
         components: Names of the components by the field's name; none of a scalar.
@@ -185,5 +185,5 @@ def chosen_fields(simulation: Simulation) -> dict[str, ChosenFields]:
 
 
 def wants(scene: Scene, field: str) -> bool:
-    """Decide whether a field is asked for."""
+    """Decide whether a field is requested."""
     return field in scene.output.fields or "all" in scene.output.fields

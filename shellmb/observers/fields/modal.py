@@ -76,7 +76,7 @@ class ModalState:
 
 
 class ModalNodes:
-    """Nodes of a shell or beam in modes whose values are asked for again and again.
+    """Nodes of a shell or beam in modes whose values are requested again and again.
 
     Args:
         model: The model.
@@ -118,7 +118,7 @@ class ModalNodes:
         frame, eta = self.state.now(simulation)
         moved = moving and simulation.scheme.dynamic and "v" in simulation.scheme.rates
         rates = self.state.now(simulation, "v") if moved else (0 * frame, 0 * eta)
-        change, turning = frame[3:].reshape(3, 3), rates[0][3:].reshape(3, 3)
+        change, spin = frame[3:].reshape(3, 3), rates[0][3:].reshape(3, 3)
         d = np.eye(3) + change
         u, w = self._u @ eta, self._w @ eta
         du, dw = self._u @ rates[1], self._w @ rates[1]
@@ -127,8 +127,8 @@ class ModalNodes:
             frame[:3] + self._arms @ change + u @ d,
             self._D,
             (self._D + w) @ d,
-            rates[0][:3] + (self._arms + u) @ turning + du @ d,
-            (self._D + w) @ turning + dw @ d,
+            rates[0][:3] + (self._arms + u) @ spin + du @ d,
+            (self._D + w) @ spin + dw @ d,
         )
 
     def reader(

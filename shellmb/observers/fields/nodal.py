@@ -154,7 +154,7 @@ def nodal_values(simulation: Simulation, name: str) -> NodalValues:
 
 
 class Nodes:
-    """Nodes of a body whose values are asked for again and again.
+    """Nodes of a body whose values are requested again and again.
 
     Args:
         body: The body.
@@ -212,13 +212,13 @@ class Nodes:
         """
         return np.concatenate([self._u[marked].ravel(), self._w[marked].ravel()])
 
-    def sums(self, turning: Int32s | None = None) -> NodeSums:
+    def sums(self, carried: Int32s | None = None) -> NodeSums:
         """Sums over the nodes.
 
         Args:
-            turning: Dofs of more vectors that turn with the body, and are zero in the reference.
+            carried: Dofs of more vectors that turn with the body, and are zero in the reference.
         """
-        more = np.reshape([] if turning is None else turning, (-1, 3)).astype(np.int64)
+        more = np.reshape([] if carried is None else carried, (-1, 3)).astype(np.int64)
         dofs = np.concatenate([self._u, self._w.reshape(-1, 3), more])
         reference = np.concatenate([self._X, self._D.reshape(-1, 3), np.zeros(more.shape)])
         return operations().node_sums(dofs, reference, len(self._X))

@@ -11,7 +11,7 @@ from shellmb.observers.forces.joints import JointForces
 from shellmb.simulate.simulation import Simulation
 
 DIRECTORS = ("director", "d1", "d2", "d3")
-TURNING = tuple(f"{name}_velocity" for name in DIRECTORS)
+DIRECTOR_VELOCITIES = tuple(f"{name}_velocity" for name in DIRECTORS)
 XYZ = ("x", "y", "z")
 
 
@@ -32,11 +32,11 @@ class RequestedFields:
         self._wanted = [name for name in ("force", "moment") if wants(scene, name)]
         self._left_out = set() if wants(scene, "director") else set(DIRECTORS)
         self._left_out |= set() if wants(scene, "velocity") else {"velocity"}
-        self._left_out |= set() if wants(scene, "director_velocity") else set(TURNING)
+        self._left_out |= set() if wants(scene, "director_velocity") else set(DIRECTOR_VELOCITIES)
 
     def components(self, name: str) -> dict[str, tuple[str, ...]]:
         """Names of components of a part's fields."""
-        vectors = ["displacement", "velocity", *DIRECTORS, *TURNING]
+        vectors = ["displacement", "velocity", *DIRECTORS, *DIRECTOR_VELOCITIES]
         if name in self._chosen:
             return {**dict.fromkeys(vectors, XYZ), **self._chosen[name].components}
         return dict.fromkeys([*vectors, "force", "moment"], XYZ)

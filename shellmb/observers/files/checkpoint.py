@@ -59,7 +59,7 @@ class Written(Protocol):
 
 
 class Later(Protocol):
-    """An observer whose state behind a step may be asked for later."""
+    """An observer whose state behind a step may be requested later."""
 
     @property
     def count(self) -> int:

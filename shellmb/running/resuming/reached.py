@@ -21,7 +21,7 @@ from shellmb.simulate.simulation import Simulation
 # fields of a scene that say how a run gets to a state, which is the same state without them
 HOW = frozenset("scheme alpha dt t_end start assemble solver step_control initial events".split())
 
-# of a time: nearer than this the saved state is the one that is asked for
+# of a time: nearer than this the saved state is the one that is requested
 SAME_TIME = 1e-9
 
 

@@ -110,7 +110,7 @@ def _same_scene(scene: Scene, then: dict[str, Any], stored: StoredRequest | None
 def _same_request(
     directory: Path, stored: StoredRequest, request: Request, begun: bool
 ) -> list[str]:
-    """Lines that say that the same scene is asked for in other words."""
+    """Lines that say that the same scene is requested in other words."""
     lines = []
     if not stored.unchanged:
         file = directory / REQUEST

@@ -1,4 +1,4 @@
-"""Checks that nothing is asked for that would have no effect: it would be left out silently."""
+"""Checks that nothing is requested that would have no effect: it would be left out silently."""
 
 from __future__ import annotations
 

@@ -59,7 +59,7 @@ def wanted_fields(scene: Description, kinds: set[str]) -> tuple[str, ...]:
 
 
 def has_field(name: str, kinds: set[str]) -> bool:
-    """Decide whether bodies of some kinds may be asked for a field.
+    """Decide whether bodies of some kinds may have a field.
 
     Args:
         name: Its name.

@@ -59,7 +59,7 @@ def check(scene: Description) -> None:
 
 
 def _given(scene: Description, scheme: str) -> None:
-    """Check where the scene starts, and what is asked for."""
+    """Check where the scene starts, and what is requested."""
     who = f"scene '{scene.name}'"
     for what, wrong in (
         ("start is 'equilibrium'", "equilibrium" in scene.starts),

@@ -34,7 +34,7 @@ class Law:
         sensors: What it reads.
         outputs: Names of what it gives.
         state: Its memory before the first sample.
-        period: Time from sample to sample [s]; None: it is asked before each step.
+        period: Time from sample to sample [s]; None: it is sampled before each step.
     """
 
     name: str
@@ -68,7 +68,7 @@ class Controller(Law):
         name: What commands and results call it.
         sensors: What it reads.
         law: ``law(t, readings, state, dt) -> outputs, state``: of the time [s], what the sensors
-            read, shape (sensors,), its memory, and the time since it was asked last [s], 0 at
+            read, shape (sensors,), its memory, and the time since its last sample [s], 0 at
             first. The outputs are one number or as many as there are names. It must depend on
             nothing else: what it remembers is the state, which ``shellmb resume`` goes on with. A
             run works with a copy of the state, and of a law that is an object.

@@ -95,7 +95,7 @@ class Shell(Deforming):
         """Check what concerns several parameters.
 
         Raises:
-            SceneError: If triangles are asked for with degree 3, a linear shell has strains of its
+            SceneError: If triangles are requested with degree 3, a linear shell has strains of its
                 own, an area has the name of an edge, a gmsh mesh is to be distorted, or a closed
                 surface has too few elements around.
         """

@@ -139,7 +139,7 @@ class Span:
         unknown: Unknown states of the step.
         number: Number of the one whose row it is.
         reference: The same at the reference, where forms are linearised; None: they are not.
-        before: State at the start of the step, where strains of the whole step are asked for.
+        before: State at the start of the step, where strains of the whole step are requested.
     """
 
     def __init__(
@@ -180,7 +180,7 @@ class Span:
     def between(self) -> tuple[fem.Function, ...] | None:
         """Mean and chord of a sub-interval, as functions that follow its ends.
 
-        And the chord of the other one, where there are two and the step is asked for; None where it
+        And the chord of the other one, where there are two and the step is requested; None where it
         is none between two states.
         """
         a, b, mid, at, held, _ = self._of

@@ -50,7 +50,7 @@ def colouring(
     Args:
         fields: The fields.
         described: The scene.
-        field: As asked for; None: in mechanisms resultants, or what is left of displacements
+        field: As requested; None: in mechanisms resultants, or what is left of displacements
             without the motion of each body as a whole; elsewhere the displacement.
         component: Name or number of a component; None: the magnitude.
 

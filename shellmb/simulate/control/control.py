@@ -1,4 +1,4 @@
-"""Controllers and events of a run: asked before each step, watched behind it."""
+"""Controllers and events of a run: sampled before each step, watched behind it."""
 
 from __future__ import annotations
 
@@ -14,7 +14,13 @@ from shellmb.model.signals import Signals, Way
 from shellmb.scene import Scene
 from shellmb.simulate.control.readings import Readings, Running
 from shellmb.simulate.control.sampling import Sampler
-from shellmb.simulate.control.watching import LEAST, Watch, comes_soon, first_crossing, turning
+from shellmb.simulate.control.watching import (
+    LEAST,
+    Watch,
+    comes_soon,
+    first_crossing,
+    turning_point,
+)
 from shellmb.simulate.stepping import Attempt
 
 
@@ -173,7 +179,7 @@ class Control:
         if not self._before:
             return None
         before = np.array([w.margin(self._before, t - self._dt) for w in self.watches])
-        return turning(before, start, end, (self._dt, dt))
+        return turning_point(before, start, end, (self._dt, dt))
 
     def accept(self, dt: float, t: float) -> None:
         """A step is accepted.

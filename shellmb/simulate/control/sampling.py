@@ -1,4 +1,4 @@
-"""Controllers in a run: when they are asked, what they answer, and their memory."""
+"""Controllers in a run: when they are sampled, what they answer, and their memory."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class Sampler:
 
     @property
     def next(self) -> float:
-        """Time of the next sample, s; infinite where it is asked at every step."""
+        """Time of the next sample, s; infinite where it is sampled at every step."""
         return math.inf if self.law.period is None else self._count * self.law.period
 
     def due(self, t: float) -> bool:
@@ -59,7 +59,7 @@ class Sampler:
         Args:
             t: Time, s.
             read: What all sensors read.
-            comm: Communicator: the law is asked on the first rank.
+            comm: Communicator: the law is evaluated on the first rank.
 
         Returns:
             Whether the outputs of a controller that holds them have changed.

@@ -127,7 +127,9 @@ def comes_soon(start: Floats, end: Floats, dt: float, least: float) -> bool:
     return bool(np.any(-end[rising] * dt < least * rise))
 
 
-def turning(before: Floats, start: Floats, end: Floats, steps: tuple[float, float]) -> float | None:
+def turning_point(
+    before: Floats, start: Floats, end: Floats, steps: tuple[float, float]
+) -> float | None:
     """Find where in a step the first of several margins turns at zero or above, by what is known.
 
     Between two ends below zero, by the parabola through the end before; one that stays below zero

@@ -47,7 +47,7 @@ class ErrorSize(StepSize):
     Args:
         t_end: Length of the run, s.
         order: Order of the scheme.
-        noise: Error that Newton's method may leave: no smaller one can be asked for.
+        noise: Error that Newton's method may leave: no smaller one can be requested.
         factor: Of the error, `factor angle^order`, with the equivalent angle of a step.
 
     Attributes:

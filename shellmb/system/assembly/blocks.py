@@ -56,7 +56,7 @@ class BlockSystem:
         couplings: Forces between unknowns that share no cell; to be given before a matrix is made.
         x: Unknowns of all fields, PETSc vector.
         b: Residual.
-        A: Jacobian, made when it is first asked for.
+        A: Jacobian, made when it is first requested.
         held: Which local dofs of each field have given values, as markers.
         residual_forms: Compiled residuals with the numbers of the fields whose rows they have.
         jacobians: Their compiled derivatives by row and column field.

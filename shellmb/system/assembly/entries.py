@@ -1,4 +1,4 @@
-"""Bounds on the entries in the rows of a block matrix, whose memory is then asked for once."""
+"""Bounds on the entries in the rows of a block matrix, whose memory is then requested once."""
 
 from collections.abc import Iterable, Sequence
 

@@ -27,7 +27,7 @@ def places_of_groups(numbers: Int32s) -> Int32s:
 
 
 class Kept:
-    """Numbers that are kept, of double precision and, where it is asked for, of single, too.
+    """Numbers that are kept, of double precision and, where it is requested, of single, too.
 
     Args:
         size: How many.

@@ -48,7 +48,7 @@ def passes(numbers: ReducedNumbers, parts: Sequence[MeshReduction], single: bool
     Args:
         numbers: Numbers of the reduced unknowns.
         parts: Reductions of all meshes.
-        single: Whether they may be asked for single precision.
+        single: Whether they may be of single precision.
     """
     structs = [part.for_solution(single) for part in parts]
     if numbers.full.serial:
