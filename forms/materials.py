@@ -142,7 +142,7 @@ def powers(e: Expr, alpha: Expr) -> Expr:
     a, b = 2 * (e[0] + e[1]), 4 * e[0] * e[1] - e[2] ** 2
     j = ufl.sqrt(1 + a + b)
     # tanh(alpha ln(j)/4), by which p - 1 and p + 1 are known
-    half = ufl.tanh(alpha * _log_of_one_and(a + b) / 8)
+    half = ufl.tanh(alpha * log_of_one_and(a + b) / 8)
     more = 2 * half / (1 - half)
     p = 1 + more
     # m/j - 1
@@ -150,7 +150,7 @@ def powers(e: Expr, alpha: Expr) -> Expr:
     return more**2 * (2 * p + 1) / p**2 + 2 * p * _cosh_less_one(alpha / 2, y)
 
 
-def _log_of_one_and(d: Expr) -> Expr:
+def log_of_one_and(d: Expr) -> Expr:
     """`ln(1 + d)`, by a series in `d/(2 + d)` where `d` is small."""
     near = ufl.lt(d**2, ALIKE**2)
     w = ufl.conditional(near, d, 0.0) / (2 + ufl.conditional(near, d, 0.0))

@@ -38,6 +38,7 @@ from ufl.core.expr import Expr
 from shellmb.forms.constraints.held import Held
 from shellmb.forms.constraints.pathconstraints import ConstraintRow
 from shellmb.forms.constraints.velocity_jump import JumpRow, VelocityJump
+from shellmb.forms.materials import log_of_one_and
 from shellmb.forms.steps.discrete import mean, variation
 from shellmb.forms.steps.mixed import Interval
 from shellmb.forms.steps.path import Path
@@ -211,6 +212,31 @@ class Content(Held):
     def jump(self, step: VelocityJump, dq: Expr) -> JumpRow:
         """The jump of the velocities itself, by impulses that so do no work."""
         return held_jump(lambda mid, v: variation(self.function, mid, v), step, dq)
+
+
+def gas_energy(v: Expr, pressure: Expr, exponent: float, outside: Expr) -> Expr:
+    """Energy of a gas at the volume `V0 (1 + v)`, with what lies outside, over `V0`.
+
+    `p (1 + v)^exponent` stays. With `n = exponent - 1` this is
+
+        p0 [((1 + v)^-n - 1)/n + v] + (outside - p0) v,
+
+    without the difference of ones.
+
+    Args:
+        v: Relative change of the volume.
+        pressure: Absolute pressure `p0` at `v = 0`.
+        exponent: 1 or more.
+        outside: Absolute pressure outside.
+    """
+    log, n = log_of_one_and(v), exponent - 1
+    if n == 0:
+        work = -log
+    else:
+        # expm1(-n log)/n
+        half = ufl.tanh(-n / 2 * log)
+        work = 2 * half / (1 - half) / n
+    return pressure * (work + v) + (outside - pressure) * v
 
 
 def held_jump(rate: Callable[[Expr, Expr], Expr], step: VelocityJump, dq: Expr) -> JumpRow:

@@ -43,33 +43,50 @@ INNER = 1 / 3**0.5
 WHOLE = 0.1
 
 
-def path_stresses(U: Potential, e: Stretch, alpha: Expr) -> tuple[Expr, Expr]:
+def path_stresses(U: Potential, e: Stretch, alpha: Expr, smooth: float = 0.0) -> tuple[Expr, Expr]:
     """`S_0` and `S_1` over a step that is quadratic in time, shape (n,) each.
 
     Args:
         U: Energy as a function of measures of order one, shape (n,).
         e: The measures over the step.
         alpha: Dissipation.
+        smooth: Change of the measures up to which Gauss points are exact to round-off.
     """
-    first, second = _means(U, e)
+    first, second = _means(U, e, smooth)
     damping = alpha / 2 * convex(ufl.dot(curvature(U, e), e.bow), e.bow)
     return first, second + damping
 
 
-def _means(U: Potential, e: Stretch) -> tuple[Expr, Expr]:
+def _means(U: Potential, e: Stretch, smooth: float) -> tuple[Expr, Expr]:
     """The stresses without dissipation."""
     first, second = 0 * e.start, 0 * e.start
     for g, weight in GAUSS:
         tau = (1 + g) / 2
         slope = gradient(U, e.start + tau * e.chord + 3 * (tau**2 - tau) * e.bow)
         first, second = first + weight * slope, second + 3 * g * weight * slope
-    defect = U(e.start + e.chord) - U(e.start)
-    defect -= ufl.dot(first, e.chord) + ufl.dot(second, e.bow)
-    ratio = defect / (ufl.dot(e.chord, e.chord) + ufl.dot(e.bow, e.bow) + TINY)
+    work = ufl.dot(first, e.chord) + ufl.dot(second, e.bow)
+    size = ufl.dot(e.chord, e.chord) + ufl.dot(e.bow, e.bow)
+    ratio = _missing(U(e.start + e.chord) - U(e.start) - work, size, smooth)
     return first + ratio * e.chord, second + ratio * e.bow
 
 
-def interval_stress(U: Potential, a: Expr, b: Expr, beta: Expr | float) -> Expr:
+def _missing(change: Expr, size: Expr, smooth: float) -> Expr:
+    """Change of an energy that Gauss points lack, over the square of that of the measures.
+
+    Args:
+        change: What they lack.
+        size: Square of the change of the measures.
+        smooth: Change of the measures up to which this is the round-off of the energy, which would
+            be divided by a small number.
+    """
+    if smooth:
+        change = ufl.conditional(ufl.gt(size, smooth**2), change, 0.0)
+    return change / (size + TINY)
+
+
+def interval_stress(
+    U: Potential, a: Expr, b: Expr, beta: Expr | float, smooth: float = 0.0
+) -> Expr:
     """Stress over a sub-interval, eqs. (21), (32), shape (n,).
 
     Args:
@@ -77,13 +94,14 @@ def interval_stress(U: Potential, a: Expr, b: Expr, beta: Expr | float) -> Expr:
         a: The measures at its start.
         b: The measures at its end.
         beta: Share of the jump.
+        smooth: Change of the measures up to which Gauss points are exact to round-off.
     """
     increment = b - a
     stress = 0 * a
     for g, weight in GAUSS:
         stress += weight * gradient(U, (a + b) / 2 + g / 2 * increment)
-    defect = U(b) - U(a) - ufl.dot(stress, increment)
-    stress += defect / (ufl.dot(increment, increment) + TINY) * increment
+    work, size = ufl.dot(stress, increment), ufl.dot(increment, increment)
+    stress += _missing(U(b) - U(a) - work, size, smooth) * increment
     if isinstance(beta, float):
         # no jump at all
         return stress

@@ -161,6 +161,33 @@ def test_angular_momentum_is_kept_to_the_order_of_the_scheme(scheme: str, order:
     assert math.log2(off[0] / off[1]) > order
 
 
+@pytest.mark.parametrize("scheme", ["ep4", pytest.param("ep", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("exponent", [1.4, pytest.param(1.0, marks=pytest.mark.slow)])
+def test_a_gas_that_hardly_changes_is_a_spring(scheme: str, exponent: float) -> None:
+    # kind: energies of order one that change by 1e-12 in a step. A difference of them over the
+    # change of the volume has no digits, and steps were refused however small they were
+    p0, push, w = 10.0, 1e-6, 0.1
+    exact = (2 * SKIN.E * SKIN.thickness / (1 - SKIN.nu) + 3 * exponent * p0) / SKIN.thickness
+    run = execute(
+        replace(
+            octant(),
+            loads=(Pressure(push),),
+            volumes=(EnclosedVolume("air", gas=Gas(p0, exponent)),),
+            scheme=scheme,
+            dt=w / exact**0.5,
+            t_end=20 * w / exact**0.5,
+        )
+    )
+    found = columns(run)
+    breath = 3 * push / SKIN.thickness / exact * (1 - np.cos(w * np.arange(len(run.history))))
+    volume = found["air.pressure"] / -exponent / p0
+    # the mesh of four elements, 1 %, and EP's period
+    assert volume == pytest.approx(breath, abs=0.02 * breath.max())
+    # the energy is known to round-off of the volume's change, and is of the order of its square
+    limit = 10 * np.finfo(float).eps / breath.max()
+    assert np.abs(found["energy_balance"]).max() < limit * found["kinetic_energy"].max()
+
+
 @pytest.mark.parametrize(
     "scheme", ["ed", "ep4", *(pytest.param(s, marks=pytest.mark.slow) for s in ("ep", "ed3"))]
 )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import ufl
 from ufl import Form
@@ -43,12 +43,15 @@ class ExactEnergy(WithoutTerms):
         potential: Energy for a weight of one as a function of these.
         weight: Weight of each point.
         dx: Measure whose points these are.
+        smooth: Change of the measures up to which Gauss points are exact to round-off; where the
+            potential may have kinks, zero.
     """
 
     measure: Callable[[Expr], Expr]
     potential: Callable[[Expr], Expr]
     weight: Expr
     dx: ufl.Measure
+    smooth: float = field(default=0.0, kw_only=True)
 
     def interval(self, span: Interval, dq: Expr) -> Form:
         """Virtual work over a sub-interval."""
@@ -64,10 +67,10 @@ class ExactEnergy(WithoutTerms):
         return self.potential(e)
 
     def _stress(self, a: Expr, b: Expr, beta: Expr | float) -> Expr:
-        return forms.interval_stress(self.potential, a, b, beta)
+        return forms.interval_stress(self.potential, a, b, beta, self.smooth)
 
     def _stresses(self, e: Stretch, alpha: Expr) -> tuple[Expr, Expr]:
-        return forms.path_stresses(self.potential, e, alpha)
+        return forms.path_stresses(self.potential, e, alpha, self.smooth)
 
     def _over(self, step: Step) -> tuple[Measure, Stretch]:
         """The measure, and what it is over a step."""
