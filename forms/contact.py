@@ -69,28 +69,28 @@ def force(p: Expr, k: Expr, s: Expr) -> Expr:
     return gradient(lambda depth: energy(depth, k, s), p)
 
 
-def resisted(push: Expr, rate: Expr, chi: Expr) -> Expr:
+def resisted(normal: Expr, rate: Expr, chi: Expr) -> Expr:
     """Force of the damping: it never attracts, and takes energy at any rate.
 
     Args:
-        push: The elastic force, N.
+        normal: The elastic force, N.
         rate: Rate of the penetration, m/s.
         chi: Damping.
     """
     share = chi * rate
-    return push * ufl.conditional(ufl.gt(share, -1), share, -1)
+    return normal * ufl.conditional(ufl.gt(share, -1), share, -1)
 
 
-def friction(push: Expr, slip: Expr, law: Law) -> Expr:
+def friction(normal: Expr, slip: Expr, law: Law) -> Expr:
     """Coulomb's friction against a slip, regularised, shape (3,).
 
     Args:
-        push: Normal force, N.
+        normal: Normal force, N.
         slip: Velocity along the obstacle, shape (3,), m/s.
         law: Coefficient and speed below which it is viscous.
     """
     assert law.friction is not None and law.slip_speed is not None
-    return -law.friction * push / ufl.sqrt(ufl.dot(slip, slip) + law.slip_speed**2) * slip
+    return -law.friction * normal / ufl.sqrt(ufl.dot(slip, slip) + law.slip_speed**2) * slip
 
 
 def surface_motion(

@@ -82,13 +82,13 @@ class GeneralRow(NamedTuple):
     Args:
         points: Share of each Gauss point in what `S_0` acts on, `1/2` or `p_k/2`.
         middle: Share of `De(m)` in what `S_1` acts on.
-        turning: Share of `H(y, dq)` in it.
+        by_velocity: Share of `H(y, dq)` in it.
         own: Which of the moments has its compatibility in the row, (1, 0) or (0, 1).
     """
 
     points: tuple[Expr, Expr]
     middle: Expr
-    turning: Expr
+    by_velocity: Expr
     own: tuple[Expr, Expr]
 
 
@@ -140,7 +140,7 @@ class GeneralStrain:
         first, second = stresses
         strain, parts = self._strain, zip(row.points, self._points, strict=True)
         seen = sum(w * strain.change(q, dq) for w, q in parts)
-        turned = row.middle * strain.change(self._middle, dq) + row.turning * self._second(dq)
+        turned = row.middle * strain.change(self._middle, dq) + row.by_velocity * self._second(dq)
         return ufl.dot(first, seen) + ufl.dot(second, turned)
 
     def rest(self, stress: Expr, product: Callable[[Expr, Expr], Expr], dq: Expr) -> Expr:

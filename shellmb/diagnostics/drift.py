@@ -24,11 +24,11 @@ class Drift(Silent):
     name = "drift"
 
     def __init__(self, sources: Sources) -> None:
-        self._momentum, self._turning = sources.momentum, sources.turning
+        self._momentum, self._rotations = sources.momentum, sources.rotations
 
     def cautions(self, simulation: Simulation) -> Iterator[Caution]:
         """Decide whether drifts are out of proportion; the body named turns most."""
-        turns = self._turning.turns
+        turns = self._rotations.turns
         fastest = max(turns, key=lambda name: turns[name].largest, default=None)
         for kind, which in KINDS.items():
             drift = self._momentum.relative_drift(kind)

@@ -19,12 +19,12 @@ class LargeTurns(Silent):
     name = "turning"
 
     def __init__(self, sources: Sources) -> None:
-        self._turning = sources.turning
+        self._rotations = sources.rotations
 
     def cautions(self, simulation: Simulation) -> Iterator[Caution]:
         """A sentence for each body that turns too far."""
         bound = simulation.scheme.rotations.largest
-        for name, turn in self._turning.turns.items():
+        for name, turn in self._rotations.turns.items():
             if turn.largest > bound:
                 dt = turn.dt * bound / turn.largest
                 yield Caution(

@@ -86,14 +86,14 @@ class StepErrors(Silent):
         if tolerance is None or size.total <= ADDED * tolerance:
             return
         found, scheme = size.total, simulation.scheme
-        lost = scheme.rotations.slows
+        slows = scheme.rotations.slows
         behind = (
             f", and spinning bodies lag by up to {size.lag:.1e} more, because each step slows them"
-            if lost
+            if slows
             else ""
         )
         wanted = f"{tolerance**2 / found:.0e}"
-        if lost:
+        if slows:
             wanted += f", of {tolerance**2 / (found + size.lag):.0e} where something spins"
         radians = "a radian" if size.radians == 1 else f"{size.radians:.1f} radians"
         yield Caution(

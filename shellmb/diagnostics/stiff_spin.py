@@ -37,8 +37,8 @@ class StiffSpin(Silent):
     name = "stiff spin"
 
     def __init__(self, sources: Sources) -> None:
-        self._turning = sources.turning
-        self._lost: dict[str, float] = {}
+        self._rotations = sources.rotations
+        self._dissipated: dict[str, float] = {}
         self._speed: dict[str, float] = {}
 
     def start(self, simulation: Simulation) -> None:
@@ -46,10 +46,10 @@ class StiffSpin(Silent):
         self._speed = {
             name: stiffness_of(body).wave_speed
             for name, body in simulation.model.meshed.items()
-            if name in self._turning.turns
+            if name in self._rotations.turns
         }
         for name in self._speed:
-            self._lost.setdefault(name, 0.0)
+            self._dissipated.setdefault(name, 0.0)
 
     def accepted(self, simulation: Simulation) -> None:
         """Add the step."""
@@ -57,20 +57,20 @@ class StiffSpin(Silent):
         if loss == 0 or simulation.last is None:
             return
         for name, speed in self._speed.items():
-            turn = self._turning.turns[name]
+            turn = self._rotations.turns[name]
             if turn.radius > 0 and speed > 0:
                 soft = turn.radius / (speed * simulation.last.dt)
-                self._lost[name] += loss * turn.mean**2 / (1 + HALF_STIFF * soft**2)
+                self._dissipated[name] += loss * turn.mean**2 / (1 + HALF_STIFF * soft**2)
 
     def cautions(self, simulation: Simulation) -> Iterator[Caution]:
         """A sentence for each body that spins and is stiff."""
-        for name, lost in self._lost.items():
-            if lost <= BOUND:
+        for name, dissipated in self._dissipated.items():
+            if dissipated <= BOUND:
                 continue
-            turn = self._turning.turns[name]
+            turn = self._rotations.turns[name]
             # what it loses in each step adds up by and by
-            share = 1 - float(np.exp(-lost))
-            step = f"a step of about {turn.dt * BOUND / lost:.1g} s"
+            share = 1 - float(np.exp(-dissipated))
+            step = f"a step of about {turn.dt * BOUND / dissipated:.1g} s"
             yield Caution(
                 self.name,
                 name,
@@ -85,8 +85,8 @@ class StiffSpin(Silent):
 
     def state(self) -> dict[str, Any]:
         """The sums so far."""
-        return dict(self._lost)
+        return dict(self._dissipated)
 
     def restore(self, state: dict[str, Any]) -> None:
         """Take them up."""
-        self._lost = dict(state)
+        self._dissipated = dict(state)

@@ -45,10 +45,10 @@ def reference_director(
     else:
         values = _mean_normals(nodal, tangents, normals)
     length = np.linalg.norm(values, axis=1)
-    lost = surface.mesh.comm.allreduce(int(np.sum(length < 1e-3)))
-    if lost:
+    cancelled = surface.mesh.comm.allreduce(int(np.sum(length < 1e-3)))
+    if cancelled:
         raise SceneError(
-            f"shell '{name}': the normals of its cells cancel at {lost} nodes; "
+            f"shell '{name}': the normals of its cells cancel at {cancelled} nodes; "
             "the surface must be smooth and orientable, split it at folds and join the parts"
         )
     values = values / length[:, None]

@@ -87,14 +87,14 @@ class SpreadLoads:
         dead = [load for load in loads if isinstance(load, DEAD)]
         self._dead = [found for load in dead for found in self._directions(load)]
         others = [load for load in loads if not isinstance(load, DEAD)]
-        self._turning = [found for load in others for found in self._turned_by(load)]
+        self._followers = [found for load in others for found in self._turned_by(load)]
 
     def vectors(self) -> list[Arrays]:
         """Nodal forces of all loads, of dead ones along each axis: as the body may be turned."""
         isolated, found = self._isolated, []
         for dead in self._dead:
             found += [isolated.along(dead.profile, axis) for axis in range(3)]
-        for item in self._turning:
+        for item in self._followers:
             arrays = isolated.zeros()
             arrays[item.body] = item.work(None)
             # no moment is about the director of a shell
@@ -128,7 +128,7 @@ class SpreadLoads:
         """All others, as forces on frame and amplitudes; collective."""
         return tuple(
             ModalForces(item.time, item.along, self._table(item, modes, center))
-            for item in self._turning
+            for item in self._followers
         )
 
     def _directions(self, load: Any) -> Iterator[Dead]:

@@ -34,7 +34,7 @@ class Sources:
     momentum: Momentum
     constraints: Constraints
     history: History
-    turning: BodyRotations
+    rotations: BodyRotations
 
 
 def summarise(

@@ -97,7 +97,7 @@ def find_axis(
     """
     if axis is not None:
         return Axis(three("axis", axis), three("about", about or (0.0, 0.0, 0.0)))
-    found = [Axis(three("axis", a), three("about", p)) for a, p in _turning(scene)]
+    found = [Axis(three("axis", a), three("about", p)) for a, p in _axes_of_parts(scene)]
     if not found:
         raise SceneError(
             f"modes: scene '{scene.name}' has no initial spin, no driven edge and no driven joint "
@@ -129,7 +129,7 @@ def three(name: str, values: Sequence[float]) -> tuple[float, float, float]:
     return a, b, c
 
 
-def _turning(scene: Scene) -> Iterator[tuple[Any, Any]]:
+def _axes_of_parts(scene: Scene) -> Iterator[tuple[Any, Any]]:
     """Axes and points of all that turns the scene."""
     for initial in scene.initial:
         if np.any(initial.spin):

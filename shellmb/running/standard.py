@@ -60,12 +60,12 @@ class StandardObservers:
         accounts: bool = True,
     ) -> None:
         energy, constraints = EnergyAccount(), Constraints()
-        momentum, turning, joints = Momentum(energy), BodyRotations(), JointForces()
+        momentum, rotations, joints = Momentum(energy), BodyRotations(), JointForces()
         later: dict[str, Booked] = {
             "energy": energy,
             "constraints": constraints,
             "momentum": momentum,
-            "turning": turning,
+            "turning": rotations,
             "probes": Probes(),
             "joints": joints,
         }
@@ -85,7 +85,7 @@ class StandardObservers:
         measuring = [o for o in self.named.values() if isinstance(o, Measuring)]
         history = History(measuring, None if directory is None else directory / HISTORY)
         self.named["history"] = history
-        self.sources = Sources(energy, momentum, constraints, history, turning)
+        self.sources = Sources(energy, momentum, constraints, history, rotations)
         # behind the observers that they ask
         self.watches = watches(self.sources) if watched else []
         self.named |= {f"watch of {watch.name}": watch for watch in self.watches}

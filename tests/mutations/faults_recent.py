@@ -81,8 +81,8 @@ FAULTS: tuple[Fault, ...] = (
     Fault(
         "damped contact that attracts",
         "forms/contact.py",
-        "return push * ufl.conditional(ufl.gt(share, -1), share, -1)",
-        "return push * share",
+        "return normal * ufl.conditional(ufl.gt(share, -1), share, -1)",
+        "return normal * share",
         (
             f"{PULLS}::test_contact_never_pulls[plane-ep-0.0]",
             f"{PULLS}::test_stops_never_pull[ep-0.0]",

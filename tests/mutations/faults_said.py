@@ -226,7 +226,7 @@ FAULTS: tuple[Fault, ...] = (
     Fault(
         "the lost spin is forgotten by a run that goes on",
         f"{WATCHES}/stiff_spin.py",
-        "self._lost = dict(state)",
+        "self._dissipated = dict(state)",
         "pass",
         (f"{REMEMBERED}[stiff]",),
     ),

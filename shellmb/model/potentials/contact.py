@@ -107,14 +107,14 @@ class ContactGroup(PotentialGroup):
         r = place.x - frame.x
         n, total = self.shape.normal(r, frame.e), None
         distance = self.shape.distance(self.shape.measure(r, frame.e))
-        push = forms.force(self._penetration(distance), law.stiffness, law.smoothing)
+        pressing = forms.force(self._penetration(distance), law.stiffness, law.smoothing)
         if law.damping is not None:
             into, out = (
                 ufl.dot(n, self._relative(m, at, v, r))
                 for m, v in ((moved, rates.chord), (virtual, dq))
             )
-            damped = forms.resisted(push, FAR * self.always - into, law.damping)
-            push, total = push + damped, damped * out
+            damped = forms.resisted(pressing, FAR * self.always - into, law.damping)
+            pressing, total = pressing + damped, damped * out
         if law.friction is not None:
             foot = r if self.item.radius == 0 else r - self._arm * n
             slip, shift = (
@@ -124,7 +124,7 @@ class ContactGroup(PotentialGroup):
                 for m, v in ((moved, rates.chord), (virtual, dq))
             )
             along = slip - ufl.dot(slip, n) * n
-            work = ufl.dot(forms.friction(push, along, law), shift)
+            work = ufl.dot(forms.friction(pressing, along, law), shift)
             total = work if total is None else total + work
         return self.weight * total * self.dx
 

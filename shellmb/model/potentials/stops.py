@@ -83,7 +83,7 @@ class StopForces:
         """Contribution of the damping to the force that holds the coordinate."""
         found: Any = 0
         for limit, sign in self._limits:
-            push = forms.force(self._beyond(x, limit, sign), *self._law)
+            pressing = forms.force(self._beyond(x, limit, sign), *self._law)
             into = sign * rate + FAR * self.always
-            found += sign * forms.resisted(push, into, self._damping)
+            found += sign * forms.resisted(pressing, into, self._damping)
         return found

@@ -125,7 +125,7 @@ class ModalBody:
         points: Where they are per amplitude, `Q` above, shape (R, 3, K).
         coupling: Products of inertia of the points and the directors, shape (R, 3), kg m.
         points_loaded: Distributed loads that keep their directions.
-        turning_loads: Those that turn with the body, and moments.
+        follower_loads: Those that turn with the body, and moments.
         touched: Member, and place on it, that potentials and contacts act on, by their names;
             and what messages call these.
         length: Size of the body, m.
@@ -145,7 +145,7 @@ class ModalBody:
     points: Floats
     coupling: Floats
     points_loaded: tuple[ModalPoint, ...]
-    turning_loads: tuple[ModalForces, ...]
+    follower_loads: tuple[ModalForces, ...]
     touched: Mapping[str, tuple[str, Any, str]]
     length: float
     clamped: float

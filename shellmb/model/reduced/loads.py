@@ -101,7 +101,7 @@ class FrameLoads(Massless):
 
     def __init__(self, body: Reduced) -> None:
         data = body.data
-        self._data = data.turning_loads
+        self._data = data.follower_loads
         self._nodes = node_mesh(body.comm, len(self._data))
         mixed = node_space(self._nodes, {"eta": data.count, "u1": 3, "w1": 9})
         links = frame_links(self._nodes, mixed, body)

@@ -43,7 +43,7 @@ def modal_bodies(
             found.append(InertiaPoints(body, force, length))
         if kept.points_loaded:
             found.append(LoadPoints(body, force, length))
-        if kept.turning_loads:
+        if kept.follower_loads:
             found.append(FrameLoads(body))
         found += [ModalTerms(body, m) for m in kept.members.values() if has_terms(m)]
         if kept.interfaces:

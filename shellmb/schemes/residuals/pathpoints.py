@@ -77,8 +77,8 @@ def of_general_strains(page: PathPage, mesh: Any, alpha: float) -> GeneralStep:
         alpha: Dissipation.
     """
 
-    def row(points: Sequence[float], middle: float, turning: float, k: int) -> GeneralRow:
-        numbers = [*points, middle, turning, float(k == 0), float(k == 1)]
+    def row(points: Sequence[float], middle: float, by_velocity: float, k: int) -> GeneralRow:
+        numbers = [*points, middle, by_velocity, float(k == 0), float(k == 1)]
         a, b, middling, turned, first, second = constants(mesh, numbers)
         return GeneralRow((a, b), middling, turned, (first, second))
 

@@ -166,7 +166,7 @@ class Control:
         elif attempt.dt > 4 * least and comes_soon(start, end, attempt.dt, 2 * least):
             return self.locate(simulation, simulation.stepping.attempt(t, attempt.dt / 2), False)
         else:
-            part = self._turning(start, end, t, attempt.dt)
+            part = self._inner_time(start, end, t, attempt.dt)
             # what is left of a step that has to end where it does is no shorter
             if part is not None and least < part < attempt.dt - least:
                 found = margins(part)
@@ -174,7 +174,7 @@ class Control:
         self._crossed = [w for w, c in zip(self.watches, crossing, strict=True) if c]
         return last
 
-    def _turning(self, start: Floats, end: Floats, t: float, dt: float) -> float | None:
+    def _inner_time(self, start: Floats, end: Floats, t: float, dt: float) -> float | None:
         """Find where in a step a condition may be true between ends where it is not, s."""
         if not self._before:
             return None

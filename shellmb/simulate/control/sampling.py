@@ -74,7 +74,7 @@ class Sampler:
             try:
                 found = self._answer(t)
             except (Exception, SystemExit) as error:
-                wrong = f"{said(self.law)} at t = {t:.9g}: {self._blame(error)}"
+                wrong = f"{said(self.law)} at t = {t:.9g}: {self._error_origin(error)}"
         if comm.size > 1:
             found, wrong = comm.bcast((found, wrong))
         if wrong is not None:
@@ -113,7 +113,7 @@ class Sampler:
         packed(memory)
         return outputs, memory
 
-    def _blame(self, error: BaseException) -> str:
+    def _error_origin(self, error: BaseException) -> str:
         if isinstance(error, _Wrong):
             return str(error)
         frame = traceback.extract_tb(error.__traceback__)[-1]

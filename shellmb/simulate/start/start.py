@@ -29,7 +29,7 @@ OPEN = 1e-9
 # a change of the kinetic energy of a given state that is no round-off; and what is left of that of
 # given velocities where constraints do not allow them: of one body they are given where others
 # follow, and are shared then
-LOST, LEFT = 1e-9, 0.01
+DRIFT, LEFT = 1e-9, 0.01
 
 
 class Start:
@@ -207,7 +207,7 @@ class Start:
         after = self._energy(_kinetic)
         whose = "of the state that the run starts from" if self._taken else "that are given"
         stopped = after < LEFT * before
-        if stopped or (self._taken and abs(after - before) > LOST * before):
+        if stopped or (self._taken and abs(after - before) > DRIFT * before):
             warnings.warn(
                 f"scene '{self.scene.name}': supports and joints do not allow the velocities "
                 f"{whose}; their kinetic energy was {before:.6g}, is {after:.6g}",

@@ -71,9 +71,9 @@ class Bordered:
         # exact, the residual being linear in the factor
         self._derivative.axpy(-1.0, self._residual)
         if self._set_given is not None:
-            self._push()
+            self._constrain()
 
-    def _push(self) -> None:
+    def _constrain(self) -> None:
         """Add the forces of the given motion of fixed unknowns to the derivative."""
         system, motion = self.system, self._a
         motion.set(0.0)
