@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any
 
-from shellmb.meshes.surfaces.gmsh_mesh import CAD
-from shellmb.scene import GmshFile, MeshFile, Scene, Shell
+from shellmb.scene import Scene
 from shellmb.scene.loads.loads import PointLoad
 from shellmb.scene.values.models import Modal
 
@@ -59,7 +58,7 @@ class Change:
         if self.exact:
             scene = _exact(scene)
         if self.mesh != 1:
-            scene = with_meshes(scene, self.mesh, self.body)
+            scene = scene.with_options(divide=self.mesh, body=self.body)
         if self.degree is not None:
             scene = scene.with_options(degree=self.degree, body=self.body)  # type: ignore[arg-type]
         if self.stiffness != 1.0:
@@ -108,43 +107,6 @@ def with_steps(scene: Scene, times: float) -> Scene:
     changes: dict[str, Any] = {k: v * times for k, v in limits.items() if v is not None}
     assert scene.dt is not None
     return replace(scene, dt=scene.dt * times, step_control=replace(control, **changes))
-
-
-def with_meshes(scene: Scene, times: int, body: str | None = None) -> Scene:
-    """The scene with more elements along each side, between whose nodes the old nodes stay nodes.
-
-    Args:
-        scene: The scene.
-        times: So many elements replace one.
-        body: The only body whose mesh is another one; None: all.
-
-    Raises:
-        SceneError: If there is no such mesh.
-    """
-    chosen = {b.name for b in scene.meshed if body in (None, b.name)}
-    shells = tuple(_divided(s, times) if s.name in chosen else s for s in scene.shells)
-    beams = tuple(
-        replace(b, elements=times * b.elements) if b.name in chosen else b for b in scene.beams
-    )
-    return replace(scene, shells=shells, beams=beams)
-
-
-def refined_times(shell: Shell) -> int | None:
-    """Elements along a side of each one of the mesh's file; None of meshes that are made anew.
-
-    Args:
-        shell: The shell.
-    """
-    surface = shell.surface
-    cad = isinstance(surface, GmshFile) and surface.path.suffix.lower() in CAD
-    return None if cad or not isinstance(surface, GmshFile | MeshFile) else surface.refine
-
-
-def _divided(shell: Shell, times: int) -> Shell:
-    surface, refined = shell.surface, refined_times(shell)
-    if isinstance(surface, GmshFile | MeshFile) and refined is not None:
-        return replace(shell, surface=replace(surface, refine=times * refined))
-    return replace(shell, mesh=(times * shell.mesh[0], times * shell.mesh[1]))
 
 
 def degree_of(scene: Scene) -> int | None:

@@ -6,10 +6,11 @@ from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from math import isinf
 
-from shellmb.accuracy.companions import Change, refined_times
+from shellmb.accuracy.companions import Change
 from shellmb.accuracy.found import Found
 from shellmb.accuracy.kept import Kept, difference
 from shellmb.scene import Scene
+from shellmb.scene.shells.divided import refined_times
 from shellmb.studies.quantity import Quantity, parse_quantity
 
 # a difference between companions of so many times the quantity: nothing is resolved

@@ -61,9 +61,10 @@ def study(
 ) -> None:
     """Measure what accuracy costs: error against time for all combinations of the given options.
 
-    Without options, mesh and step are half, all and twice the scene's own, in one round. An option
-    with commas is a list. Each run is recorded in `--out` (default: runs/study-SCENE), where a
-    stopped study continues. Times are medians over the rounds and exclude set-up and compiling.
+    Without options, mesh and step are half, all and twice the scene's own, in one round; elements
+    of meshes that are read from files are divided. An option with commas is a list. Each run is
+    recorded in `--out` (default: runs/study-SCENE), where a stopped study continues. Times are
+    medians over the rounds and exclude set-up and compiling.
     """
     from shellmb.running.request import parse_parameters
     from shellmb.studies.sweep import sweep_of

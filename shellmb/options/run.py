@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from shellmb.scene import Scene
 
 # options that are of meshes, and of the scene's solver
-ELEMENTS = ("mesh", "degree", "cell")
+ELEMENTS = ("mesh", "degree", "cell", "divide")
 NATURAL = (
     "modes: errors are estimated of natural modes at rest only; leave out errors and accuracy, or "
     "the rates, the state and buckling"
@@ -40,7 +40,13 @@ class Options:
     )
     degree: Literal[2, 3] | None = option("Polynomial degree of every shell and beam.")
     cell: Literal["quad", "tri"] | None = option("Use quadrilaterals or triangles for every shell.")
-    body: str | None = option("Apply mesh, degree, cell and model to this shell or beam only.")
+    divide: int | None = option(
+        "Elements along each side in place of one, in every shell and beam; it also refines meshes "
+        "that are read from files."
+    )
+    body: str | None = option(
+        "Apply mesh, degree, cell, divide and model to this shell or beam only."
+    )
     model: str | None = option(
         "How shells and beams deform: exact, floating-frame, modal:K (K modes), or rigid.",
         metavar="MODEL",

@@ -21,6 +21,7 @@ class StudyOptions:
     alpha: tuple[float, ...] = several(Options, "alpha", "A,A,...")
     degree: tuple[int, ...] = several(Options, "degree", "2,3", int)
     cell: tuple[str, ...] = several(Options, "cell", "quad,tri")
+    divide: tuple[int, ...] = several(Options, "divide", "1,2,...", int)
     model: tuple[str, ...] = several(Options, "model", "exact,rigid,...")
     solve: tuple[str, ...] = several(Options, "solve", "reduced,full")
     step_tolerance: tuple[float, ...] = several(Options, "step_tolerance", "T,T,...", positive)

@@ -22,7 +22,7 @@ from shellmb.scene.multibody.elements import Element
 from shellmb.scene.multibody.joints import Joint
 from shellmb.scene.probes import Probe
 from shellmb.scene.schemes import DISSIPATIVE, is_static
-from shellmb.scene.shells.gmsh_surfaces import GmshFile, MeshFile
+from shellmb.scene.shells.divided import divided, refined_times
 from shellmb.scene.shells.shell import Shell
 from shellmb.scene.values.models import model_of
 from shellmb.scene.values.validate import described, show
@@ -148,6 +148,7 @@ class Scene(Description):
         cell: Literal["quad", "tri"] | None = None,
         body: str | None = None,
         model: str | None = None,
+        divide: int | None = None,
     ) -> Scene:
         """Replace some choices and check the scene again; None keeps a choice.
 
@@ -163,8 +164,10 @@ class Scene(Description):
             mesh: Counts of elements, of every shell; the first of them also of every beam.
             degree: Degree, of every shell and beam.
             cell: Cell type, of every shell.
-            body: The only shell or beam that gets mesh, degree, cell and model; None: all of them.
+            body: The only shell or beam that gets mesh, degree, cell, model, divide; None: all.
             model: How every shell and beam deforms: "exact", "floating-frame", "modal:10", "rigid".
+            divide: Elements along each side in place of one, of every shell and beam; also where a
+                mesh is read from a file.
 
         Raises:
             SceneError: If the new scene is impossible, there is no such body, or a mesh file's mesh
@@ -189,11 +192,25 @@ class Scene(Description):
             changes["dt"] = None
         if is_static(new) and self.step_control.tolerance is not None:
             changes["step_control"] = replace(self.step_control, tolerance=None)
+        names = self._refined(body, mesh) if shell_changes or divide is not None else set()
         if shell_changes:
-            names = self._refined(body, mesh)
             changes["shells"] = _changed(self.shells, names, shell_changes)
             changes["beams"] = _changed(self.beams, names, beam_changes)
-        return replace(self, **changes)
+        adapted = replace(self, **changes)
+        return adapted if divide is None else adapted._divided(names, divide)
+
+    def _divided(self, names: set[str], times: int) -> Scene:
+        """The scene with more elements along each side of some shells and beams."""
+        if times < 1 or times != int(times):
+            raise SceneError(
+                f"scene '{self.name}': divide is {show(times)}; it must be a whole number, 1 or "
+                "more"
+            )
+        shells = tuple(divided(s, times) if s.name in names else s for s in self.shells)
+        beams = tuple(
+            replace(b, elements=times * b.elements) if b.name in names else b for b in self.beams
+        )
+        return replace(self, shells=shells, beams=beams)
 
     def _refined(self, body: str | None, mesh: tuple[int, int] | None) -> set[str]:
         """Names of the shells and beams that get a mesh, degree or cell."""
@@ -204,11 +221,11 @@ class Scene(Description):
                 f"scene '{self.name}': body is {show(body)}; it must be one of the scene's shells "
                 f"and beams: {listed}"
             )
-        surfaces = [b.surface for b in found if isinstance(b, Shell)]
-        if mesh is not None and any(isinstance(s, GmshFile | MeshFile) for s in surfaces):
+        shells = [b for b in found if isinstance(b, Shell)]
+        if mesh is not None and any(refined_times(s) is not None for s in shells):
             raise SceneError(
                 f"scene '{self.name}': mesh is {show(mesh)}; it must be left out where a shell's "
-                "mesh is read from a file"
+                "mesh is read from a file; divide refines it"
             )
         return {b.name for b in found}
 

@@ -136,8 +136,9 @@ def _alone(judged: Judged) -> str:
 
 def _refined(judged: Judged) -> str:
     """Say what the study refines."""
-    told = {"mesh": "the mesh", "dt": "the step", "step_tolerance": "the step"}
-    return " and ".join(sorted({told[axis] for axis in judged.reference.refined}))
+    refined = set(judged.reference.refined)
+    told = [("the mesh", {"mesh", "divide"}), ("the step", {"dt", "step_tolerance"})]
+    return " and ".join(said for said, axes in told if axes & refined)
 
 
 def _reached(judged: Judged, target: Target, requested: str, base: Offer | None) -> str:

@@ -8,16 +8,17 @@ from typing import Any
 
 from shellmb.options.run import Options
 from shellmb.running.loader import SceneModule, load
-from shellmb.scene import GmshFile, MeshFile, Scene, Shell
+from shellmb.scene import Scene, Shell
 from shellmb.scene.schemes import DISSIPATIVE
+from shellmb.scene.shells.divided import refined_times
 
 # in this order choices are named, and vary from the slowest to the fastest in the grid
 AXES = (
-    *("model", "scheme", "alpha", "cell", "degree", "solve", "tolerance", "mesh", "dt"),
+    *("model", "scheme", "alpha", "cell", "degree", "solve", "tolerance", "mesh", "divide", "dt"),
     "step_tolerance",
 )
 # what a run is the more accurate for, and what its curve in the picture is drawn over
-REFINED = ("mesh", "dt", "step_tolerance")
+REFINED = ("mesh", "divide", "dt", "step_tolerance")
 # schemes that are called by their initials
 SHORT = ("ep", "ed", "ep4", "ed3")
 
@@ -26,8 +27,16 @@ SHORT = ("ep", "ed", "ep4", "ed3")
 class Choice(Options):
     """A configuration, complete: of its axes what is None does not apply to the scene.
 
-    The mesh is that of shells; without shells that of beams, and 1.
+    The mesh is that of shells; without shells that of beams, and 1. There is none where one is read
+    from a file, which is only divided.
     """
+
+    @property
+    def counts(self) -> tuple[int, int]:
+        """Elements along both sides; of meshes from files in place of one."""
+        along, across = self.mesh or (1, 1)
+        times = self.divide or 1
+        return along * times, across * times
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values, those that apply."""
@@ -67,6 +76,7 @@ def _words(choice: Choice, name: str) -> str:
         "tolerance": f"Newton tolerance {value}",
         "step_tolerance": f"tolerance {value:g}" if name == "step_tolerance" else "",
         "mesh": f"{value[0]}x{value[1]}" if name == "mesh" else "",
+        "divide": "mesh as it is" if value == 1 else f"mesh divided by {value}",
         "dt": f"dt = {value:g} s" if name == "dt" else "",
     }
     return written[name]
@@ -134,8 +144,10 @@ class Base:
             # only where it is chosen: most studies are of exact bodies
             found["model"] = choice.model
             found["cell"] = first.cell if isinstance(first, Shell) else None
-            # of a mesh that is read from a file there is nothing to choose
-            read = [b.surface for b in meshed if isinstance(b, Shell)]
-            if not any(isinstance(s, GmshFile | MeshFile) for s in read):
+            found["mesh"], found["divide"] = choice.mesh, choice.divide
+            if any(isinstance(b, Shell) and refined_times(b) is not None for b in meshed):
+                # there is no other choice of a mesh
+                found["divide"] = choice.divide or 1
+            elif choice.divide is None:
                 found["mesh"] = first.mesh if isinstance(first, Shell) else (first.elements, 1)
         return Choice(**found)

@@ -12,6 +12,8 @@ from shellmb.studies.points import Judged, Point
 
 # beyond this error nothing is asymptotic; below so many uncertainties the reference is seen
 COARSE, CLEAR = 0.3, 3.0
+# axes that change the size of elements
+MESHES = ("mesh", "divide")
 
 
 @dataclass(frozen=True)
@@ -50,12 +52,12 @@ def find_orders(judged: Judged) -> list[Order]:
             found.append(_order(judged, family, "tolerance", some, allowed, ""))
             continue
         if "dt" in judged.swept:
-            finest = max((p.choice.mesh or (1, 1) for p in some), key=prod)
-            line = [p for p in some if (p.choice.mesh or (1, 1)) == finest]
+            finest = max((p.choice for p in some), key=lambda c: prod(c.counts))
+            line = [p for p in some if p.choice.counts == finest.counts]
             sizes = [p.choice.dt or 1.0 for p in line]
-            at = f"{finest[0]}x{finest[1]}" if "mesh" in judged.swept else ""
+            at = finest.label(tuple(axis for axis in MESHES if axis in judged.swept))
             found.append(_order(judged, family, "dt", line, sizes, at))
-        if "mesh" in judged.swept:
+        if set(MESHES) & set(judged.swept):
             least = min(p.choice.dt or 0.0 for p in some)
             line = [p for p in some if (p.choice.dt or 0.0) == least]
             at = f"dt = {least:g} s" if "dt" in judged.swept else ""
@@ -65,7 +67,7 @@ def find_orders(judged: Judged) -> list[Order]:
 
 def element_sizes(points: Sequence[Point]) -> list[float]:
     """Sizes of elements, relative: from the counts that are not the same in all meshes."""
-    meshes = [p.choice.mesh or (1, 1) for p in points]
+    meshes = [p.choice.counts for p in points]
     moving = [k for k in (0, 1) if len({m[k] for m in meshes}) > 1] or [0]
     return [float(prod(m[k] for k in moving)) ** (-1 / len(moving)) for m in meshes]
 

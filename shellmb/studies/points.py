@@ -87,7 +87,7 @@ class Judged:
 
     def name(self, point: Point) -> str:
         """Name that distinguishes a point from the others."""
-        return point.choice.label(self.swept) or point.choice.label(("mesh", "dt"))
+        return point.choice.label(self.swept) or point.choice.label(("mesh", "divide", "dt"))
 
     @property
     def family_axes(self) -> tuple[str, ...]:
@@ -135,7 +135,7 @@ def _finer(one: Choice, other: Choice) -> bool:
         return False
     if (one.step_tolerance is None) != (other.step_tolerance is None):
         return False
-    counts = zip(one.mesh or (1, 1), other.mesh or (1, 1), strict=True)
+    counts = zip(one.counts, other.counts, strict=True)
     steps = ((c.dt or 0.0, c.tolerance or 0.0, c.step_tolerance or 0.0) for c in (one, other))
     return all(a >= b for a, b in counts) and all(a <= b for a, b in zip(*steps, strict=True))
 

@@ -137,6 +137,8 @@ def usual_axes(base: Base) -> dict[str, Any]:
         even = along % 2 == 0 and (beam or across % 2 == 0)
         half = [(along // 2, across if beam else across // 2)] if even else []
         found["mesh"] = (*half, own.mesh, twice)
+    elif own.divide is not None:
+        found["divide"] = (1, 2)
     if own.step_tolerance is not None:
         found["step_tolerance"] = tuple(own.step_tolerance * f for f in (10.0, 1.0, 0.1))
     elif own.dt is not None and own.scheme not in ("static", "linear-statics"):
@@ -219,7 +221,7 @@ def _products(named: dict[str, tuple[Any, ...]]) -> Iterator[dict[str, Any]]:
 
 def cost(choice: Choice) -> float:
     """About what a run costs, relative to others of its scene."""
-    elements = prod(choice.mesh) if choice.mesh else 1
+    elements = prod(choice.counts)
     stages = {"ed": 3, "ed-printed": 3, "ed3": 4, "ep4": 4}.get(choice.scheme or "", 1)
     step = choice.step_tolerance or choice.dt or 1.0
     return elements * stages * (choice.degree or 1) ** 2 / step
@@ -239,16 +241,20 @@ def chain(sweep: Sweep, grid: Grid) -> list[Choice]:
     some = [c for c in some if c.step_tolerance is None] or some
     best = min(some, key=_fineness)
     time = "dt" if best.step_tolerance is None else "step_tolerance"
-    directions = [axis for axis in ("mesh", time) if len({getattr(c, axis) for c in some}) > 1]
+    axes = ("mesh", "divide", time)
+    directions = [axis for axis in axes if len({getattr(c, axis) for c in some}) > 1]
     if not directions:
         dynamic = best.scheme not in ("static", "linear-statics")
-        directions = [time] if dynamic or best.mesh is None else ["mesh"]
+        meshes = [axis for axis in ("divide", "mesh") if getattr(best, axis) is not None]
+        directions = [time] if dynamic or not meshes else meshes[:1]
     counts = [len({m[k] for m in grid.values("mesh") if m}) for k in (0, 1)]
     # a count that is the same in all meshes stays
     moving = [n > 1 for n in counts] if "mesh" in grid.swept else [True, True]
     finest = replace(best, dt=min(c.dt for c in some if c.dt))
     if best.mesh is not None:
         finest = replace(finest, mesh=max((m for m in grid.values("mesh") if m), key=prod))
+    if best.divide is not None:
+        finest = replace(finest, divide=max(n for n in grid.values("divide") if n))
     members = [
         _scaled(finest, directions, moving, factor) for factor in (sweep.refine, 1, -sweep.refine)
     ]
@@ -284,12 +290,10 @@ def not_refined(sweep: Sweep, grid: Grid, finer: Sequence[Choice]) -> tuple[str,
         return ()
     runs, first = (*grid.choices, *finer), grid.choices[0]
     found = []
-    counts = {c.mesh for c in runs}
-    if first.degree is not None and None in counts:
-        found.append("the mesh (read from a file)")
-    elif first.degree is not None and len(counts) == 1:
-        found.append(f"the mesh ({first.label(('mesh',))} in all runs)")
-    elif first.mesh is not None and first.cell is not None:
+    divided = len({c.divide for c in runs}) > 1
+    if first.degree is not None and len({(c.mesh, c.divide) for c in runs}) == 1:
+        found.append(f"the mesh ({first.label(('mesh', 'divide'))} in all runs)")
+    elif first.mesh is not None and first.cell is not None and not divided:
         found += [
             f"elements along the {side} side of the mesh ({first.mesh[k]} in all runs)"
             for k, side in enumerate(("first", "second"))
@@ -330,6 +334,12 @@ def _scaled(
     if "dt" in directions and choice.dt is not None:
         dt = choice.dt / factor if factor > 0 else choice.dt * -factor
         scaled = replace(scaled, dt=dt)
+    if "divide" in directions and choice.divide is not None:
+        if factor < 0 and choice.divide % factor:
+            return None
+        scaled = replace(
+            scaled, divide=choice.divide * factor if factor > 0 else choice.divide // -factor
+        )
     if "mesh" in directions and choice.mesh is not None:
         counts = []
         for count, moves in zip(choice.mesh, moving, strict=True):

@@ -120,3 +120,46 @@ def test_meshes_of_files_have_errors(tmp_path: Path) -> None:
     assert 0 < abs(found["value"] - right) <= found["error"] <= 10 * abs(found["value"] - right)
     with pytest.raises(sm.SceneError, match="refine is 0"):
         surface(file, 0)
+
+
+def test_a_study_refines_meshes_of_files(tmp_path: Path) -> None:
+    """A study without axes divides what a file has, and its errors are those of the mesh."""
+    scene = clamped(surface(on_file(tmp_path, 4, 2)), "linear-statics")
+    found = sm.study(scene, out=tmp_path / "study")
+    assert list(found.table["divide"]) == [1, 2]
+    assert found.findings[0].judged.not_refined == ()
+    fine = clamped(surface(on_file(tmp_path, 16, 8)), "linear-statics")
+    tips = [
+        float(sm.run(each, pictures=False).history["tip"].iloc[-1])
+        for each in (scene.with_options(divide=2), fine)
+    ]
+    # the reference is the finer file; round-off as above
+    assert found.table["error"].iloc[1] == pytest.approx(abs(tips[0] / tips[1] - 1), rel=1e-4)
+
+
+def test_what_is_divided(tmp_path: Path) -> None:
+    """Elements of files, and counts of all other meshes; CAD has counts, too."""
+    step = tmp_path / "part.step"
+    step.write_text("")
+    read = surface(on_file(tmp_path, 4, 2), 3)
+    surfaces = {"read": read, "made": sm.GmshFile(step), "strip": sm.Rectangle(1.0, 0.2)}
+    steel = sm.Isotropic(2e11, 0.3, thickness=0.01, density=7850.0)
+    bodies = [sm.Shell(n, s, steel, mesh=(4, 2)) for n, s in surfaces.items()]
+    section = sm.CircularSection(2e11, 0.3, radius=0.02, density=7850.0)
+    beam = sm.Beam("beam", sm.Line((0, 1, 0), (1, 1, 0)), section)
+    scene = sm.Scene("all", bodies, beams=beam, scheme="ep", t_end=1.0, dt=0.1)
+    fine = scene.with_options(divide=2)
+    assert fine.shells[0].surface.refine == 6
+    assert [s.mesh for s in fine.shells] == [(4, 2), (8, 4), (8, 4)]
+    assert fine.beams[0].elements == 2 * beam.elements
+    one = scene.with_options(divide=2, body="made")
+    assert [s.mesh for s in one.shells] == [(4, 2), (8, 4), (4, 2)]
+    assert one.shells[0].surface.refine == 3
+    assert scene.with_options(mesh=(6, 3), body="made").shells[1].mesh == (6, 3)
+    with pytest.raises(sm.SceneError, match=r"mesh is \(6, 3\).*read from a file; divide refines"):
+        scene.with_options(mesh=(6, 3))
+    for wrong in (0, -1, 1.5):
+        with pytest.raises(sm.SceneError, match=f"divide is {wrong}; it must be a whole number"):
+            scene.with_options(divide=wrong)
+    with pytest.raises(sm.SceneError, match="body is 'part'"):
+        scene.with_options(divide=2, body="part")

@@ -119,6 +119,8 @@ def test_what_is_not_refined_is_named():
     one = told(mesh=((3, 2), (6, 2)), dt=(1e-3, 5e-4))
     assert one == ("elements along the second side of the mesh (2 in all runs)",)
     assert told(mesh=((3, 1), (6, 2)), dt=(1e-3, 5e-4)) == ()
+    assert told(divide=(1, 2), dt=(1e-3, 5e-4)) == ()
+    assert told(divide=(2,), dt=(1e-3, 5e-4)) == ("the mesh (mesh divided by 2 in all runs)",)
     # load steps of statics are no error
     assert told(scheme=("static",), mesh=((3, 1), (6, 2))) == ()
     exact = {"exact": 1.0, "quantities": (parse_quantity("tip_z:end"),)}
@@ -145,7 +147,8 @@ def test_a_mesh_from_a_file_is_no_choice(body, tmp_path):
     module = SceneModule("wing", source)
     base = Base("wing", body=body)
     complete = base.complete(module, Choice(tolerance=1e-6))
-    assert (complete.mesh, complete.degree) == (None, 2)
+    assert (complete.mesh, complete.divide, complete.degree) == (None, 1, 2)
+    assert base.build(module, Choice(divide=3)).shells[0].surface.refine == 3
     assert base.build(module, complete).solver.tolerance == 1e-6
     with pytest.raises(SceneError, match="mesh is read from a file"):
         base.build(module, Choice(mesh=(2, 2)))

@@ -11,7 +11,7 @@ from math import isfinite
 
 from mpi4py import MPI
 
-from shellmb.accuracy.companions import Change, degree_of, with_meshes
+from shellmb.accuracy.companions import Change, degree_of
 from shellmb.accuracy.errors import FEWEST, Companions, find_companions, judged, write_errors
 from shellmb.accuracy.estimates import RATIO, step_error
 from shellmb.accuracy.family import Family
@@ -283,7 +283,7 @@ class Search:
 
     def _refinable(self, scene: Scene) -> bool:
         try:
-            with_meshes(scene, 2, self.wanted.body)
+            scene.with_options(divide=2, body=self.wanted.body)
         except SceneError:
             return False
         return degree_of(scene) is not None

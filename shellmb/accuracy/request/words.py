@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from math import isfinite
 
-from shellmb.accuracy.companions import Change, refined_times
+from shellmb.accuracy.companions import Change
 from shellmb.accuracy.request.choose import Choice
 from shellmb.accuracy.request.levels import Level
 from shellmb.scene import Scene, Shell
+from shellmb.scene.shells.divided import refined_times
 from shellmb.studies.quantity import Quantity
 
 

@@ -17,7 +17,7 @@ from shellmb.meshes.files.found import Found
 from shellmb.meshes.files.shellmesh import shell_mesh
 from shellmb.meshes.raw import RawMesh
 from shellmb.scene import GmshFile, GmshModel, Shell
-from shellmb.scene.shells.gmsh_surfaces import Meshed
+from shellmb.scene.shells.gmsh_surfaces import CAD, Meshed
 from shellmb.scene.values.validate import edge_names
 
 __all__ = ["gmsh_mesh"]
@@ -34,8 +34,6 @@ OPTIONS = {
     "Geometry.ToleranceBoolean": 0,
 }
 LINES = {1: 2, 8: 3}
-# formats that say nothing of the size of elements
-CAD = {".step", ".stp", ".brep", ".iges", ".igs"}
 # faces of CAD within this part of its size are one: what files are written with, and no feature
 SEAM = 2e-6
 

@@ -27,6 +27,8 @@ Fraction = Annotated[float, Field(ge=0, lt=0.5, allow_inf_nan=False)]
 Group = Edge | None
 # what gmsh reads as the ending says; anything else it takes for a program
 READ = (".msh", ".geo", ".geo_unrolled", ".step", ".stp", ".brep", ".iges", ".igs", ".med", ".unv")
+# of these CAD, which says nothing of the size of elements
+CAD = (".step", ".stp", ".brep", ".iges", ".igs")
 # how a mesh of gmsh begins, in all versions
 MSH = (b"$MeshFormat", b"$Comments", b"$NOD")
 # names of edges with functions of positions (3, n) that say whether they are on it

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 
-from shellmb.accuracy.companions import degree_of, with_meshes
+from shellmb.accuracy.companions import degree_of
 from shellmb.scene import Scene
 
 
@@ -47,7 +47,7 @@ class Case:
         if self.mesh:
             if degree_of(scene) is not None and not triangles(scene):
                 scene = scene.with_options(degree=3)
-            scene = with_meshes(scene, self.mesh)
+            scene = scene.with_options(divide=self.mesh)
         if scene.static or self.kind == "modes":
             return scene
         if self.scheme is not None:
