@@ -400,6 +400,19 @@ def test_contributing_lists_the_rooms() -> None:
             assert f"- `{room}`: {said.rstrip('.')}\n" in text
 
 
+def test_the_walks_through_the_code_are_true() -> None:
+    """Each line of CONTRIBUTING.md names a file, and a class or function that stands there."""
+    lines = re.findall(
+        r"^- `([\w/]+\.py)`, `(\w+)`: ", (ROOT / "CONTRIBUTING.md").read_text(), re.M
+    )
+    assert len(lines) >= 20
+    for file, name in lines:
+        defined = re.search(
+            rf"^ *(?:class|def) {name}\b", (ROOT / "shellmb" / file).read_text(), re.M
+        )
+        assert defined, f"{name} is not in {file}"
+
+
 def test_files_that_texts_name_are_there() -> None:
     named = re.compile(r"(?<![\w./-])(?:shellmb|forms|tests|demos)/[\w/.-]*\w")
     texts = [*MODULES.values(), *ROOT.glob("*.md"), *(ROOT / "docs").glob("*/*.md")]
