@@ -8,6 +8,7 @@ from shellmb.diagnostics.base import Caution, Watch
 from shellmb.diagnostics.damped_modes import DampedModes
 from shellmb.diagnostics.dissipation import Dissipation
 from shellmb.diagnostics.drift import Drift
+from shellmb.diagnostics.elements.bulging import Bulging
 from shellmb.diagnostics.elements.folded import Folded
 from shellmb.diagnostics.elements.locked import Locked
 from shellmb.diagnostics.energy_law import EnergyLaw
@@ -36,6 +37,7 @@ WATCHES: tuple[type[Watch], ...] = (
     LargeTurns,
     Folded,
     Locked,
+    Bulging,
     Unstable,
     PathEnd,
     StepErrors,

@@ -62,7 +62,10 @@ def _filled(scheme: str, mesh: Mesh) -> Scene:
     )
     surface = Sphere(0.5, azimuth=(0.0, 90.0))
     given: dict[str, Any] = {
-        "shells": replace(base.shells[0], surface=surface, mesh=mesh),
+        # as many cells, and no slender ones at the pole
+        "shells": replace(
+            base.shells[0], surface=surface, mesh=(round(math.sqrt(mesh[0] * mesh[1])),) * 2
+        ),
         "supports": [SymmetryPlane(edge, normal) for edge, normal in planes],
         "loads": Pressure(10.0),
         "probes": (),
