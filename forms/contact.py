@@ -23,6 +23,14 @@ symbol       name                                                               
 ===========  =====================================================================  ==========
 
 The damping is K. H. Hunt and F. R. E. Crossley's (J. Appl. Mech. 42 (1975) 440-445).
+
+Of shells that deform the facet counts that is nearest to a point: a triangle with corners `v_k`,
+here relative to the point. The nearest place, on it, on one of its sides or at a corner, has
+weights `w = w_0 + turns^T t` with the `t` that make `|sum w_k v_k|` least. Surfaces touch at one
+point, the distance `arm` from the body's point towards the facet. On the body it moves with the
+point and the directors, on the shell with the corners and the normal of the facet. So a common
+rigid motion has no slip, and friction no moment; over a step of EP, too, whose momenta are about
+its middle.
 """
 
 from collections.abc import Sequence
@@ -33,6 +41,9 @@ from ufl.core.expr import Expr
 
 from shellmb.forms.frame import spin
 from shellmb.forms.steps.discrete import gradient
+
+# corners of a facet
+CORNERS = 3
 
 
 class Law(NamedTuple):
@@ -93,10 +104,31 @@ def friction(normal: Expr, slip: Expr, law: Law) -> Expr:
     return -law.friction * normal / ufl.sqrt(ufl.dot(slip, slip) + law.slip_speed**2) * slip
 
 
+def surface(normal: Expr, arm: Expr, directors: Sequence[Expr]) -> Expr:
+    """Place of the surface that touches, from the point, shape (3,), m.
+
+    Of a shell it is on the director: moments about that have nothing to act on, and an arm across
+    it would leave some of the angular momentum out.
+
+    Args:
+        normal: Normal from the obstacle to the body.
+        arm: Distance of the surface from the point towards the obstacle, m.
+        directors: Directors at the point; none where the surface is the point itself.
+    """
+    if not directors:
+        return 0 * normal
+    return -arm * (lever(normal, directors[0]) * directors[0] if len(directors) == 1 else normal)
+
+
+def lever(normal: Expr, director: Expr) -> Expr:
+    """Part of a normal along a director, in directors."""
+    return ufl.dot(normal, director) / ufl.dot(director, director)
+
+
 def surface_motion(
     motion: Expr, normal: Expr, arm: Expr, directors: Sequence[Expr], changes: Sequence[Expr]
 ) -> Expr:
-    """Motion of the surface that touches, a distance `arm` from the point towards the obstacle.
+    """Motion of the surface that touches, shape (3,).
 
     Args:
         motion: Motion of the point, shape (3,).
@@ -107,6 +139,8 @@ def surface_motion(
     """
     if not directors:
         return motion
+    if len(directors) == 1:
+        return motion - arm * lever(normal, directors[0]) * changes[0]
     return motion - arm * ufl.cross(turn(directors, changes), normal)
 
 
@@ -146,15 +180,89 @@ def greatest(a: Expr, b: Expr) -> Expr:
 
 
 def turn(directors: Sequence[Expr], changes: Sequence[Expr]) -> Expr:
-    """Rotation vector of a motion of directors, as moments see it (`forms.loads`), shape (3,).
+    """Rotation vector of a motion of the three directors of a frame, shape (3,).
 
     Args:
-        directors: Three of a frame, or that of a shell, which does not turn about itself.
+        directors: They.
         changes: Their motions.
     """
-    if len(directors) == 1:
-        (d,), (dd,) = directors, changes
-        return ufl.cross(d, dd) / ufl.dot(d, d)
     volume = ufl.dot(directors[0], ufl.cross(directors[1], directors[2]))
     pairs = zip(spin(directors, changes), directors, strict=True)
     return sum((s / volume * d for s, d in pairs), 0 * changes[0])
+
+
+class Nearest(NamedTuple):
+    """Data of the place that is nearest.
+
+    Args:
+        start: Weights of some place that may slide to it, three.
+        turns: How they may change, twice three; zero where it may not slide.
+        still: One for each of these that is zero, else zero.
+    """
+
+    start: Sequence[Expr]
+    turns: Sequence[Sequence[Expr]]
+    still: Sequence[Expr]
+
+
+def combined(weights: Sequence[Expr], vectors: Sequence[Expr]) -> Expr:
+    """Combination of vectors, shape (3,)."""
+    return sum((w * v for w, v in zip(weights, vectors, strict=True)), start=0 * vectors[0])
+
+
+def facet_normal(corners: Sequence[Expr], near: Nearest) -> Expr:
+    """Unit vector from the nearest place to the point, shape (3,)."""
+    place = combined(near.start, corners)
+    one, two = (combined(turn, corners) for turn in near.turns)
+    a, b, c = ufl.dot(one, one) + near.still[0], ufl.dot(one, two), ufl.dot(two, two)
+    c += near.still[1]
+    first, second = ufl.dot(one, place), ufl.dot(two, place)
+    slid = (c * first - b * second) * one + (a * second - b * first) * two
+    away = slid / (a * c - b**2) - place
+    return away / ufl.sqrt(ufl.dot(away, away))
+
+
+def on_facet(at: Expr, corners: Sequence[Expr], changes: Sequence[Expr]) -> Expr:
+    """Motion of a place that moves with a facet, shape (3,).
+
+    Args:
+        at: The place, relative to the point.
+        corners: Corners of the facet.
+        changes: Their motions.
+    """
+    a, b = corners[1] - corners[0], corners[2] - corners[0]
+    da, db = changes[1] - changes[0], changes[2] - changes[0]
+    normals = ufl.cross(da, b) + ufl.cross(a, db)
+    axes = a, b, ufl.cross(a, b)
+    return carried(at - corners[0], axes, changes[0], (da, db, normals))
+
+
+def facet_friction(
+    state: Sequence[Expr],
+    speed: Sequence[Expr],
+    virtual: Sequence[Expr],
+    near: Nearest,
+    arm: Expr,
+    law: Law,
+) -> Expr:
+    """Virtual work of friction for a normal force of one.
+
+    Args:
+        state: Corners of the facet relative to the point, then directors of the body there.
+        speed: Their velocities.
+        virtual: Their virtual motions.
+        near: The nearest place.
+        arm: Distance of the surface from the point, m.
+        law: Coefficient of friction and slip speed.
+    """
+    corners, directors = state[:CORNERS], state[CORNERS:]
+    n = facet_normal(corners, near)
+    s = surface(n, arm, directors)
+
+    def slip(moved: Sequence[Expr]) -> Expr:
+        own = surface_motion(0 * n, n, arm, directors, moved[CORNERS:])
+        return own - on_facet(s, corners, moved[:CORNERS])
+
+    along = slip(speed)
+    along = along - ufl.dot(along, n) * n
+    return ufl.dot(friction(ufl.as_ufl(1.0), along, law), slip(virtual))

@@ -58,6 +58,16 @@ class Pieces(NamedTuple):
     stresses: Callable[[Potential, Sequence[Expr], Expr], Stresses]
     alpha: float = 0.0
 
+    @property
+    def total(self) -> Mapping[str, float]:
+        """Share in each row of a force that is constant over the whole step."""
+        return {name: sum(shares) for name, shares in self.rows.items()}
+
+    @property
+    def mean(self) -> tuple[float, ...]:
+        """Shares of the forces of the pieces in their mean over the step: those of the last row."""
+        return next(shares for name, shares in self.rows.items() if name in self.states[-1])
+
 
 def single(state: str) -> Pieces:
     """Statics: the stress at the unknown state.

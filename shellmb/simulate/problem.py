@@ -300,7 +300,7 @@ class Problem:
                 given = (t, dt) if self.load_factor is None else (self.load_factor, 0.0)
                 self._prescribe(name, stage, *given)
         for coupling in self.couplings:
-            coupling.look()
+            coupling.look(dt)
         self._renew()
         self._start_from_state()
 

@@ -38,6 +38,8 @@ from shellmb.simulate.stepsize.tolerance import ErrorSize
 
 # what names of saved arrays of steps before the last one begin with
 PAST = "past/"
+# and of those of contacts of shells
+COUPLED = "coupled/"
 
 
 class Observer(Protocol):
@@ -373,7 +375,11 @@ class Simulation:
 
     def past(self) -> Arrays:
         """The other part of it, of earlier steps, which nothing changes."""
-        return {f"{PAST}{key}": array for key, array in self.stepping.arrays().items()}
+        found = {f"{PAST}{key}": array for key, array in self.stepping.arrays().items()}
+        for coupling in self.problem.couplings:
+            own = f"{PAST}{COUPLED}{coupling.name}/"
+            found |= {f"{own}{key}": array for key, array in coupling.arrays().items()}
+        return found
 
     def restore(self, arrays: Arrays, state: dict[str, Any]) -> None:
         """Take up a saved state.
@@ -392,8 +398,11 @@ class Simulation:
         self.step_seconds = float(state["step_seconds"])
         self.size.restore(state["size"])
         self.model.mechanism.switches.restore(state["switches"])
-        past = {k.removeprefix(PAST): a for k, a in arrays.items() if k.startswith(PAST)}
-        self.stepping.restore(past, state["past"])
+        past = _below(arrays, PAST)
+        for coupling in self.problem.couplings:
+            coupling.restore(_below(past, f"{COUPLED}{coupling.name}/"))
+        own = {key: array for key, array in past.items() if not key.startswith(COUPLED)}
+        self.stepping.restore(own, state["past"])
         self.control.restore(state.get("control"))
         if self.control.ended is not None:
             self.t_end = self.t
@@ -436,3 +445,8 @@ class Simulation:
             "past": self.stepping.state(),
             "control": self.control.state(),
         }
+
+
+def _below(arrays: Arrays, prefix: str) -> Arrays:
+    """Arrays whose names begin so, without that."""
+    return {key.removeprefix(prefix): a for key, a in arrays.items() if key.startswith(prefix)}

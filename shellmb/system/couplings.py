@@ -6,8 +6,8 @@ process.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import NamedTuple, Protocol
+from collections.abc import Iterator, Sequence
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -71,26 +71,45 @@ def derivatives(couplings: Sequence[Coupling]) -> Entries:
     return Entries(*(np.concatenate(some) for some in zip(*found, strict=True)))
 
 
+class Combined(Protocol):
+    """Rows or columns of a reduced matrix that local dofs are combinations of."""
+
+    @property
+    def numbers(self) -> Ints:
+        """Their numbers, -1: none, shape (local dofs, n)."""
+        ...
+
+    @property
+    def values(self) -> Floats:
+        """Their shares at the current state, shape (local dofs, n or more)."""
+        ...
+
+
 class CoupledEntries:
     """Entries of couplings in a reduced matrix of one process.
 
     Args:
         couplings: The couplings.
-        rows: Row in the matrix of the equation of each local dof; -1: none.
-        columns: Column of each local dof; -1: none.
+        rows: Rows in the matrix of the equations of local dofs.
+        columns: Columns of local dofs.
     """
 
-    def __init__(self, couplings: Sequence[Coupling], rows: Ints, columns: Ints) -> None:
+    def __init__(self, couplings: Sequence[Coupling], rows: Combined, columns: Combined) -> None:
         self._couplings, self._rows, self._columns = couplings, rows, columns
         none = np.zeros(0, dtype=np.int64)
         found = [(none, none), *(coupling.pattern() for coupling in couplings)]
         row, column = (np.concatenate(some) for some in zip(*found, strict=True))
-        self.rows, self.columns = self._in_matrix(row, column)[1:]
+        places = [(i, j) for _, _, _, i, j in self._in_matrix(row, column)]
+        self.rows, self.columns = (np.concatenate(some) for some in zip(*places, strict=True))
 
-    def _in_matrix(self, rows: Ints, columns: Ints) -> tuple[Ints, Int32s, Int32s]:
-        row, column = self._rows[rows], self._columns[columns]
-        here = np.flatnonzero((row >= 0) & (column >= 0))
-        return here, row[here].astype(np.int32), column[here].astype(np.int32)
+    def _in_matrix(self, rows: Ints, columns: Ints) -> Iterator[tuple[int, int, Ints, Any, Any]]:
+        """Entries that are in the matrix by parts of their dofs, with their rows and columns."""
+        for p in range(self._rows.numbers.shape[1]):
+            row = self._rows.numbers[rows, p]
+            for q in range(self._columns.numbers.shape[1]):
+                column = self._columns.numbers[columns, q]
+                here = np.flatnonzero((row >= 0) & (column >= 0))
+                yield p, q, here, row[here].astype(np.int32), column[here].astype(np.int32)
 
     def add_to(self, matrix: Adding, given: Floats, load: Floats) -> None:
         """Add all entries.
@@ -101,8 +120,12 @@ class CoupledEntries:
             load: Gets their forces, on the local dofs.
         """
         found = derivatives(self._couplings)
-        here, row, column = self._in_matrix(found.rows, found.columns)
-        matrix.add(row, column, found.values[here])
+        entries = []
+        for p, q, here, row, column in self._in_matrix(found.rows, found.columns):
+            shares = self._rows.values[found.rows[here], p]
+            shares = shares * self._columns.values[found.columns[here], q]
+            entries.append((row, column, shares * found.values[here]))
+        matrix.add(*(np.concatenate(some) for some in zip(*entries, strict=True)))
         forced = found.values * given[found.columns]
         load -= np.bincount(found.rows, forced, len(load))
 

@@ -231,8 +231,6 @@ def test_edges_that_pass_through_edges_are_said() -> None:
     [
         ({"smoothing": 0.0}, "contact 'touch': smoothing is 0; with the faces of a shell it must"),
         ({"smoothing": 2e-3}, "smoothing is 0.002; it must be less than half of the distance"),
-        ({"relative_damping": 0.1}, "relative_damping is 0.1; with the faces of a shell it must"),
-        ({"friction": 0.1, "slip_speed": 1.0}, "friction is 0.1; with the faces of a shell it"),
         ({"preloaded": True}, "preloaded is True; with the faces of a shell it must be left out"),
         ({"obstacle": Faces("floor", 1e-3)}, "shell of the faces: there is no shell 'floor'"),
         ({"obstacle": Faces("low", 6e-3)}, "16 of 25 points of 'up' start in 'low'"),
@@ -249,6 +247,25 @@ def test_refused(change: dict[str, Any], says: str | None) -> None:
         return
     with pytest.raises(SceneError, match=says):
         build_model(replace(scene, contacts=touch), MPI.COMM_WORLD)
+
+
+@pytest.mark.parametrize(
+    ("make", "says"),
+    [
+        (lambda: Faces("low", 0.0), "faces: thickness is 0.0; it must be greater than 0"),
+        (lambda: Faces("low", -1e-3), "faces: thickness is -0.001; it must be greater than 0"),
+        (lambda: Contact("c", Faces("low", 1e-3), K, friction=-0.1), "friction is -0.1; it must"),
+        (lambda: Contact("c", Faces("low", 1e-3), K, friction=0.1), "slip_speed is missing"),
+        (lambda: Contact("c", Faces("low", 1e-3), 0.0), "stiffness is 0.0; it must be greater"),
+        (
+            lambda: plates(contacts=Contact("c", Faces("low", 1e-3), K, "lid", smoothing=1e-5)),
+            "contact 'c': there is no shell 'lid'",
+        ),
+    ],
+)
+def test_bad_numbers(make: Any, says: str) -> None:
+    with pytest.raises(SceneError, match=says):
+        make()
 
 
 @pytest.mark.parametrize(

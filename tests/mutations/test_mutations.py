@@ -17,6 +17,7 @@ import pytest
 from . import (
     faults,
     faults_control,
+    faults_faces,
     faults_locations,
     faults_recent,
     faults_said,
@@ -31,6 +32,7 @@ FAULTS = (
     *faults_control.FAULTS,
     *faults_said.FAULTS,
     *faults_recent.FAULTS,
+    *faults_faces.FAULTS,
 )
 
 ROOT = Path(__file__).parents[2]

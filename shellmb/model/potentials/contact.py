@@ -116,7 +116,7 @@ class ContactGroup(PotentialGroup):
             damped = forms.resisted(pressing, FAR * self.always - into, law.damping)
             pressing, total = pressing + damped, damped * out
         if law.friction is not None:
-            foot = r if self.item.radius == 0 else r - self._arm * n
+            foot = r + forms.surface(n, self._arm, place.e)
             slip, shift = (
                 self._relative(
                     Place(forms.surface_motion(m.x, n, self._arm, place.e, m.e), ()), at, v, foot

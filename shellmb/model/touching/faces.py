@@ -17,7 +17,7 @@ from shellmb.model.shells.shell import ShellModel
 from shellmb.model.touching.blend import Families
 from shellmb.model.touching.candidates import Candidates, around, find
 from shellmb.model.touching.facets import facets_of, nearest
-from shellmb.model.touching.law import Penalty
+from shellmb.model.touching.law import Law
 from shellmb.model.touching.pulls import Places
 from shellmb.scene.loads.contacts import Contact
 from shellmb.scene.lookup import said
@@ -41,13 +41,15 @@ class Touching(NamedTuple):
         places: Nearest places of all pairs at each state.
         point: Numbers of the points, shape (n,).
         nodes: Nodes of the facet of each pair, in the slots behind that of the point, (p, k - 1).
+        vertices: Vertices of the facets as combinations of these, shape (p, 3, k - 1).
     """
 
-    law: Penalty
+    law: Law
     families: Families
     places: list[Places]
     point: Ints
     nodes: Ints
+    vertices: Floats
 
     @property
     def distances(self) -> Floats:
@@ -69,6 +71,8 @@ class FacesContact:
     Attributes:
         y: Reference positions of the points, shape (n, 3), m.
         y_dofs: Dofs of their displacements in the body's space, shape (n, 3).
+        d: Reference directors of the points that matter, shape (n, directors, 3).
+        d_dofs: Dofs of their changes in the body's space, shape (n, directors, 3).
         x: Reference positions of the shell's nodes, shape (m, 3), m.
         x_dofs: Dofs of their displacements in the shell's space, shape (m, 3).
         law: Law of all points.
@@ -85,10 +89,15 @@ class FacesContact:
         ends = [end for end, some in zip(points.ends, has, strict=True) if some]
         self.y = np.array([end.point for end in ends])
         self.y_dofs = np.array([end.dofs["u"] for end in ends])
+        # friction turns the points' surfaces, if these are not the points themselves
+        turns = item.friction * item.radius > 0
+        self.d = np.array([end.directors[: len(end.directors) * turns] for end in ends])
+        self.d_dofs = np.array([end.dofs["w"] for end in ends]).reshape(len(ends), -1, 3)
+        self.d_dofs = self.d_dofs[:, : self.d.shape[1]]
         self._points, self._has = points, has
         self.x = np.asarray(shell.mixed.nodes("u"))
         self.x_dofs = part_dofs(shell, np.arange(len(self.x), dtype=np.int32), "u")
-        self.law = Penalty(reach, item.stiffness * points.weights[has], item.smoothing)
+        self.law = Law(reach, item.stiffness * points.weights[has], item)
         self.facets = facets_of(shell.mixed.subspaces["u"])
         sides = self.x[self.facets.cells]
         sizes = np.linalg.norm(sides - np.roll(sides, 1, axis=1), axis=2)
@@ -155,13 +164,20 @@ class FacesContact:
         return find(self.facets, y, x, far, self.slack + slack, self._apart)
 
     def coupled(self, found: Candidates) -> csr_array:
-        """Nodes whose forces depend on each other: points first, then the shell's."""
+        """Slots whose forces depend on each other: points, the shell's nodes, then directors."""
         cells = self.facets.cells[self.facets.cell[found.triangle]]
-        n, count = len(self.y), len(self.y) + len(self.x)
-        rows = np.concatenate([np.repeat(found.point, cells.shape[1]), found.point])
-        columns = np.concatenate([n + cells.ravel(), found.point])
-        has = coo_array((np.ones(len(rows)), (rows, columns)), shape=(n, count)).tocsr()
-        return csr_array(has.T @ has)
+        n, ends = len(self.y), len(self.y) + len(self.x)
+        slots = [n + cells.ravel(), found.point, ends + self.directors(found.point).ravel()]
+        rows = [np.repeat(found.point, len(some) // max(1, len(found.point))) for some in slots]
+        columns = np.concatenate(slots)
+        shape = n, ends + self.d[:, :, 0].size
+        has = coo_array((np.ones(len(columns)), (np.concatenate(rows), columns)), shape=shape)
+        return csr_array(has.T.tocsr() @ has.tocsr())
+
+    def directors(self, points: Ints) -> Ints:
+        """Numbers of the directors of points among all, shape (m, directors)."""
+        count = self.d.shape[1]
+        return points[:, None] * count + np.arange(count)
 
     def touching(self, found: Candidates, states: list[tuple[Floats, Floats]]) -> Touching | None:
         """Points that touch at some of the states; None: there is none.
@@ -195,7 +211,7 @@ class FacesContact:
             slots = np.concatenate([here, x[nodes]], axis=1) - here
             places.append(Places(slots, weights, turns, some.inverse, some.distance))
         families = Families(owner, first, self.width)
-        return Touching(self.law.only(point), families, places, point, nodes)
+        return Touching(self.law.only(point), families, places, point, nodes, vertices)
 
     def through(self, found: Candidates, a: Any, b: Any) -> int | None:
         """A point that passes through the shell on a straight way between two states, if any."""

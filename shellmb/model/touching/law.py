@@ -1,4 +1,4 @@
-"""The penalty of a contact with faces of a shell, that of `forms.contact`, by a distance."""
+"""The law of a contact with faces of a shell, that of `forms.contact`, by a distance."""
 
 from __future__ import annotations
 
@@ -8,22 +8,23 @@ from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats, Ints
 from shellmb.forms import contact
+from shellmb.scene.loads.contacts import Contact
 
 
-class Penalty(NamedTuple):
-    """Energy of the penetrations of some points.
+class Law(NamedTuple):
+    """Law of the penetrations of some points.
 
     Args:
         reach: Distance at which contact begins, m.
         stiffness: Stiffness of each point, shape (n,), N/m.
-        smoothing: Penetration over which the stiffness sets in, m.
+        item: Smoothing, damping and friction.
     """
 
     reach: float
     stiffness: Floats
-    smoothing: float
+    item: Contact
 
-    def only(self, which: Ints) -> Penalty:
+    def only(self, which: Ints) -> Law:
         """Law of some of the points."""
         return self._replace(stiffness=self.stiffness[which])
 

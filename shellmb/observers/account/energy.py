@@ -146,7 +146,9 @@ class EnergyAccount(Booked):
         steps = [loads, terms, *lost, *elastic.values()]
         if self._potentials or self._faces:
             self._values.setdefault("potential_energy", 0.0)
-            self._values |= {f"{b.item.name}.loss": 0.0 for b in self._potentials} | self._values
+            losing = [b.item.name for b in self._potentials]
+            losing += [faces.name for faces in self._faces]
+            self._values |= {f"{name}.loss": 0.0 for name in losing} | self._values
         self._names = tuple(inert)
         self._step = functionals(steps, comm)
         self._dynamic, self._acting = scheme.dynamic, scheme.dynamic and any(steps)
@@ -162,8 +164,9 @@ class EnergyAccount(Booked):
         self._works = np.zeros((STEPS, len(steps)))
         self._supports = [0.0] * STEPS
         self._energy = np.zeros((STEPS, len(there)))
-        # of contacts with faces of shells, which no form knows: what is lost, and energies
-        self._lost = np.zeros((STEPS, len(self._faces)))
+        # of contacts with faces of shells, which no form knows: what is lost in the scheme, and by
+        # friction and damping, and energies
+        self._lost = np.zeros((STEPS, len(self._faces), 2))
         self._touch = np.zeros((STEPS, len(self._faces)))
         if natural:
             self._shift = there.tolist()[-1]
@@ -260,7 +263,7 @@ class EnergyAccount(Booked):
             return
         if self._acting:
             self._works[row] = self._step()
-        if self._faces and self._alpha:
+        if self._faces:
             self._lost[row] = [faces.loss() for faces in self._faces]
         if self._driven:
             self._supports[row] = simulation.problem.support_work()
@@ -295,7 +298,7 @@ class EnergyAccount(Booked):
             found.append(dict(self._values))
         return found
 
-    def _work_of(self, works: list[float], supports: float, lost: list[float]) -> None:
+    def _work_of(self, works: list[float], supports: float, lost: list[list[float]]) -> None:
         values = self._values
         if self._acting:
             loads, terms, *rest = works
@@ -306,10 +309,11 @@ class EnergyAccount(Booked):
                 values[f"{body.item.name}.loss"] -= work
                 values["dissipation"] -= work
             self._dissipate(rest[len(self._potentials) :])
-        if self._alpha:
-            for faces, part in zip(self._faces, lost, strict=True):
+        for faces, (part, spent) in zip(self._faces, lost, strict=True):
+            if self._alpha:
                 self._dissipated[faces.name] = self._dissipated.get(faces.name, 0.0) + part
-                values["dissipation"] += part
+            values[f"{faces.name}.loss"] += spent
+            values["dissipation"] += part + spent
         if self._driven:
             values["work_supports"] += supports
 

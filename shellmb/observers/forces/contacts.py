@@ -60,7 +60,7 @@ class ContactForces(Silent):
             self.values.update({f"{group.item.name}.{name}": float("nan") for name in names})
         self._faces = problem.couplings
         for faces in self._faces:
-            names = (*AXES, CONTACT[0])
+            names = (*AXES, *CONTACT)
             self.values.update({f"{faces.name}.{name}": float("nan") for name in names})
         self._depths(simulation)
 
@@ -85,9 +85,11 @@ class ContactForces(Silent):
                 if f"{group.item.name}.{name}" in self.values:
                     self.values[f"{group.item.name}.{name}"] = float(value)
         for faces in self._faces:
-            forces = faces.forces()
-            whole = [*forces.sum(axis=0), np.linalg.norm(forces, axis=1).sum()]
-            for name, value in zip((*AXES, CONTACT[0]), whole, strict=True):
+            normal, friction = faces.forces()
+            across = friction.sum(axis=0)
+            whole = [*(normal.sum(axis=0) + across), np.linalg.norm(normal, axis=1).sum()]
+            whole.append(np.linalg.norm(across))
+            for name, value in zip((*AXES, *CONTACT), whole, strict=True):
                 self.values[f"{faces.name}.{name}"] = float(value)
 
     def accepted(self, simulation: Simulation) -> None:

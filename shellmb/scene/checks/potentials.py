@@ -121,12 +121,6 @@ def _faces(scene: Description, contact: Contact, faces: Faces) -> None:
             "penetration that is expected: nodes above the edges of elements touch and part at "
             "once, and Newton's method does not converge where forces jump"
         )
-    for what in ("friction", "relative_damping"):
-        if getattr(contact, what) > 0:
-            raise SceneError(
-                f"{who}: {what} is {getattr(contact, what):g}; with the faces of a shell it must "
-                "be 0, because only obstacles have it"
-            )
     if contact.preloaded or contact.obstacle_body is not None:
         what = "preloaded" if contact.preloaded else "obstacle_body"
         raise SceneError(

@@ -2,45 +2,67 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from mpi4py import MPI
 
 import numpy as np
+from scipy.sparse import csr_array
 
 from shellmb.arrays import Floats, Ints
 from shellmb.errors import ConvergenceError
-from shellmb.model.touching.blend import Mixed, mixed
+from shellmb.model.touching.blend import mixed
 from shellmb.model.touching.faces import FacesContact, Touching
 from shellmb.model.touching.pulls import mean_slope
 from shellmb.scene.lookup import said
 from shellmb.schemes.base import END, Levels
 from shellmb.schemes.pieces import START, START_RATE, Pieces
-from shellmb.simulate.couplings.stresses import PointStresses, StepStresses
+from shellmb.simulate.couplings.acting import Block, Force, blocks
+from shellmb.simulate.couplings.rubbing import Ends, Rubbing
+from shellmb.simulate.couplings.stresses import Pushes, StepStresses, opposite
 from shellmb.system.couplings import Entries
 
 # times a motion that was larger than expected for which pairs are found anew
 AHEAD = 1.2
 
 
-class Acting(NamedTuple):
-    """Forces of a step on the slots of pairs of points and facets.
+# body, reference positions or directors, and dofs of their changes
+Side = tuple[str, Floats, Any]
+
+
+class Loss(NamedTuple):
+    """Energies that a step dissipates.
 
     Args:
-        touching: The pairs.
-        stresses: Stresses of the pieces, of each point.
-        slopes: Mean slopes of the distances in each piece with their derivatives by both ends.
-        mixed: Mean weights of the pairs in each piece.
-        nodes: Numbers of the nodes in the slots, points first, shape (p, k).
+        scheme: By the scheme, J.
+        spent: By damping and friction, J.
+    """
+
+    scheme: float
+    spent: float
+
+
+class Acting(NamedTuple):
+    """Forces of a step.
+
+    Args:
+        touching: The pairs that feel them.
+        nodes: Numbers of the nodes in the slots of the distances, points first, shape (p, k).
+        normal: Forces along distances.
+        friction: Friction; None: there is none.
     """
 
     touching: Touching
-    stresses: PointStresses
-    slopes: list[tuple[Floats, ...]]
-    mixed: list[Mixed]
     nodes: Ints
+    normal: list[Force]
+    friction: Force | None
+
+    @property
+    def every(self) -> list[Force]:
+        """All forces."""
+        return self.normal if self.friction is None else [*self.normal, self.friction]
 
 
 class FacesCoupling:
@@ -69,11 +91,16 @@ class FacesCoupling:
         self.contact, self._pieces, self._offsets = contact, pieces, offsets
         self._stages = tuple(pieces.rows)
         self._stresses = StepStresses(comm, pieces, contact.law)
+        rubs, directors = contact.item.friction > 0, contact.d.shape[1]
+        self._rubbing = Rubbing(comm, contact.law, directors) if rubs else None
+        self._last = len(pieces.states) - 1
         self._arrays = {name: _arrays(levels[name]) for name in (contact.body, contact.shell)}
-        self._sides = (
+        self._sides: tuple[Side, ...] = (
             (contact.body, contact.y, contact.y_dofs),
             (contact.shell, contact.x, contact.x_dofs),
+            (contact.body, contact.d.reshape(-1, 3), contact.d_dofs.reshape(-1, 3)),
         )
+        self._wider = 0.0
         self.candidates = contact.candidates(contact.y, contact.x)
         self._pattern = contact.coupled(self.candidates)
         self.changed = False
@@ -86,12 +113,12 @@ class FacesCoupling:
 
     @property
     def _count(self) -> int:
-        return len(self.contact.y) + len(self.contact.x)
+        return sum(len(dofs) for _, _, dofs in self._sides)
 
     def _places(self, stage: str, nodes: Ints) -> Ints:
-        """Local dofs of a stage at nodes, those of points first, shape (n, 3)."""
-        both = [dofs + self._offsets[body, stage] for body, _, dofs in self._sides]
-        return np.concatenate(both)[nodes]
+        """Local dofs of a stage at nodes: points, the shell's, then directors, shape (n, 3)."""
+        every = [dofs + self._offsets[body, stage] for body, _, dofs in self._sides]
+        return np.concatenate(every)[nodes]
 
     @property
     def name(self) -> str:
@@ -100,11 +127,14 @@ class FacesCoupling:
 
     def _at(self, state: Mapping[str, float]) -> tuple[Floats, Floats]:
         """Positions of points and nodes at a state of the step."""
-        found = []
-        for body, X, dofs in self._sides:
-            arrays = self._arrays[body]
-            found.append(X + sum(share * arrays[name][dofs] for name, share in state.items()))
-        return found[0], found[1]
+        y, x = (self._side(side, state) for side in self._sides[:2])
+        return y, x
+
+    def _side(self, side: Side, state: Mapping[str, float]) -> Floats:
+        """Positions, or directors, at a state of the step, shape (n, 3)."""
+        body, X, dofs = side
+        arrays = self._arrays[body]
+        return X + sum(share * arrays[name][dofs] for name, share in state.items())
 
     def start(self) -> tuple[Floats, Floats]:
         """Positions of points and nodes at the start of the step."""
@@ -122,48 +152,88 @@ class FacesCoupling:
         touching = self._touching()
         if touching is None:
             return None
-        places = touching.places
+        places, of = touching.places, touching.families
         stresses = self._stresses.at(touching.law, touching.distances)
-        ends, of = self._pieces.ends, touching.families
-        slopes = [mean_slope(places[i], places[j], derivatives) for i, j in ends]
-        mix = [mixed(of, places[i].distance, places[j].distance) for i, j in ends]
         points = touching.point[of.owner]
         nodes = np.column_stack([points, len(self.contact.y) + touching.nodes])
-        return Acting(touching, stresses, slopes, mix, nodes)
+
+        def along(ends: tuple[int, int], pushes: Pushes, shares: Mapping[str, float]) -> Force:
+            a, b = (places[k] for k in ends)
+            mix = mixed(of, a.distance, b.distance)
+            return Force(shares, pushes, mean_slope(a, b, derivatives), mix, ends, nodes)
+
+        normal = []
+        for n, (ends, pushes) in enumerate(zip(self._pieces.ends, stresses.pieces, strict=True)):
+            shares = {row: some[n] for row, some in self._pieces.rows.items()}
+            normal.append(along(ends, pushes, shares))
+        whole = (0, self._last)
+        if stresses.damped is not None:
+            normal.append(along(whole, opposite(stresses.damped), self._pieces.total))
+        return Acting(touching, nodes, normal, self._friction(touching, nodes, stresses.normal))
+
+    def _friction(self, touching: Touching, nodes: Ints, pressed: Pushes | None) -> Force | None:
+        if self._rubbing is None or pressed is None:
+            return None
+        contact, of = self.contact, touching.families
+        directors = contact.directors(touching.point[of.owner])
+        slots = np.column_stack([nodes, len(contact.y) + len(contact.x) + directors])
+        ends = self._ends(slots)
+        a, b = (touching.places[k].distance for k in (0, self._last))
+        found = self._rubbing.at(touching, ends)
+        total = self._pieces.total
+        return Force(total, opposite(pressed), found, mixed(of, a, b), (0, self._last), slots)
+
+    def _ends(self, slots: Ints) -> Ends:
+        """Positions of slots at both ends of the step."""
+        states = self._pieces.states
+        first, last = (
+            np.concatenate([self._side(side, states[k]) for side in self._sides])[slots]
+            for k in (0, self._last)
+        )
+        return Ends(first, last)
 
     def residual(self) -> tuple[Ints, Floats]:
         """Local dofs and forces on them."""
-        acting = self._acting(False)
+        acting, places, values = self._acting(False), [np.zeros(0, dtype=np.int64)], [np.zeros(0)]
         if acting is None:
-            return np.zeros(0, dtype=np.int64), np.zeros(0)
-        places, values = [], []
-        for stage, shares in self._pieces.rows.items():
-            places.append(self._places(stage, acting.nodes).ravel())
-            values.append(_row(acting, shares).ravel())
+            return places[0], values[0]
+        for force in acting.every:
+            on_slots = force.on_slots(acting.touching.families)
+            for stage, share in force.shares.items():
+                if share:
+                    places.append(self._places(stage, force.nodes).ravel())
+                    values.append(share * on_slots.ravel())
         return np.concatenate(places), np.concatenate(values)
 
     def jacobian(self) -> Entries:
         """Derivatives of the forces."""
         acting = self._acting(True)
         none = np.zeros(0, dtype=np.int64)
+        found = [Entries(none, none, np.zeros(0))]
         if acting is None:
-            return Entries(none, none, np.zeros(0))
-        states, found = self._pieces.states, []
-        for row, shares in self._pieces.rows.items():
-            blocks = _derivatives(acting, shares, self._pieces.ends, len(states))
-            for column in self._stages:
-                weights = [state.get(column, 0.0) for state in states]
-                for rows, columns, by_states in blocks:
-                    parts = [w * d for w, d in zip(weights, by_states, strict=True) if w]
-                    if not parts:
-                        continue
-                    values = sum(parts[1:], parts[0])
-                    i = self._places(row, rows)[:, :, :, None, None]
-                    j = self._places(column, columns)[:, None, None]
-                    here = np.flatnonzero(values)
-                    one, two = (np.broadcast_to(k, values.shape).ravel()[here] for k in (i, j))
-                    found.append(Entries(one, two, values.ravel()[here]))
+            return found[0]
+        touching = acting.touching
+        for force in acting.every:
+            for block in blocks(force, touching.families, touching.places, acting.nodes):
+                found += self._entries(block, force.shares)
         return Entries(*(np.concatenate(some) for some in zip(*found, strict=True)))
+
+    def _entries(self, block: Block, shares: Mapping[str, float]) -> Iterator[Entries]:
+        """Entries of derivatives in all rows and columns."""
+        for column in self._stages:
+            weights = [state.get(column, 0.0) for state in self._pieces.states]
+            parts = [w * d for w, d in zip(weights, block.by, strict=True) if w and d is not None]
+            if not parts:
+                continue
+            values = sum(parts[1:], parts[0])
+            here = np.flatnonzero(values)
+            j = self._places(column, block.columns)[:, None, None]
+            for row, share in shares.items():
+                if not share:
+                    continue
+                i = self._places(row, block.rows)[:, :, :, None, None]
+                one, two = (np.broadcast_to(k, values.shape).ravel()[here] for k in (i, j))
+                yield Entries(one, two, share * values.ravel()[here])
 
     def pattern(self) -> tuple[Ints, Ints]:
         """All entries that candidates may have."""
@@ -177,8 +247,15 @@ class FacesCoupling:
         self.changed = False
         return np.concatenate(rows), np.concatenate(columns)
 
-    def look(self) -> None:
-        """Before a step: find pairs again where something may have come near."""
+    def look(self, dt: float) -> None:
+        """Before a step: find pairs again where something may have come near.
+
+        Args:
+            dt: Length of the step, s.
+        """
+        self._stresses.dt = dt
+        if self._rubbing is not None:
+            self._rubbing.dt = dt
         y, x = self.start()
         if self.candidates.moved(y, x) > 0.5:
             self._find(y, x, 0.0)
@@ -197,7 +274,24 @@ class FacesCoupling:
         self._find(y, x, 2 * AHEAD * most)
         return False
 
+    def arrays(self) -> dict[str, Floats]:
+        """Memory of the next steps beside the state: pairs, and entries of the matrix."""
+        found, pattern = self.candidates, self._pattern
+        entries = {"entries": pattern.indices, "rows": pattern.indptr}
+        return {"y": found.y, "x": found.x, "wider": np.array(self._wider)} | entries
+
+    def restore(self, arrays: Mapping[str, Any]) -> None:
+        """Take that up; none: it is found again."""
+        if not arrays:
+            return
+        self._wider = float(arrays["wider"])
+        self.candidates = self.contact.candidates(arrays["y"], arrays["x"], self._wider)
+        entries, rows = arrays["entries"], arrays["rows"]
+        has = np.ones(len(entries)), entries, rows
+        self._pattern, self.changed = csr_array(has, shape=self._pattern.shape), True
+
     def _find(self, y: Floats, x: Floats, slack: float) -> None:
+        self._wider = slack
         self.candidates = self.contact.candidates(y, x, slack)
         pattern = self.contact.coupled(self.candidates)
         if pattern.multiply(self._pattern).nnz < pattern.nnz:
@@ -238,20 +332,37 @@ class FacesCoupling:
         """Decide whether the bodies intersect between the points, at the start of the step."""
         return self.contact.pierced(self.candidates, *self.start())
 
-    def loss(self) -> float:
-        """Energy that the step just solved has dissipated, J."""
-        touching = self._touching()
-        if touching is None:
-            return 0.0
-        return float(self._stresses.at(touching.law, touching.distances).loss.sum())
-
-    def forces(self) -> Floats:
-        """Mean forces on the points over the step just solved, shape (n, 3), N."""
+    def loss(self) -> Loss:
+        """Energy that the step just solved has dissipated."""
+        item, none = self.contact.item, Loss(0.0, 0.0)
+        if not (self._pieces.alpha or item.relative_damping or item.friction):
+            return none
         acting = self._acting(False)
         if acting is None:
-            return np.zeros((0, 3))
-        of = acting.touching.families
-        return -np.add.reduceat(_row(acting, self._pieces.rows[END])[:, 0], of.first)
+            return none
+        touching = acting.touching
+        stresses = self._stresses.at(touching.law, touching.distances)
+        spent = 0.0
+        if stresses.damped is not None:
+            g = touching.distances
+            spent += float(stresses.damped.values @ (g[:, 0] - g[:, -1]))
+        if acting.friction is not None:
+            ends = self._ends(acting.friction.nodes)
+            on_slots = acting.friction.on_slots(touching.families)
+            spent += float(np.vdot(on_slots, ends.last - ends.first))
+        return Loss(float(stresses.loss.sum()), spent)
+
+    def forces(self) -> tuple[Floats, Floats]:
+        """Mean forces on the points over the step just solved: normal ones, friction, (n, 3), N."""
+        acting = self._acting(False)
+        if acting is None:
+            return np.zeros((0, 3)), np.zeros((0, 3))
+        of, none = acting.touching.families, np.zeros((len(acting.nodes), 3))
+        found = []
+        for some in (acting.normal, [f for f in (acting.friction,) if f is not None]):
+            parts = [force.shares[END] * force.on_slots(of)[:, 0] for force in some]
+            found.append(-np.add.reduceat(sum(parts, none), of.first))
+        return found[0], found[1]
 
 
 def _arrays(levels: Levels) -> dict[str, Floats]:
@@ -261,53 +372,3 @@ def _arrays(levels: Levels) -> dict[str, Floats]:
         (rate,) = levels.scaled.values()
         found[START_RATE] = rate.x.array
     return found
-
-
-def _row(acting: Acting, shares: tuple[float, ...]) -> Floats:
-    """Forces of a row on the slots of all pairs, shape (p, k, 3)."""
-    owner, found = acting.touching.families.owner, []
-    for p, (share, mix, (f, *_)) in enumerate(
-        zip(shares, acting.mixed, acting.slopes, strict=True)
-    ):
-        if share:
-            stress = share * acting.stresses.values[owner, p] * mix.weights
-            found.append(stress[:, None, None] * f)
-    return sum(found[1:], found[0])
-
-
-def _derivatives(
-    acting: Acting, shares: tuple[float, ...], ends: tuple[tuple[int, int], ...], count: int
-) -> list[tuple[Ints, Ints, list[Floats]]]:
-    """Derivatives of a row's forces by the positions at each state.
-
-    Returns:
-        Blocks: nodes of the rows and of the columns, shape (n, k) each, and of each state the
-        derivatives, shape (n, k, 3, k, 3). First of the pairs by themselves, then through the
-        stresses and weights of their points, which all pairs of these have in common.
-    """
-    touching, stresses, slopes, mixes, nodes = acting
-    of = touching.families
-    p, k = nodes.shape
-    one, other = of.relatives()
-    own = [np.zeros((p, k, 3, k, 3)) for _ in range(count)]
-    common = [np.zeros((len(one), k, 3, k, 3)) for _ in range(count)]
-    turns = [place.slope for place in touching.places]
-    weights = [of.least(place.distance)[1] for place in touching.places]
-    for n, (share, (f, by_a, by_b), mix, (i, j)) in enumerate(
-        zip(shares, slopes, mixes, ends, strict=True)
-    ):
-        if not share:
-            continue
-        stress = share * stresses.values[of.owner, n]
-        whole = (stress * mix.weights)[:, None, None, None, None]
-        own[i] += whole * by_a
-        own[j] += whole * by_b
-        changes = [
-            share * (mix.weights * stresses.slopes[of.owner, n, m])[one] * weights[m][other]
-            for m in range(count)
-        ]
-        for m, change in zip((i, j), mix.derivatives(one, other), strict=True):
-            changes[m] = changes[m] + stress[one] * change
-        for m, change in enumerate(changes):
-            common[m] += np.einsum("n,nki,nlj->nkilj", change, f[one], turns[m][other])
-    return [(nodes, nodes, own), (nodes[one], nodes[other], common)]

@@ -12,27 +12,47 @@ from dolfinx import fem
 from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats
+from shellmb.forms import contact
 from shellmb.meshes.nodes import node_mesh
 from shellmb.model.elements.lawvalues import LawValues
-from shellmb.model.touching.law import Penalty, energy
+from shellmb.model.touching.law import Law, energy
 from shellmb.schemes.pieces import Pieces
 
 # points that are evaluated together
 TOGETHER = 32
 
 
-class PointStresses(NamedTuple):
-    """Stresses on the distances of points in a step.
+class Pushes(NamedTuple):
+    """Forces along the distances of points.
 
     Args:
-        values: Of each piece, shape (n, pieces), N.
-        slopes: Their derivatives by the distances at the states, shape (n, pieces, states), N/m.
-        loss: What the step dissipates, shape (n,), J.
-        energy: At the first state, shape (n,), J.
+        values: The forces, shape (n,), N.
+        slopes: Their derivatives by the distances at the states, shape (n, states), N/m.
     """
 
     values: Floats
     slopes: Floats
+
+
+def opposite(of: Pushes) -> Pushes:
+    """Forces that are opposite."""
+    return Pushes(-of.values, -of.slopes)
+
+
+class PointStresses(NamedTuple):
+    """Stresses on the distances of points in a step.
+
+    Args:
+        pieces: Of each piece: the slope of the energy.
+        damped: Force of the damping over the whole step; None: there is none.
+        normal: Normal force over the whole step that friction goes by; None: there is none.
+        loss: What the scheme dissipates, shape (n,), J.
+        energy: At the first state, shape (n,), J.
+    """
+
+    pieces: list[Pushes]
+    damped: Pushes | None
+    normal: Pushes | None
     loss: Floats
     energy: Floats
 
@@ -40,18 +60,32 @@ class PointStresses(NamedTuple):
 class StepStresses:
     """Evaluates the stresses of a step by distances.
 
+    Damping and friction act over the whole step: forces that are constant in it, by the mean of the
+    elastic force and the mean rate, so that they take energy in any step.
+
     Args:
         comm: Communicator.
         pieces: The steps of the scheme.
         law: Law of the points.
+
+    Attributes:
+        dt: Length of the step, s.
     """
 
-    def __init__(self, comm: MPI.Comm, pieces: Pieces, law: Penalty) -> None:
-        self._pieces = pieces
+    def __init__(self, comm: MPI.Comm, pieces: Pieces, law: Law) -> None:
+        self._pieces, item = pieces, law.item
         nodes = node_mesh(comm, TOGETHER)
-        numbers = (law.reach, law.smoothing, pieces.alpha)
-        reach, smoothing, alpha = (fem.Constant(nodes.mesh, float(v)) for v in numbers)
-        self._shape = len(pieces.ends), len(pieces.states)
+        self.dt = 1.0
+
+        def constant(value: float) -> fem.Constant:
+            return fem.Constant(nodes.mesh, float(value))
+
+        numbers = law.reach, item.smoothing, pieces.alpha
+        reach, smoothing, alpha = map(constant, numbers)
+        self._damps, self._rubs = item.relative_damping > 0, item.friction > 0
+        chi = constant(item.relative_damping) if self._damps else None
+        self._rate = constant(1.0)
+        states = len(pieces.states)
 
         def every(g: Expr, stiffness: Expr) -> Expr:
             g = ufl.variable(g)
@@ -59,15 +93,31 @@ class StepStresses:
             e = [ufl.as_vector([part / reach]) for part in parts]
             U = partial(energy, stiffness=stiffness, reach=reach, smoothing=smoothing)
             found = pieces.stresses(U, e, alpha)
-            stresses = [stress[0] / reach for stress in found.values]
-            by = [ufl.diff(stress, g) for stress in stresses]
+            forces = [stress[0] / reach for stress in found.values]
+            if self._damps or self._rubs:
+                shares = zip(pieces.mean, forces, strict=True)
+                mean = -sum((share * force for share, force in shares), 0 * parts[0])
+                # a stress that dissipates may attract
+                push = contact.greatest(mean, 0 * mean)
+                if chi is not None:
+                    approach = (parts[0] - parts[-1]) * self._rate
+                    damped = contact.resisted(push, approach, chi)
+                    forces, push = [*forces, damped], push + damped
+                forces = [*forces, push] if self._rubs else forces
+            by = [ufl.diff(force, g) for force in forces]
             slopes = [d if d.ufl_shape == () else d[k] for d in by for k in range(len(parts))]
-            return ufl.as_vector([*stresses, *slopes, found.loss, U(e[0])])
+            return ufl.as_vector([*forces, *slopes, found.loss, U(e[0])])
 
-        self._values = LawValues(nodes, every, (len(pieces.states), 1))
+        self._values = LawValues(nodes, every, (states, 1))
 
-    def at(self, law: Penalty, distances: Floats) -> PointStresses:
+    def at(self, law: Law, distances: Floats) -> PointStresses:
         """Stresses of points at distances, shape (n, states), m."""
-        found, (pieces, states) = self._values(distances, law.stiffness), self._shape
-        slopes = found[:, pieces:-2].reshape(-1, pieces, states)
-        return PointStresses(found[:, :pieces], slopes, found[:, -2], found[:, -1])
+        self._rate.value = 1 / self.dt  # type: ignore[assignment]
+        found = self._values(distances, law.stiffness)
+        states = len(self._pieces.states)
+        count = (found.shape[1] - 2) // (1 + states)
+        slopes = found[:, count:-2].reshape(-1, count, states)
+        every = [Pushes(found[:, k], slopes[:, k]) for k in range(count)]
+        normal = every.pop() if self._rubs else None
+        damped = every.pop() if self._damps else None
+        return PointStresses(every, damped, normal, found[:, -2], found[:, -1])

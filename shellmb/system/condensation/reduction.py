@@ -102,7 +102,7 @@ class Reduction:
         numbers.update()
         self._coupled = None
         if self.system.couplings:
-            places = numbers.matrix_places
+            places = numbers.matrix_places(numbers.kept)
             self._coupled = CoupledEntries(self.system.couplings, *places)
         self._matrix = reduced_matrix(numbers, self.parts, self._coupled)
         self.A = self._matrix.A

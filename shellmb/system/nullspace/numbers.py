@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 from mpi4py import MPI
 
@@ -23,6 +23,25 @@ NONE = -1
 MOST = 256
 
 
+class MatrixPlaces(NamedTuple):
+    """Places in the matrix of the reduced unknowns that local dofs are combinations of.
+
+    Args:
+        numbers: Numbers of these in the matrix, -1: none, shape (local dofs, n).
+        values: Their shares at the current state, shape (local dofs, n or more).
+    """
+
+    numbers: Ints
+    values: Floats
+
+    @staticmethod
+    def of(bases: RowMap, numbers: Ints, dofs: Ints) -> MatrixPlaces:
+        """Places of all local dofs, as many as some of them have."""
+        found = numbers[bases.places]
+        most = int((found[dofs] >= 0).any(axis=0).nonzero()[0].max(initial=0)) + 1
+        return MatrixPlaces(found[:, :most], bases.values)
+
+
 class ReducedNumbers:
     """The reduced unknowns: what cells share, without fixed values, lengths and angles.
 
@@ -39,12 +58,13 @@ class ReducedNumbers:
         outer: Which of them are in the matrix.
         first_outer: Number in the matrix of the first of them.
         own: Local dof of each unknown that this rank owns.
+        kept: Local dofs that are not eliminated.
     """
 
     def __init__(
         self, nodes: SystemNodes, cells: list[MeshCells], kept: Sequence[Ints] = ()
     ) -> None:
-        self._kept_dofs = np.concatenate([*kept, np.zeros(0, dtype=np.int64)])
+        self.kept = np.concatenate([*kept, np.zeros(0, dtype=np.int64)])
         self.system, n = nodes.system, nodes.system.numbering
         self.fields, self.full = self.system.fields, nodes.full
         self.nodes, self._rows = nodes.sets, nodes.rows
@@ -154,7 +174,7 @@ class ReducedNumbers:
                 many = group.size == group.shared or group.shared > MOST
                 counts += alone * (2 if many else 1)
             inner &= rows.numbers.summed(counts[:-1]) == 1
-            seen = np.unique(rows.columns[self._kept_dofs])
+            seen = np.unique(rows.columns[self.kept])
             inner[seen[seen >= 0]] = False
         comm = self.system.comm
         if not comm.allreduce(int(np.sum(~inner))):
@@ -168,11 +188,14 @@ class ReducedNumbers:
         )
         self.inner_rows, self.inner_columns = self.matrix_rows < 0, self.matrix_columns < 0
 
-    @property
-    def matrix_places(self) -> tuple[Ints, Ints]:
-        """Row and column in the matrix of each local dof that is an unknown itself; -1: none."""
+    def matrix_places(self, dofs: Ints) -> tuple[MatrixPlaces, MatrixPlaces]:
+        """Rows and columns in the matrix that equations and unknowns of some local dofs have.
+
+        Args:
+            dofs: Local dofs that matter.
+        """
         rows, columns = (
-            np.append(numbers, NONE)[bases.places[:, 0]]
+            MatrixPlaces.of(bases, np.append(numbers, NONE), dofs)
             for bases, numbers in (
                 (self.left, self.matrix_rows),
                 (self.right, self.matrix_columns),
