@@ -9,8 +9,8 @@ from shellmb.scene import Clamped, EdgeForce, Isotropic, Rectangle, Scene, Shell
 
 # wave speed one: with dt = 0.1 the step resolves the elements' own frequencies, about 20 rad/s
 SOFT = Isotropic(E=1.0, nu=0.3, thickness=0.2, density=1.0)
-# what is said of a shell and not of a scene
-OF_SHELLS = {f.name for f in fields(Shell)} - {f.name for f in fields(Scene)}
+# what is said of a plate and not of a scene
+OF_PLATES = {"size", *(f.name for f in fields(Shell))} - {f.name for f in fields(Scene)}
 
 
 def plate(
@@ -21,8 +21,8 @@ def plate(
 
 
 def plate_scene(scheme: str = "ep", alpha: float | None = None, **given: Any) -> Scene:
-    """A plate by itself, free unless supports are given; fields of shells are the plate's."""
-    own = {name: given.pop(name) for name in OF_SHELLS & given.keys()}
+    """A plate by itself, free unless supports are given; what is said of plates is the plate's."""
+    own = {name: given.pop(name) for name in OF_PLATES & given.keys()}
     return Scene("plate", plate(**own), scheme=scheme, alpha=alpha, **given)
 
 

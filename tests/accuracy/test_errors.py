@@ -20,6 +20,7 @@ from shellmb.running.execute import Companion, RunResult, execute
 from shellmb.scene import Scene
 from shellmb.show.account import with_error
 from shellmb.studies.quantity import Quantity
+from tests import scenes
 
 STEEL = sm.Isotropic(E=210e9, nu=0.25, thickness=2e-3, density=7870)
 
@@ -31,14 +32,9 @@ def tip(run: RunResult) -> dict[str, float]:
 def plate(**options: object) -> Scene:
     """A cantilever plate under a load that grows."""
     given = {"scheme": "ep4", "dt": 1e-2, "t_end": 0.2, "results": tip} | options
-    return sm.Scene(
-        "plate",
-        sm.Shell("plate", sm.Rectangle(1.0, 0.08), STEEL, mesh=(4, 1)),
-        supports=sm.Clamped("left"),
-        loads=sm.EdgeForce("right", (0, 0, 25.0)),
-        probes=sm.Probe("tip", (1.0, 0.04, 0.0), component=2),
-        **given,  # type: ignore[arg-type]
-    )
+    body = {"section": STEEL, "size": (1.0, 0.08), "mesh": (4, 1)}
+    probe = sm.Probe("tip", (1.0, 0.04, 0.0), component=2)
+    return scenes.cantilever((0, 0, 25.0), probes=probe, **body, **given)
 
 
 def true_error(run: RunResult, finer: Scene, quantity: Quantity, size: float) -> float:

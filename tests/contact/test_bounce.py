@@ -20,6 +20,7 @@ from shellmb.scene import (
     Scene,
     Shell,
 )
+from tests import scenes
 
 from .conftest import MASS, RADIUS, SPEED, STIFFNESS
 
@@ -119,13 +120,14 @@ def test_restitution_with_damping(scheme, alpha, run, ball) -> None:
 def plate(scheme: str, alpha: float, dt: float, **more: Any) -> Scene:
     """A plate that falls on a plane with one corner first; a bounce takes a few ms."""
     section = Isotropic(70e9, 0.3, thickness=2e-3, density=2700.0)
-    return Scene(
-        "plate",
-        shells=Shell("plate", Rectangle(0.4, 0.3), section, mesh=(2, 2)),
+    return scenes.plate_scene(
+        scheme,
+        alpha,
+        section=section,
+        size=(0.4, 0.3),
+        mesh=(2, 2),
         contacts=Contact("floor", Plane(point=(0, 0, -0.01), normal=(0.1, 0, 1)), 1e7),
         initial=InitialVelocity(linear=(0.5, 0, -1.0), spin=(1.0, 2.0, 0)),
-        scheme=scheme,
-        alpha=alpha,
         dt=dt,
         t_end=25 * dt,
         **more,

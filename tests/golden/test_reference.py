@@ -19,9 +19,12 @@ from shellmb.native import kernels, library
 from shellmb.native.assembler import NodeSums, PartSizes
 from shellmb.native.operations import Loops
 from shellmb.native.reference import Reference
-from shellmb.scene import Scene
+from shellmb.running.execute import execute
+from shellmb.scene import EnclosedVolume, Gas, InitialVelocity, PathFollowing, Pressure, Scene
 from shellmb.vibration import natural_modes
+from tests.contact.test_faces import plates
 from tests.golden import runs, scenes
+from tests.model.test_volumes import ball, octant
 
 # as for histories that are frozen: the worst that was seen is 8e-13
 BOUND = 1e-10
@@ -55,6 +58,27 @@ def test_runs_are_those_of_the_loops(name: str, alone, monkeypatch) -> None:
     apart = runs.differences(runs.history(name), runs.frozen()[name])
     worst = max(apart, key=apart.__getitem__)
     assert apart[worst] < BOUND, worst
+
+
+FLYING = InitialVelocity(linear=(0.1, -0.2, 0.3), spin=(1.0, 2.0, -1.5))
+GAS = EnclosedVolume("gas", gas=Gas(5.0, ambient=1.0))
+# what no frozen run has
+OTHERS = {
+    "faces": lambda: plates(t_end=6e-4, dt=2e-4),
+    "volume": lambda: ball(volumes=GAS, initial=FLYING, scheme="ep", dt=0.02, t_end=0.04),
+    "path": lambda: octant(loads=Pressure(1.0), path=PathFollowing(load_end=2.0), scheme="static"),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", OTHERS)
+def test_other_features_need_no_loops(name: str, request: pytest.FixtureRequest) -> None:
+    native = execute(OTHERS[name](), pictures=False).history
+    request.getfixturevalue("alone")
+    found = execute(by_reference(OTHERS[name]()), pictures=False).history
+    for column in native.columns.drop(["wall_s", "iterations"]):
+        size = native[column].abs().max()
+        np.testing.assert_allclose(found[column], native[column], atol=BOUND * max(size, 1.0))
 
 
 @pytest.mark.slow

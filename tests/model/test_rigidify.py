@@ -38,6 +38,7 @@ from shellmb.scene import (
     Spherical,
 )
 from shellmb.simulate.simulation import Simulation
+from tests import scenes
 
 E, RHO = 2e11, 7800.0
 A, B, T = 1.0, 0.4, 2e-2
@@ -51,8 +52,7 @@ MOTION = {"scheme": "ep", "dt": 1e-3, "t_end": 0.05}
 
 
 def plate(section: Isotropic = PLATE, **more: Any) -> Shell:
-    given = {"surface": Rectangle(A, B), "mesh": (2, 1), "model": "rigid", **more}
-    return Shell("body", section=section, **given)
+    return scenes.plate(section, (A, B), "body", **{"model": "rigid", **more})
 
 
 def beam(curve: Any, **more: Any) -> Beam:

@@ -35,6 +35,7 @@ from shellmb.scene import (
     Shell,
 )
 from shellmb.vibration import natural_modes
+from tests import scenes
 
 
 def column(load: Any, thin: float = 3e-3, length: float = 1.0, axis: int = 2) -> Scene:
@@ -125,9 +126,8 @@ def test_loads_of_beams_without_a_potential_show_in_the_matrix(
 def plate(load: Any, held: Any, thin: float) -> Scene:
     """A plate under a load times its bending stiffness."""
     section = Isotropic(E=210e9, nu=0.3, thickness=thin, density=7850.0)
-    shell = Shell("plate", Rectangle(1.0, 0.3), section, mesh=(4, 2))
-    loads = load(210e9 * thin**3 / 12)
-    return Scene("plate", shell, supports=Clamped(held), loads=loads, scheme="static")
+    given = {"supports": Clamped(held), "loads": load(210e9 * thin**3 / 12)}
+    return scenes.plate_scene("static", section=section, size=(1.0, 0.3), mesh=(4, 2), **given)
 
 
 @pytest.mark.parametrize("thin", [1e-2, 2e-4])

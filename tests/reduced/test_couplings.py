@@ -10,18 +10,14 @@ import numpy.typing as npt
 
 from shellmb.arrays import Floats
 from shellmb.rotating.campbell import campbell
-from shellmb.scene import Isotropic, Modal, Rectangle, Scene, Shell, ShellDamping
+from shellmb.scene import Isotropic, Modal, ShellDamping
 from shellmb.vibration import natural_modes
+from tests import scenes
 
 # so thick that its bending modes have a good part of their energy in shear, which alone is damped
 THICK = Isotropic(
     E=70e9, nu=0.3, thickness=0.25, density=2700.0, stiffness_damping=ShellDamping(0.0, 0.0, 1e-4)
 )
-
-
-def plate(model: Modal | str) -> Scene:
-    shell = Shell("plate", Rectangle(1.0, 0.8), THICK, mesh=(4, 2), model=model)
-    return Scene("plate", shell, scheme="ep", dt=1e-4, t_end=1e-3)
 
 
 def complex_modes(M: Floats, D: Floats, K: Floats) -> npt.NDArray[np.complex128]:
@@ -35,7 +31,8 @@ def complex_modes(M: Floats, D: Floats, K: Floats) -> npt.NDArray[np.complex128]
 def test_complex_modes_of_a_body_in_modes() -> None:
     """By its full matrix of damping: they are found at rest, where nothing has to turn along."""
     count = 10
-    scene = plate(Modal(modes=count))
+    given = {"model": Modal(modes=count), "mesh": (4, 2), "dt": 1e-4, "t_end": 1e-3}
+    scene = scenes.plate_scene(section=THICK, size=(1.0, 0.8), **given)
     (data,) = natural_modes(scene, count=1).model.modal
     K, D = np.diag(data.stiffness), data.damping
     exact = complex_modes(np.diag(data.stiffness / data.omega2), D, K)

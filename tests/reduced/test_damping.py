@@ -18,13 +18,13 @@ from shellmb.scene import (
     Modal,
     PointForce,
     Probe,
-    Rectangle,
     Scene,
     Shell,
     ShellDamping,
     SurfaceForce,
 )
 from shellmb.vibration import natural_modes
+from tests import scenes
 
 PLATE = Isotropic(E=70e9, nu=0.3, thickness=5e-3, density=2700.0)
 CORNER = (1.0, 0.4, 0.0)
@@ -39,8 +39,7 @@ SCHEMES = [
 
 
 def plate(model: Any, **damping: Any) -> Shell:
-    section = replace(PLATE, **damping)
-    return Shell("plate", Rectangle(1.0, 0.4), section, mesh=(4, 2), model=model)
+    return scenes.plate(replace(PLATE, **damping), (1.0, 0.4), mesh=(4, 2), model=model)
 
 
 def struck(model: Any, scheme: str = "ep4", alpha: float = 0.0, **damping: Any) -> RunResult:
