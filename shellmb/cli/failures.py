@@ -8,7 +8,7 @@ import signal
 import sys
 import time
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, cast
@@ -109,6 +109,7 @@ def failures_reported[**P, T](command: Callable[P, T]) -> Callable[P, T]:
         code = 0
         with STOPPING.caught(), warnings_told():
             try:
+                _refuse_others(command.__name__, kwargs)
                 made = command(*args, **kwargs)
                 sys.stdout.flush()
             except typer.Exit as exit_:
@@ -128,6 +129,35 @@ def failures_reported[**P, T](command: Callable[P, T]) -> Callable[P, T]:
         return cast("T", made)
 
     return wrapped
+
+
+def _refuse_others(command: str, options: Mapping[str, Any]) -> None:
+    """Refuse ranks that are asked for different things: they would wait for one another for ever.
+
+    Args:
+        command: What this rank is asked for.
+        options: With which options.
+
+    Raises:
+        SceneError: On all ranks, if they differ; says in what.
+    """
+    if not _starts_several():
+        return
+    from mpi4py import MPI
+
+    own = {"command": command} | {name: str(value) for name, value in options.items()}
+    first = MPI.COMM_WORLD.bcast(own)
+    apart = [name for name in {**first, **own} if first.get(name) != own.get(name)]
+    said = [f"{k} is {first.get(k)} on rank 0 and {own.get(k)} on another" for k in apart[:1]]
+    said = [text for some in MPI.COMM_WORLD.allgather(said) for text in some]
+    if said:
+        raise SceneError(f"{said[0]}; all ranks must get the same command with the same options")
+
+
+def _starts_several() -> bool:
+    """Decide whether MPI has started several processes, told without loading it."""
+    sizes = [os.environ[name] for name in SIZE_VARIABLES if name in os.environ]
+    return several_ranks() or (bool(sizes) and sizes[0] != "1")
 
 
 def _sentence(error: BaseException) -> tuple[str, int]:
@@ -174,8 +204,7 @@ def met() -> bool:
 
     The others, which may have been asked for something else, would wait for it for ever.
     """
-    sizes = [os.environ[name] for name in SIZE_VARIABLES if name in os.environ]
-    if not several_ranks() and (not sizes or sizes[0] == "1" or "mpi4py.MPI" in sys.modules):
+    if not several_ranks() and (not _starts_several() or "mpi4py.MPI" in sys.modules):
         return True
     from mpi4py import MPI
 

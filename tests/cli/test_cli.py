@@ -220,3 +220,30 @@ def test_modes_leave_a_table(tmp_path):
     # first bending mode of a cantilever: 1.875104^2 / (2 pi) sqrt(E h^2 / (12 rho)) / L^2, 1.667 Hz
     assert float(lines[1].split(",")[1]) == pytest.approx(1.667, rel=0.02)
     assert len(lines) == 4
+
+
+APART = """
+import sys
+from mpi4py import MPI
+from shellmb.cli.main import app
+sys.argv = ["shellmb", *{asked}[MPI.COMM_WORLD.rank]]
+app()
+"""
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize(
+    ("first", "second", "said"),
+    [
+        (["run", SMALL], ["modes", SMALL], "command is run on rank 0 and modes on another"),
+        (
+            ["run", SMALL, "--out", "one"],
+            ["run", SMALL, "--out", "one", "--accuracy", "0.01", "--of", "tip"],
+            "accuracy is None on rank 0 and 0.01 on another",
+        ),
+    ],
+)
+def test_ranks_that_are_asked_for_different_things_are_refused(first, second, said, mpirun):
+    """Kind: what differs from rank to rank before there is a scene; ranks waited for ever."""
+    with pytest.raises(pytest.fail.Exception, match=said):
+        mpirun(2, "-c", APART.format(asked=[first, second]), timeout=60)

@@ -219,6 +219,28 @@ def test_a_program_for_gmsh_is_no_mesh(tmp_path: Path) -> None:
         GmshFile(tmp_path / "mesh.msh")
 
 
+@pytest.mark.parametrize("ending", ["msh", "step", "BREP"])
+def test_programs_beside_a_mesh_are_not_run(ending, tmp_path: Path) -> None:
+    """Kind: files that nobody named, which a reader looks for beside the one that it is given."""
+    import gmsh
+
+    ran, file = tmp_path / "ran", tmp_path / f"mesh.{ending}"
+    gmsh.initialize(["writes"], False, False, False)
+    gmsh.option.setNumber("General.Terminal", 0)
+    gmsh.model.occ.addRectangle(0, 0, 0, 1, 1)
+    gmsh.model.occ.synchronize()
+    if ending == "msh":
+        gmsh.model.mesh.generate(2)
+    gmsh.write(str(tmp_path / f"mesh.{ending.lower()}"))
+    gmsh.finalize()
+    (tmp_path / f"mesh.{ending.lower()}").rename(file)
+    for beside in (f"{file}.opt", f"{file}.geo", f"{file}.pos", file.with_suffix(".opt")):
+        Path(beside).write_text(f'SystemCall "touch {ran}";\n')
+    found = built(GmshFile(file), "tri")
+    assert len(found.mesh.geometry.x) > 8
+    assert not ran.exists()
+
+
 ENDINGS = ("off", "vtk", "vtu", "obj", "ply", "mdpa")
 
 

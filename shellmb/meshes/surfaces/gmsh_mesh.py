@@ -36,6 +36,8 @@ OPTIONS = {
 LINES = {1: 2, 8: 3}
 # faces of CAD within this part of its size are one: what files are written with, and no feature
 SEAM = 2e-6
+# what endings of programs begin with, which may read others beside them
+PROGRAM = ".geo"
 
 
 def gmsh_mesh(shell: Shell) -> RawMesh:
@@ -86,10 +88,11 @@ def _load(gmsh: Any, shell: Shell) -> None:
     surface = shell.surface
     if isinstance(surface, GmshFile):
         path = Path(surface.path).resolve()
-        if path.suffix == path.suffix.lower():
+        if path.suffix.startswith(PROGRAM):
             gmsh.merge(str(path))
             return
-        # gmsh knows not all endings in capitals, and takes the others for programs
+        # beside FILE it looks for FILE.opt, a program that it runs; it knows not all endings in
+        # capitals, and takes the others for programs, too
         with tempfile.TemporaryDirectory() as folder:
             named = Path(folder, path.stem + path.suffix.lower())
             named.symlink_to(path)
