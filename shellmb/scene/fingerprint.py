@@ -11,9 +11,10 @@ import functools
 import hashlib
 import inspect
 import json
+import pickle
 import sys
 import types
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import fields, is_dataclass
 from pathlib import Path
 from typing import Any
@@ -136,8 +137,10 @@ class _Walk:
             self.add(f"{path}.self", value.__self__)
         elif isinstance(value, types.FunctionType):
             self._function(path, value)
-        elif isinstance(value, type | types.ModuleType) or not hasattr(value, "__dict__"):
-            self._leaf(path, getattr(value, "__name__", type(value).__qualname__))
+        elif isinstance(value, type | types.ModuleType):
+            self._leaf(path, value.__name__)
+        elif not hasattr(value, "__dict__") and not _slots(value):
+            self._leaf(path, _opaque(value))
         else:
             self._object(path, value)
 
@@ -160,25 +163,60 @@ class _Walk:
         if is_dataclass(value):
             values = {f.name: getattr(value, f.name, None) for f in fields(value)}
         else:
-            values = dict(vars(value))
-        if not kind.__module__.startswith("shellmb."):
-            # a scheme or a law of the user's own
-            own = {k: v for k, v in vars(kind).items() if isinstance(v, types.FunctionType)}
-            values |= {k: v for k, v in own.items() if not k.startswith("__") or k == "__call__"}
-        self._children(path, kind.__qualname__, values)
+            values = {**_slots(value), **getattr(value, "__dict__", {})}
+        self._children(path, kind.__qualname__, _of_classes(kind) | values)
 
     def _function(self, path: str, function: types.FunctionType) -> None:
         self._leaf(path, function.__qualname__)
         if (function.__module__ or "").startswith("shellmb.") and not _of_demo(function):
             return
         self._leaf(f"{path}{CODE}", _digest(_code(function.__code__)))
-        for name, value in _used(function).items():
+        for name, value in {**_used(function), **vars(function)}.items():
             # libraries count by their names, which the code holds
             if not isinstance(value, types.ModuleType | type):
                 self.add(f"{path}.{name}", value)
         for name, default in inspect.signature(function).parameters.items():
             if default.default is not inspect.Parameter.empty:
                 self.add(f"{path}.{name}", default.default)
+
+
+def _slots(value: Any) -> dict[str, Any]:
+    """Attributes that an object has no dictionary for."""
+    several = (vars(base).get("__slots__", ()) for base in type(value).__mro__)
+    names = [n for some in several for n in ((some,) if isinstance(some, str) else some)]
+    return {name: getattr(value, name) for name in names if hasattr(value, name)}
+
+
+def _opaque(value: Any) -> str:
+    """Name of what has no attributes of Python's, with a checksum of what it is made from."""
+    name = str(getattr(value, "__name__", type(value).__qualname__))
+    # most that can be copied to other processes are values, as numbers of other kinds are
+    with contextlib.suppress(Exception):
+        return f"{name} {_digest(pickle.dumps(value, protocol=4))}"
+    return name
+
+
+def _of_classes(kind: type) -> dict[str, Any]:
+    """Functions and values in the classes of a scheme or a law of the user's own."""
+    found: dict[str, Any] = {}
+    for base in reversed(kind.__mro__):
+        if _of_library(base):
+            continue
+        for name, value in vars(base).items():
+            if name.startswith("__") and name != "__call__":
+                continue
+            plain = getattr(value, "__func__", getattr(value, "fget", value))
+            if isinstance(plain, types.FunctionType | bool | int | float | str | Sequence):
+                found[name] = plain
+    return found
+
+
+def _of_library(kind: type) -> bool:
+    """Decide whether a class is of a library, which counts by its name, and what it has in it."""
+    top = kind.__module__.partition(".")[0]
+    file = getattr(sys.modules.get(top), "__file__", None) or ""
+    known = top == "shellmb" or (top != "__main__" and top in sys.stdlib_module_names)
+    return known or "site-packages" in Path(file).parts
 
 
 def _of_demo(function: types.FunctionType) -> bool:

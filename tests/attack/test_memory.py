@@ -7,9 +7,12 @@ cannot be copied is told.
 
 import functools
 import warnings
+from decimal import Decimal
+from fractions import Fraction
 
 import numpy as np
 import pytest
+from scipy.interpolate import Akima1DInterpolator, CubicSpline
 
 from shellmb.errors import ShellmbWarning
 from shellmb.running.execute import execute
@@ -23,6 +26,7 @@ from shellmb.scene import (
     Scene,
     Sensor,
 )
+from shellmb.scene.fingerprint import differences, fingerprint
 
 counted = [0]
 
@@ -168,6 +172,73 @@ def test_a_law_that_reads_variables_which_others_change_is_none_of_these() -> No
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         angles(scene)
+
+
+class Slotted:
+    """A law without a dictionary of attributes."""
+
+    __slots__ = ("rate",)
+
+    def __init__(self, rate: float) -> None:
+        self.rate = rate
+
+    def __call__(self, t: float) -> float:
+        return self.rate * t
+
+
+class Ramp:
+    """A law whose values are those of its class, which another one inherits."""
+
+    rate = 1.0
+
+    def __call__(self, t: float) -> float:
+        return self.rate * t
+
+
+class Steep(Ramp):
+    """A law that is written in its base."""
+
+
+def with_attribute(rate):
+    def law(t):
+        return law.rate * t
+
+    law.rate = rate
+    return law
+
+
+def with_value(value):
+    return lambda t: t * float(value)
+
+
+def inherits(rate, monkeypatch):
+    monkeypatch.setattr(Ramp, "rate", rate)
+    return Steep()
+
+
+TIMES = np.linspace(0.0, 1.0, 5)
+LAWS = {
+    "a spline": lambda rate, _: CubicSpline(TIMES, rate * TIMES),
+    "an Akima spline": lambda rate, _: Akima1DInterpolator(TIMES, rate * TIMES),
+    "slots": lambda rate, _: Slotted(rate),
+    "its class": inherits,
+    "an attribute": lambda rate, _: with_attribute(rate),
+    "a fraction": lambda rate, _: with_value(Fraction(int(rate), 3)),
+    "a decimal number": lambda rate, _: with_value(Decimal(int(rate))),
+    "bytes": lambda rate, _: with_value(b"%d" % rate),
+}
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_scenes_are_told_apart_by_what_their_laws_hold(law, monkeypatch) -> None:
+    """Kind: values that no dictionary of attributes has: ranks and resumed runs compare them."""
+    same, again, other = (
+        fingerprint(pendulum(state=[0.0], time=LAWS[law](rate, monkeypatch)))
+        for rate in (1.0, 1.0, 2.0)
+    )
+    assert not differences(same, again)
+    ((path, _, _), *_) = differences(same, other)
+    assert path.startswith("loads[0].time")
 
 
 RANKS = """
