@@ -47,8 +47,12 @@ def refuse_used(directory: Path, comm: MPI.Comm) -> None:
 
 
 def _link(directory: Path) -> str | None:
-    """A folder in a run directory that is a link to another one."""
-    return next((p.name for p in directory.iterdir() if p.is_symlink() and p.is_dir()), None)
+    """A folder anywhere in a run directory that is a link to another one."""
+    for place, folders, _ in os.walk(directory):
+        for path in (Path(place, name) for name in folders):
+            if path.is_symlink():
+                return str(path.relative_to(directory))
+    return None
 
 
 def _is_used(directory: Path) -> bool:

@@ -180,7 +180,8 @@ class Sensitivities:
         for p in self.parameters:
             write_text(self.directory / f"history_{p.name}.csv", self.history[p.name].to_csv())
         if len(self.results):
-            self.results.to_csv(self.directory / "results.csv", index_label="result")
+            table = self.results.to_csv(index_label="result")
+            write_text(self.directory / "results.csv", table)
 
     def __repr__(self) -> str:
         names = ", ".join(f"{p.name} = {p.value:g}" for p in self.parameters)

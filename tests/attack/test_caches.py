@@ -104,6 +104,19 @@ def test_a_cache_in_the_temporary_folder_is_the_user_s(tmp_path) -> None:
     assert store.usable(folder) == folder
 
 
+def test_what_we_make_is_ours_alone_whatever_is_usual(tmp_path, monkeypatch, form) -> None:
+    """Kind: new files that everybody may write, which a process is told to make by its mask."""
+    monkeypatch.setitem(JIT_OPTIONS, "cache_dir", str(tmp_path / "home" / "cache"))
+    before = store.os.umask(0)
+    try:
+        (library,) = [cache_folder() / f"{module_name(form)}.so"] if compiled(form) else []
+        assert store.is_whole(library)
+        for path in (library, library.parent, library.parent.parent):
+            assert not path.stat().st_mode & 0o022
+    finally:
+        store.os.umask(before)
+
+
 # --- what is in it --------------------------------------------------------------------------------
 DAMAGE = {
     "emptied": lambda content: b"",
@@ -127,6 +140,28 @@ def test_a_damaged_library_is_made_anew(how, cache, form) -> None:
     loaded.cache_clear()
     assert fem.assemble_scalar(compiled(form)) == 0.0
     assert library.stat().st_size == len(content) and store.is_whole(library)
+
+
+@pytest.mark.parametrize("what", ["writable", "another kernel", "another machine"])
+def test_whole_libraries_that_are_not_ours_are_made_anew(what, cache, form) -> None:
+    """Kind: what has the right checksum, and is not what we wrote under this name."""
+    compiled(form)
+    library = cache / f"{module_name(form)}.so"
+    content = library.read_bytes()
+    library.unlink()
+    if what == "another kernel":
+        other = content[: -len(store.MARK) - 8].replace(library.stem[-9:].encode(), b"x" * 9)
+    else:
+        other = content[: -len(store.MARK) - 8]
+    if what == "another machine":
+        other = other[:18] + b"\xff\xff" + other[20:]
+    library.write_bytes(other)
+    store.seal(library)
+    library.chmod(0o666 if what == "writable" else 0o644)
+    loaded.cache_clear()
+    assert not store.is_whole(library)
+    assert fem.assemble_scalar(compiled(form)) == 0.0
+    assert library.read_bytes() == content and not library.stat().st_mode & 0o002
 
 
 @pytest.mark.parametrize("content", ["", "[]", "3", '{"kernel": 1}', '{"coefficients": 1}', "\0"])
@@ -155,6 +190,37 @@ def test_a_compiler_that_writes_something_else_is_named(writes, cache, form, mon
     with pytest.raises(RunError, match=r"liar.py' ends without an error.* variable CC"):
         compiled(form)
     assert not list(cache.glob("*.so*"))
+
+
+def test_a_library_that_does_not_load_is_made_anew(cache, form, monkeypatch) -> None:
+    """A compiler that writes a program with the right words in it."""
+    program = cache.parent / "liar.py"
+    program.write_text(
+        OUT + "c = open(sys.executable, 'rb').read(); s = open(sys.argv[-3]).read(); "
+        "open(out, 'wb').write(c + s.encode())"
+    )
+    monkeypatch.setenv("CC", f"{sys.executable} {program}")
+    with pytest.raises(RunError, match=r"cannot be loaded .* and is removed"):
+        compiled(form)
+    monkeypatch.delenv("CC")
+    loaded.cache_clear()
+    assert fem.assemble_scalar(compiled(form)) == 0.0
+
+
+@pytest.mark.parametrize("named", ["gcc '", " ", '"'])
+def test_names_of_compilers_that_are_none(named, cache, form, monkeypatch) -> None:
+    monkeypatch.setenv("CC", named)
+    with pytest.raises(RunError, match=r"variable CC is .* must name a C compiler"):
+        compiled(form)
+
+
+def test_a_compiler_speaks_any_language(cache, form, monkeypatch) -> None:
+    """What it says may be no UTF-8."""
+    program = cache.parent / "latin.py"
+    program.write_text("import sys; sys.stderr.buffer.write(b'unm\\xf6glich'); sys.exit(1)")
+    monkeypatch.setenv("CC", f"{sys.executable} {program}")
+    with pytest.raises(RunError, match="the C compiler fails"):
+        compiled(form)
 
 
 # --- what stands in the current folder ------------------------------------------------------------

@@ -144,6 +144,7 @@ def test_friction_and_damping_are_between_the_bodies(
     found = execute(two(OBSTACLES["plane"], **more))
     end = found.history.iloc[-1]
     assert found.summary["energy_balance_error"] < 1e-11
+    # it is all of it; not round-off
     assert 0.05 < end["touch.loss"] <= end.dissipation * (1 + 1e-12)
     linear, angular = momenta(found)
     assert np.ptp(linear, axis=0).max() < 1e-10

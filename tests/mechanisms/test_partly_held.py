@@ -34,7 +34,7 @@ def test_jumps_of_partly_held_directors_do_no_work(alpha: float) -> None:
     energy = run.history["kinetic_energy"].max()
     assert energy > 1e-5
     # round-off; jumps that are not tangent at planes of symmetry were 1e-3 of it
-    assert np.abs(run.history["energy_balance"]).max() < 1e-12 * energy
+    assert np.abs(run.history["energy_balance"]).max() < 2e-12 * energy
     whole = execute(quarter(alpha=alpha, solver=Solver(solve="full")))
     # Newton's tolerance
     for name in ("kinetic_energy", "total_energy"):

@@ -3,12 +3,15 @@
 from pathlib import Path
 from typing import Any
 
+from mpi4py import MPI
+
 import meshio
 import numpy as np
 import pytest
 
 from shellmb.errors import SceneError, ShellmbWarning
-from shellmb.scene import MeshFile
+from shellmb.meshes.mesh import SurfaceMesh, build_surface
+from shellmb.scene import Isotropic, MeshFile, Orthotropic, Shell
 
 from .strips import LENGTH, WIDTH, area, built, card, grid, of_abaqus, of_nastran
 
@@ -124,6 +127,47 @@ def test_offsets_of_elements_are_named(tmp_path: Path) -> None:
     model.write_text(model.read_text() + "*Shell Section, elset=skin, offset=0.5\n0.1, 5\n")
     with pytest.warns(ShellmbWarning, match=r"1 OFFSET of \*SHELL SECTION"):
         built(MeshFile(model))
+
+
+FIBRES = Orthotropic(E1=1e10, E2=1e9, nu12=0.3, G12=5e8, G13=5e8, G23=4e8, thickness=1e-3)
+
+
+def along(surface: MeshFile, cell: Any, section: Any = FIBRES, **options: Any) -> SurfaceMesh:
+    return build_surface(Shell("s", surface, section, cell=cell, **options), MPI.COMM_SELF)
+
+
+@pytest.mark.parametrize(
+    ("element", "given", "count"),
+    [
+        ("CQUAD4", "30.", 1),
+        ("CQUAD4", "5", 1),
+        ("CQUAD4", "0", 1),
+        ("CQUAD4", "0.", 0),
+        ("CTRIA3", "-45.0", 1),
+        ("S4", "", 8),
+    ],
+)
+def test_directions_of_elements_are_refused(element, given, count, tmp_path: Path) -> None:
+    """Kind: what a file says of an element that its section depends on: angles, and systems."""
+    file, cell = tmp_path / ("a.bdf" if given else "a.inp"), "tri" if "TRI" in element else "quad"
+    if given:
+        of_nastran(element, "free")(file)
+        lines = file.read_text().splitlines()
+        first = next(k for k, line in enumerate(lines) if line.startswith(element))
+        lines[first] += f",{given}"
+        file.write_text("\n".join(lines))
+    else:
+        of_abaqus(element)(file)
+        more = "*Shell Section, elset=SKIN, orientation=fibres\n0.1, 5\n"
+        file.write_text(file.read_text() + more)
+    surface = MeshFile(file)
+    along(surface, cell, Isotropic(1e9, 0.3, thickness=1e-3))
+    along(surface, cell, direction=(1, 0, 0))
+    if not count:
+        along(surface, cell)
+        return
+    with pytest.raises(SceneError, match=rf"{count} elements .*not read; direction must be"):
+        along(surface, cell)
 
 
 @pytest.mark.parametrize(

@@ -141,8 +141,8 @@ def corner_path(scene: Scene, point: tuple[float, float, float]) -> np.ndarray:
     account = Watch()
     simulation.run([account])
     assert account.relative_error is not None
-    # stiff plates among them, of whose strains round-off is seen: up to 3.6e-12
-    assert account.relative_error < 5e-11
+    # stiff plates among them, of whose strains round-off is seen: up to 1e-11
+    assert account.relative_error < 1e-10
     return np.array(path)
 
 

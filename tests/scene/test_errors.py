@@ -41,6 +41,7 @@ from shellmb.scene import (
 )
 
 NAN = float("nan")
+RANDOM = np.random.default_rng(0)
 STEEL = Isotropic(E=2e11, nu=0.3, thickness=0.01, density=7800)
 PLATE = Shell("plate", Rectangle(2, 1), STEEL)
 ROOF = Shell("roof", Cylinder(1, 1, (0, 90)), STEEL)
@@ -248,6 +249,10 @@ BAD = {
     ),
     "surface force: force gives an array of shape (7,) for positions of shape (3, 7); it must give "
     "the same shape": lambda: made_of(PLATE, supports=HELD, loads=SurfaceForce(lambda x: x[0])),
+    "surface force: force gives other values when it is called again; it must depend on positions "
+    "only: make random numbers once, outside of it and with a seed": lambda: made_of(
+        PLATE, supports=HELD, loads=SurfaceForce(lambda x: RANDOM.random(x.shape))
+    ),
     "surface force: force gives a number that is not finite": lambda: made_of(
         PLATE, supports=HELD, loads=SurfaceForce(lambda x: NAN * x)
     ),

@@ -42,6 +42,8 @@ TIES = {
 }
 # files that include one another deeper than this go round in a circle
 DEEPEST = 10
+# and decks do not include more files than this, which may include one another again and again
+MOST = 10_000
 
 
 @dataclass
@@ -78,9 +80,11 @@ class _Reader:
         self.assembly: list[tuple[str, str, list[int]]] = []
         self.left_out: Counter[str] = Counter()
         self.names: dict[str, str] = {}
+        # sets whose sections have a direction
+        self.oriented: set[str] = set()
 
     def read(self, path: Path) -> Found:
-        for name, options, data in _keywords(path, self.who, 0):
+        for name, options, data in _keywords(path, self.who, 0, []):
             try:
                 self._take(name, options, data)
             except (ValueError, IndexError) as error:
@@ -123,8 +127,11 @@ class _Reader:
             self._set(options, data)
         elif name in TIES:
             self.left_out[f"*{name}"] += 1
-        elif name == "SHELL SECTION" and "OFFSET" in options:
-            self.left_out["OFFSET of *SHELL SECTION"] += 1
+        elif name in ("SHELL SECTION", "SHELL GENERAL SECTION"):
+            if "OFFSET" in options:
+                self.left_out[f"OFFSET of *{name}"] += 1
+            if "ORIENTATION" in options:
+                self.oriented.add(options.get("ELSET", "").upper())
 
     def _elements(self, options: dict[str, str], data: list[list[str]]) -> None:
         kind = options.get("TYPE", "").upper()
@@ -207,6 +214,10 @@ class _Reader:
                     if number in places:
                         kind, row = places[number]
                         groups.setdefault(name, {}).setdefault(kind, []).append(row)
+        directed: dict[str, list[int]] = {}
+        for name, group in groups.items():
+            for kind, of_group in group.items() if name.upper() in self.oriented else ():
+                directed.setdefault(kind, []).extend(of_group)
         return Found(
             np.array(x, dtype=float).reshape(-1, 3),
             {kind: np.array(rows, dtype=np.int64) for kind, rows in cells.items()},
@@ -215,6 +226,8 @@ class _Reader:
                 for name, group in groups.items()
             },
             left_out=self.left_out,
+            directed={kind: _rows(rows) for kind, rows in directed.items()},
+            directions="ORIENTATION",
         )
 
 
@@ -236,7 +249,7 @@ def _moved(x: Floats, moved: list[list[float]]) -> Floats:
 
 
 def _keywords(
-    path: Path, who: str, depth: int
+    path: Path, who: str, depth: int, read: list[Path]
 ) -> Iterator[tuple[str, dict[str, str], list[list[str]]]]:
     """Keywords with their options and lines of data, those of included files in their places."""
     lines = [
@@ -265,7 +278,9 @@ def _keywords(
             yield name, options, data
             continue
         other = path.parent / options.get("INPUT", "")
-        if depth == DEEPEST or not other.is_file():
-            why = "there is no such file" if depth < DEEPEST else "the files go round in a circle"
+        read.append(other)
+        if depth == DEEPEST or len(read) > MOST or not other.is_file():
+            round_ = depth == DEEPEST or len(read) > MOST
+            why = "the files go round in a circle" if round_ else "there is no such file"
             raise SceneError(f"{who} includes '{options.get('INPUT', '')}'; {why}")
-        yield from _keywords(other, who, depth + 1)
+        yield from _keywords(other, who, depth + 1, read)

@@ -12,6 +12,8 @@ __all__ = ["cards", "integer", "real"]
 
 # files that include one another deeper than this go round in a circle
 DEEPEST = 10
+# and decks do not include more files than this, which may include one another again and again
+MOST = 10_000
 _EXPONENT = re.compile(r"([+-]?[0-9]*\.?[0-9]*)([+-][0-9]+)")
 
 
@@ -26,7 +28,7 @@ def cards(path: Path, who: str) -> Iterator[list[str]]:
         SceneError: If it includes a file that is not there, or goes round in a circle.
     """
     card: list[str] = []
-    for line in _bulk(list(_lines(path, who, 0))):
+    for line in _bulk(list(_lines(path, who, 0, []))):
         name, fields, goes_on = _fields(line)
         if goes_on:
             card += fields
@@ -82,7 +84,7 @@ def _wrong(card: list[str], k: int, who: str, right: str) -> SceneError:
     return SceneError(f"{who}: field {k} of {named} is '{card[k]}'; it must be {right}")
 
 
-def _lines(path: Path, who: str, depth: int) -> Iterator[str]:
+def _lines(path: Path, who: str, depth: int, read: list[Path]) -> Iterator[str]:
     """Lines without comments, those of included files in their places."""
     for raw in path.read_text(errors="replace").splitlines():
         line = raw.partition("$")[0].rstrip()
@@ -93,10 +95,12 @@ def _lines(path: Path, who: str, depth: int) -> Iterator[str]:
             continue
         name = line[7:].strip().strip("'\"")
         other = path.parent / name
-        if depth == DEEPEST or not other.is_file():
-            why = "there is no such file" if depth < DEEPEST else "the files go round in a circle"
+        read.append(other)
+        if depth == DEEPEST or len(read) > MOST or not other.is_file():
+            round_ = depth == DEEPEST or len(read) > MOST
+            why = "the files go round in a circle" if round_ else "there is no such file"
             raise SceneError(f"{who} includes '{name}'; {why}")
-        yield from _lines(other, who, depth + 1)
+        yield from _lines(other, who, depth + 1, read)
 
 
 def _bulk(lines: list[str]) -> Iterator[str]:

@@ -31,6 +31,8 @@ class Found:
         lines: Ends of the sides of cells on each named line, shape (m, 2).
         points: Row of the node of each named point.
         left_out: Number of what else there is, by its name in the file.
+        directed: Rows of cells by kind whose material direction the file gives.
+        directions: What the file calls these directions.
     """
 
     x: Floats
@@ -39,3 +41,5 @@ class Found:
     lines: dict[str, Ints] = field(default_factory=dict)
     points: dict[str, int] = field(default_factory=dict)
     left_out: Counter[str] = field(default_factory=Counter)
+    directed: dict[str, Ints] = field(default_factory=dict)
+    directions: str = ""

@@ -19,7 +19,7 @@ from shellmb.meshes.files.found import KINDS, Found
 
 __all__ = ["is_nastran", "read_nastran"]
 
-# card -> kind, and the field of the offset from the nodes
+# card -> kind, and the field of the offset from the nodes, before which is that of the direction
 SHELLS = {
     "CTRIA3": ("tri3", 7),
     "CTRIAR": ("tri3", 7),
@@ -27,7 +27,7 @@ SHELLS = {
     "CQUAD4": ("quad4", 8),
     "CQUADR": ("quad4", 8),
     "CQUAD8": ("quad8", 16),
-    "CQUAD": ("quad9", 0),
+    "CQUAD": ("quad9", 13),
 }
 SYSTEM = re.compile(r"CORD([12])([RCS])")
 # cards with C that are no elements
@@ -65,6 +65,7 @@ def read_nastran(path: Path, who: str) -> Found:
     x = [systems.node(number) for number in systems.nodes]
     cells: dict[str, list[list[int]]] = {}
     groups: dict[str, dict[str, list[int]]] = {}
+    directed: dict[str, list[int]] = {}
     left_out: Counter[str] = Counter()
     for card in deck:
         if card[0] not in SHELLS:
@@ -73,9 +74,13 @@ def read_nastran(path: Path, who: str) -> Found:
             continue
         kind, offset = SHELLS[card[0]]
         nodes = _nodes(card, kind, numbers, x, who)
-        if offset and real(card, offset, who) != 0:
+        if card[0] != "CQUAD" and real(card, offset, who) != 0:
             left_out[f"ZOFFS of {card[0]}"] += 1
         of_kind = cells.setdefault(kind, [])
+        # an angle from the first side is a number, a coordinate system a whole one
+        given = card[offset - 1] if offset <= len(card) else ""
+        if given.isdigit() or real(card, offset - 1, who) != 0:
+            directed.setdefault(kind, []).append(len(of_kind))
         part = integer(card, 2, who) or integer(card, 1, who)
         groups.setdefault(f"PID {part}", {}).setdefault(kind, []).append(len(of_kind))
         of_kind.append(nodes)
@@ -87,6 +92,8 @@ def read_nastran(path: Path, who: str) -> Found:
             for name, group in groups.items()
         },
         left_out=left_out,
+        directed={kind: np.array(rows) for kind, rows in directed.items()},
+        directions="THETA or MCID",
     )
 
 

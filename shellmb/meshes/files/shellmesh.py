@@ -17,7 +17,7 @@ from shellmb.meshes.files.joined import doubles, empty, joined
 from shellmb.meshes.files.kinds import cut, of_one_order
 from shellmb.meshes.raw import FACETS, Cell, RawMesh, facets, shown, vertex_count
 from shellmb.meshes.surfaces.orient import oriented
-from shellmb.scene import Shell
+from shellmb.scene import Hyperelastic, Isotropic, Shell
 from shellmb.scene.shells.gmsh_surfaces import Meshed
 from shellmb.scene.values.validate import edge_names
 
@@ -46,6 +46,7 @@ def shell_mesh(found: Found, shell: Shell, group: str | tuple[str, ...] | None) 
     if not np.isfinite(found.x).all():
         raise SceneError(f"{who}: its mesh has nodes whose coordinates are not finite")
     chosen = _chosen(found, group, who)
+    _refuse_directions(found, chosen, shell, who)
     x, cells, order = of_one_order(
         found.x * surface.scale, {kind: found.cells[kind][rows] for kind, rows in chosen.items()}
     )
@@ -121,6 +122,21 @@ def _chosen(found: Found, group: str | tuple[str, ...] | None, who: str) -> dict
             "nodes or quadrilaterals with 4, 8 or 9"
         )
     return chosen
+
+
+def _refuse_directions(found: Found, chosen: dict[str, Ints], shell: Shell, who: str) -> None:
+    """Refuse directions of a file where stiffness depends on them and the scene gives none."""
+    if shell.direction is not None or isinstance(shell.section, Isotropic | Hyperelastic):
+        return
+    count = sum(
+        int(np.isin(chosen[k], rows).sum()) for k, rows in found.directed.items() if k in chosen
+    )
+    if count:
+        raise SceneError(
+            f"{who}: {count} elements of its mesh have material directions ({found.directions}), "
+            "which are not read; direction must be a vector, or a function of positions, that says "
+            "the same"
+        )
 
 
 def _where(

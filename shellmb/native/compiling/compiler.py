@@ -40,6 +40,7 @@ _log = logging.getLogger(__name__)
 # Characters of code that a C compiler is worth starting for: it takes 0.03 s to start, link and
 # read headers, and 0.3 s for as much
 GROUP = 100_000
+NAME = "it must name a C compiler, as gcc does"
 
 
 def compile_new(items: Wanted, folder: Path, tell: Tell) -> None:
@@ -168,10 +169,18 @@ def run_compiler(arguments: Sequence[str], made: Path, symbols: Iterable[str]) -
         RunError: If there is no compiler, or it fails, or what it writes is no library.
     """
     compiler = os.environ.get("CC") or sysconfig.get_config_var("CC") or "cc"
-    command = [*shlex.split(compiler), "-std=c17", "-shared", "-fPIC", "-fwrapv", "-DNDEBUG"]
+    try:
+        program = shlex.split(compiler)
+    except ValueError as error:
+        raise RunError(f"the environment variable CC is {compiler!r} ({error}); {NAME}") from error
+    if not program:
+        raise RunError(f"the environment variable CC is {compiler!r}; {NAME}")
+    command = [*program, "-std=c17", "-shared", "-fPIC", "-fwrapv", "-DNDEBUG"]
     command += [*arguments, "-o", str(made)]
     try:
-        done = subprocess.run(command, capture_output=True, text=True, stdin=subprocess.DEVNULL)
+        done = subprocess.run(
+            command, capture_output=True, text=True, errors="replace", stdin=subprocess.DEVNULL
+        )
     except OSError as error:
         raise RunError(
             f"there is no C compiler '{command[0]}' ({error.strerror}), which new kernels need: "

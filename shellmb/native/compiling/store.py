@@ -13,7 +13,7 @@ import stat
 import tempfile
 import zlib
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
 
@@ -27,6 +27,8 @@ _log = logging.getLogger(__name__)
 ROOM = 1_000_000
 # begins the end of a library
 MARK = b"shellmb crc32 "
+# permission of others to write
+OTHERS = stat.S_IWGRP | stat.S_IWOTH
 # bytes of the head of an ELF file that say for which machine it is: class, order, machine
 MACHINE = (slice(0, 6), slice(18, 20))
 SAY = "name another folder by the environment variable XDG_CACHE_HOME"
@@ -79,7 +81,11 @@ def _wrong(folder: Path) -> str | None:
         RunError: If others can write it.
     """
     try:
-        folder.mkdir(parents=True, exist_ok=True)
+        for place in (*reversed(folder.parents), folder):
+            # ours alone, whatever new files may be by default
+            if not place.exists():
+                place.mkdir(mode=0o700, exist_ok=True)
+        folder.mkdir(exist_ok=True)
         _refuse_shared(folder)
         room = os.statvfs(folder)
         if room.f_flag & os.ST_NOEXEC:
@@ -160,9 +166,12 @@ def loading(library: Path) -> Iterator[Path]:
     try:
         yield library
     except (OSError, ValueError, ImportError) as error:
+        # the next run makes it anew
+        with suppress(OSError):
+            library.unlink()
         raise RunError(
-            f"{library} cannot be loaded ({error}); remove it and see that the C compiler is right "
-            f"and files may be executed there, or {SAY}",
+            f"{library} cannot be loaded ({error}), and is removed: see that the C compiler is "
+            f"right and files may be executed there, or {SAY}",
             alone=True,
         ) from error
 
@@ -207,6 +216,7 @@ def seal(library: Path) -> None:
     content = library.read_bytes()
     with library.open("ab") as file:
         file.write(MARK + b"%08x" % zlib.crc32(content))
+        os.fchmod(file.fileno(), stat.S_IMODE(os.fstat(file.fileno()).st_mode) & ~OTHERS)
 
 
 # files that are whole, by what would change with them
@@ -224,17 +234,18 @@ def is_whole(library: Path) -> bool:
         key = (found.st_dev, found.st_ino, found.st_size, found.st_mtime_ns)
         if key in _WHOLE:
             return True
-        if not stat.S_ISREG(found.st_mode) or found.st_uid not in (os.getuid(), 0):
+        ours = found.st_uid in (os.getuid(), 0) and not found.st_mode & stat.S_IWOTH
+        if not (stat.S_ISREG(found.st_mode) and ours):
             return False
         content = library.read_bytes()
     except OSError:
         return False
     end = len(MARK) + 8
+    # that of another kernel, or of another machine, is whole, too
+    whole = is_library(content) and library.stem.encode() in content
     if content[-end:-8] == MARK:
-        whole = b"%08x" % zlib.crc32(memoryview(content)[:-end]) == content[-8:]
-    else:
-        # by a version before this one
-        whole = is_library(content)
+        # a version before this one has none
+        whole &= b"%08x" % zlib.crc32(memoryview(content)[:-end]) == content[-8:]
     if whole:
         _WHOLE.add(key)
     return whole

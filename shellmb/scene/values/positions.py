@@ -34,14 +34,17 @@ def values_at(
         Shape (size, n), of a scalar (n,).
 
     Raises:
-        SceneError: If it fails, or gives another shape or a number that is not finite.
+        SceneError: If it fails, or gives another shape, a number that is not finite, or other
+            numbers when it is called again.
     """
     try:
         given = function(x)
         # components may be of several kinds, of which an array would make one
         parts = [given, *given] if isinstance(given, Several) else [given]
         kinds = {np.asarray(part).dtype.kind for part in parts} & NO_NUMBERS.keys()
-        value = np.zeros(0) if kinds else np.asarray(given, dtype=float)
+        value = np.zeros(0) if kinds else np.array(given, dtype=float)
+        # each rank, and each quantity that needs it, asks for itself
+        again = value if kinds else np.asarray(function(x), dtype=float)
     except (Exception, SystemExit) as error:
         raise SceneError(
             f"{who} fails ({in_words(error)}); it must be written for an array of positions"
@@ -57,6 +60,11 @@ def values_at(
         )
     if not np.isfinite(value).all():
         raise SceneError(f"{who} gives a number that is not finite")
+    if not np.array_equal(value, again):
+        raise SceneError(
+            f"{who} gives other values when it is called again; it must depend on positions only: "
+            "make random numbers once, outside of it and with a seed"
+        )
     return value
 
 
