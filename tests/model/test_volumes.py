@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from shellmb.errors import SceneError
+from shellmb.model.potentials import volume as module
 from shellmb.running.execute import RunResult, execute
 from shellmb.scene import (
     Clamped,
@@ -78,6 +79,23 @@ def test_a_gas_in_a_ball_that_flies_keeps_energy_and_momenta(scheme: str) -> Non
     for axis in "xyz":
         column = found[f"momentum_{axis}"]
         assert column == pytest.approx(column[0], abs=1e-12)
+
+
+def test_motion_energy_and_pressure_have_one_law(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The kind: a reported pressure that is another writing of the law than the energy is."""
+
+    def run() -> dict[str, Any]:
+        gas = EnclosedVolume("gas", gas=Gas(5.0, ambient=1.0))
+        return columns(execute(octant(volumes=gas, scheme="ep", dt=0.02, t_end=0.06)))
+
+    before, written = run(), module.gas_energy
+    monkeypatch.setattr(module, "gas_energy", lambda *given: 1.5 * written(*given))
+    after = run()
+    law = 5.0 * (after["gas.volume"] / after["gas.volume"][0]) ** -1.4 - 1.0
+    # round-off, as above
+    assert after["gas.pressure"] == pytest.approx(1.5 * law, rel=1e-12)
+    assert np.abs(after["energy_balance"]).max() < 1e-12
+    assert abs(after["gas.volume"][-1] / before["gas.volume"][-1] - 1) > 1e-3
 
 
 @pytest.mark.parametrize("filling", [{"gas": Gas(5.0, ambient=1.0)}, {}])

@@ -10,7 +10,7 @@ the rotation of the shells in a step, and the couple that keeps their forces fre
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -37,9 +37,11 @@ from shellmb.forms.constraints.volume import (
     slope,
 )
 from shellmb.forms.state import Layout
+from shellmb.forms.steps.discrete import gradient
 from shellmb.meshes.nodes import NodeMesh, node_mesh, node_space
 from shellmb.meshes.spaces import mixed_space
 from shellmb.model.body import Constraint, Elastic, FixedDofs, NodeLink, PartScale
+from shellmb.model.elements.lawvalues import LawValues
 from shellmb.model.joints.coordinates import global_dofs
 from shellmb.model.joints.held import Constraints
 from shellmb.model.locations.nodes import part_dofs, said_point
@@ -130,15 +132,26 @@ class Filling(Massless):
     @cached_property
     def elastic(self) -> tuple[Elastic, ...]:
         """The energy of a gas."""
+        if self._stored is None:
+            return ()
+        return (ExactEnergy(self._change, self._stored, self._size, self.dx, smooth=SMOOTH),)
+
+    @cached_property
+    def _stored(self) -> Callable[[Any], Expr] | None:
+        """Energy of a gas over the volume, as a function of the change of the volume."""
         gas = self.item.gas
         if gas is None:
-            return ()
+            return None
         pressure, outside = self._constant(gas.pressure), self._constant(gas.outside)
+        return lambda e: gas_energy(e[0], pressure, gas.exponent, outside)
 
-        def energy(e: Expr) -> Expr:
-            return gas_energy(e[0], pressure, gas.exponent, outside)
-
-        return (ExactEnergy(self._change, energy, self._size, self.dx, smooth=SMOOTH),)
+    @cached_property
+    def _pressure(self) -> LawValues | None:
+        """Pressure of a gas over that outside, which is the slope of its energy; collective."""
+        stored = self._stored
+        if stored is None:
+            return None
+        return LawValues(self.nodes, lambda v: -gradient(lambda x: stored([x]), v), (1,))
 
     @property
     def constraints(self) -> tuple[Constraint, ...]:
@@ -161,11 +174,11 @@ class Filling(Massless):
         if len(here):
             found[:] = q[self.mixed.dofs["v"][0]], multipliers[self.mixed.dofs["mu"][0]]
         self.nodes.mesh.comm.Allreduce(MPI.IN_PLACE, found)
-        gas, x = self.item.gas, 1 + found[0]
-        pressure = float(self.pressure.value) * found[1]
-        if gas is not None:
-            pressure = gas.pressure * x**-gas.exponent - gas.outside
-        return float(self.volume * x), float(pressure)
+        if self._pressure is None:
+            pressure = float(self.pressure.value) * found[1]
+        else:
+            pressure = float(self._pressure(found[:1])[0])
+        return float(self.volume * (1 + found[0])), pressure
 
 
 class Enclosing(Massless):
