@@ -6,7 +6,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+import scipy.linalg
 
+import shellmb as sm
 from shellmb.errors import SceneError
 from shellmb.model.potentials import volume as module
 from shellmb.running.execute import RunResult, execute
@@ -216,6 +218,17 @@ def test_a_fluid_keeps_its_volume(scheme: str) -> None:
     assert np.abs(found["energy_balance"]).max() < 1e-12
     # the pole goes down and the rim out
     assert found["pole"][-1] < -0.01 and found["rim"][-1] > 1e-4
+
+
+@pytest.mark.parametrize("pressure", [0.0, 100.0])
+def test_matrices_have_the_stiffness_of_a_gas(pressure: float) -> None:
+    """A ball breathes at `rho h w^2 = 2 E h/((1 - nu) R^2) + 3 gamma p/R` (thin sphere)."""
+    gas = EnclosedVolume("gas", gas=Gas(pressure)) if pressure else ()
+    found = sm.matrices(octant(volumes=gas, scheme="ep", t_end=1.0))
+    squares = scipy.linalg.eigh(found.K.toarray(), found.M.toarray(), eigvals_only=True)
+    exact = (2 * 1e3 / 0.7 + 3 * 1.4 * pressure / 0.02) / 1.0
+    # of the mesh; without the gas's part it were off by a factor of 8
+    assert np.abs(squares / exact - 1).min() < 3e-3
 
 
 @pytest.mark.parametrize("flip", [False, True])
