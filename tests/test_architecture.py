@@ -279,6 +279,32 @@ def test_docstrings_begin_with_what_a_thing_is_or_does() -> None:
     assert not found
 
 
+# what the field has other words for (docs/reference/glossary.md)
+NO_WORDS = {
+    "anystrain",
+    "asked",
+    "blame",
+    "calling",
+    "inframe",
+    "leap",
+    "leftout",
+    "living",
+    "lost",
+}
+NO_WORDS |= {"pathwork", "seldom", "soundness", "stressed", "swing", "waiting"}
+
+
+def test_names_have_the_words_of_the_field() -> None:
+    found = set()
+    for module in (m for m in MODULES if layer(m) not in (None, "demos")):
+        names = {module.rpartition(".")[2]}
+        for node in parsed(module):
+            names |= {str(getattr(node, kind, "")) for kind in ("name", "id", "attr", "arg")}
+        words = {name: {w.lower() for w in re.findall("[A-Z]?[a-z]+", name)} for name in names}
+        found |= {(module, name) for name in names if words[name] & NO_WORDS}
+    assert not found
+
+
 def test_loops_in_c_are_called_by_the_rooms_that_have_them() -> None:
     """Others reach them through the operations, which the reference has, too."""
     rooms = ("shellmb.native", "shellmb.system", BENCH)

@@ -29,8 +29,8 @@ class Measuring(Protocol):
         ...
 
 
-class _AskedAtOnce:
-    """Numbers of an observer that is asked in each step, for those of many steps together.
+class _EachStep:
+    """Numbers of an observer that is measured in each step, for those of many steps together.
 
     Args:
         measuring: The observer.
@@ -40,7 +40,7 @@ class _AskedAtOnce:
         self._measuring, self._rows = measuring, list[dict[str, float]]()
 
     def ask(self) -> None:
-        """Ask it."""
+        """Measure now."""
         numbers = self._measuring.measure()
         self._rows.append({name: float(value) for name, value in numbers.items()})
 
@@ -69,7 +69,7 @@ class History(Silent):
         self._steps: list[tuple[dict[str, float], float]] = []
         later = [hasattr(observer, "collect") for observer in measuring]
         self._sources: list[Any] = [
-            observer if there else _AskedAtOnce(observer)
+            observer if there else _EachStep(observer)
             for observer, there in zip(measuring, later, strict=True)
         ]
         self._requested = [s for s, there in zip(self._sources, later, strict=True) if not there]

@@ -114,8 +114,8 @@ FAULTS: tuple[Fault, ...] = (
     Fault(
         "a mesh that all runs have is refined",
         "shellmb/studies/sweep.py",
-        "elif first.degree is not None and len(counts) == 1:",
-        "elif first.degree is not None and len(counts) == 0:",
+        "len({(c.mesh, c.divide) for c in runs}) == 1:",
+        "len({(c.mesh, c.divide) for c in runs}) == 0:",
         ("tests/study/test_sweep.py::test_what_is_not_refined_is_named",),
     ),
     Fault(

@@ -142,8 +142,8 @@ class EnergyAccount(Booked):
         self._shift = 0.0
         self._ends = functionals(ends, comm)
         loads, terms = (present(self._work(simulation, kind, others)) for kind in WORKS)
-        lost = [present(self._work(simulation, "terms", [b])) for b in self._potentials]
-        steps = [loads, terms, *lost, *elastic.values()]
+        losses = [present(self._work(simulation, "terms", [b])) for b in self._potentials]
+        steps = [loads, terms, *losses, *elastic.values()]
         if self._potentials or self._faces:
             self._values.setdefault("potential_energy", 0.0)
             losing = [b.item.name for b in self._potentials]
@@ -166,7 +166,7 @@ class EnergyAccount(Booked):
         self._energy = np.zeros((STEPS, len(there)))
         # of contacts with faces of shells, which no form knows: what is lost in the scheme, and by
         # friction and damping, and energies
-        self._lost = np.zeros((STEPS, len(self._faces), 2))
+        self._losses = np.zeros((STEPS, len(self._faces), 2))
         self._touch = np.zeros((STEPS, len(self._faces)))
         if natural:
             self._shift = there.tolist()[-1]
@@ -206,13 +206,13 @@ class EnergyAccount(Booked):
         self._alpha, stage = simulation.scheme.dissipation()
         self._jumps: list[_VelocityJump] = []
         for body in simulation.model.bodies if self._alpha else ():
-            lost, moving = present(simulation.problem.steps[body.name].dissipated()), []
+            losses, moving = present(simulation.problem.steps[body.name].dissipated()), []
             if stage is not None:
                 jump = _VelocityJump(simulation.problem.levels[body.name])
                 moving = present([kinetic_energy(body, jump.function)])
                 self._jumps += [jump] if moving else []
-            if lost or moving:
-                elastic[body.name], inert[body.name] = lost, moving
+            if losses or moving:
+                elastic[body.name], inert[body.name] = losses, moving
         return elastic, inert
 
     def _touching(self) -> list[float]:
@@ -264,7 +264,7 @@ class EnergyAccount(Booked):
         if self._acting:
             self._works[row] = self._step()
         if self._faces:
-            self._lost[row] = [faces.loss() for faces in self._faces]
+            self._losses[row] = [faces.loss() for faces in self._faces]
         if self._driven:
             self._supports[row] = simulation.problem.support_work()
         self.floor = max(self.floor, ROUND_OFF_MOTION * self._reach(simulation))
@@ -284,12 +284,12 @@ class EnergyAccount(Booked):
         """Add steps up, and see whether the account closes."""
         found = []
         works, energies = self._works[rows].tolist(), self._energy[rows].tolist()
-        faces = zip(self._lost[rows].tolist(), self._touch[rows].tolist(), strict=True)
-        for work, supports, energy, (lost, touching) in zip(
+        faces = zip(self._losses[rows].tolist(), self._touch[rows].tolist(), strict=True)
+        for work, supports, energy, (losses, touching) in zip(
             works, self._supports[rows], energies, faces, strict=True
         ):
             if self._dynamic:
-                self._work_of(work, supports, lost)
+                self._work_of(work, supports, losses)
             shift = self._shift
             self._energies(energy, touching)
             self._dissipate(self._inert)
@@ -298,7 +298,7 @@ class EnergyAccount(Booked):
             found.append(dict(self._values))
         return found
 
-    def _work_of(self, works: list[float], supports: float, lost: list[list[float]]) -> None:
+    def _work_of(self, works: list[float], supports: float, losses: list[list[float]]) -> None:
         values = self._values
         if self._acting:
             loads, terms, *rest = works
@@ -309,7 +309,7 @@ class EnergyAccount(Booked):
                 values[f"{body.item.name}.loss"] -= work
                 values["dissipation"] -= work
             self._dissipate(rest[len(self._potentials) :])
-        for faces, (part, spent) in zip(self._faces, lost, strict=True):
+        for faces, (part, spent) in zip(self._faces, losses, strict=True):
             if self._alpha:
                 self._dissipated[faces.name] = self._dissipated.get(faces.name, 0.0) + part
             values[f"{faces.name}.loss"] += spent
@@ -359,8 +359,8 @@ class EnergyAccount(Booked):
 
         Potentials of springs may fall below zero: what they give is energy that was there.
         """
-        lost = sum(self.dissipated.values())
-        return lost / max(self._there - self._lowest, self.floor) if lost > 0 else 0.0
+        losses = sum(self.dissipated.values())
+        return losses / max(self._there - self._lowest, self.floor) if losses > 0 else 0.0
 
     def kept(self) -> dict[str, Any]:
         """The sums so far."""

@@ -178,13 +178,13 @@ class Frames(Silent):
         """Frames of the earlier run, for the pictures; a run does without those that are lost."""
         if not self._files:
             return
-        lost = []
+        missing = []
         for number, t in enumerate(self._times):
             found = {}
             for name, files in self._files.items():
                 shape = files.displacement(number, self._sums)
                 if shape is None:
-                    lost.append(files.file(number).name)
+                    missing.append(files.file(number).name)
                 else:
                     found[name] = shape
             if len(found) == len(self._files):
@@ -193,11 +193,11 @@ class Frames(Silent):
             files.list(self._times)
         if self._all is not None:
             self._all.list(self._times)
-        if lost:
+        if missing:
             _log.warning(
                 "resume: lost or damaged in %s, and left out of the pictures: %s",
                 self.folder,
-                ", ".join(lost),
+                ", ".join(missing),
             )
 
     def state(self) -> dict[str, Any]:
