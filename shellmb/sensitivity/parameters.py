@@ -12,12 +12,14 @@ from shellmb.errors import SceneError
 from shellmb.options.described import read
 from shellmb.options.run import Options
 from shellmb.running.loader import load
-from shellmb.scene import Scene
+from shellmb.scene import FromMode, Modal, Scene
 from shellmb.scene.fingerprint import fingerprint
 
 # relative distance of the scenes at both sides: the error of central differences, its square, and
 # the round-off of forces over it are both below 1e-7 of the derivative
 STEP = 1e-5
+# with bodies in modes and starts from modes: eigenvectors are known to ten digits
+REDUCED = 1e-4
 
 
 @dataclass(frozen=True)
@@ -174,6 +176,14 @@ def parameters_of(
             )
         found.append(Parameter(name, float(value), STEP * scale))
     return tuple(found)
+
+
+def widened(parameters: Sequence[Parameter], scene: Scene) -> tuple[Parameter, ...]:
+    """Parameters with differences as wide as a scene needs."""
+    modal = any(isinstance(getattr(body, "model", None), Modal) for body in scene.bodies)
+    if modal or any(isinstance(start, FromMode) for start in scene.starts):
+        return tuple(replace(p, step=p.step * REDUCED / STEP) for p in parameters)
+    return tuple(parameters)
 
 
 def _sizes(names: Sequence[str], scales: Mapping[str, Any]) -> dict[str, float]:

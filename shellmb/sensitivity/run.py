@@ -14,8 +14,7 @@ from shellmb.errors import SceneError
 from shellmb.guarding.writing import write_text
 from shellmb.options.described import options_of, takes
 from shellmb.options.run import Options
-from shellmb.scene import Modal, Scene
-from shellmb.scene.loads.contacts import Faces
+from shellmb.scene import Scene
 from shellmb.sensitivity.parameters import (
     Differentiated,
     Parameter,
@@ -23,6 +22,7 @@ from shellmb.sensitivity.parameters import (
     differentiated,
     independent,
     parameters_of,
+    widened,
 )
 from shellmb.sensitivity.record import ABOUT, RUN, SIDES, Sensitivities, side_folder
 
@@ -86,7 +86,7 @@ def sensitivities(
     if base.controllers:
         # their sensors may read any column
         fields, columns = fields and columns == "all", "all"
-    scenes = {p: beside(made, base, p) for p in chosen}
+    scenes = {p: beside(made, base, p) for p in widened(chosen, base)}
     said = [
         f"nothing depends on '{p.name}' near {p.value:g}: its derivatives are zero"
         for p, (above, below) in scenes.items()
@@ -124,18 +124,6 @@ def _refuse(scene: Scene) -> None:
             f"sensitivities: scene '{scene.name}' follows a static path, whose steps are chosen by "
             "its length; take load steps (path=None) for derivatives"
         )
-    for body in scene.bodies:
-        if isinstance(getattr(body, "model", None), Modal):
-            raise SceneError(
-                f"sensitivities: body '{body.name}' is reduced to modes, whose shapes on both "
-                "sides of a parameter do not correspond; use model='floating-frame', or 'exact'"
-            )
-    for contact in scene.contacts:
-        if isinstance(contact.obstacle, Faces):
-            raise SceneError(
-                f"sensitivities: contact '{contact.name}' is with the faces of a shell, which have "
-                "no derivatives by parameters; compare runs (`sweep`), or use another obstacle"
-            )
     for event in scene.all_events:
         raise SceneError(
             f"sensitivities: event '{event.name}' of scene '{scene.name}' happens at a time that "

@@ -59,6 +59,11 @@ class Shadow:
         self.problem.prepare(t, dt)
         self.iteration.begin(None, True)
 
+    def take_pairs(self, run: Simulation) -> None:
+        """Points touch where those of the run may, which has found all of them in its step."""
+        for mine, other in zip(self.problem.couplings, run.problem.couplings, strict=True):
+            mine.candidates = other.candidates
+
     def project(self, unknowns: Floats) -> Floats:
         """Unknowns near given ones with fixed values, and directors that keep their constraints.
 
@@ -118,6 +123,7 @@ class Shadow:
         own = self.simulation
         assert run.last is not None
         own.t, own.step, own.iterations = run.t, run.step, run.iterations
+        own.problem.arrive(own.t)
         own.control.accept(run.last.dt, run.t)
         for observer in self.observers:
             observer.accepted(own)

@@ -138,6 +138,7 @@ class Tangents(Silent):
         for pair in self.pairs:
             for side in pair.sides:
                 side.begin(step.t, step.dt)
+                side.take_pairs(simulation)
             found = self._solve(simulation, pair, unknowns)
             pair.guess.found(found, self._sizes.weight, step.dt)
             for side in pair.sides:

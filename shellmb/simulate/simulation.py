@@ -110,8 +110,8 @@ class Simulation:
     Args:
         scene: The scene.
         comm: Communicator.
-        like: Simulation of another scene whose units of multipliers and coordinates this one takes,
-            and its meshes where cells are equal.
+        like: Simulation of a scene nearby whose units of multipliers and coordinates this one
+            takes, its bases of modes, and its meshes where cells are equal.
 
     Raises:
         SceneError: If it cannot be built, or cannot begin as it is described.
@@ -151,10 +151,10 @@ class Simulation:
         self.size = self._size()
         self.last: StepInfo | None = None
         self.model: Model
-        units = (None, None) if like is None else (like.model.force, like.model.length)
+        near = () if like is None else (like.model.force, like.model.length, like.model.modal)
         self.meshes = Meshes()
         with self.meshes.used(None if like is None else like.meshes):
-            self.model, self.redundant = checked_model(scene, comm, *units)
+            self.model, self.redundant = checked_model(scene, comm, *near)
         self.problem = Problem(self.model, self.scheme)
         self._start = start = Start(self.problem, self.size.dt, scene)
         start.positions()

@@ -2,7 +2,10 @@
 
 import math
 
+import numpy as np
+
 import shellmb as sm
+from shellmb.options.run import Options
 
 # schemes in which sections may be damped
 DAMPED = ("ep", "ed", "ep4", "ed3")
@@ -187,3 +190,188 @@ def controlled(gain=120.0, integral=200.0, mass=1.0, target=0.8, dt=5e-3, steps=
         dt=dt,
         t_end=steps * dt,
     )
+
+
+def heated(
+    scheme="ep", strain=1e-3, curvature=0.3, thickness=4e-3, E=210e9, length=1.0, dt=2e-3, steps=4
+):
+    """A clamped strip and a rod whose strains without stress grow."""
+
+    def grows(t):
+        return t / (dt * steps)
+
+    strip = sm.Shell(
+        "strip",
+        sm.Rectangle(length, 0.2),
+        sm.Isotropic(E, 0.3, thickness=thickness, density=7800.0),
+        mesh=(3, 1),
+        natural=sm.NaturalStrain((strain, strain, 0), (curvature, 0, 0), time=grows),
+    )
+    rod = sm.Beam(
+        "rod",
+        sm.Line((0, 1, 0), (length, 1, 0)),
+        sm.CircularSection(radius=0.01, **STEEL),
+        elements=2,
+        natural=sm.BeamNaturalStrain(strain, (0.1, curvature, 0)),
+    )
+    return sm.Scene(
+        "heated",
+        strip,
+        beams=rod,
+        supports=(sm.Clamped("left", body="strip"), sm.Clamped("start", body="rod")),
+        probes=(
+            sm.Probe("tip", (length, 0.1, 0), body="strip", component=2),
+            sm.Probe("end", (length, 1, 0), body="rod", component=2),
+        ),
+        scheme=scheme,
+        dt=dt,
+        t_end=steps * dt,
+    )
+
+
+def balloon(
+    scheme="ep",
+    pressure=5.0,
+    exponent=1.4,
+    ambient=1.0,
+    swelling=1.0,
+    thickness=0.02,
+    radius=1.0,
+    fluid=False,
+    dt=0.02,
+    steps=3,
+):
+    """An eighth of a sphere, blown up by a gas or by a fluid that is pumped in."""
+    skin = sm.Isotropic(1e3, 0.3, thickness=thickness, density=1.0)
+    octant = sm.Sphere(radius, polar=(0, 90), azimuth=(0, 90))
+    filling = (
+        {"change": lambda t: swelling * t}
+        if fluid
+        else {"gas": sm.Gas(pressure, exponent, ambient)}
+    )
+    planes = (("left", (0, 1, 0)), ("right", (1, 0, 0)), ("top", Z))
+    return sm.Scene(
+        "balloon",
+        sm.Shell("ball", octant, skin, mesh=(2, 2)),
+        supports=[sm.SymmetryPlane(*plane) for plane in planes],
+        volumes=sm.EnclosedVolume("inside", **filling),
+        probes=(
+            sm.Probe("pole", "pole", component=2),
+            sm.Probe("rim", "left-top", component=0),
+        ),
+        scheme=scheme,
+        dt=dt,
+        t_end=steps * dt,
+    )
+
+
+def panels(
+    scheme="ep",
+    stiffness=5.0,
+    viscosity=0.02,
+    thickness=2e-3,
+    width=0.3,
+    force=60.0,
+    rigid=False,
+    dt=2e-3,
+    steps=4,
+):
+    """Two panels on a hinge of edges with spring and damper."""
+    skin = sm.Isotropic(70e9, 0.3, thickness=thickness, density=2700.0)
+    first, second = (
+        sm.Shell(name, sm.Rectangle(0.4, width, origin=(x, 0, 0)), skin, mesh=(2, 2))
+        for name, x in (("first", 0.0), ("second", 0.4))
+    )
+    return sm.Scene(
+        "panels",
+        (first, second),
+        joints=sm.EdgeHinge(
+            "hinge", "first", "second", at="right", second_at="left", rigid_angle=rigid
+        ),
+        force_elements=(
+            sm.JointSpring("spring", "hinge", stiffness=stiffness, rest=0.5),
+            sm.JointDamper("damper", "hinge", damping=viscosity),
+        ),
+        supports=sm.Clamped("left", body="first"),
+        loads=sm.EdgeForce("right", (0, 0, force), body="second"),
+        probes=sm.Probe("tip", (0.8, width, 0), body="second", component=2),
+        scheme=scheme,
+        dt=dt,
+        t_end=steps * dt,
+    )
+
+
+def meeting(
+    scheme="ep",
+    stiffness=1e8,
+    thickness=5e-3,
+    E=70e9,
+    speed=0.5,
+    shift=0.017,
+    dt=1e-4,
+    steps=10,
+):
+    """Two free plates, one of which turns, that strike each other."""
+    section = sm.Isotropic(E, 0.3, thickness=thickness, density=2700.0)
+    low, high = (
+        sm.Shell(name, sm.Rectangle(0.2, 0.2, origin=origin), section, mesh=(2, 2))
+        for name, origin in (("low", (0, 0, 0)), ("high", (shift, 0.024, 2.6e-3)))
+    )
+    return sm.Scene(
+        "meeting",
+        (low, high),
+        contacts=sm.Contact("touch", sm.Faces("low", 5e-3), stiffness, body="high", smoothing=2e-5),
+        initial=(
+            sm.InitialVelocity((0, 0, speed / 2), body="low"),
+            sm.InitialVelocity((0, 0, -speed / 2), (1, 2, -1), body="high"),
+        ),
+        probes=sm.Probe("corner", "right-top", body="high", component=2),
+        scheme=scheme,
+        dt=dt,
+        t_end=steps * dt,
+    )
+
+
+def plucked(
+    scheme="ep",
+    amplitude=0.02,
+    velocity=0.5,
+    shape=0.01,
+    thickness=4e-3,
+    length=1.0,
+    dt=2e-3,
+    steps=4,
+):
+    """A strip that starts from a given shape and, beside it, its first mode."""
+    strip = sm.Shell(
+        "strip",
+        sm.Rectangle(length, 0.2),
+        sm.Isotropic(210e9, 0.3, thickness=thickness, density=7800.0),
+        mesh=(3, 1),
+    )
+
+    def bent(x):
+        return np.array([0 * x[0], 0 * x[0], shape * x[0] ** 2])
+
+    return sm.Scene(
+        "plucked",
+        strip,
+        supports=sm.Clamped("left"),
+        start=(sm.FromShape(bent), sm.FromMode(1, amplitude, velocity)),
+        probes=sm.Probe("tip", (length, 0.1, 0), component=2),
+        scheme=scheme,
+        dt=dt,
+        t_end=steps * dt,
+    )
+
+
+def modal_plate(scheme="ep", thickness=4e-3, E=210e9, length=1.0, force=100.0, frequency=20.0):
+    """The strip in four modes about its support."""
+    made = plate(scheme, None, thickness, E, length=length, force=force, frequency=frequency)
+    return Options(model="modal:4").apply(made)
+
+
+def modal_mechanism(scheme="ep", stiffness=40.0, mass=0.5, arm=1.0, rate=3.0, radius=0.01):
+    """The mechanism with its beam in modes, of which a round section makes two of each."""
+    given = {"stiffness": stiffness, "mass": mass, "arm": arm, "rate": rate, "radius": radius}
+    return Options(model="modal:4").apply(mechanism(scheme, **given))

@@ -9,6 +9,7 @@ import inspect
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -214,6 +215,27 @@ def test_fields_of_laminates(name: str) -> None:
     assert found.fields[place]["derivative"].sum() == pytest.approx(exact, rel=1e-5)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("make", "body"),
+    [(scenes.heated, "strip"), (scenes.balloon, "ball")],
+    ids=["heated", "balloon"],
+)
+def test_fields_where_strains_or_volumes_are_given(make: Any, body: str) -> None:
+    """All elements together are the parameter of the section, also of what depends on it twice."""
+    (first, *_) = make().probes
+
+    def last(history: Any) -> float:
+        return float(history[first.name][-1])
+
+    back = sm.adjoint(make, last, [(body, "thickness")], ("thickness",), **TIGHT)
+    found = sm.sensitivities(make, ("thickness",), columns="probes", **TIGHT)
+    exact = found.history["thickness"][first.name].iloc[-1]
+    # 2e-10 was seen
+    assert back.fields[body, "thickness"]["derivative"].sum() == pytest.approx(exact, rel=1e-8)
+    assert back.parameters["thickness"] == pytest.approx(exact, rel=1e-8)
+
+
 @pytest.mark.parametrize(
     ("changes", "fields", "said"),
     [
@@ -230,6 +252,7 @@ def test_fields_of_laminates(name: str) -> None:
         ),
         ({"scheme": "generalized-alpha"}, [("strip", "thickness")], "does not go backwards"),
         ({"start": "equilibrium"}, [("strip", "thickness")], "starts from an equilibrium"),
+        ({"start": sm.FromMode(1, 0.01)}, [("strip", "thickness")], "starts from a mode, whose"),
         (
             {"events": sm.Event("far", when=sm.Sensor("tip") >= 0.1)},
             [("strip", "thickness")],

@@ -83,11 +83,6 @@ def test_events_move() -> None:
         sm.sensitivities(scene, ("force",))
 
 
-def test_bodies_in_modes() -> None:
-    with pytest.raises(sm.SceneError, match="'strip' is reduced to modes"):
-        sm.sensitivities(scenes.plate, ("E",), model="modal:3")
-
-
 def test_mesh_keeps_its_topology() -> None:
     with pytest.raises(sm.SceneError, match="'count' changes the mesh"):
         sm.sensitivities(elements, ("count",), values={"count": 2.5})

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any
 from shellmb.errors import SceneError
 from shellmb.options.described import options_of, takes
 from shellmb.options.run import Options
-from shellmb.scene import Scene
+from shellmb.scene import FromMode, Scene
 from shellmb.scene.loads.contacts import Faces
 from shellmb.sensitivity.adjoint.objective import Objective, check_objective, check_probes
 from shellmb.sensitivity.adjoint.places import Place, varying
-from shellmb.sensitivity.parameters import beside, differentiated, parameters_of
+from shellmb.sensitivity.parameters import beside, differentiated, parameters_of, widened
 
 if TYPE_CHECKING:
     from mpi4py import MPI
@@ -104,7 +104,7 @@ def adjoint(
     check_objective(objective, given)
     base = varying(given, places)
     both = []
-    for parameter in chosen:
+    for parameter in widened(chosen, given):
         above, below = (varying(side, places) for side in beside(made, given, parameter))
         both.append((parameter, above, below))
     world = MPI.COMM_WORLD if comm is None else comm
@@ -157,6 +157,11 @@ def _refuse(scene: Scene, places: Sequence[Place]) -> None:
         raise SceneError(
             f"adjoint: scene '{name}' starts from an equilibrium, which depends on its fields; "
             "start as given, or differentiate by parameters of the scene function"
+        )
+    if places and any(isinstance(start, FromMode) for start in scene.starts):
+        raise SceneError(
+            f"adjoint: scene '{name}' starts from a mode, whose shape depends on its fields; start "
+            "from a run or a shape, or differentiate by parameters of the scene function"
         )
     if places and scene.initial and scene.joints:
         raise SceneError(
