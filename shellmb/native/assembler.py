@@ -93,12 +93,12 @@ class NodeSums(Protocol):
     """Sums over the nodes of a body: positions first, then directors and what turns like them."""
 
     def resultants(self, q: Floats, whole: float, forces: Floats, counted: Floats) -> Floats:
-        """Force, moment about the origin and sum of the sizes of forces at nodes, shape (7,).
+        """Force, moment about the origin and sum of the sizes of forces at nodes, shape (k, 7).
 
         Args:
-            q: Dofs of a state, or changes of them.
-            whole: One for a state, zero for changes.
-            forces: Forces at all dofs of the body.
+            q: Dofs of states, or changes of them, shape (k, dofs).
+            whole: One for states, zero for changes.
+            forces: Forces at all dofs of the body, shape (k, dofs).
             counted: One at dofs that count, zero at others.
         """
         ...
@@ -156,6 +156,28 @@ class Operations(Protocol):
             rates: Unknowns that are velocities times the step, and its length, s.
             less: What is subtracted.
             to: Gets them, shape (degrees, n).
+        """
+        ...
+
+    def foresee_pairs(
+        self,
+        weights: tuple[Floats, Floats],
+        past: Floats,
+        pairs: tuple[Ints, Ints],
+        dt: float,
+        less: Floats | None,
+        to: Floats,
+    ) -> None:
+        """Extrapolate values and velocities by polynomials through both.
+
+        Args:
+            weights: Of values and of velocities a step ahead: of the values of all states, then of
+                their velocities times the step, shape (p, 2 k) each.
+            past: The states, shape (k, n).
+            pairs: Unknowns that are values, and those that are their velocities.
+            dt: Length of the step, s.
+            less: What is subtracted.
+            to: Gets them, shape (p, n); what is in no pair stays.
         """
         ...
 

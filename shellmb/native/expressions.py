@@ -1,5 +1,7 @@
 """Compiled expressions: values at points of cells."""
 
+from collections.abc import Callable
+
 from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
 
 import numpy as np
@@ -45,6 +47,16 @@ def compiled_expression(value: Expr, points: Floats) -> fem.Expression:
 def evaluate(expression: fem.Expression, values: fem.Function) -> None:
     """Give a function the values of an expression in all cells of this rank.
 
+    Args:
+        expression: The expression.
+        values: The function, on the same mesh.
+    """
+    evaluation(expression, values)()
+
+
+def evaluation(expression: fem.Expression, values: fem.Function) -> Callable[[], None]:
+    """Make what gives a function the values of an expression in all cells of this rank.
+
     As `Function.interpolate`, which takes most of its time to find out what it is given.
 
     Args:
@@ -53,4 +65,5 @@ def evaluate(expression: fem.Expression, values: fem.Function) -> None:
     """
     cells = values.function_space.mesh.topology.index_map(values.function_space.mesh.topology.dim)
     every = np.arange(cells.size_local + cells.num_ghosts, dtype=np.int32)
-    values._cpp_object.interpolate_expr(expression._cpp_object, every, every)
+    put, made = values._cpp_object.interpolate_expr, expression._cpp_object
+    return lambda: put(made, every, every)

@@ -49,6 +49,20 @@ class Loops:
         states = pointer(past), pointer(weights)
         self._lib.foresee(*sizes, *states, *places, rates[1], pointer(less), pointer(to))
 
+    def foresee_pairs(
+        self,
+        weights: tuple[Floats, Floats],
+        past: Floats,
+        pairs: tuple[Ints, Ints],
+        dt: float,
+        less: Floats | None,
+        to: Floats,
+    ) -> None:
+        """Extrapolate values and velocities by polynomials through both."""
+        pointer = native.doubles
+        known = *map(pointer, (past, *weights)), len(pairs[0]), *map(native.longs, pairs)
+        self._lib.foresee_pairs(len(to), *past.shape, *known, dt, pointer(less), pointer(to))
+
     def node_sums(self, dofs: Ints, reference: Floats, positions: int) -> NodeSums:
         """Sums over nodes."""
         return _NodeSums(dofs, reference, positions)
@@ -106,9 +120,9 @@ class _NodeSums:
 
     def resultants(self, q: Floats, whole: float, forces: Floats, counted: Floats) -> Floats:
         """Force, moment and gross size of forces."""
-        found = np.zeros(7)
-        pointers = map(native.doubles, (forces, counted, found))
-        self._lib.resultants(self._struct, native.doubles(q), whole, *pointers)
+        found = np.zeros((len(q), 7))
+        pointers = map(native.doubles, (np.ascontiguousarray(forces), counted, found))
+        self._lib.resultants(self._struct, *q.shape, native.doubles(q), whole, *pointers)
         return found
 
     def rotation_sums(self, directors: int, start: Floats, end: Floats, sums: Floats) -> float:

@@ -90,6 +90,22 @@ class Reference:
         if less is not None:
             to -= less
 
+    def foresee_pairs(
+        self,
+        weights: tuple[Floats, Floats],
+        past: Floats,
+        pairs: tuple[Ints, Ints],
+        dt: float,
+        less: Floats | None,
+        to: Floats,
+    ) -> None:
+        """Extrapolate values and velocities by polynomials through both."""
+        known = np.concatenate([past[:, pairs[0]], past[:, pairs[1]] * dt])
+        for places, rows in zip(pairs, weights, strict=True):
+            to[:, places] = rows @ known
+            if less is not None:
+                to[:, places] -= less[places]
+
     def node_sums(self, dofs: Ints, reference: Floats, positions: int) -> NodeSums:
         """Sums over nodes."""
         return _NodeSums(dofs, reference, positions)
@@ -188,12 +204,12 @@ class _NodeSums:
 
     def resultants(self, q: Floats, whole: float, forces: Floats, counted: Floats) -> Floats:
         """Force, moment and gross size of forces."""
-        at = whole * self._reference + q[self._dofs]
-        force = counted[self._dofs] * forces[self._dofs]
-        on_positions = force[: self._positions]
-        gross = np.linalg.norm(on_positions, axis=1).sum()
-        moment = np.cross(at, force).sum(axis=0)
-        return np.array([*on_positions.sum(axis=0), *moment, gross])
+        at = whole * self._reference + q[:, self._dofs]
+        force = counted[self._dofs] * forces[:, self._dofs]
+        on_positions = force[:, : self._positions]
+        gross = np.linalg.norm(on_positions, axis=2).sum(axis=1)
+        moment = np.cross(at, force).sum(axis=1)
+        return np.concatenate([on_positions.sum(axis=1), moment, gross[:, None]], axis=1)
 
     def rotation_sums(self, directors: int, start: Floats, end: Floats, sums: Floats) -> float:
         """Sums of a step, and the largest square of changes."""

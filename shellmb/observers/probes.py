@@ -17,7 +17,7 @@ from shellmb.model.locations.nodes import local_nodes, local_point
 from shellmb.observers.booking import STEPS, Booked, Row
 from shellmb.observers.fields.modal import ModalNodes, modal_members
 from shellmb.observers.fields.modalresultants import ModalResultants
-from shellmb.observers.fields.nodal import Nodes
+from shellmb.observers.fields.nodal import Nodes, Reading
 from shellmb.observers.fields.resultants import Resultants, has_resultants
 from shellmb.observers.relative_motion import packed, seen, unpacked
 from shellmb.observers.whole_rotations import WholeTurns
@@ -38,11 +38,13 @@ class _Spot:
         probe: The probe.
         sums: What it reads, between two steps: its quantity, or its pose and that of a frame.
         turns: Counts the turns of a rotation; None of other quantities.
+        later: Reads its quantity for many steps at a time; None: in each step.
     """
 
     probe: Probe
     sums: tuple[Sum, ...]
     turns: WholeTurns | None
+    later: Reading | None
 
     def vector(self, means: list[Floats]) -> Floats:
         """The quantity by the means of what is read, shape (3,)."""
@@ -84,13 +86,21 @@ class Probes(Booked):
         for probe in probes:
             if probe.quantity == "rotation":
                 self._turns.setdefault(probe.name, WholeTurns())
-        self._spots = [_Spot(p, self._sums(simulation, p), self._turns.get(p.name)) for p in probes]
+        self._spots = [self._find(simulation, probe) for probe in probes]
         self._names = [probe.name for probe in probes]
+        sizes = [0 if spot.later is None else spot.later.size for spot in self._spots]
+        self._numbers = [np.zeros((STEPS, size)) for size in sizes]
+        self._at_once = {k: spot for k, spot in enumerate(self._spots) if spot.later is None}
         # of each step: vectors, and the turns so far, which the next vectors have to be next to
         self._vectors = np.zeros((STEPS, len(probes), 3))
         self._counted: list[dict[str, Any]] = [{}] * STEPS
         self.take_accepted(simulation, 0)
         self.begin(*self.book_rows(slice(0, 1)))
+
+    def _find(self, simulation: Simulation, probe: Probe) -> _Spot:
+        turns, sums = self._turns.get(probe.name), self._sums(simulation, probe)
+        later = getattr(sums[0], "reading", None) if self._comm.size == 1 else None
+        return _Spot(probe, sums, turns, None if len(sums) > 1 else later)
 
     def _sums(self, simulation: Simulation, probe: Probe) -> tuple[Sum, ...]:
         scene, who = simulation.model.scene, f"probe '{probe.name}'"
@@ -125,7 +135,10 @@ class Probes(Booked):
 
     def take_accepted(self, simulation: Simulation, row: int) -> None:
         """Take the vectors."""
-        sums = [[read() for read in spot.sums] for spot in self._spots]
+        for spot, taken in zip(self._spots, self._numbers, strict=True):
+            if spot.later is not None:
+                taken[row] = spot.later.take()
+        sums = [[read() for read in spot.sums] for spot in self._at_once.values()]
         if self._comm.size > 1 and sums:
             flat = np.concatenate([[*total, count] for pair in sums for total, count in pair])
             self._comm.Allreduce(MPI.IN_PLACE, flat)
@@ -134,8 +147,8 @@ class Probes(Booked):
                 [(np.array([*islice(rest, len(total))]), next(rest)) for total, _ in pair]
                 for pair in sums
             ]
-        for spot, pair, vector in zip(self._spots, sums, self._vectors[row], strict=True):
-            vector[:] = spot.vector([total / n for total, n in pair])
+        for (k, spot), pair in zip(self._at_once.items(), sums, strict=True):
+            self._vectors[row, k] = spot.vector([total / n for total, n in pair])
         if self._turns:
             self._counted[row] = {name: turns.state() for name, turns in self._turns.items()}
 
@@ -146,6 +159,9 @@ class Probes(Booked):
         columns = []
         for k, spot in enumerate(self._spots):
             part, each = spot.probe.component, vectors[:, k]
+            if spot.later is not None:
+                read = spot.later.of(self._numbers[k][rows])
+                each[:] = np.add.reduce(read, axis=1) / read.shape[1]
             found = np.sqrt(np.vecdot(each, each)) if part == "norm" else each[:, part]
             columns.append(found.tolist())
         every = zip(*columns, strict=True) if columns else ((),) * len(vectors)
@@ -208,7 +224,27 @@ def _total(
     if turns is not None:
         # each node passes half a turn at another time
         return lambda: (np.add.reduce(turns.nearest(read())), count)
-    return lambda: (np.add.reduce(read()), count)
+    return _Total(read, count)
+
+
+class _Total:
+    """Sum of what nodes have.
+
+    Args:
+        read: Reads it, shape (n, 3).
+        count: Number of the nodes.
+
+    Attributes:
+        reading: What it can be read by later, from numbers that were taken; None: not at all.
+    """
+
+    def __init__(self, read: Callable[[], Floats] | Reading, count: int) -> None:
+        self._read, self._count = read, count
+        self.reading = read if isinstance(read, Reading) else None
+
+    def __call__(self) -> tuple[Floats, int]:
+        """Sum and number."""
+        return np.add.reduce(self._read()), self._count
 
 
 def _pose(simulation: Simulation, body: str, nodes: Nodes | ModalNodes, arms: Floats | None) -> Sum:

@@ -25,6 +25,8 @@ from shellmb.system.newton.iteration import Iteration
 STATES = 4
 # of how many of the newest states a polynomial has the values, and of how many the velocities
 KNOTS = ((1, 0), (1, 1), (1, 2), (2, 2), (3, 3))
+# of how many of these, by the number of states
+POSSIBLE = [sum(max(knots) <= known for knots in KNOTS) for known in range(STATES + 1)]
 # error of guesses without velocities, relative to the size of bodies, from which on no motion is
 # continued: bodies turn by as much as a radian
 FAR = 0.5
@@ -72,7 +74,8 @@ class Predictor:
         self._moving = iteration.convergence.moving
         self._guess = iteration.system.x.duplicate()
         size = iteration.system.numbering.owned
-        self._guesses, self._paired = np.zeros((STATES, size)), np.zeros((len(KNOTS), size))
+        # by pairs of values and velocities, then by values alone: all are judged at once
+        self._table = np.zeros((len(KNOTS) + STATES, size))
         # of all ranks alike
         self._has_pairs = bool(iteration.system.comm.allreduce(len(pairs[0])))
         self.clear()
@@ -81,7 +84,7 @@ class Predictor:
         """Forget the past: motion does not continue smoothly."""
         # the last states, the newest first, shape (k, n): a new array with each step, so that who
         # was given one may keep it
-        self._past = np.zeros((0, self._guesses.shape[1]))
+        self._past = np.zeros((0, self._table.shape[1]))
         # times from the first of them to each, s
         self._times: tuple[float, ...] = ()
         self._motion, self._forces = _Errors(), _Errors()
@@ -100,10 +103,10 @@ class Predictor:
         self._foresee(degree, dt, None, guess[None])
         if self._has_pairs:
             best = self._motion.best(1)
-            self._foresee_pairs(slice(best, best + 1), dt, guess[None])
+            self._foresee_pairs(slice(best, best + 1), dt, None, guess[None])
         elif (other := self._motion.best(0, FAR)) != degree:
-            self._foresee(other, dt, None, self._guesses[:1])
-            guess[self._moving] = self._guesses[0, self._moving]
+            self._foresee(other, dt, None, self._table[:1])
+            guess[self._moving] = self._table[0, self._moving]
         self._nodes.normalise(self._guess)
         return self._guess
 
@@ -119,18 +122,18 @@ class Predictor:
         rows = weights(tuple(t / dt for t in self._times))
         self._operations.foresee(first, rows, self._past, (self._rates, dt), less, to)
 
-    def _foresee_pairs(self, which: slice, dt: float, to: Floats) -> None:
+    def _foresee_pairs(self, which: slice, dt: float, less: Floats | None, to: Floats) -> None:
         """Unknowns with velocities, and these, by some of the polynomials of `KNOTS`.
 
         Args:
             which: Which of them.
             dt: Length of the step, s.
+            less: What is subtracted.
             to: Gets them, shape (polynomials, n).
         """
         values, slopes = knot_weights(tuple(t / dt for t in self._times))
-        state, rate = self._pairs
-        known = np.concatenate([self._past[:, state], self._past[:, rate] * dt])
-        to[:, state], to[:, rate] = values[which] @ known, slopes[which] @ known
+        some = values[which], slopes[which]
+        self._operations.foresee_pairs(some, self._past, self._pairs, dt, less, to)
 
     def accept(self, x: PETSc.Vec, key: Hashable, dt: float) -> None:
         """Remember the solution of a step.
@@ -145,19 +148,16 @@ class Predictor:
         self._key = key
         new, known = x.array_r.copy(), len(self._past)
         if known:
-            wrong = self._guesses[:known]
-            self._foresee(0, dt, new, wrong)
+            paired = POSSIBLE[known] if self._has_pairs else 0
+            wrong = self._table[len(KNOTS) - paired : len(KNOTS) + known]
+            self._foresee(0, dt, new, wrong[paired:])
+            if paired:
+                self._foresee_pairs(slice(paired), dt, new, wrong[:paired])
             motion, forces = self._convergence.sizes(new, wrong).T.tolist()
-            if self._has_pairs:
-                wrong = self._paired[: sum(max(knots) <= known for knots in KNOTS)]
-                self._foresee_pairs(slice(len(wrong)), dt, wrong)
-                for places in self._pairs:
-                    wrong[:, places] -= new[places]
-                motion = self._convergence.sizes(new, wrong)[:, 0].tolist()
-            self._motion.add(motion)
-            self._forces.add(forces)
+            self._motion.add(motion[: paired or known])
+            self._forces.add(forces[paired:])
         new[self._rates] /= dt
-        self._past = np.vstack([new, self._past[: STATES - 1]])
+        self._past = np.concatenate([new[None], self._past[: STATES - 1]])
         self._times = (0.0, *(t - dt for t in self._times))[:STATES]
 
     def arrays(self) -> dict[str, Floats]:
@@ -183,7 +183,7 @@ class Predictor:
             key: That of the step to come.
         """
         states = [arrays[str(k)] for k in range(len(arrays))]
-        self._past = np.array(states).reshape(-1, self._guesses.shape[1])
+        self._past = np.array(states).reshape(-1, self._table.shape[1])
         self._times = tuple(state["times"])
         self._motion, self._forces = _Errors(state["motion"]), _Errors(state["forces"])
         self._key = key

@@ -158,8 +158,9 @@ class Problem:
                 dofs = self._kinematic_dofs[name]
                 found.append(np.array([numbering.by_field[k][dofs] for k in fields]))
         both = np.unique(np.hstack(found) - numbering.start, axis=1)
-        state, rate = both[:, ((both >= 0) & (both < numbering.owned)).all(axis=0)]
-        return state, rate
+        mine = ((both >= 0) & (both < numbering.owned)).all(axis=0)
+        states, rates = (np.ascontiguousarray(places[mine]) for places in both)
+        return states, rates
 
     def _add(self, body: Body) -> None:
         space = body.mixed.space
@@ -447,7 +448,7 @@ class Problem:
     def half_chord(self, body: str) -> Floats:
         """Half of what the step just solved changes of a body's state, as a local array."""
         now = self._arrays[body]
-        return np.asarray(self.scheme.moved(now.q, now.scaled, now.unknown)[self.last] / 2)
+        return np.asarray((now.unknown[self.last] - now.q) / 2)
 
     def support_work(self) -> float:
         """Work of the forces that hold or move the fixed dofs, over the step just solved, J."""

@@ -4,10 +4,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from shellmb.arrays import Floats
+from shellmb.arrays import Floats, Ints
 from shellmb.model.body import NodeLink
 from shellmb.schemes.base import Levels
 from shellmb.system.assembly.blocks import BlockSystem
+
+type Pair = tuple[Floats, Floats]
+# an array, some of its places, and what belongs to them
+type Found = tuple[Floats, Ints, Ints]
 
 
 class ScaledRates:
@@ -28,16 +32,21 @@ class ScaledRates:
         links: Sequence[Sequence[NodeLink]],
     ) -> None:
         self._system = system
-        # numbers of the rates, those to fill, and whether the field is of rates
-        self._fields = list[tuple[Floats, Floats, bool]]()
-        for levels, stage in fields:
-            ((rate, scaled),) = levels.scaled.items()
-            self._fields.append((levels.rates[rate].x.array, scaled.x.array, stage == rate))
-        self._linked = {
-            k: np.concatenate(dofs)
-            for k, (levels, stage) in enumerate(fields)
-            if stage in levels.scaled and (dofs := [link.dofs for link in links[k]])
-        }
+        numbering = system.numbering
+        # rates and what they fill; of these, where they are unknowns of this rank, and where others
+        # link them
+        self._filled, self._own, self._linked = list[Pair](), list[Found](), list[Found]()
+        for k, (levels, stage) in enumerate(fields):
+            if stage not in levels.scaled:
+                continue
+            scaled = levels.scaled[stage].x.array
+            self._filled.append((levels.rates[stage].x.array, scaled))
+            linked = np.concatenate([*(link.dofs for link in links[k]), np.zeros(0, np.int32)])
+            dofs, numbers = system.owned(k)
+            own = ~np.isin(dofs, linked)
+            self._own.append((scaled, dofs[own], numbers[own]))
+            if len(linked):
+                self._linked.append((scaled, linked, int(numbering.offsets[k]) + linked))
         self._vector = system.x.duplicate()
         self._any = bool(system.comm.allreduce(len(self._linked)))
 
@@ -47,16 +56,13 @@ class ScaledRates:
         Args:
             dt: Length of the step, s.
         """
-        system, found = self._system, []
-        for rates, scaled, fills in self._fields:
-            if fills:
-                np.multiply(rates, dt, out=scaled)
-            found.append(scaled)
+        for rates, scaled in self._filled:
+            np.multiply(rates, dt, out=scaled)
         if not self._any:
             return
-        for k, linked in self._linked.items():
-            found[k][linked] = np.nan
-        self._vector.array[:] = system.global_values(found, known=True)
-        local = system.local_values(self._vector)
-        for k, linked in self._linked.items():
-            found[k][linked] = local[system.numbering.slice(k)][linked]
+        unknowns = self._vector.array
+        for scaled, dofs, numbers in self._own:
+            unknowns[numbers] = scaled[dofs]
+        self._system.exchange.look(self._vector)
+        for scaled, dofs, places in self._linked:
+            scaled[dofs] = self._system.exchange.local[places]

@@ -155,7 +155,7 @@ def test_sums_over_nodes_are_alike(directors: int) -> None:
     def all_of(nodes: NodeSums) -> list[np.ndarray]:
         sums = np.zeros(43)
         square = nodes.rotation_sums(directors, q, more, sums)
-        return [nodes.resultants(q, 1.0, more, counted), sums, np.array(square)]
+        return [nodes.resultants(q[None], 1.0, more[None], counted), sums, np.array(square)]
 
     both = [ops.node_sums(dofs, reference, 5) for ops in (Loops(), Reference())]
     for one, other in zip(*map(all_of, both), strict=True):
@@ -181,4 +181,14 @@ def test_states_are_extrapolated_alike(first: int, degrees: int) -> None:
         both = np.zeros((2, degrees, 8))
         for ops, to in zip((Loops(), Reference()), both, strict=True):
             ops.foresee(first, weights, past, rates, known, to)
+        np.testing.assert_allclose(*both, rtol=1e-13, atol=1e-13)
+
+
+def test_states_are_extrapolated_alike_with_velocities() -> None:
+    past, weights = RANDOM.normal(size=(3, 8)), tuple(RANDOM.normal(size=(2, 2, 6)))
+    less, pairs = RANDOM.normal(size=8), (np.array([1, 5, 0]), np.array([2, 3, 7]))
+    for known in (None, less):
+        both = np.ones((2, 2, 8))
+        for ops, to in zip((Loops(), Reference()), both, strict=True):
+            ops.foresee_pairs(weights, past, pairs, 0.3, known, to)
         np.testing.assert_allclose(*both, rtol=1e-13, atol=1e-13)

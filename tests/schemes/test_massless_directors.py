@@ -217,7 +217,10 @@ def test_bases_of_a_node(alpha: float, directors: int) -> None:
     path = MasslessPath(start[None], 0 * start[None], end[None], rate[None], alpha)
     np.testing.assert_allclose(path.half[0], half, atol=1e-14)
     np.testing.assert_allclose(path.allowed()[0], rate, atol=1e-12)
-    states, rates = PathBases(np.zeros(1, bool), n)(path)
+    given = [d.copy() for d in (start, 0 * start, end, rate)]
+    zero = np.zeros((1, n))
+    bases = PathBases(np.zeros(1, bool), np.arange(n)[None], zero, given, MasslessPath, alpha)
+    states, rates = bases()
     G = path.force_rows()[0]
     for tests in (
         np.concatenate([states.left[0], rates.left_other[0]]),

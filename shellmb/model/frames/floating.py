@@ -18,7 +18,7 @@ from shellmb.arrays import Floats
 from shellmb.forms.constraints.held import Held
 from shellmb.forms.state import Layout
 from shellmb.meshes.spaces import MixedSpace
-from shellmb.model.body import NodeLink
+from shellmb.model.body import NodeLink, largest
 from shellmb.model.joints.held import Constraints
 
 # parts of a state that are the same all over a body, with their sizes; and that which moves
@@ -55,10 +55,10 @@ class FloatingFrame:
         """
         return np.asarray(values[self._dofs].sum(axis=0))
 
-    def error(self, q: Floats) -> float:
-        """Largest deviation from an orthonormal frame in a local array of the state."""
-        d = np.eye(3) + self.changes(q)
-        return float(np.max(np.abs(d @ d.T - np.eye(3))))
+    def errors(self, states: Floats) -> Floats:
+        """Largest deviations from an orthonormal frame in local arrays of states, shape (k,)."""
+        d = np.eye(3) + states[:, self._dofs].sum(axis=1)
+        return largest(d @ d.swapaxes(1, 2) - np.eye(3))
 
     def held(self, inertialess: bool) -> Constraints:
         """The frame tied to its body, as what the body holds.
@@ -71,7 +71,7 @@ class FloatingFrame:
             lambda q: self._layout.part(q, "hold"),
             self._force,
             self._measure,
-            lambda q: self.error(q.x.array),
+            self.errors,
             inertialess,
         )
 

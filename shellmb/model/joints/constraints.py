@@ -17,7 +17,7 @@ from shellmb.meshes.spaces import MixedSpace
 from shellmb.model.body import Constraint, Dofs, FixedDofs, NodeLink, PartScale
 from shellmb.model.joints.held import Constraints
 from shellmb.model.massless import Massless
-from shellmb.native.expressions import compiled_expression, evaluate
+from shellmb.native.expressions import compiled_expression, evaluation
 
 # a multiplier below this part of the group's force counts as zero
 SMALL_FORCE = 1e-3
@@ -118,7 +118,7 @@ class ConstraintGroup(Massless):
                 lambda q: self.layout.part(q, "mu"),
                 self.force,
                 ufl.dx(self.nodes.mesh),
-                self.error,
+                self.errors,
                 self.inertialess,
                 self.moving,
                 self.on,
@@ -139,10 +139,11 @@ class ConstraintGroup(Massless):
         expression = compiled_expression(self.looked_at(state), points)
         rows = values.function_space.dofmap.list[:, 0]
         there, found = state.x.array, values.x.array.reshape(-1, self.count)
+        fill = evaluation(expression, values)
 
         def at(array: Floats) -> Floats:
             there[:] = array
-            evaluate(expression, values)
+            fill()
             return np.asarray(found[rows])
 
         return at
@@ -240,6 +241,7 @@ class ConstraintGroup(Massless):
         """Largest violations of the local items over local states, shape (states, local dofs)."""
         return np.asarray(np.max([np.abs(self._evaluate(s)) for s in states], axis=0))
 
-    def error(self, q: fem.Function) -> float:
-        """Largest violation on this rank, relative to its size."""
-        return float(np.max(self.apart(q), initial=0.0))
+    def errors(self, states: Floats) -> Floats:
+        """Largest violations on this rank, relative to their sizes, of some states, shape (k,)."""
+        found = [self.relative(self.violations_at(q), self.switched_on) for q in states]
+        return np.array([np.max(apart, initial=0.0) for apart in found])

@@ -258,7 +258,7 @@ class AngleEquations:
     """
 
     def __init__(self, group: CoordinateGroup) -> None:
-        self._of, self.error = group, group.error
+        self._of, self.errors = group, group.errors
 
     def _torque(self, q: Expr) -> Expr:
         return self._of.force * self._of.layout.part(q, "mu")

@@ -6,10 +6,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import ufl
-from dolfinx import fem
 from ufl import Form
 from ufl.core.expr import Expr
 
+from shellmb.arrays import Floats
 from shellmb.forms.constraints.held import Law
 from shellmb.forms.constraints.pathconstraints import ConstraintRow
 from shellmb.forms.constraints.velocity_jump import VelocityJump
@@ -27,7 +27,7 @@ class Constraints:
         multipliers: Multipliers of order one that a state holds, shape (n,) or a scalar.
         force: Size of their forces; a scalar, or one for each, shape (n,).
         dx: Measure whose points are the places.
-        error: Largest violation on this rank, relative.
+        errors: Largest violations on this rank, relative, of some local states, shape (k, dofs).
         inertialess: Whether what is held has no inertia, and so no velocity of its own.
         moving: Whether velocities obey: not those of what has no inertia.
         on: One where a constraint acts, zero where it is off, shape (n,); None: all act.
@@ -37,7 +37,7 @@ class Constraints:
     multipliers: Callable[[Expr], Expr]
     force: Expr
     dx: ufl.Measure
-    error: Callable[[fem.Function], float]
+    errors: Callable[[Floats], Floats]
     inertialess: bool = False
     moving: bool = True
     on: Expr | None = None

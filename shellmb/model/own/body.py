@@ -158,7 +158,7 @@ class OwnBody(Massless):
                 lambda q, part=f"mu{k}": self.layout.part(q, part),  # type: ignore[misc]
                 fem.Constant(mesh, float(hold.force)),
                 hold.dx(mesh),
-                _Error(self, law, hold),
+                _Errors(self, law, hold),
             )
             for k, (law, hold) in enumerate(zip(self._laws, self._holds, strict=True))
         )
@@ -212,8 +212,8 @@ class OwnBody(Massless):
         )
 
 
-class _Error:
-    """Largest violation of what is held, at the middles of the cells it is held on.
+class _Errors:
+    """Largest violations of what is held, at the middles of the cells it is held on.
 
     Args:
         body: The body.
@@ -230,8 +230,11 @@ class _Error:
         count = mesh.topology.index_map(mesh.topology.dim).size_local
         self._cells = np.arange(count, dtype=np.int32)
 
-    def __call__(self, q: fem.Function) -> float:
-        self._state.x.array[:] = q.x.array
+    def __call__(self, states: Floats) -> Floats:
+        return np.array([self._of(state) for state in states])
+
+    def _of(self, state: Floats) -> float:
+        self._state.x.array[:] = state
         found = self._read.eval(self._mesh, self._cells)
         return float(np.max(np.abs(found), initial=0.0))
 

@@ -246,7 +246,11 @@ def _held(body: Massless, law: Any, pressure: fem.Constant, dx: ufl.Measure) -> 
     places = [body.mixed.parts[part] for part in ("mu", *TURN) if part in body.mixed.parts]
     numbers = [first + k for first, size in places for k in range(size)]
     return Constraints(
-        law, lambda q: ufl.as_vector([q[k] for k in numbers]), pressure, dx, lambda q: 0.0
+        law,
+        lambda q: ufl.as_vector([q[k] for k in numbers]),
+        pressure,
+        dx,
+        lambda states: np.zeros(len(states)),
     )
 
 

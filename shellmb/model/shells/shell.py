@@ -17,7 +17,7 @@ from shellmb.forms.shell import Mass, ShellStrains
 from shellmb.forms.steps.mixed import Interval
 from shellmb.forms.steps.path import Step
 from shellmb.forms.terms import Point
-from shellmb.model.body import Constraint, LoadFactors, Manifold, Rates, added
+from shellmb.model.body import Constraint, LoadFactors, Manifold, Rates, added, largest
 from shellmb.model.joints.held import Constraints
 from shellmb.model.sections.damping import StrainDamping, mass_damping, slowing
 from shellmb.model.sections.section import Arm, mass_arm
@@ -45,7 +45,7 @@ class ShellModel(BoundShell):
             lambda q: self.layout.part(q, "lam"),
             self.section.force,
             self.rules.nodes,
-            self._length_error,
+            self._length_errors,
             self.inertialess,
             self._turns,
         )
@@ -204,18 +204,17 @@ class ShellModel(BoundShell):
 
         return self._integrate_mass(density)
 
-    def _length_error(self, q: fem.Function) -> float:
-        """Largest deviation of a director's length from one on this rank."""
+    def _length_errors(self, states: Floats) -> Floats:
+        """Largest deviations of a director's length from one on this rank, of some states."""
         reference, places = self._directors_in_state
-        d = q.x.array[places]
+        d = states[:, places]
         if self.held.unit:
             d += reference
             found = np.sqrt(np.vecdot(d, d))
             found -= 1
         else:
-            found = self.held.values(d, reference)[:, 0]
-        # `reduce` and not `max`: Python around it takes longer than the numbers
-        return float(np.maximum.reduce(np.abs(found), initial=0.0))
+            found = np.array([self.held.values(one, reference)[:, 0] for one in d])
+        return largest(found)
 
     @cached_property
     def _directors_in_state(

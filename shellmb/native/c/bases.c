@@ -2,7 +2,7 @@
  * what makes multipliers of forces (directors.py, directorpath.py). All matrices are row-major. */
 #include <math.h>
 
-enum { MOST_ROWS = 6, MOST_SIZE = 9, PATH_TANGENT = 7, PATH_BASES = 11 };
+enum { MOST_ROWS = 6, MOST_SIZE = 9, PATH_STATES = 7, PATH_TANGENT = 7, PATH_BASES = 11 };
 
 static const int PAIRS[MOST_ROWS][2] = {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}};
 static const double NOTHING = 0.0 / 0.0;
@@ -179,13 +179,9 @@ void path_bases(int nodes, int directors, const PathNodes *p, const unsigned cha
 {
     enum { R = MOST_ROWS, S = MOST_SIZE };
     int n = 3 * directors, m = directors == 1 ? 2 : 3, c = directors == 1 ? 1 : R;
-    const double *states[] = {p->end, p->place, p->other, p->mean, p->second, p->chord, p->velocity};
-    double C[7][R * S], T[2][S * 3], P[3][S * R], seen[2][R * R], sees[2][R * 3];
+    double at[PATH_STATES][S], C[PATH_STATES][R * S], T[2][S * 3], P[3][S * R], seen[2][R * R], sees[2][R * 3];
     for (int node = 0; node < nodes; ++node) {
-        const double *at[7];
         double *to[PATH_BASES];
-        for (int k = 0; k < 7; ++k)
-            at[k] = states[k] + node * n;
         for (int k = 0; k < PATH_BASES; ++k) {
             int width = k < PATH_TANGENT ? m : c;
             to[k] = out[k] + node * n * width;
@@ -193,7 +189,17 @@ void path_bases(int nodes, int directors, const PathNodes *p, const unsigned cha
         }
         if (held[node])
             continue;
-        for (int k = 1; k < 7; ++k)
+        for (int i = 0; i < n; ++i) {
+            int64_t dof = p->dofs[node * n + i];
+            double given[4], zero = p->reference[node * n + i];
+            for (int k = 0; k < 4; ++k)
+                given[k] = p->values[k][dof] + (k % 2 ? 0.0 : zero);
+            for (int k = 0; k < PATH_STATES; ++k) {
+                const double *w = p->weights + 4 * k;
+                at[k][i] = w[0] * given[0] + w[1] * given[1] + w[2] * given[2] + w[3] * given[3];
+            }
+        }
+        for (int k = 1; k < PATH_STATES; ++k)
             constraint_rows(directors, at[k], C[k]);
         tangent_of(directors, at[0], to[0]);
         tangent_of(directors, at[1], to[1]);

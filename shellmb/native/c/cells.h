@@ -81,12 +81,25 @@ typedef struct {
     const double *reference;   /* what they are where the dofs are zero */
 } Nodes;
 
-/* Directors of nodes over a step that is quadratic in time, (nodes, 3 directors) each: at the end,
- * where rates are tangent and what these have of the end, the mean, where the second force acts, a
- * sixth of the chord, and the mean velocity. */
+/* Directors of nodes over a step that is quadratic in time: `reference` + value at both ends. Weights
+ * of start, velocity there, end, and velocity there give seven states: the end, where rates are
+ * tangent and what these have of the end, the mean, where the second force acts, a sixth of the
+ * chord, and the mean velocity. */
 typedef struct {
-    const double *end, *place, *other, *mean, *second, *chord, *velocity;
+    const int64_t *dofs;       /* (nodes, 3 directors) */
+    const double *reference;   /* of the same shape */
+    const double *values[4];   /* of all local dofs */
+    const double *weights;     /* (7, 4) */
 } PathNodes;
+
+/* Rows for a table, of so many unknowns of each node in turn. */
+typedef struct {
+    int count, width, table_width, components;
+    const int64_t *to, *from;  /* rows of the table, and of the values */
+    const double *values;
+    const double *divisors;    /* of each node's columns; NULL: one */
+    double *table;
+} RowsToPut;
 
 /* What a solution with the reduced matrix needs of one mesh. */
 typedef struct {
@@ -199,7 +212,9 @@ void follow(int count, const int *sizes, const int *terms, double **from,
              const double *weights, double **to);
 void foresee(int, int, int, int, const double *, const double *, int64_t, const int64_t *, double,
              const double *, double *);
-void put_rows(int, const int64_t *, const int64_t *, int, const double *, int, double *);
+void foresee_pairs(int, int, int, const double *, const double *, const double *, int64_t,
+                   const int64_t *, const int64_t *, double, const double *, double *);
+void put_rows(int, const RowsToPut *);
 double violation(int, int, const int64_t *, const double *, const double *, const unsigned char *);
 int turn(int, int, double *, const double *, double);
 int turn_nodes(int, int, const int64_t *, const double *, const double *, double *, double);
@@ -211,6 +226,8 @@ void normalise_path(int nodes, int directors, const int64_t *rows, const int64_t
                     const double *reference, double *x);
 void spread(int, const int64_t *, double **, const int64_t *, const double *);
 void collect(int, const int64_t *, const double *, int, double *);
+void shared_sums(int, int, const int64_t *, const double *, int, const int64_t *, const double *,
+                 int, double *, double *);
 void evaluate(const Evaluation *, const double *, double *);
 void to_values(int, int, const int64_t *, const int64_t *, const double *, const double *,
                double *);
@@ -226,6 +243,7 @@ int solve(const Solution *, int, Factors *, const double *, const double *, cons
 void before(const Solution *, int, const double *, const double *, double *);
 void after(const Solution *, int, const double *, const double *, double *);
 void relate(int, const double *, const double *, double *, double *);
-void resultants(const Nodes *, const double *, double, const double *, const double *, double *);
+void resultants(const Nodes *, int, int, const double *, double, const double *, const double *,
+                double *);
 double rotation_sums(const Nodes *, int, const double *, const double *, double *);
 void turned(const double *, double, double *);

@@ -8,10 +8,8 @@ static void arm(const double *reference, const int *dofs, const double *q, doubl
         out[i] = whole * reference[i] + q[dofs[i]];
 }
 
-/* Force, moment about the origin, and the sum of the sizes of all forces on positions, added to
- * `sums` (7,). Forces are those at the body's dofs that `counted` marks with one. */
-void resultants(const Nodes *n, const double *q, double whole, const double *forces,
-                const double *counted, double *sums)
+static void resultant(const Nodes *n, const double *q, double whole, const double *forces,
+                      const double *counted, double *sums)
 {
     double at[3], force[3], moment[3];
     for (int k = 0; k < n->positions + n->arms; ++k) {
@@ -29,6 +27,16 @@ void resultants(const Nodes *n, const double *q, double whole, const double *for
         }
         sums[6] += position ? sqrt(square) : 0.0;
     }
+}
+
+/* Force, moment about the origin, and the sum of the sizes of all forces on positions, added to
+ * `sums` (states, 7), of states (states, dofs). Forces are those at the body's dofs that `counted`
+ * marks with one. */
+void resultants(const Nodes *n, int states, int dofs, const double *q, double whole,
+                const double *forces, const double *counted, double *sums)
+{
+    for (int state = 0; state < states; ++state, q += dofs, forces += dofs, sums += 7)
+        resultant(n, q, whole, forces, counted, sums);
 }
 
 /* Sums that `turned` takes, of the middle of a step and of its changes, (43,): the number of

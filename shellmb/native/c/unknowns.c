@@ -46,12 +46,43 @@ void foresee(int first, int degrees, int states, int n, const double *past, cons
     }
 }
 
-/* Some rows of a table from rows of another one, which may be narrower. */
-void put_rows(int count, const int64_t *to, const int64_t *from, int width, const double *values,
-              int table_width, double *table)
+/* What polynomials through values and velocities foresee of both, less what is `known` (or NULL): of
+ * each polynomial weights of the values, then of the velocities times `dt`, (polynomials, 2 states)
+ * each. `state` and `rate` are places of unknowns that belong together; others of `out`,
+ * (polynomials, n), stay. */
+void foresee_pairs(int polynomials, int states, int n, const double *past, const double *values,
+                   const double *slopes, int64_t pairs, const int64_t *state, const int64_t *rate,
+                   double dt, const double *known, double *out)
 {
-    for (int i = 0; i < count; ++i)
-        memcpy(table + to[i] * table_width, values + from[i] * width, sizeof(double) * width);
+    for (int p = 0; p < polynomials; ++p, out += n, values += 2 * states, slopes += 2 * states)
+        for (int64_t i = 0; i < pairs; ++i) {
+            double at = 0.0, velocity = 0.0;
+            for (int term = 0; term < states; ++term) {
+                double own = past[(int64_t)term * n + state[i]];
+                double other = dt * past[(int64_t)term * n + rate[i]];
+                at += values[term] * own + values[states + term] * other;
+                velocity += slopes[term] * own + slopes[states + term] * other;
+            }
+            out[state[i]] = at - (known ? known[state[i]] : 0.0);
+            out[rate[i]] = velocity - (known ? known[rate[i]] : 0.0);
+        }
+}
+
+/* Some rows of tables from rows of others, which may be narrower. */
+void put_rows(int tables, const RowsToPut *put)
+{
+    for (const RowsToPut *p = put; p < put + tables; ++p)
+        for (int i = 0; i < p->count; ++i) {
+            const double *from = p->values + p->from[i] * p->width;
+            double *to = p->table + p->to[i] * p->table_width;
+            if (!p->divisors) {
+                memcpy(to, from, sizeof(double) * p->width);
+                continue;
+            }
+            const double *by = p->divisors + p->from[i] / p->components * p->width;
+            for (int j = 0; j < p->width; ++j)
+                to[j] = from[j] / by[j];
+        }
 }
 
 /* Values of unknowns to the arrays of fields; `ends` of each in what they are all together. */
@@ -70,6 +101,21 @@ void collect(int count, const int64_t *wanted, const double *local, int owned, d
     memset(b, 0, sizeof(double) * owned);
     for (int i = 0; i < count; ++i)
         b[wanted[i]] += local[i];
+}
+
+/* Sums of what local dofs add to their unknowns, and of more that comes to some of these, as local
+ * dofs see them, (states, local) from (states, local) and (states, some); `sums` (owned,) to work
+ * with. */
+void shared_sums(int states, int local, const int64_t *wanted, const double *values, int some,
+                 const int64_t *unknowns, const double *more, int owned, double *sums, double *out)
+{
+    for (int state = 0; state < states; ++state, values += local, more += some, out += local) {
+        collect(local, wanted, values, owned, sums);
+        for (int i = 0; i < some; ++i)
+            sums[unknowns[i]] += more[i];
+        for (int i = 0; i < local; ++i)
+            out[i] = sums[wanted[i]];
+    }
 }
 
 /* Rows of fixed unknowns: what holds them is kept in `reactions`, `x - values` takes its place. */

@@ -10,11 +10,15 @@ from mpi4py import MPI
 import numpy as np
 
 from shellmb.arrays import Bools, Floats
-from shellmb.model.body import constraint_error
+from shellmb.model.body import Body, constraint_errors
 from shellmb.model.joints.joints import JointGroup
 from shellmb.observers.booking import STEPS, Booked, Row
 from shellmb.observers.fields.nodal import nodal_bodies
 from shellmb.simulate.simulation import Simulation
+
+# dofs of a body up to which calls of NumPy take longer than its numbers: states are kept, and their
+# errors are found for many steps at a time
+SMALL = 2000
 
 
 class Constraints(Booked):
@@ -56,10 +60,9 @@ class Constraints(Booked):
         model, levels = simulation.model, simulation.problem.levels
         joints = {id(group) for group in model.mechanism.groups}
         nodal = nodal_bodies(model)
+        bodies = [body for body in model.bodies if id(body) not in joints]
         self._bodies = [
-            (body, levels[body.name].q, body.name in nodal)
-            for body in model.bodies
-            if id(body) not in joints
+            _Errors(body, levels[body.name].q.x.array, body.name in nodal) for body in bodies
         ]
         number = {name: k for k, name in enumerate(model.mechanism.joints)}
         self._names = list(number)
@@ -78,24 +81,21 @@ class Constraints(Booked):
         """Take the errors."""
         if not self._measured:
             return
-        director = every = 0.0
-        for body, q, nodal in self._bodies:
-            error = constraint_error(body, q)
-            every = max(every, error)
-            if nodal:
-                director = max(director, error)
-        self._worst[row, :2] = director, every
+        for body in self._bodies:
+            body.take(row)
         for group in self._groups:
             group.take(row)
         if self._comm.size > 1:
             # booking is not collective
-            self._add_joints(slice(row, row + 1))
+            self._add(slice(row, row + 1))
             self._comm.Allreduce(MPI.IN_PLACE, self._worst[row], op=MPI.MAX)
 
-    def _add_joints(self, rows: slice) -> None:
-        """Largest violation of each joint on this rank."""
+    def _add(self, rows: slice) -> None:
+        """Largest violations of directors and of each joint on this rank."""
         worst = self._worst[rows]
-        worst[:, 2:] = 0.0
+        worst[:] = 0.0
+        for body in self._bodies:
+            body.add(rows, worst)
         for group in self._groups:
             group.add(rows, worst[:, 2:])
         np.maximum(worst[:, 1], worst[:, 2:].max(axis=1, initial=0.0), out=worst[:, 1])
@@ -105,7 +105,7 @@ class Constraints(Booked):
         if not self._measured:
             return [{} for _ in self._worst[rows]]
         if self._comm.size == 1:
-            self._add_joints(rows)
+            self._add(rows)
         worst = self._worst[rows]
         director, every, *joints = worst.max(axis=0).tolist()
         self._director_max = max(self._director_max or 0.0, director)
@@ -128,6 +128,35 @@ class Constraints(Booked):
         self._director_max = state["director_max"]
         self._constraint_max = state["constraint_max"]
         self._joints = dict(state["joints"])
+
+
+class _Errors:
+    """Violations of a body's own constraints in some steps.
+
+    Args:
+        body: The body.
+        q: Local array of its state.
+        nodal: Whether it has nodes, with directors.
+    """
+
+    def __init__(self, body: Body, q: Floats, nodal: bool) -> None:
+        self._body, self._q, self._nodal = body, q, nodal
+        self._states = np.zeros((STEPS, len(q) if nodal and len(q) <= SMALL else 0))
+        self._found = np.zeros(STEPS)
+
+    def take(self, row: int) -> None:
+        """Take those of the state."""
+        if self._states.size:
+            self._states[row] = self._q
+        else:
+            self._found[row : row + 1] = constraint_errors(self._body, self._q[None])
+
+    def add(self, rows: slice, worst: Floats) -> None:
+        """Take them into account, of directors and of all, in the first columns of `worst`."""
+        if self._states.size:
+            self._found[rows] = constraint_errors(self._body, self._states[rows])
+        for k in range(0 if self._nodal else 1, 2):
+            np.maximum(worst[:, k], self._found[rows], out=worst[:, k])
 
 
 class _Violations:

@@ -52,11 +52,7 @@ def present(forms: Sequence[Form | None]) -> list[Form]:
 
 
 class EnergyAccount(Booked):
-    """Keeps the energy account of a dynamic run.
-
-    Attributes:
-        floor: Energy below which there is round-off only, J.
-    """
+    """Keeps the energy account of a dynamic run."""
 
     NAMES = (
         "kinetic_energy",
@@ -72,7 +68,7 @@ class EnergyAccount(Booked):
     def __init__(self) -> None:
         super().__init__()
         self._values = dict.fromkeys(self.NAMES, 0.0)
-        self._error = self._largest = self._exchanged = self._fastest = self.floor = 0.0
+        self._error = self._largest = self._exchanged = self._fastest = self._floor = 0.0
         self._dissipated: dict[str, float] = {}
         self._there = self._lowest = 0.0
         self._initial: float | None = None
@@ -104,6 +100,12 @@ class EnergyAccount(Booked):
         """Largest energy, work of one kind, or dissipation so far, J."""
         self.book()
         return self._exchanged
+
+    @property
+    def floor(self) -> float:
+        """Energy below which there is round-off only, J."""
+        self.book()
+        return self._floor
 
     @property
     def fastest(self) -> float:
@@ -157,7 +159,7 @@ class EnergyAccount(Booked):
         self._scales = _reaction_scales(simulation)
         stiff = [stiffness_of(body) for body in simulation.model.meshed.values()]
         at_rest = ROUND_OFF_STRAIN**2 * sum(s.unit_energy for s in stiff)
-        self.floor = max(self.floor, at_rest)
+        self._floor = max(self._floor, at_rest)
         self._driven = any(fixed.moving for b in bodies for fixed in b.fixed)
         there = self._ends()
         # of each step: the work of all kinds and what is lost, work of supports, and energies
@@ -167,6 +169,9 @@ class EnergyAccount(Booked):
         # of contacts with faces of shells, which no form knows: what is lost in the scheme, and by
         # friction and damping, and energies
         self._losses = np.zeros((STEPS, len(self._faces), 2))
+        # reactions, of which the largest tell what round-off works, or where ranks share them that
+        self._comm, held = comm, len(problem.system.reactions)
+        self._reactions, self._reach = np.zeros((STEPS, held)), np.zeros(STEPS)
         self._touch = np.zeros((STEPS, len(self._faces)))
         if natural:
             self._shift = there.tolist()[-1]
@@ -246,11 +251,9 @@ class EnergyAccount(Booked):
         self._values["dissipation"] += before - self._values["kinetic_energy"]
         self.begin(dict(self._values))
 
-    def _reach(self, simulation: Simulation) -> float:
-        """Largest work of a reaction on what is a large motion for its unknown, J."""
-        reactions, comm = simulation.problem.system.reactions, simulation.model.comm
-        reach = float(np.maximum.reduce(np.abs(reactions) * self._scales, initial=0.0))
-        return reach if comm.size == 1 else comm.allreduce(reach, op=MPI.MAX)
+    def _reach_of(self, reactions: Floats) -> Floats:
+        """Largest work of reactions, shape (..., n), on large motions for their unknowns, J."""
+        return np.asarray(np.maximum.reduce(np.abs(reactions) * self._scales, -1, initial=0.0))
 
     def _dissipate(self, parts: list[float]) -> None:
         for name, part in zip(self._names, parts, strict=True):
@@ -267,7 +270,12 @@ class EnergyAccount(Booked):
             self._losses[row] = [faces.loss() for faces in self._faces]
         if self._driven:
             self._supports[row] = simulation.problem.support_work()
-        self.floor = max(self.floor, ROUND_OFF_MOTION * self._reach(simulation))
+        reactions = simulation.problem.system.reactions
+        if self._comm.size == 1:
+            self._reactions[row] = reactions
+        else:
+            # booking is not collective
+            self._reach[row] = self._comm.allreduce(float(self._reach_of(reactions)), op=MPI.MAX)
         for jump in self._jumps:
             jump.begin()
 
@@ -283,6 +291,10 @@ class EnergyAccount(Booked):
     def book_rows(self, rows: slice) -> list[Row]:
         """Add steps up, and see whether the account closes."""
         found = []
+        if self._dynamic:
+            alone = self._comm.size == 1
+            reach = self._reach_of(self._reactions[rows]) if alone else self._reach[rows]
+            self.raise_floor(ROUND_OFF_MOTION * float(reach.max()))
         works, energies = self._works[rows].tolist(), self._energy[rows].tolist()
         faces = zip(self._losses[rows].tolist(), self._touch[rows].tolist(), strict=True)
         for work, supports, energy, (losses, touching) in zip(
@@ -346,7 +358,7 @@ class EnergyAccount(Booked):
 
     def raise_floor(self, energy: float) -> None:
         """Energies below this one are round-off, J."""
-        self.floor = max(self.floor, energy)
+        self._floor = max(self._floor, energy)
 
     @property
     def relative_error(self) -> float:
@@ -370,7 +382,7 @@ class EnergyAccount(Booked):
             "largest": self._largest,
             "exchanged": self._exchanged,
             "fastest": self._fastest,
-            "floor": self.floor,
+            "floor": self._floor,
             "there": self._there,
             "lowest": self._lowest,
             "dissipated": dict(self._dissipated),
@@ -381,7 +393,7 @@ class EnergyAccount(Booked):
         """Take up saved sums."""
         self._values = dict(state["values"])
         self._error, self._largest = state["error"], state["largest"]
-        self._exchanged, self.floor = state["exchanged"], state["floor"]
+        self._exchanged, self._floor = state["exchanged"], state["floor"]
         self._fastest = state["fastest"]
         self._there, self._lowest = state["there"], state["lowest"]
         self._dissipated = dict(state["dissipated"])

@@ -91,29 +91,39 @@ class BodyRotations(Booked):
         names = [body.name for body in self._flexible]
         for name in names + (self._rigid.names if self._rigid else []):
             self._turns.setdefault(name, Turn())
-        # chords and sums of flexible bodies, chords of rigid ones
+        followed = [*(body.name for body in self._flexible)]
+        followed += [self._rigid.name] if self._rigid else []
+        # states at the start and at the end of a step
+        problem = simulation.problem
+        levels = {name: problem.levels[name] for name in followed}
+        self._ends = {
+            name: (here.q.x.array, here.unknown[problem.last].x.array)
+            for name, here in levels.items()
+        }
+        # chords and sums of flexible bodies, chords of rigid ones, and changes of their state
         self._sums = np.zeros((STEPS, len(self._flexible), 44))
         self._chords = np.zeros((STEPS, len(self._rigid.names) if self._rigid else 0))
+        size = len(simulation.problem.state(self._rigid.name).x.array) if self._rigid else 0
+        self._changes, self._serial = np.zeros((STEPS, size)), model.comm.size == 1
 
     def take_solved(self, simulation: Simulation, row: int) -> None:
         """Take what turns in the step: both of its ends are at hand."""
         last, comm = simulation.last, simulation.model.comm
         if last is None or not self._turns:
             return
-        levels, end = simulation.problem.levels, simulation.problem.last
         self._when[row] = last.t + last.dt, last.dt
         for body, sums in zip(self._flexible, self._sums[row], strict=True):
-            here = levels[body.name]
-            sums[0] = body.sum(here.q.x.array, here.unknown[end].x.array, sums[1:])
+            sums[0] = body.sum(*self._ends[body.name], sums[1:])
             if comm.size > 1:
                 comm.Allreduce(MPI.IN_PLACE, sums[1:])
                 sums[0] = comm.allreduce(sums[0], op=MPI.MAX)
         if self._rigid is not None:
-            here = levels[self._rigid.name]
-            chords = self._chords[row]
-            self._rigid.chords(here.q.x.array, here.unknown[end].x.array, chords)
+            changes, (start, end) = self._changes[row], self._ends[self._rigid.name]
+            np.subtract(end, start, out=changes)
             if comm.size > 1:
-                comm.Allreduce(MPI.IN_PLACE, chords, op=MPI.MAX)
+                # booking is not collective
+                self._chords[row] = self._rigid.chords(changes[None])
+                comm.Allreduce(MPI.IN_PLACE, self._chords[row], op=MPI.MAX)
 
     def book_rows(self, rows: slice) -> list[Row]:
         """Add the angles of the steps."""
@@ -125,6 +135,8 @@ class BodyRotations(Booked):
                     when, self._sums[rows, k].tolist(), self._sums[rows, k, 1:], strict=True
                 ):
                     turn.add(_angle(chord), *fit(sums), t, dt)
+            if self._rigid is not None and self._serial:
+                self._chords[rows] = self._rigid.chords(self._changes[rows])
             angles = 2 * np.arcsin(np.minimum(self._chords[rows] / 2, 1.0)).T
             for name, each in zip(self._rigid.names if self._rigid else (), angles, strict=True):
                 turn = self._turns[name]
@@ -172,24 +184,27 @@ class _Frames:
     """
 
     def __init__(self, body: RigidBodies) -> None:
-        self.name, self._nodes = body.name, Nodes(body)
+        self.name = body.name
         self.names = [rigid.name for rigid in body.bodies if rigid.name != GROUND]
         place = {name: k for k, name in enumerate(self.names)}
         found = [(place.get(body.bodies[k].name), n) for n, k in enumerate(body.node_mesh.item)]
         here = [pair for pair in found if pair[0] is not None]
-        self._places, self._rows = np.array(here, dtype=np.intp).reshape(-1, 2).T
+        self._places, rows = np.array(here, dtype=np.intp).reshape(-1, 2).T
+        self._dofs = Nodes(body).dofs[1][rows].reshape(len(rows), 9)
 
-    def chords(self, start: Floats, end: Floats, to: Floats) -> None:
+    def chords(self, changes: Floats) -> Floats:
         """Chord of each body but ground on this rank, zero for those of others.
 
         Args:
-            start: Dofs of the bodies at the start of the step.
-            end: Those at its end.
-            to: Gets the chords, shape (n,).
+            changes: Changes of the dofs of the bodies in some steps, shape (k, dofs).
+
+        Returns:
+            Shape (k, n).
         """
-        to[:] = 0.0
-        changes = self._nodes.changes(end - start)[self._rows].reshape(len(self._rows), 9)
-        to[self._places] = np.sqrt(np.vecdot(changes, changes) / _directions(3))
+        found = np.zeros((len(changes), len(self.names)))
+        turned = changes[:, self._dofs]
+        found[:, self._places] = np.sqrt(np.vecdot(turned, turned) / _directions(3))
+        return found
 
 
 def fit(sums: Floats) -> tuple[float, float]:

@@ -196,14 +196,6 @@ class Nodes:
         """Number of directors of each."""
         return int(self._D.shape[1])
 
-    def changes(self, change: Floats) -> Floats:
-        """Changes of the directors for one of the state, shape (n, m, 3).
-
-        Args:
-            change: Dofs of the change.
-        """
-        return change[self._w]
-
     def dofs_of(self, marked: Bools) -> Int32s:
         """Dofs of some of the nodes.
 
@@ -236,7 +228,7 @@ class Nodes:
 
     def reader(
         self, simulation: Simulation, name: str, quantity: str, offsets: Floats | None = None
-    ) -> Callable[[], Floats]:
+    ) -> Callable[[], Floats] | Reading:
         """Reads one quantity between two steps, shape (n, 3), and no more than it takes.
 
         Args:
@@ -247,29 +239,60 @@ class Nodes:
                 None: the nodes themselves.
         """
         q, rates = state(simulation, name), simulation.problem.levels[name].rates
-        u, w = self._u.astype(np.intp), self._w[:, 0].astype(np.intp)
+        v = np.asarray(rates["v"].x.array) if "v" in rates else None
+        none = np.zeros_like(self._X)
+        if quantity == "director" and offsets is None:
+            return Reading(q, self._w[:, 0], self._D[:, 0])
+        fixed = self._X if offsets is None else self._X + (offsets[:, None] @ self._D)[:, 0]
+        kinds = {"displacement": (q, none), "position": (q, fixed), "velocity": (v, none)}
+        array, start = kinds.get(quantity, (None, none))
+        if array is not None:
+            return Reading(array, self._u, start, None if offsets is None else self._w, offsets)
         if offsets is not None:
-            every, weights = self._w.astype(np.intp), offsets[:, None]
-            fixed = self._X + (weights @ self._D)[:, 0]
-
-            def at(values: Floats) -> Floats:
-                return values[u] + (weights @ values[every])[:, 0]
-
-            if quantity == "displacement":
-                return lambda: at(q)
-            if quantity == "position":
-                return lambda: fixed + at(q)
-            if quantity == "velocity" and "v" in rates:
-                v = np.asarray(rates["v"].x.array)
-                return lambda: at(v)
             return lambda: getattr(self.now(simulation, name).at(offsets), quantity)
-        if quantity == "displacement":
-            return lambda: q[u]
-        if quantity == "position":
-            return lambda: self._X + q[u]
-        if quantity == "director":
-            return lambda: self._D[:, 0] + q[w]
-        if quantity == "velocity" and "v" in rates:
-            v = np.asarray(rates["v"].x.array)
-            return lambda: v[u]
         return lambda: getattr(self.now(simulation, name), quantity)
+
+
+class Reading:
+    """Vectors of nodes, or of points fixed to them, read from a local array between two steps.
+
+    Args:
+        array: The array.
+        dofs: Dofs of the nodes' vectors, shape (n, 3).
+        start: What is added, shape (n, 3).
+        directors: Dofs of the nodes' directors, shape (n, m, 3); None: of no account.
+        offsets: Components of the points along these, shape (n, m).
+    """
+
+    def __init__(
+        self,
+        array: Floats,
+        dofs: Int32s,
+        start: Floats,
+        directors: Int32s | None = None,
+        offsets: Floats | None = None,
+    ) -> None:
+        self._array, self._start, self._weights = array, start, None
+        parts, self._count = [dofs.ravel()], len(dofs)
+        if directors is not None and offsets is not None:
+            parts.append(directors.ravel())
+            self._weights = offsets[:, None]
+        self._places = np.concatenate(parts).astype(np.intp)
+        self.size = len(self._places)
+
+    def take(self) -> Floats:
+        """Take the numbers that it is made of, shape (size,)."""
+        return self._array[self._places]
+
+    def of(self, taken: Floats) -> Floats:
+        """Vectors from numbers that were taken, shape (..., n, 3) from (..., size)."""
+        n, shape = 3 * self._count, (*taken.shape[:-1], self._count)
+        found = self._start + taken[..., :n].reshape(*shape, 3)
+        if self._weights is not None:
+            m = self._weights.shape[2]
+            found += (self._weights @ taken[..., n:].reshape(*shape, m, 3))[..., 0, :]
+        return np.asarray(found)
+
+    def __call__(self) -> Floats:
+        """Vectors now."""
+        return self.of(self.take())

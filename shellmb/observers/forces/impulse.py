@@ -25,11 +25,14 @@ from shellmb.arrays import Floats
 from shellmb.model.body import Body
 from shellmb.native.kernels import compile_all
 from shellmb.observers.booking import STEPS
-from shellmb.observers.forces.reactions import NOTHING, Arms, HeldForces, NodalForces
+from shellmb.observers.forces.reactions import Arms, HeldForces, NodalForces
 from shellmb.schemes.residuals.residual import StageForms
 from shellmb.simulate.simulation import Simulation
 from shellmb.system.assembly.meshgroups import residuals_of
 from shellmb.system.assembly.residuals import Residuals
+
+# numbers of local dofs of all steps that are added up together: more are no quicker
+TOGETHER = 100_000
 
 
 def last_middle(simulation: Simulation, body: str) -> Floats:
@@ -50,6 +53,8 @@ class Impulse:
             _BalanceRow(simulation, stage, first=number == 0)
             for number, stage in enumerate(simulation.scheme.balance)
         ]
+        size = len(simulation.problem.system.numbering.local_to_global)
+        self._together = max(1, TOGETHER // max(size, 1))
         # of each step: impulses over its length, and that
         self._means, self._dt = np.zeros((STEPS, 13)), np.zeros((STEPS, 1))
 
@@ -64,13 +69,13 @@ class Impulse:
             row.take(step)
         self._dt[step] = dt
         if self._comm.size > 1:
-            self._evaluate(step)
+            self._evaluate(slice(step, step + 1))
             self._comm.Allreduce(MPI.IN_PLACE, self._means[step])
 
-    def _evaluate(self, step: int) -> None:
-        self._means[step] = 0.0
+    def _evaluate(self, steps: slice) -> None:
+        self._means[steps] = 0.0
         for row in self._rows:
-            row.add(step, self._means[step])
+            row.add(steps, self._means[steps])
 
     def of_steps(self, steps: slice) -> Floats:
         """Exchange of some steps with the outside, shape (n, 13).
@@ -83,8 +88,9 @@ class Impulse:
             steps: Which of those taken.
         """
         if self._comm.size == 1:
-            for step in range(STEPS)[steps]:
-                self._evaluate(step)
+            first, last, _ = steps.indices(STEPS)
+            for begin in range(first, last, self._together):
+                self._evaluate(slice(begin, min(begin + self._together, last)))
         return np.asarray(self._means[steps] * self._dt[steps])
 
 
@@ -102,7 +108,7 @@ class _BalanceRow:
         self._first = first
         self._acting = _Acting(simulation, stage)
         self._held = HeldForces(problem, simulation.model, stage)
-        self._reactions = [NOTHING] * STEPS
+        self._reactions = self._held.room(STEPS)
         self._arms = [
             problem.steps[c.name].middle if first else partial(problem.half_chord, c.name)
             for c in self._held.carriers
@@ -112,24 +118,23 @@ class _BalanceRow:
     def take(self, step: int) -> None:
         """Take forces and where they act."""
         self._acting.take(step)
-        self._reactions[step] = self._held.take()
+        self._held.take(self._reactions, step)
         for states, arm in zip(self._states, self._arms, strict=True):
             states[step] = arm()
 
-    def add(self, step: int, sums: Floats) -> None:
+    def add(self, steps: slice, sums: Floats) -> None:
         """Add the resultants of this rank to those of `Impulse.of_steps`, by time."""
-        forces = [self._acting.nodal(step), self._held.nodal(self._reactions[step])]
+        forces = [self._acting.nodal(steps), self._held.nodal(self._reactions, steps)]
         there = [(k, f) for k, f in enumerate(forces) if f is not None]
-        both = sums[:12].reshape(2, 6)
         for carrier, states in zip(self._held.carriers, self._states, strict=True):
-            arms = Arms(states[step], whole=1.0 if self._first else 0.0)
+            arms = Arms(states[steps], whole=1.0 if self._first else 0.0)
             found, gross = carrier.resultants(arms, [f for _, f in there])
-            if not self._first:
-                # the first moment of a force in time is no impulse
-                found[:, :3] = gross = 0.0
-            for (k, _), row in zip(there, found, strict=True):
-                both[k] += row
-            sums[12] += gross
+            # the first moment of a force in time is no impulse
+            first = 0 if self._first else 3
+            for (k, _), rows in zip(there, found, strict=True):
+                sums[:, 6 * k + first : 6 * k + 6] += rows[:, first:]
+            if self._first:
+                sums[:, 12] += gross
 
 
 class _Acting(NodalForces):
@@ -173,6 +178,6 @@ class _Acting(NodalForces):
             if sign < 0:
                 local[where] *= sign
 
-    def nodal(self, step: int) -> Floats | None:
-        """Nodal forces on this rank in a step; None without any; collective."""
-        return self.gathered(self._local[step]) if self._forces else None
+    def nodal(self, steps: slice) -> Floats | None:
+        """Nodal forces on this rank in some steps; None without any; collective."""
+        return self.gathered(self._local[steps]) if self._forces else None

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple, Protocol
 
-from petsc4py import PETSc
-
 import numpy as np
 
 from shellmb.arrays import Bools, Floats
@@ -34,9 +32,8 @@ class Assembled(Protocol):
         ...
 
 
-# reactions of fixed unknowns, and the work of each group of planes for its dofs
+# of some steps, reactions of fixed unknowns, and the work of each group of planes for its dofs
 type Taken = tuple[Floats, list[Floats]]
-NOTHING: Taken = np.zeros(0), []
 
 
 def resistance(problem: Assembled, name: str, stage: str | None = None) -> tuple[Residuals, Floats]:
@@ -56,8 +53,8 @@ class Arms(NamedTuple):
     """Points at which forces act on a body.
 
     Args:
-        q: Dofs of a state, or changes of them.
-        whole: One for a state; zero for changes, which are arms by themselves.
+        q: Dofs of some states, or changes of them, shape (k, dofs).
+        whole: One for states; zero for changes, which are arms by themselves.
     """
 
     q: Floats
@@ -72,21 +69,18 @@ class NodalForces:
     """
 
     def __init__(self, system: BlockSystem) -> None:
-        self._system, self._sum = system, system.x.duplicate()
+        self._system = system
 
-    def gathered(self, local: Floats, more: PETSc.Vec | None = None) -> Floats:
-        """Sums of local nodal forces, as this rank sees them.
+    def gathered(self, local: Floats, reactions: Floats | None = None) -> Floats:
+        """Sums of local nodal forces, as this rank sees them, of some steps; collective.
 
         Args:
-            local: Forces that this rank finds at each local dof.
-            more: Forces on unknowns that come on top.
+            local: Forces that this rank finds at each local dof, shape (k, local dofs).
+            reactions: Forces on the fixed unknowns that come on top, shape (k, n).
         """
-        exchange = self._system.exchange
-        exchange.local[:] = local
-        exchange.collect(self._sum)
-        if more is not None:
-            self._sum.axpy(1.0, more)
-        return self._system.local_values(self._sum)
+        fixed = self._system.fixed if reactions is not None else np.zeros(0, np.int64)
+        more = np.zeros((len(local), 0)) if reactions is None else reactions
+        return self._system.exchange.shared(local, fixed, more)
 
 
 class HeldForces(NodalForces):
@@ -103,8 +97,6 @@ class HeldForces(NodalForces):
 
     def __init__(self, problem: Assembled, model: Model, stage: str) -> None:
         super().__init__(problem.system)
-        self._held = problem.system.x.duplicate()
-        self._held.set(0.0)
         self.carriers: list[Carrier | ArmCarrier] = [
             Carrier(name, body, problem.system.numbering.slice(problem.number(name, stage)))
             for name, body in nodal_bodies(model).items()
@@ -120,36 +112,39 @@ class HeldForces(NodalForces):
         ]
         self._supported = model.supported
 
-    def take(self) -> Taken:
-        """Take what a step leaves of the reactions."""
+    def room(self, steps: int) -> Taken:
+        """Room for what so many steps leave of them."""
+        works = [np.zeros((steps, len(r))) for _, _, r in self._planes]
+        return np.zeros((steps, len(self._system.fixed))), works
+
+    def take(self, to: Taken, step: int) -> None:
+        """Take what a step leaves of them."""
         if not self._supported:
-            return NOTHING
-        works = []
-        for _, residuals, r in self._planes:
+            return
+        reactions, works = to
+        reactions[step] = self._system.reactions
+        for (_, residuals, r), work in zip(self._planes, works, strict=True):
             r[:] = 0.0
             residuals.refresh()
             residuals.add(r)
-            works.append(r.copy())
-        return self._system.reactions.copy(), works
+            work[step] = r
 
-    def nodal(self, taken: Taken | None = None) -> Floats | None:
-        """Nodal forces on this rank; None without any; collective.
+    def nodal(self, taken: Taken, steps: slice) -> Floats | None:
+        """Nodal forces on this rank, shape (k, local dofs); None without any; collective.
 
         Args:
-            taken: What a step has left of them; None: of the last one.
+            taken: What steps have left of them.
+            steps: Which of these.
         """
         if not self._supported:
             return None
-        reactions, works = taken or self.take()
         # what is left of the equations of fixed unknowns is what holds them
-        self._held.array[self._system.fixed] = reactions
-        if not self._planes:
-            return self._system.local_values(self._held)
-        local = np.zeros(len(self._system.numbering.local_to_global))
+        reactions, works = taken
+        local = np.zeros((len(reactions[steps]), len(self._system.numbering.local_to_global)))
         for (k, *_), r in zip(self._planes, works, strict=True):
             # on the left-hand side they resist
-            local[self._system.numbering.slice(k)] -= r
-        return self.gathered(local, self._held)
+            local[:, self._system.numbering.slice(k)] -= r[steps]
+        return self.gathered(local, reactions[steps])
 
 
 class Carrier:
@@ -173,27 +168,28 @@ class Carrier:
 
     def resultants(
         self, arms: Arms, forces: Sequence[Floats], nodes: Bools | None = None
-    ) -> tuple[Floats, float]:
-        """Force and moment of several sets of forces, and their gross size.
+    ) -> tuple[Floats, Floats]:
+        """Force and moment of several sets of forces in some steps, and their gross size.
 
         Args:
             arms: Where they act.
-            forces: Nodal forces of the whole system on this rank, of each set.
+            forces: Nodal forces of the whole system on this rank, of each set, shape (k, n).
             nodes: Markers of the nodes that count, shape (n,); None: all, and all that turns with
                 the body and does not move with it.
 
         Returns:
-            Resultants of shape (n, 6), and the sum of the sizes of all forces on positions.
+            Resultants of shape (sets, k, 6), and the sum of the sizes of all forces on positions,
+            shape (k,).
         """
         counted = self._counted
         if nodes is not None:
             marked = self._nodes.dofs_of(nodes)
             counted = np.zeros(len(counted))
             counted[marked] = self._counted[marked]
-        found = np.zeros((len(forces), 7))
-        for row, values in zip(found, forces, strict=True):
-            row[:] = self._sums.resultants(arms.q, arms.whole, values[self._where], counted)
-        return found[:, :6], float(found[:, 6].sum())
+        found = np.zeros((len(forces), len(arms.q), 7))
+        for rows, values in zip(found, forces, strict=True):
+            rows[:] = self._sums.resultants(arms.q, arms.whole, values[:, self._where], counted)
+        return found[..., :6], found[..., 6].sum(axis=0)
 
 
 class ArmCarrier:
@@ -210,12 +206,13 @@ class ArmCarrier:
 
     def resultants(
         self, arms: Arms, forces: Sequence[Floats], nodes: Bools | None = None
-    ) -> tuple[Floats, float]:
-        """Moments of several sets of forces, as of `Carrier`."""
-        found, gross = np.zeros((len(forces), 6)), 0.0
-        x = arms.whole * self._rest + arms.q[self._dofs].reshape(-1, 3)
-        for row, values in enumerate(forces):
-            force = values[self._where][self._dofs].reshape(-1, 3)
-            found[row, 3:] = np.cross(x, force).sum(axis=0)
-            gross += float(np.linalg.norm(force, axis=1).sum())
+    ) -> tuple[Floats, Floats]:
+        """Moments of several sets of forces in some steps, as of `Carrier`."""
+        count = len(arms.q)
+        found, gross = np.zeros((len(forces), count, 6)), np.zeros(count)
+        x = arms.whole * self._rest + arms.q[:, self._dofs].reshape(count, -1, 3)
+        for rows, values in zip(found, forces, strict=True):
+            force = values[:, self._where][:, self._dofs].reshape(count, -1, 3)
+            rows[:, 3:] = np.cross(x, force).sum(axis=1)
+            gross += np.linalg.norm(force, axis=2).sum(axis=1)
         return found, gross

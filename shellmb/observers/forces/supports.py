@@ -61,12 +61,14 @@ class SupportForces:
             state: State of a body at which they act, by its name.
             ending: What the names of the columns end with.
         """
-        forces, sums = self._held.nodal(), np.zeros((len(self._places), 6))
+        taken, sums = self._held.room(1), np.zeros((len(self._places), 6))
+        self._held.take(taken, 0)
+        forces = self._held.nodal(taken, slice(1))
         if forces is not None:
             for row, (k, marks) in enumerate(self._places):
                 carrier = self._held.carriers[k]
-                found, _ = carrier.resultants(Arms(state(carrier.name), 1.0), [forces], marks)
-                sums[row] = found[0]
+                arms = Arms(state(carrier.name)[None], 1.0)
+                ((sums[row],),), _ = carrier.resultants(arms, [forces], marks)
         self._comm.Allreduce(MPI.IN_PLACE, sums)
         values = sums.ravel().tolist()
         return {f"{name}{ending}": v for name, v in zip(self.names, values, strict=True)}

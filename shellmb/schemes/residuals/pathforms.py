@@ -119,7 +119,14 @@ class PathForms:
 
     def middle(self) -> Values:
         """Mean of the path of the step just solved, where the mean of the forces acts."""
-        return np.asarray(self._scheme.path(*self._arrays).mean)
+        if self.stages[END].states is None:
+            return np.asarray(self._scheme.path(*self._arrays).mean)
+        # what follows the unknown states has it
+        return self._mean
+
+    @cached_property
+    def _mean(self) -> Values:
+        return np.asarray(self.states.functions[0].x.array)
 
     @cached_property
     def _arrays(self) -> tuple[Values, dict[str, Values], dict[str, Values]]:

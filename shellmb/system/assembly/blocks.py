@@ -98,10 +98,10 @@ class BlockSystem:
         self.arrays = [f.function.x.array for f in fields]
         self.exchange = exchange(n, self.arrays, self.x)
         self.at_once: Callable[[PETSc.Vec, PETSc.Vec], None] | None = None
-        self._owned = [self._owned_dofs(k) for k in range(len(fields))]
+        self._owned = [self.owned(k) for k in range(len(fields))]
         self._set_fixed()
 
-    def _owned_dofs(self, k: int) -> tuple[Ints, Ints]:
+    def owned(self, k: int) -> tuple[Ints, Ints]:
         """Dofs of a field that are unknowns of this rank, and which of them; links included."""
         n = self.numbering
         numbers = n.by_field[k][: self.fields[k].size_local] - n.start

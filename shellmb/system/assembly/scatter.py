@@ -11,7 +11,7 @@ from petsc4py import PETSc
 
 import numpy as np
 
-from shellmb.arrays import Floats
+from shellmb.arrays import Floats, Ints
 from shellmb.native import library as native
 from shellmb.native.assembler import is_native
 from shellmb.system.assembly.numbering import Numbering
@@ -36,6 +36,16 @@ class Exchange(Protocol):
 
     def collect(self, b: PETSc.Vec) -> None:
         """Sums over all dofs and ranks of what `local` adds to each unknown."""
+        ...
+
+    def shared(self, local: Floats, unknowns: Ints, more: Floats) -> Floats:
+        """Sums at each unknown as local dofs see them, of several states, shape (k, local dofs).
+
+        Args:
+            local: What local dofs add, shape (k, local dofs).
+            unknowns: Some of the unknowns that this rank owns.
+            more: What comes on top there, shape (k, n).
+        """
         ...
 
 
@@ -68,6 +78,7 @@ class ParallelExchange:
         self._vector = PETSc.Vec().createWithArray(self.local, comm=PETSc.COMM_SELF)
         places = PETSc.IS().createGeneral(wanted, comm=PETSc.COMM_SELF)
         self._scatter = PETSc.Scatter().create(x, places, self._vector, None)
+        self._sums = x.duplicate()
 
     def look(self, x: PETSc.Vec) -> None:
         """Fill `local` with the values of unknowns."""
@@ -88,6 +99,17 @@ class ParallelExchange:
         reverse = PETSc.ScatterMode.REVERSE
         self._scatter.scatter(self._vector, b, PETSc.InsertMode.ADD, reverse)
 
+    def shared(self, local: Floats, unknowns: Ints, more: Floats) -> Floats:
+        """Sums at each unknown as local dofs see them."""
+        found = np.empty(local.shape)
+        for row, values, given in zip(found, local, more, strict=True):
+            self.local[:] = values
+            self.collect(self._sums)
+            self._sums.array[unknowns] += given
+            self.look(self._sums)
+            row[:] = self.local
+        return found
+
 
 class SerialExchange:
     """Exchange in one process, without messages: one call of `unknowns.c` each.
@@ -105,6 +127,7 @@ class SerialExchange:
         self._lib, self._arrays = module.lib, arrays
         self._wanted = numbering.local_to_global.astype(np.int64)
         self._ends = np.array(numbering.offsets[1:], dtype=np.int64)
+        self._owned = numbering.owned
         self.local = np.zeros(len(self._wanted))
         self._places = (len(self._wanted), native.longs(self._wanted))
         self._pointers = module.ffi.new("double *[]", [native.doubles(a) for a in arrays])
@@ -127,3 +150,11 @@ class SerialExchange:
         entries = b.array
         local = native.doubles(self.local)
         self._lib.collect(*self._places, local, len(entries), native.doubles(entries))
+
+    def shared(self, local: Floats, unknowns: Ints, more: Floats) -> Floats:
+        """Sums at each unknown as local dofs see them."""
+        found, sums, pointer = np.empty(local.shape), np.empty(self._owned), native.doubles
+        places = len(unknowns), native.longs(unknowns), pointer(np.ascontiguousarray(more))
+        given = len(local), *self._places, pointer(np.ascontiguousarray(local)), *places
+        self._lib.shared_sums(*given, self._owned, pointer(sums), pointer(found))
+        return found

@@ -155,7 +155,9 @@ class Reduction:
         self._refresh()
         numbers.update()
         self._given = numbers.correction()
-        shifted = bool(numbers.full.comm.allreduce(bool(np.any(self._given)), op=MPI.MAX))
+        shifted = bool(np.any(self._given))
+        if not numbers.full.serial:
+            shifted = bool(numbers.full.comm.allreduce(shifted, op=MPI.MAX))
         self._load[:] = 0.0
         for part, values in zip(self.parts, self._matrix.targets, strict=True):
             # what is solved for is subtracted

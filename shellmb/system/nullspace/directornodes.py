@@ -83,6 +83,7 @@ class DirectorNodes:
         self.partial = self._partial()
         midway = not declared.linear and self.rates is None and self.path is None
         self._directors: DirectorBases | None = None
+        self._path_of_nodes: PathBases | None = None
         if not self.partial and midway and declared.before is not None and is_native():
             before = declared.before.x.array
             self._directors = DirectorBases(
@@ -210,7 +211,9 @@ class DirectorNodes:
         """Bases of a step that is quadratic in time; those of a pair are found together."""
         which, rates = 0 if self.state is None else 1, None
         if self.state is None:
-            half, rates = self._path_of_nodes(self.along(fields))
+            if self._path_of_nodes is None:
+                self._path_of_nodes = self._new_bases(fields)
+            half, rates = self._path_of_nodes()
         else:
             kept = found[self.state].rates
             assert kept is not None
@@ -223,10 +226,15 @@ class DirectorNodes:
         others = half.left_other, half.forces_other
         return Bases(half.right, half.left, half.forces, state, *others, rates)
 
-    @cached_property
-    def _path_of_nodes(self) -> PathBases:
+    def _new_bases(self, fields: Sequence[Field]) -> PathBases:
         """Bases of a pair."""
-        return PathBases(self.held, self.dofs.shape[1])
+        path = self.path
+        assert path is not None and path.before is not None
+        ends = self.field.function, fields[path.rate].function
+        functions = path.before, path.start_velocity, *ends
+        values = [function.x.array for function in functions]
+        kind = MasslessPath if path.massless else PathDirectors
+        return PathBases(self.held, self.dofs, self.reference, values, kind, path.alpha)
 
     def moved(self, number: int, change: Floats, others: dict[int, Floats]) -> None:
         """Values after a change, such that the constraints hold; none if they may change freely.

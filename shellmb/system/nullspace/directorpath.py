@@ -17,11 +17,12 @@ Directors without inertia obey `g(d) = 0` at the middle in place of `C(d) V = 0`
 `s`, `m` and increments for it (`MasslessPath`).
 """
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from shellmb.arrays import Bools, Floats
+from shellmb.arrays import Bools, Floats, Int32s
 from shellmb.native import library as native
 from shellmb.system.nullspace.directors import (
     any_pseudo_inverse,
@@ -166,11 +167,24 @@ class PathBases:
 
     Args:
         held: Nodes whose directors are given, shape (n,): they have none.
-        size: Number of components of a node, 3 k.
+        dofs: Local dofs of the nodes, shape (n, 3 k).
+        reference: Directors where the values are zero, shape (n, 3 k).
+        values: Numbers of all local dofs: directors at the start and their velocities there times
+            the step, directors at the end and their velocities there.
+        kind: What the path is.
+        alpha: Dissipation.
     """
 
-    def __init__(self, held: Bools, size: int) -> None:
-        self._lib, pointer, nodes = native.cells().lib, native.CArrays(), len(held)
+    def __init__(
+        self,
+        held: Bools,
+        dofs: Int32s,
+        reference: Floats,
+        values: Sequence[Floats],
+        kind: type[PathDirectors],
+        alpha: float,
+    ) -> None:
+        self._lib, pointer, (nodes, size) = native.cells().lib, native.CArrays(), dofs.shape
         m, c = (2, 1) if size == 3 else (3, 6)
         found = [np.zeros((nodes, size, width)) for width in [m] * 7 + [c] * 4]
         T, T_v, along, left, other, left_v, other_v, *forces = found
@@ -178,28 +192,30 @@ class PathBases:
             Half(T, np.zeros_like(T), left, other, forces[0], forces[1]),
             Half(T_v, along, left_v, other_v, forces[2], forces[3]),
         )
-        names = ("end", "place", "other", "mean", "second", "chord", "velocity")
-        self._states = np.zeros((len(names), nodes, size))
-        given = {name: pointer(state) for name, state in zip(names, self._states, strict=True)}
+        given = {
+            "dofs": pointer(dofs.astype(np.int64)),
+            "reference": pointer(np.array(reference, dtype=float)),
+            "values": [pointer(one) for one in values],
+            "weights": pointer(_weights(kind, alpha)),
+        }
         marks = held.astype(np.uint8)
         self._kept = pointer, marks
         pointers = pointer.many("PathNodes", [given]), native.bytes_of(marks)
         out = pointer.many("double *", [pointer(values) for values in found])
         self._arguments = nodes, size // 3, *pointers, out
 
-    def __call__(self, path: PathDirectors) -> tuple[Half, Half]:
-        """Bases of all nodes; overwritten by the next call.
-
-        Args:
-            path: States of the directors.
-        """
-        ends, second = (path.end, *path.rate_rows()), path.second
-        for to, state in zip(self._states, (*ends, path.mean, second), strict=False):
-            to[:] = state
-        np.divide(path.chord, 6, out=self._states[5])
-        self._states[6] = path.mean_velocity
+    def __call__(self) -> tuple[Half, Half]:
+        """Bases of all nodes at the current state; overwritten by the next call."""
         self._lib.path_bases(*self._arguments)
         return self._halves
+
+
+def _weights(kind: type[PathDirectors], alpha: float) -> Floats:
+    """Weights of the states of a path in what `path_bases` takes of it, shape (7, 4)."""
+    start, start_velocity, end, rate = np.eye(4)
+    path = kind(start, start_velocity, end, rate, alpha)
+    after = path.mean, path.second, path.chord / 6, path.mean_velocity
+    return np.array([path.end, *path.rate_rows(), *after])
 
 
 def partial_bases(path: PathDirectors, free: Bools, size: int) -> tuple[Half, Half]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from shellmb.arrays import Bools, Floats, Ints
 from shellmb.native import library as native
+from shellmb.native.library import CArrays
 from shellmb.system.assembly.loops import MeshCells
 from shellmb.system.nullspace.directorbases import Bases
 from shellmb.system.nullspace.nodes import SystemNodes
@@ -40,6 +41,24 @@ class MatrixPlaces(NamedTuple):
         found = numbers[bases.places]
         most = int((found[dofs] >= 0).any(axis=0).nonzero()[0].max(initial=0)) + 1
         return MatrixPlaces(found[:, :most], bases.values)
+
+
+class NodeRows(NamedTuple):
+    """Rows of a table that the unknowns of a field's nodes have.
+
+    Args:
+        table: Rows of all local dofs.
+        field: Number of the field.
+        values: Of the nodes, shape (n, 3 k, m).
+        first: Column of the first of the m.
+        multipliers: Field whose multipliers these are the forces of; None: of none.
+    """
+
+    table: Floats
+    field: int
+    values: Floats
+    first: int = 0
+    multipliers: int | None = None
 
 
 class ReducedNumbers:
@@ -76,9 +95,8 @@ class ReducedNumbers:
         self.own[local[mine][::-1]] = mine[::-1]
         self._lib = native.cells().lib
         self._given = np.zeros(len(local))
-        # by what they are of: arrays that are filled anew, and what C is called with
-        self._divided: dict[tuple[int, int], Floats] = {}
-        self._put_arguments: dict[tuple[int, int, int], tuple[Floats, Any]] = {}
+        # what was put into the tables, and what C is called with for it
+        self._put: tuple[list[Floats], Any] = [], native.CArrays().ffi.NULL
         self._number(cells)
 
     def _number(self, cells: list[MeshCells]) -> None:
@@ -286,26 +304,32 @@ class ReducedNumbers:
         found: dict[int, Bases] = {}
         for k, nodes in self.nodes.items():
             found[k] = nodes.bases(self.fields, found)
-        self._put(self.left.values, {k: b.left for k, b in found.items()})
-        self._put(self.right.values, {k: b.right for k, b in found.items()})
-        states = {k: b.state for k, b in found.items() if b.state is not None}
-        self._put(self.right.values, states, self._split)
-        own = {k: self._weighed(k, k, b.forces) for k, b in found.items()}
-        self._put(self.forces.values, own)
-        others = {k: b.left_other for k, b in found.items() if b.left_other is not None}
-        self._put(self.left.values, others, self._split)
-        forces = {
-            k: self._weighed(k, partner, b.forces_other)
-            for k, b in found.items()
-            if b.forces_other is not None and (partner := self.nodes[k].partner) is not None
-        }
-        self._put(self.forces.values, forces, self._split_forces)
+        rows = list(self._rows_of(found))
+        if self.full.serial:
+            self._put_rows(rows)
+            return
+        for row in rows:
+            by = None if row.multipliers is None else self._divisors(row.multipliers)[:, None, :]
+            self._put_shared(row if by is None else row._replace(values=row.values / by))
 
-    def _weighed(self, k: int, partner: int, forces: Floats) -> Floats:
-        """Weights that make multipliers of a field of forces; overwritten by the next call."""
-        out = self._divided.setdefault((k, partner), np.zeros(forces.shape))
-        weights = self.of_node(self.weights, partner)[:, None, :]
-        return np.asarray(np.divide(forces, weights, out=out))
+    def _rows_of(self, found: Mapping[int, Bases]) -> Iterator[NodeRows]:
+        """List the rows that bases have for the tables."""
+        left, right, forces = self.left.values, self.right.values, self.forces.values
+        for k, b in found.items():
+            yield NodeRows(left, k, b.left)
+            yield NodeRows(right, k, b.right)
+            yield NodeRows(forces, k, b.forces, multipliers=k)
+            if b.state is not None:
+                yield NodeRows(right, k, b.state, self._split)
+            if b.left_other is not None:
+                yield NodeRows(left, k, b.left_other, self._split)
+            if b.forces_other is not None:
+                partner = self.nodes[k].partner
+                yield NodeRows(forces, k, b.forces_other, self._split_forces, partner)
+
+    def _divisors(self, partner: int) -> Floats:
+        """Forces of multipliers of size one, of a field's nodes, shape (n, c)."""
+        return np.asarray(self.of_node(self.weights, partner))
 
     def scales(self, unknowns: Floats) -> Floats:
         """Means of those of the unknowns that each reduced one in the matrix is part of.
@@ -326,31 +350,41 @@ class ReducedNumbers:
         first, shape = self._first[k], self.nodes[k].multipliers.shape
         return values[first : first + shape[0] * shape[1]].reshape(shape)
 
-    def _put(self, table: Floats, parts: dict[int, Floats], first: int = 0) -> None:
-        """Give the rows of nodes' unknowns new values; all others keep theirs.
+    def _put_rows(self, rows: Sequence[NodeRows]) -> None:
+        """Give the rows of nodes' unknowns new values, in one process; all others keep theirs."""
+        parts, made = self._put
+        same = len(parts) == len(rows)
+        if not same or any(a is not b.values for a, b in zip(parts, rows, strict=True)):
+            pointer = native.CArrays()
+            rows = [row._replace(values=np.ascontiguousarray(row.values)) for row in rows]
+            made = pointer.many("RowsToPut", [self._to_put(pointer, row) for row in rows])
+            # nothing else keeps the pointers
+            self._put, self._pointers = ([row.values for row in rows], made), pointer
+        self._lib.put_rows(len(rows), made)
 
-        Args:
-            table: Rows of all local dofs.
-            parts: Values by field, shape (n, 3 k, m).
-            first: Column of the first of the m.
-        """
-        for k, part in parts.items():
-            if self.full.serial:
-                place = k, id(table), first
-                kept = self._put_arguments.get(place)
-                if kept is None or kept[0] is not part:
-                    part = np.ascontiguousarray(part)
-                    to = table.shape[1], native.doubles(table) + first
-                    kept = part, (*self._local[k], part.shape[2], native.doubles(part), *to)
-                    self._put_arguments[place] = kept
-                self._lib.put_rows(*kept[1])
-                continue
-            values = np.ascontiguousarray(part.reshape(-1, part.shape[2]))
-            width = values.shape[1]
-            ids = self._rows[k].ravel()
-            known = self.full.seen(self.full.set(ids, np.ones(len(ids)))) > 0.0
-            for q in range(width):
-                table[known, first + q] = self.full.seen(self.full.set(ids, values[:, q]))[known]
+    def _to_put(self, pointer: CArrays, row: NodeRows) -> dict[str, Any]:
+        """Rows of a table for C."""
+        (count, to, from_), of = self._local[row.field], row.multipliers
+        return {
+            "count": count,
+            "width": row.values.shape[2],
+            "table_width": row.table.shape[1],
+            "components": row.values.shape[1],
+            "to": to,
+            "from": from_,
+            "values": pointer(row.values),
+            "divisors": pointer(None if of is None else self._divisors(of)),
+            "table": pointer(row.table) + row.first,
+        }
+
+    def _put_shared(self, row: NodeRows) -> None:
+        """Give the rows of a field's nodes new values on all ranks that see them."""
+        values = np.ascontiguousarray(row.values.reshape(-1, row.values.shape[2]))
+        ids = self._rows[row.field].ravel()
+        known = self.full.seen(self.full.set(ids, np.ones(len(ids)))) > 0.0
+        for q in range(values.shape[1]):
+            found = self.full.seen(self.full.set(ids, values[:, q]))
+            row.table[known, row.first + q] = found[known]
 
     @cached_property
     def _local(self) -> dict[int, tuple[Any, ...]]:
