@@ -89,7 +89,8 @@ class Companions:
             parts["mesh"] = mesh_error(away, self.better)
         if not scene.static or scene.path is not None:
             pairs = [difference(a, b, quantity) for a, b in pairwise(self.steps)]
-            parts["step"] = step_error([d for d in pairs if d is not None], order, self.ratio)
+            known, size = [d for d in pairs if d is not None], abs(self.mine.size(quantity))
+            parts["step"] = step_error(known, order, size, self.ratio)
         for name, pair in self.others.items():
             away = None if pair is None else difference(pair[0], pair[1], quantity)
             parts[name] = UNKNOWN if pair is None else model_error(away, pair[2])

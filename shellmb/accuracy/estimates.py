@@ -8,7 +8,9 @@ one with nine times it. If errors go with `h^p`,
 (P. J. Roache, J. Fluids Eng. 116 (1994) 405-413, with the factor of safety F). Under sudden loads
 orders of large steps are those of no other, so of orders above 1 half an order less is believed (or
 1), and one half at least. A difference that is smaller, by chance, than what the order of the
-scheme allows by a good deal is taken as large as that.
+scheme allows by a good deal is taken as large as that. Steps nine times as large may be too large
+to tell anything: where they are off by more than a hundredth of the quantity, and errors seem to
+shrink faster than the scheme's order allows, a whole order less than that is believed.
 
 *Mesh.* Coarser meshes come close to the right answer by chance, and their orders are not those of
 finer ones (clamped corners). The difference from a better mesh needs no order: it is the error but
@@ -27,6 +29,8 @@ RATIO = 3.0
 # factor of safety of the extrapolation, what is taken off an observed order, the least believed,
 # and how far beyond the scheme's order differences have vanished by chance
 SAFETY, CAUTION, LOWEST, SLACK = 1.25, 0.5, 0.5, 2.0
+# part of the quantity beyond which the differences of steps are no powers of them
+COARSE = 0.01
 # error of a mesh over its difference from a better one, of first order at least
 BETTER = 2.0
 
@@ -38,10 +42,12 @@ class Estimate:
     Args:
         error: Its size; infinite where nothing can be said.
         order: The observed order; None where there is none.
+        rough: Whether companions are too far from the run to tell an order.
     """
 
     error: float
     order: float | None = None
+    rough: bool = False
 
     @property
     def believed(self) -> float:
@@ -52,13 +58,16 @@ class Estimate:
 NONE, UNKNOWN = Estimate(0.0), Estimate(inf)
 
 
-def step_error(differences: Sequence[float], highest: float, ratio: float = RATIO) -> Estimate:
+def step_error(
+    differences: Sequence[float], highest: float, size: float, ratio: float = RATIO
+) -> Estimate:
     """Error of the step of a run.
 
     Args:
         differences: Of the run from the one with `ratio` times the step, of this from the one with
             the square of it; the second one may be missing.
         highest: Order of the scheme.
+        size: Size of the quantity.
         ratio: Factor between steps; that of a single companion may be below 1.
 
     Returns:
@@ -75,12 +84,14 @@ def step_error(differences: Sequence[float], highest: float, ratio: float = RATI
         return Estimate(SAFETY * fine / (ratio - 1))
     possible = highest + SLACK
     order = log(coarse / fine) / log(ratio) if fine > 0 else inf
+    rough = order > highest and coarse > COARSE * size
     if order <= 0:
         return Estimate(SAFETY * fine, order)
     if order > possible:
         fine, order = coarse / ratio**possible, possible
-    believed = max(min(order, highest) - CAUTION, min(order, 1.0), LOWEST)
-    return Estimate(SAFETY * fine / (ratio**believed - 1), order)
+    caution = 2 * CAUTION if rough else CAUTION
+    believed = max(min(order, highest) - caution, min(order, 1.0), LOWEST)
+    return Estimate(SAFETY * fine / (ratio**believed - 1), order, rough)
 
 
 def mesh_error(difference: float | None, better: bool = True) -> Estimate:

@@ -88,6 +88,8 @@ WORDS = {
 def _unresolved(found: Found, quantity: Quantity, steps: Sequence[Kept]) -> bool:
     """Decide whether the difference from the next companion is as large as the quantity itself."""
     order = found.parts["step"].order
+    if found.parts["step"].rough:
+        return True
     if order is None or len(steps) < 2 or order > CHAOS:
         return False
     away = [difference(a, b, quantity) for a, b in pairwise(steps)]

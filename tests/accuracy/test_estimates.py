@@ -17,30 +17,45 @@ def differences(order: float, constant: float = 1e-3) -> list[float]:
 @pytest.mark.parametrize("order", [0.5, 0.7, 1.0, 1.5, 2.0, 3.0, 4.0])
 def test_power_laws_are_covered(order: float) -> None:
     """The kind: whatever the order is, the error is covered, and not by far too much."""
-    found = step_error(differences(order), highest=4)
+    found = step_error(differences(order), highest=4, size=1.0)
     assert found.order == pytest.approx(order)
     assert 1 <= found.error / 1e-3 <= 5
 
 
 def test_a_difference_that_vanishes_by_chance_is_not_believed() -> None:
     """Histories cross: numbers of two runs agree without being right."""
-    by_chance = step_error([1e-12, 3e-3], highest=2)
+    by_chance = step_error([1e-12, 3e-3], highest=2, size=1.0)
     assert by_chance.error > 0.1 * 3e-3 / 3**4
 
 
+def test_steps_that_are_too_large_tell_no_order() -> None:
+    """The kind: nine times the step is not resolved, so the order seems higher than it is.
+
+    Errors are `10 h^2 + c h^4` for one, three and nine times the step, in a scheme of order 3: the
+    run itself is in the part of order 2.
+    """
+    for c in (0.0, 1.0, 3.0):
+        errors = [1e-5 * (10 * h**2 + c * h**4) for h in (1, 3, 9)]
+        found = step_error([errors[1] - errors[0], errors[2] - errors[1]], highest=3, size=0.5)
+        assert 1 <= found.error / errors[0] <= 5, c
+        assert found.rough == (found.order > 3)
+    # small differences may shrink as fast as they like
+    assert not step_error([1e-7, 1e-5], highest=3, size=0.5).rough
+
+
 def test_growing_differences_are_errors() -> None:
-    found = step_error([2e-3, 1e-3], highest=2)
+    found = step_error([2e-3, 1e-3], highest=2, size=1.0)
     assert found == Estimate(SAFETY * 2e-3, pytest.approx(-log(2) / log(3)))
 
 
 def test_nothing_known_is_not_zero() -> None:
-    assert math.isinf(step_error([], highest=2).error)
+    assert math.isinf(step_error([], highest=2, size=1.0).error)
     assert math.isinf(mesh_error(None, better=True).error)
-    assert step_error([1e-3], highest=2) == Estimate(SAFETY * 1e-3 / 2)
+    assert step_error([1e-3], highest=2, size=1.0) == Estimate(SAFETY * 1e-3 / 2)
 
 
 def test_a_smaller_step_tells_of_first_order() -> None:
     """Where the step cannot be larger, the run is compared with half of it."""
     for order in (1.0, 2.0, 3.0):
-        found = step_error([1.0 - 0.5**order], highest=2, ratio=0.5)
+        found = step_error([1.0 - 0.5**order], highest=2, size=1.0, ratio=0.5)
         assert 1 <= found.error <= 3

@@ -185,8 +185,8 @@ class Search:
             self._see(series[0])
             pairs = [difference(a, b, self.quantity) for a, b in pairwise(series)]
             order = order_of(own.apply(self.scene))
-            error = step_error([d for d in pairs if d is not None], order)
             size = abs(series[0].size(self.quantity)) or 1.0
+            error = step_error([d for d in pairs if d is not None], order, size)
             target = 0.5 * self.wanted.accuracy * size
             finer = max(error.error / target, 1.0) ** (1 / min(error.believed, order))
             found[scheme] = slowest(self.how.comm, series[0].seconds) * finer

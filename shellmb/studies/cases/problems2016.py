@@ -53,7 +53,9 @@ FOUR = (
                 "four-bar mechanism",
                 Sweep(
                     Base("four_bar", t_end=4.0),
-                    quantities("C_z:l2"),
+                    # bars vibrate from the change point on, which steps do not resolve and nothing
+                    # damps: the curve is known to some tenths of a percent, its mean far better
+                    quantities("C_z:l2", "C_z:mean"),
                     **SCHEMES,
                     dt=(8e-2, 4e-2, 2e-2),
                 ),
