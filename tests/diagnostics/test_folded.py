@@ -2,6 +2,7 @@
 
 import math
 import re
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -23,6 +24,7 @@ from shellmb.scene import (
     Scene,
     Shell,
     Solver,
+    Table,
 )
 from shellmb.simulate.simulation import Simulation
 
@@ -61,6 +63,17 @@ def test_a_rolled_or_twisted_beam(elements: int, degree: int, about: int, warns:
     if warns:
         (said,) = found
         assert re.match(r"beam 'strip' turns by (4[5-9]|5\d) degrees between", said), said
+
+
+def test_a_fold_that_comes_and_goes() -> None:
+    """Kind: what a run does in between, of which its end has nothing left."""
+    scene = bent(math.pi, 2)
+    # at the tenth of twenty steps the moment is largest, at the end there is none
+    load = PointMoment("end", (0, 0, 1.05 * math.pi), time=Table((0, 0.5, 1), (0, 1, 0)))
+    warned = execute(replace(scene, loads=load, dt=0.05)).warnings
+    # under a dead moment equilibria are unstable, too, which is said beside
+    (said,) = [w for w in warned if w.watch == "folded"]
+    assert "at t = 0.5;" in said.says
 
 
 def test_a_rolled_strip() -> None:

@@ -2,11 +2,14 @@
 
 import re
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 import ufl
 
+from shellmb.diagnostics.elements.locking import excess
 from shellmb.running.execute import execute
 from shellmb.scene import (
     Clamped,
@@ -63,6 +66,17 @@ def test_by_how_much(thickness: float, mesh: int, distortion: float, reference: 
     deflection, said = told(hanging(thickness, mesh, distortion))
     assert said is not None
     assert said == pytest.approx(reference / deflection - 1, rel=1 / 3)
+
+
+@pytest.mark.parametrize(("share", "says"), [(0.24, "about 38 %"), (0.27, "at least about 45 %")])
+def test_from_where_on_it_is_at_least_so_much(share: float, says: str) -> None:
+    """From 40 % on the estimate is too low: `s / (1 - 1.5 s)` of jumps that are a part s."""
+    mesh = SimpleNamespace(topology=SimpleNamespace(cell_name=lambda: "quadrilateral"))
+    body: Any = SimpleNamespace(
+        mixed=SimpleNamespace(space=SimpleNamespace(mesh=mesh)),
+        shell=SimpleNamespace(degree=2, stretching=True),
+    )
+    assert excess(body, share, 0.0).said == says
 
 
 @pytest.mark.slow

@@ -237,4 +237,32 @@ FAULTS: tuple[Fault, ...] = (
         'list(state["times"]), True',
         ("tests/run/test_what_is_remembered.py::test_events_stay_as_they_were",),
     ),
+    Fault(
+        "folds that come and go are not said",
+        f"{WATCHES}/elements/folded.py",
+        "EVERY = 10",
+        "EVERY = 10_000",
+        ("tests/diagnostics/test_folded.py::test_a_fold_that_comes_and_goes",),
+    ),
+    Fault(
+        "bodies that spin near their lowest frequency are not looked at",
+        f"{WATCHES}/small_displacements.py",
+        "CANTILEVER = 3.516",
+        "CANTILEVER = 35.16",
+        (f"{NUMBERS}::test_spins_of_a_linear_body[0.12]",),
+    ),
+    Fault(
+        "estimates of locking that are too low are not said to be",
+        f"{WATCHES}/elements/locking.py",
+        "MUCH = 0.4",
+        "MUCH = 0.9",
+        ("tests/diagnostics/test_locked.py::test_from_where_on_it_is_at_least_so_much",),
+    ),
+    Fault(
+        "half of an error is drawn",
+        "shellmb/show/plots.py",
+        "y - error, y + error",
+        "y - error / 2, y + error / 2",
+        (f"{UNITS}::test_bands_reach_by_an_error_to_both_sides",),
+    ),
 )

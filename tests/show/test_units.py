@@ -237,3 +237,14 @@ def test_a_campbell_diagram_has_its_data(damped: bool, tmp_path: Path) -> None:
         x, y = text.xy
         assert y == pytest.approx(k * x / (2 * np.pi)) and x <= 20.0
     assert above.get_ylim() == pytest.approx((0.0, 1.05 * 9.0))
+
+
+def test_bands_reach_by_an_error_to_both_sides() -> None:
+    """Beside numbers that are given: what a curve is said to be known to."""
+    table = pd.DataFrame({"t": [0.0, 1.0], "y": [3.0, 3.0]})
+    scene = describe(plate_scene("ep", dt=1e-2, t_end=1e-2))
+    (axes,) = plots.plot_history(table, scene, "y", errors={"y": 0.25}).axes
+    (band,) = axes.collections
+    (path,) = band.get_paths()
+    assert path.vertices[:, 1].min() == 2.75 and path.vertices[:, 1].max() == 3.25
+    assert band.get_label() == "y: error (rms)"
