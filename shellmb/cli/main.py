@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -20,7 +21,6 @@ from shellmb.cli.options import (
     SceneArgument,
     SetOption,
     default_directory,
-    numbers,
     offers,
     requested,
     requested_run,
@@ -41,7 +41,8 @@ from shellmb.cli.study import study
 from shellmb.errors import SceneError
 from shellmb.options.accuracy import ACCURACY, AccuracyOptions, take_accuracy
 from shellmb.options.described import options_of
-from shellmb.options.run import ELEMENTS, NATURAL, Options
+from shellmb.options.modes import ModesOptions, take_modes
+from shellmb.options.run import ELEMENTS, Options
 
 HELP = """Geometrically exact shells in flexible multibody dynamics.
 
@@ -231,42 +232,14 @@ def resume(
 
 @app.command()
 @failures_reported
-@offers(*options_of(Options, *ELEMENTS, "errors"), *options_of(AccuracyOptions))
+@offers(
+    *options_of(ModesOptions),
+    *options_of(Options, *ELEMENTS, "errors"),
+    *options_of(AccuracyOptions),
+)
 def modes(
     scene: SceneArgument,
     count: Annotated[int, typer.Option(min=1, help="Number of modes.")] = 6,
-    loaded: Annotated[
-        bool,
-        typer.Option("--loaded", help="Linearise about the static equilibrium under the loads."),
-    ] = False,
-    rate: Annotated[
-        str | None,
-        typer.Option(
-            metavar="RATES", help="Linearise about steady rotations [rad/s], such as 0,5,10."
-        ),
-    ] = None,
-    axis: Annotated[
-        str | None, typer.Option(metavar="X,Y,Z", help="Axis of rotation; default: the scene's.")
-    ] = None,
-    about: Annotated[
-        str | None, typer.Option(metavar="X,Y,Z", help="A point on the axis of rotation.")
-    ] = None,
-    state: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="RUN_DIR", help="Linearise about the last state of a run of the scene."
-        ),
-    ] = None,
-    at: Annotated[
-        float | None,
-        typer.Option(
-            metavar="TIME",
-            help="Linearise about the state at this time [s]; the scene is run up to it.",
-        ),
-    ] = None,
-    buckling: Annotated[
-        bool, typer.Option("--buckling", help="Load factors of linear buckling.")
-    ] = False,
     parameters: SetOption = None,
     out: OutOption = None,
     no_pictures: PicturesOption = False,
@@ -285,23 +258,24 @@ def modes(
     --buckling: load factors at which the linear solution under the loads becomes unstable:
     `shellmb modes lateral_plate --buckling`
     """
-    again = at is not None
-    accuracy = take_accuracy(elements)
-    if accuracy is not None and (again or state is not None or rate is not None or buckling):
-        raise SceneError(NATURAL)
+    chosen, accuracy = take_modes(elements), take_accuracy(elements)
     elements["errors"] = elements["errors"] or None
-    if elements["errors"] and (again or state is not None or rate is not None):
-        raise SceneError(NATURAL)
+    if accuracy is not None or elements["errors"]:
+        chosen.check_errors()
     if accuracy is not None:
         from shellmb.cli.accuracy import modes_accurately
 
-        return modes_accurately(
-            scene, parameters, elements, accuracy, out, count, loaded, no_pictures, quiet, check
+        how = (accuracy, out, count, chosen.loaded, no_pictures, quiet, check)
+        return modes_accurately(scene, parameters, elements, *how)
+    built, module, state = requested_run(
+        scene, chosen.state, chosen.at is not None, parameters, elements
+    )
+    chosen = replace(chosen, state=state)
+    chosen.check()
+    if check and (chosen.moving or chosen.buckling):
+        raise SceneError(
+            "modes: --check is given with a state of a run or --buckling; leave it out"
         )
-    built, module, state = requested_run(scene, state, again, parameters, elements)
-    moving = state is not None or again
-    if moving and (check or loaded):
-        raise SceneError("modes: --check or --loaded is given with a state of a run; leave it out")
     if check:
         module.require_check(module.mode_results, "mode_results(modes)")
 
@@ -312,37 +286,28 @@ def modes(
     directory = MPI.COMM_WORLD.bcast(out or default_directory(f"{module.name}-modes"))
     options: Any = {"results": module.mode_results, "pictures": not no_pictures}
     errors: Any = {}
-    rates, line, point = numbers("rate", rate), numbers("axis", axis), numbers("about", about)
+    loaded, rates, frame = chosen.loaded, chosen.rates, (chosen.axis, chosen.about)
     found: Any
-    if buckling:
-        given = loaded, check, moving, rates is not None, line is not None, point is not None
-        if any(given):
-            raise SceneError(
-                "modes: --buckling is about the reference; --loaded, --check, --rate, --axis, "
-                "--about, --state and --at must be left out"
-            )
+    if chosen.buckling:
         from shellmb.running.modes import find_buckling
 
         found = find_buckling(built, directory, count, pictures=not no_pictures)
         if not quiet and first_rank():
             print_buckling(found, directory)
         return found
-    if moving:
+    if chosen.moving:
         from shellmb.rotating.files import find_state_modes
 
         del options["results"]
-        frame = (rates, line, point)
-        found = find_state_modes(built, directory, state, count, *frame, at=at, **options)
+        steady = (state, count, rates, *frame)
+        found = find_state_modes(built, directory, *steady, at=chosen.at, **options)
         if not quiet and first_rank():
             print_state_modes(found, directory)
         return found
     if rates is not None:
         from shellmb.rotating.files import find_campbell
 
-        steady = (rates, count, loaded, line, point)
-        found, results = find_campbell(built, directory, *steady, **options)
-    elif line is not None or point is not None:
-        raise SceneError("modes: --axis and --about are given without --rate; give --rate, too")
+        found, results = find_campbell(built, directory, rates, count, loaded, *frame, **options)
     else:
         found, summary = find_modes(built, directory, count, loaded, **options)
         results = summary["results"]

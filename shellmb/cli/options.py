@@ -114,11 +114,11 @@ def requested(scene: str, parameters: list[str] | None, **options: Any) -> Reque
 
 def requested_run(
     scene: str,
-    state: Path | None,
+    state: Path | str | None,
     again: bool,
     parameters: list[str] | None,
     elements: dict[str, Any],
-) -> tuple[Scene, SceneModule, Path | None]:
+) -> tuple[Scene, SceneModule, Path | str | None]:
     """The request of a scene that may be that of a run, and the run's directory.
 
     Args:
@@ -140,24 +140,6 @@ def requested_run(
     if parameters or any(elements.values()):
         raise SceneError(f"modes: {given} holds a run, which has its own mesh and parameters")
     return *scene_of_run(given, "modes", None if run is not None else scene), given
-
-
-def numbers(option: str, text: str | None) -> list[float] | None:
-    """Numbers separated by commas; None where there is no text.
-
-    Args:
-        option: Name of the option.
-        text: What is given for it.
-
-    Raises:
-        SceneError: If they are none.
-    """
-    if text is None:
-        return None
-    try:
-        return [float(part) for part in text.split(",")]
-    except ValueError:
-        raise SceneError(f"--{option} is {text!r}; it must be numbers as 0,5,10") from None
 
 
 def default_directory(name: str) -> Path:

@@ -12,10 +12,6 @@ if TYPE_CHECKING:
 
 # options that are of meshes, and of the scene's solver
 ELEMENTS = ("mesh", "degree", "cell", "divide")
-NATURAL = (
-    "modes: errors are estimated of natural modes at rest only; leave out errors and accuracy, or "
-    "the rates, the state and buckling"
-)
 _SOLVER = ("solve", "newton", "backend", "assembler", "tolerance")
 
 

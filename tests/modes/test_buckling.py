@@ -76,3 +76,6 @@ def test_bad_input_gets_a_sentence() -> None:
         linear_buckling(column((1.0, 0, 0)), MPI.COMM_WORLD, 0)
     with pytest.raises(SceneError, match="buckling is about the reference; loaded"):
         sm.modes(column((1.0, 0, 0)), buckling=True, loaded=True)
+    # of load factors none are estimated
+    with pytest.raises(SceneError, match="errors are estimated of natural modes at rest only"):
+        sm.modes(column((1.0, 0, 0)), buckling=True, errors=True)

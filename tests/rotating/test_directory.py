@@ -75,7 +75,7 @@ def test_command(script: Path, tmp_path: Path) -> None:
     assert (out / "campbell.png").exists()
     for wrong, said in (
         (["--rate", "x"], "--rate is 'x'; it must be numbers"),
-        (["--axis", "0,0,1"], "given without --rate"),
+        (["--axis", "0,0,1"], "given without rates"),
     ):
         done = CliRunner().invoke(app, [*command, *wrong])
         assert done.exit_code == 2
