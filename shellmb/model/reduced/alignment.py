@@ -66,7 +66,7 @@ def _aligned(body: ModalBody, other: ModalBody, comm: MPI.Comm) -> ModalBody:
         points=np.einsum("sr,rak,kl->sal", A, body.points, B),
         coupling=np.linalg.solve(A.T, body.coupling),
         points_loaded=tuple(replace(p, shape=p.shape @ B) for p in body.points_loaded),
-        turning_loads=tuple(replace(f, table=left @ f.table @ right) for f in body.turning_loads),
+        follower_loads=tuple(replace(f, table=left @ f.table @ right) for f in body.follower_loads),
     )
 
 
