@@ -76,17 +76,19 @@ def _(start: FromRun, problem: Problem, scene: Scene) -> bool:
     if start.at is not None:
         return _take_frame(start, problem, scene, stored, who)
     anew = False
+    following = [*model.mechanism.bodies, *(part for v in model.volumes for part in v.bodies)]
     for body in model.bodies:
         levels = problem.levels[body.name]
         given = stored.arrays.get(f"{body.name}/q")
         fits = given is not None and given.shape == levels.q.x.array.shape
         if not fits:
-            if body.kinematic and body not in model.mechanism.bodies:
+            if body.kinematic and body not in following:
                 raise SceneError(
                     f"{who}: it has no '{body.name}' with the nodes that this scene's has; the "
                     "bodies of both must have the same meshes and models"
                 )
-            # joints of this scene alone: forces and coordinates follow from the bodies
+            # joints and volumes of this scene alone, or of another scheme: forces, coordinates and
+            # what is enclosed follow from the bodies
             anew = True
             continue
         levels.q.x.array[:] = given

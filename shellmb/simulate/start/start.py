@@ -28,8 +28,8 @@ from shellmb.system.assembly.functionals import functionals
 OPEN = 1e-9
 # a change of the kinetic energy of a given state that is no round-off; and what is left of that of
 # given velocities where constraints do not allow them: of one body they are given where others
-# follow, and are shared then
-DRIFT, LEFT = 1e-9, 0.01
+# follow, and are shared then; the sentence shows no smaller change
+DRIFT, LEFT = 1e-6, 0.01
 
 
 class Start:
