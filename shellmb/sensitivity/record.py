@@ -37,11 +37,6 @@ def side_folder(name: str, side: str) -> Path:
     return Path(f"by-{name}") / side
 
 
-def is_sensitivities(directory: Path) -> bool:
-    """Decide whether a directory holds sensitivities."""
-    return (directory / ABOUT).is_file()
-
-
 class Row(NamedTuple):
     """A number with its derivative.
 

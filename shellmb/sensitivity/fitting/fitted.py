@@ -64,7 +64,7 @@ class Fit:
         start: Mapping[str, float] | None = None,
     ) -> None:
         self.sensitivities, self.runs, self.converged = found, runs, converged
-        self._data, self._residual, self._jacobian = data, residual, jacobian
+        self._data, self._residual = data, residual
         self.values = {p.name: p.value for p in found.parameters}
         self._start, free = dict(start or {}), len(residual) - len(self.values)
         # of noise that is not known: what is left tells its size
