@@ -6,7 +6,7 @@ from mpi4py import MPI
 
 import pytest
 
-from shellmb.meshes.lifetime import _LIVING, MOST, make_room, room_for
+from shellmb.meshes.lifetime import _MESHES, MOST, make_room, room_for
 from shellmb.meshes.nodes import node_mesh
 
 
@@ -23,15 +23,15 @@ def test_many_meshes_one_after_the_other() -> None:
     for _ in range(600):
         make_room(MPI.COMM_WORLD)
         node_mesh(MPI.COMM_WORLD, 3)
-    assert _LIVING.count() < _LIVING.most + 1
+    assert _MESHES.count() < _MESHES.most + 1
 
 
 @pytest.mark.usefixtures("_no_garbage_by_itself")
 def test_those_in_use_stay() -> None:
     used = [node_mesh(MPI.COMM_WORLD, 3) for _ in range(MOST)]
     make_room(MPI.COMM_WORLD)
-    assert _LIVING.count() >= len(used)
-    assert _LIVING.most > len(used)
+    assert _MESHES.count() >= len(used)
+    assert _MESHES.most > len(used)
 
 
 def test_communicators_that_are_left() -> None:
