@@ -68,9 +68,16 @@ def linear_buckling(scene: Scene, comm: MPI.Comm, count: int) -> BucklingFactors
     """
     if count < 1:
         raise SceneError(f"buckling: count is {count}; it must be at least 1")
+    try:
+        still = scene.with_options(scheme="linear-statics")
+    except SceneError as error:
+        # nobody has chosen the scheme that this names
+        raise SceneError(
+            "buckling: factors multiply a linear static solution, which this scene cannot have; "
+            f"follow its path instead, path=PathFollowing() ({error})"
+        ) from None
     if not scene.loads and not any(body.natural for body in scene.meshed):
         raise SceneError("buckling: the scene has no load; it must have the one that is multiplied")
-    still = scene.with_options(scheme="linear-statics")
     state = Simulation(still, comm)
     model, _ = checked_model(still, comm, state.model.force)
     state.run()

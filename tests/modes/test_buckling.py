@@ -76,6 +76,13 @@ def test_bad_input_gets_a_sentence() -> None:
         linear_buckling(column((1.0, 0, 0)), MPI.COMM_WORLD, 0)
     with pytest.raises(SceneError, match="buckling is about the reference; loaded"):
         sm.modes(column((1.0, 0, 0)), buckling=True, loaded=True)
+    dome = sm.Shell("dome", sm.Sphere(1.0), sm.Isotropic(E=1e3, nu=0.3, thickness=0.02))
+    volume = sm.EnclosedVolume("oil", change=lambda t: -t)
+    filled = sm.Scene("dome", dome, supports=sm.Clamped("top"), volumes=volume)
+    with pytest.raises(
+        SceneError, match=r"buckling: .* cannot have; follow its path .*volume 'oil'"
+    ):
+        sm.modes(filled, buckling=True)
     # of load factors none are estimated
     with pytest.raises(SceneError, match="errors are estimated of natural modes at rest only"):
         sm.modes(column((1.0, 0, 0)), buckling=True, errors=True)
