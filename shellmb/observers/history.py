@@ -38,14 +38,23 @@ class _EachStep:
 
     def __init__(self, measuring: Measuring) -> None:
         self._measuring, self._rows = measuring, list[dict[str, float]]()
+        self._has = True
+
+    def begin(self) -> None:
+        """See if it has numbers at all."""
+        self._has = bool(self._measuring.measure())
 
     def ask(self) -> None:
         """Measure now."""
+        if not self._has:
+            return
         numbers = self._measuring.measure()
         self._rows.append({name: float(value) for name, value in numbers.items()})
 
     def collect(self, count: int) -> list[dict[str, float]]:
         """Collect what a recorder said in so many steps."""
+        if not self._has:
+            return [{} for _ in range(count)]
         found, self._rows = self._rows[:count], self._rows[count:]
         return found
 
@@ -112,6 +121,8 @@ class History(Silent):
             for observer in self._measuring:
                 row |= {name: float(value) for name, value in observer.measure().items()}
             self._rows.append(row | {WALL: self._wall()})
+        for source in self._requested:
+            source.begin()
         for source in self._sources:
             # it keeps from now on what is to be collected
             source.collect(0)
@@ -177,7 +188,7 @@ class History(Silent):
         for source in self._requested:
             source.ask()
         self._steps.append((_first_columns(simulation), self._wall()))
-        if self._batches.due():
+        if self._file is not None and self._batches.due():
             self.write()
 
     def finish(self, simulation: Simulation, error: BaseException | None) -> None:
