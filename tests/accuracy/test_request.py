@@ -206,6 +206,20 @@ def test_what_a_killed_level_left_is_run_again(tmp_path: Path) -> None:
     assert found.errors.loc["tip:end", "error"] <= 6e-4 * abs(found.errors.loc["tip:end", "value"])
 
 
+def test_a_refused_request_leaves_its_directory_free(tmp_path: Path) -> None:
+    """The kind: a request without a level, by a wrong name or scene, has nothing to lose."""
+    out, asked = tmp_path / "run", {"accuracy": 5e-2, "out": tmp_path / "run", "pictures": False}
+    with pytest.raises(SceneError, match=r"of is 'tip:l3'.*norms: end, max, min, mean"):
+        sm.run(strip(), of="tip:l3", **asked)
+    assert (out / "accuracy.json").is_file()
+    with pytest.raises(SceneError, match="scheme is 'auto'"):
+        sm.run(strip(), scheme="auto", **asked)
+    stiff = replace(strip(), loads=(sm.EdgeForce("right", (0, 0, 4.0)),))
+    assert sm.run(stiff, of="tip", **asked).accuracy is not None
+    with pytest.raises(SceneError, match="levels of another request"):
+        sm.run(strip(), of="tip", **asked)
+
+
 def test_what_finer_levels_do_not_change_is_said(tmp_path: Path) -> None:
     """A body that is joined cannot be refined alone: the request says it, and keeps its level."""
     sections = {"section": STEEL, "mesh": (2, 1)}

@@ -10,7 +10,7 @@ from typing import Any
 
 from shellmb.accuracy.request.curve import draw, offers
 from shellmb.accuracy.request.frequencies import ModeSearch
-from shellmb.accuracy.request.levels import LEVELS, Store
+from shellmb.accuracy.request.levels import KEPT, LEVELS, Store
 from shellmb.accuracy.request.search import Outcome, Running, Search
 from shellmb.accuracy.request.wanted import UnknownQuantity, Wanted, frequency_number
 from shellmb.errors import SceneError, Stopped
@@ -20,6 +20,7 @@ from shellmb.options.accuracy import ACCURACY
 from shellmb.running.directory import LOCK, claimed, refuse_used, written
 from shellmb.running.loader import is_file_name
 from shellmb.running.request import REQUEST
+from shellmb.running.standard import SUMMARY
 from shellmb.scene import GmshFile, MeshFile, Scene
 from shellmb.scene.fingerprint import differences, fingerprint
 
@@ -54,11 +55,20 @@ def run_to_accuracy(
     comm = how.comm
     wanted = _understood(scene, wanted, how)
     with claimed(out, comm, new=False):
-        stored = comm.bcast(_stored(out) if comm.rank == 0 else None)
+        stored, begun = comm.bcast(
+            (_stored(out), _has_levels(out)) if comm.rank == 0 else (None, False)
+        )
+        other = "" if stored is None else _difference(stored, scene, wanted)
         if stored is None:
             refuse_used(out, comm)
-        else:
-            _check_same(out, stored, scene, wanted)
+        elif other and begun:
+            raise SceneError(
+                f"out is {out}, which holds levels of another request ({other}); give another "
+                "directory"
+            )
+        elif other and comm.rank == 0:
+            # that request was refused, or ended in its first level
+            shutil.rmtree(out / LEVELS, ignore_errors=True)
         about: dict[str, Any] = asdict(wanted) | {"scene": fingerprint(scene), "met": None}
         if comm.rank == 0:
             with written(out, comm):
@@ -202,22 +212,26 @@ def _stored(out: Path) -> dict[str, Any] | None:
     return read_json(file) if file.is_file() else None
 
 
-def _check_same(out: Path, stored: dict[str, Any], scene: Scene, wanted: Wanted) -> None:
-    """Refuse levels of another scene, or of another quantity."""
+def _has_levels(out: Path) -> bool:
+    """Whether a level of a request is complete: the last one is the run itself at its end."""
+    files = (out / LEVELS).glob(f"*-{KEPT}")
+    return (out / SUMMARY).is_file() or any(read_json(file)["levels"] for file in files)
+
+
+def _difference(stored: dict[str, Any], scene: Scene, wanted: Wanted) -> str:
+    """What differs in the scene or in the quantity of a stored request; empty: nothing."""
     found = differences(stored.get("scene", {}), fingerprint(scene))
     found = [d for d in found if d[0] != "errors"]
     named = asdict(wanted)
     other = [k for k in ("of", "auto", "body", "loaded") if stored.get(k, named[k]) != named[k]]
-    if found or other:
-        what = f"{found[0][0]} was {found[0][1]}, is {found[0][2]}" if found else other[0]
-        raise SceneError(
-            f"out is {out}, which holds levels of another request ({what}); give another directory"
-        )
+    if found:
+        return f"{found[0][0]} was {found[0][1]}, is {found[0][2]}"
+    return other[0] if other else ""
 
 
 def _put_back(out: Path, stored: dict[str, Any] | None) -> None:
     """The run of a request that had ended is a level again."""
-    if stored is not None and stored.get("levels") and (out / "summary.json").is_file():
+    if stored is not None and stored.get("levels") and (out / SUMMARY).is_file():
         place = out / LEVELS / str(len(stored["levels"]))
         place.mkdir(parents=True, exist_ok=True)
         for path in [p for p in out.iterdir() if p.name not in OWN]:

@@ -90,7 +90,7 @@ class Wanted:
         listed = ", ".join(f"'{n}'" for n in names) or "none"
         return (
             f"of is '{self.of}'; it must be one of the scene's probes and results, {listed}, or "
-            "COLUMN:NORM of its history, as 'tip:max'"
+            f"COLUMN:NORM of its history, as 'tip:max' (norms: {', '.join(NORMS)})"
         )
 
 
