@@ -223,12 +223,12 @@ def test_a_beam_that_turns_about_itself_rolls(scheme: str, alpha: float | None) 
     history = found.history
     assert history["touch.normal"].max() > 10
     assert found.summary["energy_balance_error"] < 1e-10
-    # friction is across the beam, and as large as Coulomb's
-    most = history["touch.normal"].idxmax()
-    assert_allclose(history["touch.friction"][most], MU * history["touch.normal"][most], rtol=0.05)
-    pull = np.array([history[f"touch.F{a}"][most] for a in "xy"])
+    # until it rolls, friction is across the beam, and as large as Coulomb's
+    first = int(np.flatnonzero(history["touch.normal"] > 1)[0])
+    pull = np.array([history[f"touch.F{a}"][first] for a in "xy"])
+    assert_allclose(np.linalg.norm(pull), MU * history["touch.normal"][first], rtol=0.02)
     across = np.array([-0.13, 0.1]) / np.hypot(0.13, 0.1)
-    assert abs(pull @ across) > 0.99 * history["touch.friction"][most]
+    assert pull @ across > 0.99 * np.linalg.norm(pull)
     linear, angular = momenta(found)
     size = 2700.0 * np.pi * 4e-3**2 * np.hypot(0.1, 0.13) * 0.5
     assert np.ptp(linear, axis=0).max() < 1e-10 * size

@@ -3,7 +3,20 @@
 import numpy as np
 import pytest
 
-from shellmb.scene import Ball, Contact, InitialVelocity, Plane, RigidBody, Rod, Scene, Solver
+from shellmb.scene import (
+    Ball,
+    Contact,
+    Faces,
+    InitialVelocity,
+    Plane,
+    Rectangle,
+    RigidBody,
+    Rod,
+    Scene,
+    Shell,
+    Solver,
+)
+from tests.hard.conftest import SOFT
 
 SLOW = [("ep4", 0.0), ("ed", 1.0), ("ed3", 1.0)]
 SCHEMES = [("ep", 0.0), *(pytest.param(*s, marks=pytest.mark.slow) for s in SLOW)]
@@ -71,5 +84,58 @@ def test_a_ball_in_a_shell_that_both_move(scheme, alpha, watch, worst) -> None:
     total = watched.total
     if alpha:
         worst("energy left in ED with alpha > 0, of 1", total[-1] / total[0], 1.0)
+    else:
+        worst("change of energy in EP and EP4, of 1", np.ptp(total) / total[0], 1e-9)
+
+
+def stacked(scheme: str, alpha: float, **law: float) -> Scene:
+    """Three soft plates above each other that fly together, the one between them at rest.
+
+    Args:
+        scheme: The scheme.
+        alpha: Its dissipation.
+        law: Friction and damping of the contacts.
+    """
+    mass, thick, step = 0.2, 0.2, 0.15
+    # impacts of two plates take a hundredth of a step
+    k = mass / 2 * (100 * np.pi / step) ** 2
+    plates = {
+        name: Shell(name, Rectangle(1.0, 0.5, origin=origin), SOFT, mesh=(2, 1))
+        for name, origin in (
+            ("low", (0.1, 0.05, -0.12)),
+            ("middle", (0, 0, 0)),
+            ("up", (-0.07, -0.1, 0.13)),
+        )
+    }
+    touching = [
+        Contact(f"{name} touches", Faces("middle", thick), k, name, smoothing=1e-3, **law)
+        for name in ("low", "up")
+    ]
+    return Scene(
+        "stacked",
+        list(plates.values()),
+        contacts=touching,
+        initial=(
+            InitialVelocity((0.05, 0, 0.1), (0.05, -0.1, 0.1), body="low"),
+            InitialVelocity((0, 0.05, -0.1), (-0.1, 0.05, -0.1), body="up"),
+        ),
+        scheme=scheme,
+        alpha=alpha,
+        solver=Solver(tolerance=1e-11),
+        dt=step,
+        t_end=20 * step,
+    )
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("law", [{}, {"friction": 0.3, "slip_speed": 1e-2}], ids=["smooth", "rubs"])
+@pytest.mark.parametrize(("scheme", "alpha"), [("ep", 0.0), *((p[0], p[1]) for p in SLOW)])
+def test_shells_on_shells_in_steps_of_100_impacts(scheme, alpha, law, watch, worst) -> None:
+    """They meet in steps that move them by what lies between their surfaces, and rebound."""
+    watched = watch(stacked(scheme, alpha, **law))
+    watched.check(worst)
+    total = watched.total
+    if alpha or law:
+        worst("energy left with friction or alpha > 0, of 1", total[-1] / total[0], 0.97)
     else:
         worst("change of energy in EP and EP4, of 1", np.ptp(total) / total[0], 1e-9)
