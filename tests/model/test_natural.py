@@ -392,9 +392,9 @@ def lens(ratio: float, lean: float, mesh: tuple[int, int]) -> tuple[np.ndarray, 
     a, t, nu, E = 1.0, 5e-3, 0.3, 1e9
     fold = 2 / (1 + nu) * np.sqrt(2 * (7 + nu) / (1 + nu)) * t / a**2
     heat = ratio * fold * np.array([1 + lean, 1 - lean])
-    # blunt at the rim, which has next to no part in it
+    # blunt at the rim; where it were a tenth as thick as the middle, curvatures were off by 1 %
     section = sm.Isotropic(
-        E, nu, thickness=lambda x: t * np.maximum(1 - (x[0] ** 2 + x[1] ** 2) / a**2, 0.1)
+        E, nu, thickness=lambda x: t * np.maximum(1 - (x[0] ** 2 + x[1] ** 2) / a**2, 0.03)
     )
     natural = sm.NaturalStrain(curvature=(*heat, 0.0))
     disc = sm.Disc(a, angles=(0, 90))
@@ -442,7 +442,7 @@ def test_a_heated_lens_folds_as_a_disc_of_uniform_curvatures() -> None:
     the square of a slope of 0.05.
     """
     found, exact = lens(1.5, 0.01, (6, 12))
-    # moments at the pole, where elements are triangles, converge slowest
+    # off by 0.15 and 1.1 %: moments at the pole converge slowest
     np.testing.assert_allclose(found[:2], exact[:2], rtol=0.01)
     np.testing.assert_allclose(found[2:], exact[2:], rtol=0.04)
     # it is folded: one curvature is far above that of a bowl, the other far below

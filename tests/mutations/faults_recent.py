@@ -8,6 +8,7 @@ IN_UNITS = "tests/mechanisms/test_units_of_constraints.py"
 WHOLE = "tests/observers/test_whole_turns.py"
 CONCAVE = "tests/schemes/test_concave.py::test_what_is_pushed_off_a_hill_gains_no_energy"
 PULLS = "tests/contact/test_damped.py"
+VOLUMES = "tests/model/test_volumes.py"
 QUANTITY = "tests/study/test_quantity.py"
 
 FAULTS: tuple[Fault, ...] = (
@@ -195,5 +196,30 @@ FAULTS: tuple[Fault, ...] = (
         "if given.isdigit() or real(card, offset - 1, who) != 0:",
         "if given.isdigit():",
         ("tests/meshes/test_decks.py::test_directions_of_elements_are_refused",),
+    ),
+    # volumes
+    Fault(
+        "volumes turn what they fill",
+        "shellmb/model/potentials/volume.py",
+        "KEEP_ANGULAR_MOMENTUM and not _differ(normals)",
+        "KEEP_ANGULAR_MOMENTUM and _differ(normals)",
+        (f"{VOLUMES}::test_ep_keeps_the_angular_momentum_of_what_is_filled[filling0]",),
+    ),
+    Fault(
+        "volumes of another scheme are no start",
+        "shellmb/simulate/start/given.py",
+        "body not in following",
+        "body not in model.mechanism.bodies",
+        (f"{VOLUMES}::test_a_motion_goes_on_in_another_scheme_or_filled_anew[ep4-ep]",),
+    ),
+    Fault(
+        "thin shells bulge least",
+        "shellmb/diagnostics/elements/bulging.py",
+        "(curvature / thickness) ** CURVED",
+        "(curvature * thickness) ** CURVED",
+        (
+            "tests/diagnostics/test_bulging.py::"
+            "test_the_error_at_vertices_is_said_within_a_factor_of_two[4-0.02]",
+        ),
     ),
 )
