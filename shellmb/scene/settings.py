@@ -55,7 +55,7 @@ class StepControl:
 
     Args:
         min_dt: Smallest step before the run gives up [s]; None: 1/1024 of ``dt``, with a tolerance
-            1e-5 of it.
+            1e-5 of it, and in statics less as long as hardly any load acts: 1/16 of that load.
         max_dt: Largest step [s]; None: ``dt``, with a tolerance a twentieth of ``t_end``; of paths
             ten times ``dt``, or a displacement (root mean square) of a twentieth of the scene's
             size, if that is more.

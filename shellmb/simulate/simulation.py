@@ -32,7 +32,7 @@ from shellmb.simulate.problem import Problem
 from shellmb.simulate.start.cellwise import numbering, spread
 from shellmb.simulate.start.start import Start
 from shellmb.simulate.stepping import Arrays, Attempt, StepInfo, Stepping, TimeSteps
-from shellmb.simulate.stepsize.control import StepSize
+from shellmb.simulate.stepsize.control import LoadSize, StepSize
 from shellmb.simulate.stepsize.landing import ROUND_OFF, Landing, step_to
 from shellmb.simulate.stepsize.tolerance import ErrorSize
 
@@ -184,7 +184,7 @@ class Simulation:
         if self.scene.path is not None:
             return ArcSize(control, dt)
         if control.tolerance is None:
-            return StepSize(control, dt)
+            return StepSize(control, dt) if self.scheme.dynamic else LoadSize(control, dt)
         law = self.scheme.local_error
         noise = law.per_radian(solver.tolerance ** (1 / law.degree))
         return ErrorSize(control, dt, self.t_end, law.order, noise, law.factor)

@@ -226,8 +226,9 @@ def test_offsets_are_exact_twins(scheme: str, degree: int, kind: str) -> None:
     np.testing.assert_allclose(off, on, atol=1e-8)
 
 
-@pytest.mark.parametrize("degree", [2, 3])
-def test_a_cable_without_bending_stiffness(degree: int) -> None:
+# next to no stiffness: a step of a thousandth of the load is too large at first
+@pytest.mark.parametrize(("degree", "EI"), [(2, 1e-4), (3, 1e-4), (2, 1e-9)])
+def test_a_cable_without_bending_stiffness(degree: int, EI: float) -> None:
     """Statics of a slack and of a taut cable, in a single load step: the elastic catenary."""
     weight = 9.81
     for sag in (0.0, 0.2):
@@ -244,7 +245,7 @@ def test_a_cable_without_bending_stiffness(degree: int) -> None:
         V = weight * length / 2
         exact = H / weight * (math.hypot(1, V / H) - 1) + weight * length**2 / 8 / EA
         # ends turn about y: clamped ones would be of 5e-4 where the cable is slack
-        cable = Beam("c", curve, thin(1e-4), elements=16, degree=degree)
+        cable = Beam("c", curve, thin(EI), elements=16, degree=degree)
         scene = Scene(
             "cable",
             beams=cable,

@@ -6,6 +6,8 @@ from shellmb.scene import StepControl
 
 # smallest step relative to the nominal one, if the scene does not say
 DEFAULT_SMALLEST = 1 / 1024
+# of statics, before any load acts, and in parts of the load that acts
+FIRST_LOAD, NEXT_LOAD = 2.0**-30, 1 / 16
 
 # the jump between the states j and i is `-dt^2/6` times the acceleration, eq. (31)
 JUMP_ORDER = 2
@@ -112,3 +114,40 @@ class StepSize:
         """Take up a saved state."""
         self.dt, self.good = float(state["dt"]), int(state["good"])
         self.rejected = int(state["rejected"])
+
+
+@dataclass
+class LoadSize(StepSize):
+    """The step of a load in statics: as long as hardly any of it acts, far smaller ones are tried.
+
+    What has next to no bending stiffness, a cable or a membrane, is stiff by the load it carries:
+    it moves far under the first of it.
+    """
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        # load that acts
+        self._reached = 0.0
+
+    @property
+    def smallest(self) -> float:
+        """Smallest step."""
+        if self.settings.min_dt:
+            return self.settings.min_dt
+        begins = max(FIRST_LOAD * self.nominal, NEXT_LOAD * self._reached)
+        return min(DEFAULT_SMALLEST * self.nominal, begins)
+
+    def accept(self, measured: float | None, dt: float = 0.0) -> None:
+        """Grow the step after success."""
+        super().accept(measured, dt)
+        self._reached += dt
+
+    def state(self) -> dict[str, float]:
+        """State for a restart."""
+        return {**super().state(), "reached": self._reached}
+
+    def restore(self, state: dict[str, float]) -> None:
+        """Take up a saved state."""
+        super().restore(state)
+        # a version before this one has none
+        self._reached = float(state.get("reached", self.nominal))
