@@ -1,15 +1,22 @@
-"""Requests of an accuracy: met, or refused with the reason, and what they cost (`python -m`)."""
+"""Requests of an accuracy: met, or refused with the reason, and what they cost.
+
+python -m tests.bench.errors.requests          # prints the table
+python -m tests.bench.errors.requests --docs   # writes it into docs/evidence/accuracy.md, too
+"""
 
 from __future__ import annotations
 
 import json
+import sys
 from collections.abc import Iterator, Mapping
 from typing import Any
 
 import shellmb as sm
+from shellmb.measuring.tables import replaced
 from shellmb.scene import Scene
 from tests.bench.errors.bodies import plate, rod, strip
 from tests.bench.errors.mechanisms import chain
+from tests.bench.errors.report import PAGE
 
 # scenes with the probe that is judged
 ASKED: Mapping[str, tuple[Scene, str]] = {
@@ -19,6 +26,7 @@ ASKED: Mapping[str, tuple[Scene, str]] = {
     "plate, ramp, EP4": (plate("ep4", "ramp", dt=1e-2), "tip"),
 }
 ACCURACIES = (1e-2, 1e-3, 1e-4)
+BEGIN, END = "<!-- requests: begin -->", "<!-- requests: end -->"
 # no level begins that is predicted to end later [s]
 BUDGET = 40.0
 
@@ -50,5 +58,9 @@ def rows() -> Iterator[str]:
 
 
 if __name__ == "__main__":
+    table = []
     for row in rows():
         print(row, flush=True)
+        table.append(row)
+    if "--docs" in sys.argv[1:]:
+        PAGE.write_text(replaced(PAGE.read_text(), BEGIN, END, "\n".join(table)))
