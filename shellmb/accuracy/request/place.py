@@ -213,13 +213,13 @@ def _stored(out: Path) -> dict[str, Any] | None:
 
 
 def _has_levels(out: Path) -> bool:
-    """Whether a level of a request is complete: the last one is the run itself at its end."""
+    """Decide whether a level of a request is complete: the last one is the run at its end."""
     files = (out / LEVELS).glob(f"*-{KEPT}")
     return (out / SUMMARY).is_file() or any(read_json(file)["levels"] for file in files)
 
 
 def _difference(stored: dict[str, Any], scene: Scene, wanted: Wanted) -> str:
-    """What differs in the scene or in the quantity of a stored request; empty: nothing."""
+    """Find what differs in the scene or quantity of a stored request; empty: nothing."""
     found = differences(stored.get("scene", {}), fingerprint(scene))
     found = [d for d in found if d[0] != "errors"]
     named = asdict(wanted)
