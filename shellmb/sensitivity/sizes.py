@@ -42,16 +42,19 @@ class Sizes:
         self._comm = system.comm
         entries = np.concatenate([*(e for _, e in found), np.zeros(0, np.int64)]).astype(np.int64)
         counts = np.array([len(e) for _, e in found], dtype=np.int64)
-        self._scales = np.array([p.scale for p, _ in found])
+        scales = np.array([p.scale for p, _ in found])
         bounds = np.array([p.bound for p, _ in found])
-        self._moves = np.isfinite(bounds)
-        self._share = np.where(self._moves, 1.0, FORCES)
+        # sizes are compared in the units of each
+        self._units = 1.0 / scales
+        self._moves = np.isfinite(bounds).astype(float)
+        self._share = np.where(np.isfinite(bounds), 1.0, FORCES)
         self._share[[p.name in untested for p, _ in found]] = 0.0
         ends = np.append(0, np.cumsum(counts)).astype(np.int64)
-        self._parts = operations().part_sizes(ends, entries, self._scales, bounds)
+        self._parts = operations().part_sizes(ends, entries, scales, bounds)
         self._table = np.zeros((2, len(found)))
+        self._both = np.zeros((2, system.numbering.owned))
         self.weight = np.zeros(system.numbering.owned)
-        self.weight[entries] = 1.0 / np.repeat(self._scales, counts)
+        self.weight[entries] = 1.0 / np.repeat(scales, counts)
 
     def relative(self, change: Floats, whole: Floats) -> float:
         """Largest change of a part relative to the whole of it; the same on all ranks.
@@ -60,11 +63,11 @@ class Sizes:
             change: Change of the difference of both sides.
             whole: The difference.
         """
-        table = self._table
-        for row, values in zip(table, (change, whole), strict=True):
-            self._parts.largest(values, row)
+        both, table = self._both, self._table
+        both[0], both[1] = change, whole
+        self._parts.largest(both, table)
         if self._comm.size > 1:
             self._comm.Allreduce(MPI.IN_PLACE, table, op=MPI.MAX)
-        changes, sizes = table / self._scales
-        least = max(SMALL, LEAST * float(np.max(sizes[self._moves], initial=0.0)))
-        return float(np.max(self._share * changes / np.maximum(sizes, least), initial=0.0))
+        changes, sizes = table * self._units
+        least = max(SMALL, LEAST * float((sizes * self._moves).max()))
+        return float((self._share * changes / np.maximum(sizes, least)).max())

@@ -161,7 +161,7 @@ class Tangents(Silent):
                 # the run itself goes on with them
                 _check(linear.factorise())
             rough = rough and count <= ROUGH and now * min(1.0, contraction) > NEAR
-            if count == 1 or not (rough or central):
+            if not (rough or central):
                 d = self._mirrored(pair, u, d)
             rest = above.residual(u + d)
             if rough:

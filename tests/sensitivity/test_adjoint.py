@@ -129,8 +129,9 @@ def test_a_step_back_is_the_transpose_of_a_step() -> None:
 @pytest.mark.parametrize("scheme", SCHEMES)
 @pytest.mark.parametrize("make", [plate, laminate, scenes.mechanism])
 def test_steps_back_are_transposes(make: Callable[..., sm.Scene], scheme: str) -> None:
-    # reduced systems of thin shells lose up to 2e-10, and differences under ED as much
-    within = 1e-12 if make is scenes.mechanism else 2e-9
+    # reduced systems of thin shells lose up to 2e-10, and differences under ED as much. Without
+    # them there is the round-off of the differences: 6e-12 (ep4), 2e-13 four times as far apart
+    within = 6e-11 if make is scenes.mechanism else 2e-9
     assert_transposed(motions(make(scheme=scheme)), within)
 
 
