@@ -141,7 +141,7 @@ class Cones:
         return held_jump(rate, step, dq)
 
 
-class Turn(NamedTuple):
+class RotationAndCouple(NamedTuple):
     """Motion and couple of a whole volume in (V3), shape (3,) each.
 
     Args:
@@ -154,22 +154,22 @@ class Turn(NamedTuple):
 
 
 @dataclass(frozen=True)
-class TurningCones(Cones):
+class MomentFreeCones(Cones):
     """`Cones` with a force over a sub-interval that has no moment, (V3), shape (7,).
 
     Behind the volume stands what determines the rotation and the couple.
 
     Args:
-        turn: Rotation and couple that a state holds.
+        motion: Rotation and couple that a state holds.
         length: Size of the volume, m.
     """
 
-    turn: Callable[[Expr], Turn]
+    motion: Callable[[Expr], RotationAndCouple]
     length: Expr
 
     def interval(self, span: Interval, dq: Expr) -> ConstraintRow:
         """The volume at the end, and the force (V3)."""
-        held, (w, b) = super().interval(span, dq), self.turn(span.unknown)
+        held, (w, b) = super().interval(span, dq), self.motion(span.unknown)
         if span.a is span.b:
             return _seven(held, [*w, *b])
         m, D = self.place(span.mid), self.change(span.b - span.a)
@@ -188,7 +188,7 @@ class TurningCones(Cones):
 
     def velocity(self, v: Expr, mid: Expr, dv: Expr) -> ConstraintRow:
         """The rate of the volume; nothing turns."""
-        w, b = self.turn(v)
+        w, b = self.motion(v)
         return _seven(super().velocity(v, mid, dv), [*w, *b])
 
 

@@ -152,7 +152,7 @@ def test_a_volume_that_cannot_turn_has_no_rotation() -> None:
             "ball in ep4": ball(volumes=gas, **moving | {"scheme": "ep4"}),
         }.items()
     }
-    assert [set(p) - {"v", "mu"} for p in parts.values()] == [{"turn", "couple"}, set(), set()]
+    assert [set(p) - {"v", "mu"} for p in parts.values()] == [{"rotation", "couple"}, set(), set()]
 
 
 @pytest.mark.parametrize(

@@ -28,9 +28,9 @@ from shellmb.errors import SceneError
 from shellmb.forms.constraints.volume import (
     Cones,
     Content,
+    MomentFreeCones,
     Patch,
-    Turn,
-    TurningCones,
+    RotationAndCouple,
     cone,
     gas_energy,
     patch,
@@ -74,20 +74,20 @@ MOST = 16
 
 
 # parts that a volume has where its force has no moment, and how many components they have
-TURN = {"turn": 3, "couple": 3}
+MOMENT_FREE = {"rotation": 3, "couple": 3}
 
 
 class Filling(Massless):
     """Content of a volume: its relative change `v`, and the multiplier that is the pressure.
 
-    Where forces have no moment, it has the parts of `TURN`, too.
+    Where forces have no moment, it has the parts of `MOMENT_FREE`, too.
 
     Args:
         item: Description.
         comm: Communicator.
         volume: In the reference configuration, m^3.
         pressure: Size of pressures, Pa.
-        turning: Whether forces on the shells have no moment.
+        moment_free: Whether forces on the shells have no moment.
     """
 
     def __init__(
@@ -96,16 +96,16 @@ class Filling(Massless):
         comm: MPI.Comm,
         volume: float,
         pressure: float,
-        turning: bool,
+        moment_free: bool,
     ) -> None:
-        self.item, self.volume, self.turning = item, volume, turning
+        self.item, self.volume, self.moment_free = item, volume, moment_free
         self.nodes: NodeMesh = node_mesh(comm, 1)
-        mixed = node_space(self.nodes, {"v": 1, "mu": 1} | (TURN if turning else {}))
+        mixed = node_space(self.nodes, {"v": 1, "mu": 1} | (MOMENT_FREE if moment_free else {}))
         who = said(item)
         parts = (
             PartScale("v", f"volume of {who}", 1.0, ADVICE),
             PartScale("mu", f"pressure of {who}", SMALL_PRESSURE, ADVICE),
-            *_turns(who, turning),
+            *_moment_free_parts(who, moment_free),
         )
         super().__init__(f"{who}: filling", mixed, parts, ())
         self.kinematic, self.jump_parts = frozenset({"v"}), frozenset({"v", "mu"})
@@ -200,7 +200,7 @@ class Enclosing(Massless):
         self._cones = _Cones(item, shell)
         domain, cell = shell.mixed.space.mesh, shell.mixed.space.mesh.basix_cell()
         nodal = shell.mixed.subspaces["u"].ufl_element()
-        whole = {"mu": 1} | (TURN if filling.turning else {})
+        whole = {"mu": 1} | (MOMENT_FREE if filling.moment_free else {})
         elements = {
             part: basix.ufl.element("DG", cell, 0, shape=(size,) if size > 1 else ())
             for part, size in whole.items()
@@ -212,14 +212,16 @@ class Enclosing(Massless):
             mixed,
             (
                 PartScale("mu", f"pressure of {who}", SMALL_PRESSURE, ADVICE),
-                *_turns(who, filling.turning),
+                *_moment_free_parts(who, filling.moment_free),
             ),
             (_displacements(mixed, shell), *(_whole(mixed, filling, part) for part in whole)),
         )
         self.kinematic, self.jump_parts = frozenset({"u"}), frozenset({"mu"})
         self._layout, self._shell, self._sign = Layout(mixed.parts), shell, sign
         self._pressure = fem.Constant(domain, float(filling.pressure.value))
-        self._length = fem.Constant(domain, np.cbrt(filling.volume)) if filling.turning else None
+        self._length = (
+            fem.Constant(domain, np.cbrt(filling.volume)) if filling.moment_free else None
+        )
 
     @property
     def constraints(self) -> tuple[Constraint, ...]:
@@ -234,16 +236,16 @@ class Enclosing(Massless):
         else:
             length = self._length
 
-            def turn(q: Expr) -> Turn:
-                return Turn(part(q, "turn"), length * part(q, "couple"))
+            def motion(q: Expr) -> RotationAndCouple:
+                return RotationAndCouple(part(q, "rotation"), length * part(q, "couple"))
 
-            law = TurningCones(*places, self._sign, turn, length)
+            law = MomentFreeCones(*places, self._sign, motion, length)
         return (_held(self, law, self._pressure, self._shell.rules.full),)
 
 
 def _held(body: Massless, law: Any, pressure: fem.Constant, dx: ufl.Measure) -> Constraints:
     """List what the pressure holds; that it holds, Newton's method sees."""
-    places = [body.mixed.parts[part] for part in ("mu", *TURN) if part in body.mixed.parts]
+    places = [body.mixed.parts[part] for part in ("mu", *MOMENT_FREE) if part in body.mixed.parts]
     numbers = [first + k for first, size in places for k in range(size)]
     return Constraints(
         law,
@@ -254,12 +256,12 @@ def _held(body: Massless, law: Any, pressure: fem.Constant, dx: ufl.Measure) -> 
     )
 
 
-def _turns(who: str, turning: bool) -> tuple[PartScale, ...]:
+def _moment_free_parts(who: str, moment_free: bool) -> tuple[PartScale, ...]:
     """Scales of the rotation and of the couple."""
-    if not turning:
+    if not moment_free:
         return ()
     return (
-        PartScale("turn", f"rotation of {who}", 1.0, ADVICE),
+        PartScale("rotation", f"rotation of {who}", 1.0, ADVICE),
         PartScale("couple", f"couple of {who}", 1.0, ADVICE),
     )
 
@@ -314,8 +316,8 @@ class _Cones:
         """
         space = self._shell.mixed.subspaces["u"]
         test, surf = ufl.TestFunction(space), self._shell.surface
-        push = ufl.dot(ufl.cross(surf.e1, surf.e2), test)
-        form = (slope(self._patch, patch(test, surf)) - push) * self._shell.rules.full
+        work = ufl.dot(ufl.cross(surf.e1, surf.e2), test)
+        form = (slope(self._patch, patch(test, surf)) - work) * self._shell.rules.full
         vector = fem.assemble_vector(compiled(form))
         vector.scatter_reverse(la.InsertMode.add)
         count = space.dofmap.index_map.size_local
@@ -377,14 +379,14 @@ def enclosed_volumes(
                 f"{said(item)}: the shells enclose no volume from origin {item.origin}; it must be "
                 "a point of the planes that close them"
             )
-        turn = np.sign(volume)
+        outwards = np.sign(volume)
         gas = item.gas
         pressure = force / length**2 if gas is None else max(gas.pressure, gas.outside)
         # planes of two normals hold it
-        turning = scene.scheme_name in KEEP_ANGULAR_MOMENTUM and not _differ(normals)
-        filling = Filling(item, comm, abs(volume), pressure, turning)
+        moment_free = scene.scheme_name in KEEP_ANGULAR_MOMENTUM and not _differ(normals)
+        filling = Filling(item, comm, abs(volume), pressure, moment_free)
         surfaces = [
-            Enclosing(item, shell, float(turn * sign), filling)
+            Enclosing(item, shell, float(outwards * sign), filling)
             for shell, sign in zip(members, signs, strict=True)
         ]
         found.append(Volume(item, filling, surfaces))
