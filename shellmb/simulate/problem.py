@@ -50,6 +50,8 @@ from shellmb.system.newton.solver import NEWTON
 JUMP = "b"
 # an update of a position or director this many times its scale is no motion of the body any more
 DIVERGED = 1e3
+# solutions of a step with other pairs of contacts after which it is given up
+SEARCHES = 8
 # step of the load factor in derivatives of what is prescribed by it: of fourth order
 FACTOR_STEP = 1e-3
 
@@ -371,8 +373,15 @@ class Problem:
             ConvergenceError: Names the field that did not converge, or the contact that something
                 passes through.
         """
-        iterations = self._solve(dt)
-        while not all([coupling.covered() for coupling in self.couplings]):
+        iterations, times = self._solve(dt), 0
+        while lacking := [c.name for c in self.couplings if not c.covered()]:
+            times += 1
+            if times > SEARCHES:
+                raise ConvergenceError(
+                    f"contact '{lacking[0]}': each solution of the step touches elsewhere; use a "
+                    "smaller step",
+                    lacking[0],
+                )
             self._renew()
             self._start_from_state()
             iterations += self._solve(dt)

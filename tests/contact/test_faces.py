@@ -13,7 +13,6 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-import shellmb as sm
 from shellmb.errors import ConvergenceError, SceneError
 from shellmb.forms import contact
 from shellmb.model.model import build_model
@@ -285,11 +284,6 @@ def test_bad_numbers(make: Any, says: str) -> None:
 def test_refused_schemes(change: dict[str, Any], says: str) -> None:
     with pytest.raises(SceneError, match=says):
         plates(**change)
-
-
-def test_no_derivatives() -> None:
-    with pytest.raises(SceneError, match="contact 'touch' is with the faces of a shell, which"):
-        sm.sensitivities(plates, ["stiff"])
 
 
 def bent(scheme: str = "ep", **more: Any) -> Scene:

@@ -23,6 +23,7 @@ from shellmb.scene import (
     Scene,
     Shell,
 )
+from shellmb.simulate.simulation import Simulation
 
 RADIUS, LEG, WIDTH, THICK, YOUNG = 0.01, 0.06, 0.02, 1e-3, 1e9
 LENGTH = 2 * LEG + np.pi * RADIUS
@@ -103,3 +104,15 @@ def test_legs_press_on_each_other_with_what_the_elastica_does_not_hold(
         assert now["touch.normal"] == pytest.approx(expected, abs=bound * held(distance) * WIDTH)
     # none before they touch
     assert history["touch.normal"][4] == 0 and held(THICK / 2) > 0.4 * force
+
+
+@pytest.mark.slow
+def test_solutions_that_touch_elsewhere_each_time_end() -> None:
+    """Pairs are found about the end of a solution, which the next one may not reach.
+
+    The kind: a step that is solved anew until its pairs cover it. This one was solved for ever,
+    with two sets of pairs in turn.
+    """
+    simulation = Simulation(folded(24, 12.0))
+    simulation.run()
+    assert simulation.t == pytest.approx(1.0)

@@ -266,9 +266,10 @@ class FacesCoupling:
         if max(self.candidates.moved(y, x) for y, x in states) <= 1:
             return True
         y, x = self.end()
+        # the next solution begins at the start again, and may end elsewhere
         most = max(
             float(np.max(np.linalg.norm(a - b, axis=1), initial=0.0))
-            for state in states
+            for state in (self.start(), *states)
             for a, b in zip(state, (y, x), strict=True)
         )
         self._find(y, x, 2 * AHEAD * most)
