@@ -10,7 +10,7 @@ import numpy as np
 from shellmb.arrays import Floats, Ints
 from shellmb.model.touching.blend import Families, Mixed
 from shellmb.model.touching.pulls import Places
-from shellmb.simulate.couplings.stresses import Pushes
+from shellmb.simulate.couplings.stresses import PointForces
 
 
 class Force(NamedTuple):
@@ -18,7 +18,7 @@ class Force(NamedTuple):
 
     Args:
         shares: Its share in each row, by the name of the row's unknown state.
-        pushes: The force.
+        size: Along the distances.
         along: Directions of all pairs, shape (p, k, 3), and, where derivatives are asked for, those
             by the positions at both ends of the part, shape (p, k, 3, k, 3) each.
         mixed: Mean weights of the pairs in this part.
@@ -27,7 +27,7 @@ class Force(NamedTuple):
     """
 
     shares: Mapping[str, float]
-    pushes: Pushes
+    size: PointForces
     along: tuple[Floats, ...]
     mixed: Mixed
     ends: tuple[int, int]
@@ -35,7 +35,7 @@ class Force(NamedTuple):
 
     def on_slots(self, of: Families) -> Floats:
         """Forces on all slots, shape (p, k, 3), N."""
-        pulls = self.pushes.values[of.owner] * self.mixed.weights
+        pulls = self.size.values[of.owner] * self.mixed.weights
         return np.asarray(pulls[:, None, None] * self.along[0])
 
 
@@ -63,16 +63,16 @@ def blocks(force: Force, of: Families, places: Sequence[Places], nodes: Ints) ->
         nodes: Nodes of these.
     """
     f, *by_ends = force.along
-    mix, pushes = force.mixed, force.pushes
+    mix, size = force.mixed, force.size
     one, other = of.relatives()
     own: list[Floats | None] = [None] * len(places)
-    stress = pushes.values[of.owner]
+    stress = size.values[of.owner]
     whole = (stress * mix.weights)[:, None, None, None, None]
     for i, d in zip(force.ends, by_ends, strict=True):
         before = own[i]
         own[i] = whole * d if before is None else before + whole * d
     changes = [
-        (mix.weights * pushes.slopes[of.owner, m])[one] * of.least(place.distance)[1][other]
+        (mix.weights * size.slopes[of.owner, m])[one] * of.least(place.distance)[1][other]
         for m, place in enumerate(places)
     ]
     for m, change in zip(force.ends, mix.derivatives(one, other), strict=True):

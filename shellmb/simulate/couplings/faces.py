@@ -21,7 +21,7 @@ from shellmb.schemes.base import END, Levels
 from shellmb.schemes.pieces import START, START_RATE, Pieces
 from shellmb.simulate.couplings.acting import Block, Force, blocks
 from shellmb.simulate.couplings.rubbing import Ends, Rubbing
-from shellmb.simulate.couplings.stresses import Pushes, StepStresses, opposite
+from shellmb.simulate.couplings.stresses import PointForces, StepStresses, opposite
 from shellmb.system.couplings import Entries
 
 # times a motion that was larger than expected for which pairs are found anew
@@ -157,21 +157,23 @@ class FacesCoupling:
         points = touching.point[of.owner]
         nodes = np.column_stack([points, len(self.contact.y) + touching.nodes])
 
-        def along(ends: tuple[int, int], pushes: Pushes, shares: Mapping[str, float]) -> Force:
+        def along(ends: tuple[int, int], forces: PointForces, shares: Mapping[str, float]) -> Force:
             a, b = (places[k] for k in ends)
             mix = mixed(of, a.distance, b.distance)
-            return Force(shares, pushes, mean_slope(a, b, derivatives), mix, ends, nodes)
+            return Force(shares, forces, mean_slope(a, b, derivatives), mix, ends, nodes)
 
         normal = []
-        for n, (ends, pushes) in enumerate(zip(self._pieces.ends, stresses.pieces, strict=True)):
+        for n, (ends, forces) in enumerate(zip(self._pieces.ends, stresses.pieces, strict=True)):
             shares = {row: some[n] for row, some in self._pieces.rows.items()}
-            normal.append(along(ends, pushes, shares))
+            normal.append(along(ends, forces, shares))
         whole = (0, self._last)
         if stresses.damped is not None:
             normal.append(along(whole, opposite(stresses.damped), self._pieces.total))
         return Acting(touching, nodes, normal, self._friction(touching, nodes, stresses.normal))
 
-    def _friction(self, touching: Touching, nodes: Ints, pressed: Pushes | None) -> Force | None:
+    def _friction(
+        self, touching: Touching, nodes: Ints, pressed: PointForces | None
+    ) -> Force | None:
         if self._rubbing is None or pressed is None:
             return None
         contact, of = self.contact, touching.families

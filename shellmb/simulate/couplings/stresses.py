@@ -22,7 +22,7 @@ from shellmb.schemes.pieces import Pieces
 TOGETHER = 32
 
 
-class Pushes(NamedTuple):
+class PointForces(NamedTuple):
     """Forces along the distances of points.
 
     Args:
@@ -34,9 +34,9 @@ class Pushes(NamedTuple):
     slopes: Floats
 
 
-def opposite(of: Pushes) -> Pushes:
+def opposite(of: PointForces) -> PointForces:
     """Forces that are opposite."""
-    return Pushes(-of.values, -of.slopes)
+    return PointForces(-of.values, -of.slopes)
 
 
 class PointStresses(NamedTuple):
@@ -50,9 +50,9 @@ class PointStresses(NamedTuple):
         energy: At the first state, shape (n,), J.
     """
 
-    pieces: list[Pushes]
-    damped: Pushes | None
-    normal: Pushes | None
+    pieces: list[PointForces]
+    damped: PointForces | None
+    normal: PointForces | None
     loss: Floats
     energy: Floats
 
@@ -98,12 +98,12 @@ class StepStresses:
                 shares = zip(pieces.mean, forces, strict=True)
                 mean = -sum((share * force for share, force in shares), 0 * parts[0])
                 # a stress that dissipates may attract
-                push = contact.greatest(mean, 0 * mean)
+                normal = contact.greatest(mean, 0 * mean)
                 if chi is not None:
                     approach = (parts[0] - parts[-1]) * self._rate
-                    damped = contact.resisted(push, approach, chi)
-                    forces, push = [*forces, damped], push + damped
-                forces = [*forces, push] if self._rubs else forces
+                    damped = contact.resisted(normal, approach, chi)
+                    forces, normal = [*forces, damped], normal + damped
+                forces = [*forces, normal] if self._rubs else forces
             by = [ufl.diff(force, g) for force in forces]
             slopes = [d if d.ufl_shape == () else d[k] for d in by for k in range(len(parts))]
             return ufl.as_vector([*forces, *slopes, found.loss, U(e[0])])
@@ -117,7 +117,7 @@ class StepStresses:
         states = len(self._pieces.states)
         count = (found.shape[1] - 2) // (1 + states)
         slopes = found[:, count:-2].reshape(-1, count, states)
-        every = [Pushes(found[:, k], slopes[:, k]) for k in range(count)]
+        every = [PointForces(found[:, k], slopes[:, k]) for k in range(count)]
         normal = every.pop() if self._rubs else None
         damped = every.pop() if self._damps else None
         return PointStresses(every, damped, normal, found[:, -2], found[:, -1])
