@@ -183,7 +183,7 @@ def turn(directors: Sequence[Expr], changes: Sequence[Expr]) -> Expr:
     """Rotation vector of a motion of the three directors of a frame, shape (3,).
 
     Args:
-        directors: They.
+        directors: The three, shape (3,) each.
         changes: Their motions.
     """
     volume = ufl.dot(directors[0], ufl.cross(directors[1], directors[2]))

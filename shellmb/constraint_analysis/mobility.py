@@ -20,6 +20,7 @@ from dolfinx import fem
 
 from shellmb.arrays import Floats, Ints
 from shellmb.constraint_analysis.motions import Frame, describe
+from shellmb.constraint_analysis.redundancy import RATE_STEP
 from shellmb.constraint_analysis.rows import local_rows
 from shellmb.errors import SceneError
 from shellmb.model.body import Body, Dofs
@@ -164,7 +165,9 @@ class Motions:
             numbers.append(x)
             columns.append(place)
             values.append(np.tile(unit * np.eye(6)[0], (len(x), 1)))
-        self._given = np.unique(self._unknowns.given([0.0], 1.0).numbers)
+        assert self.model.scene.dt is not None
+        given = self._unknowns.given([0.0], RATE_STEP * self.model.scene.dt)
+        self._given = np.unique(given.numbers)
         self._tied = local_rows(self.model, self._unknowns, NOT_GIVEN)
         held += [self._given, *(row.columns for row in self._tied)]
         wanted = np.unique(np.concatenate(self._comm.allgather(np.concatenate(held))))

@@ -97,8 +97,10 @@ def singular(model: Model, at: Mapping[str, Floats]) -> str:
     Returns:
         Which constraint, on which others, and how nearly, in words; empty where none does.
     """
+    assert model.scene.dt is not None
     unknowns = Unknowns(model.bodies, model.comm)
-    found = _all_dependent(model, unknowns, unknowns.given([0.0], 1.0), at, SINGULAR)
+    given = unknowns.given([0.0], RATE_STEP * model.scene.dt)
+    found = _all_dependent(model, unknowns, given, at, SINGULAR)
     joints = {body.name for body in model.mechanism.bodies}
     found = [item for item in found if item.row.body in joints and item.with_]
     if not found:

@@ -41,7 +41,7 @@ class _EachStep:
         self._has = True
 
     def begin(self) -> None:
-        """See if it has numbers at all."""
+        """See whether the observer has numbers at all."""
         self._has = bool(self._measuring.measure())
 
     def ask(self) -> None:
@@ -52,7 +52,7 @@ class _EachStep:
         self._rows.append({name: float(value) for name, value in numbers.items()})
 
     def collect(self, count: int) -> list[dict[str, float]]:
-        """Collect what a recorder said in so many steps."""
+        """Hand over the numbers of so many steps."""
         if not self._has:
             return [{} for _ in range(count)]
         found, self._rows = self._rows[:count], self._rows[count:]

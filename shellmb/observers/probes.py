@@ -235,7 +235,7 @@ class _Total:
         count: Number of the nodes.
 
     Attributes:
-        reading: What it can be read by later, from numbers that were taken; None: not at all.
+        reading: Reads them of many steps later, from numbers that were taken; None: nothing does.
     """
 
     def __init__(self, read: Callable[[], Floats] | Reading, count: int) -> None:

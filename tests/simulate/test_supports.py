@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from shellmb.constraint_analysis.redundancy import singular
 from shellmb.scene import (
     Clamped,
     Driven,
@@ -21,6 +22,7 @@ from shellmb.scene import (
     SurfaceForce,
     SymmetryPlane,
 )
+from tests.scenes import plate_scene
 
 PLATE = Isotropic(E=1e3, nu=0.3, thickness=0.05)
 EDGES = ("left", "right", "bottom", "top")
@@ -118,6 +120,23 @@ def test_a_driven_edge_goes_where_it_is_told(run, at) -> None:
         X = np.array(point)
         expected = Q @ (X - origin) + origin + [0.1, 0.0, -0.3] - X
         np.testing.assert_allclose(at(simulation, "plate", point), expected, atol=1e-9)
+
+
+@pytest.mark.parametrize("scheme", ["static", "ep"])
+def test_no_function_of_time_is_asked_behind_the_end(run, scheme) -> None:
+    """Kind: constraints are looked through by differences in time, which must lie in the run."""
+    end = 0.5
+
+    def way(t: float) -> float:
+        if not 0.0 <= t <= end:
+            raise ValueError(f"nothing is known at t = {t}")
+        return 0.1 * t
+
+    drive = Driven("left", axis=(0, 1, 0), rotation=way)
+    simulation = run(plate_scene(scheme, supports=drive, dt=0.25, t_end=end))
+    # as where a step fails
+    states = {name: now.q.x.array for name, now in simulation.problem.levels.items()}
+    assert not singular(simulation.model, states)
 
 
 def test_a_prescribed_component(run, at) -> None:

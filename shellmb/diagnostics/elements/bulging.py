@@ -49,8 +49,8 @@ class Bulging(Silent):
         loaded = {load.body for load in scene.loads if isinstance(load, Pressure)}
         loaded |= {name for item in scene.volumes for name in item.shells or shells}
         for name, body in shells.items():
-            flat = body.mixed.space.mesh.basix_cell() != basix.CellType.triangle
-            if not flat and (name in loaded or (None in loaded and len(shells) == 1)):
+            triangles = body.mixed.space.mesh.basix_cell() == basix.CellType.triangle
+            if triangles and (name in loaded or (None in loaded and len(shells) == 1)):
                 self._found[name] = _measured(body)
 
     def cautions(self, simulation: Simulation) -> Iterator[Caution]:

@@ -62,7 +62,7 @@ def _prescribed(scene: Scene) -> Use:
 
 
 def _told(where: str, found: Sequence[Load | Support], lacking: str) -> Use:
-    """Decide whether there are loads of some kinds, and of which."""
+    """Use of loads or supports: whether there are any, and of which kinds."""
     if not found:
         return Use(False, lacking)
     return Use(True, f"{where}: " + ", ".join(dict.fromkeys(item.label for item in found)))

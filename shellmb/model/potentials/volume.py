@@ -71,8 +71,6 @@ FLAT = 1e-9
 ALIKE = 1e-6
 # shells of one volume: all combinations of their sides are tried
 MOST = 16
-
-
 # parts that a volume has where its force has no moment, and how many components they have
 MOMENT_FREE = {"rotation": 3, "couple": 3}
 

@@ -260,7 +260,7 @@ class Reading:
         array: The array.
         dofs: Dofs of the nodes' vectors, shape (n, 3).
         start: What is added, shape (n, 3).
-        directors: Dofs of the nodes' directors, shape (n, m, 3); None: of no account.
+        directors: Dofs of the nodes' directors, shape (n, m, 3); None: points are the nodes.
         offsets: Components of the points along these, shape (n, m).
     """
 

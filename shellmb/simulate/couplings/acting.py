@@ -19,7 +19,7 @@ class Force(NamedTuple):
     Args:
         shares: Its share in each row, by the name of the row's unknown state.
         size: Along the distances.
-        along: Directions of all pairs, shape (p, k, 3), and, where derivatives are asked for, those
+        along: Directions of all pairs, shape (p, k, 3), and, where derivatives are requested, those
             by the positions at both ends of the part, shape (p, k, 3, k, 3) each.
         mixed: Mean weights of the pairs in this part.
         ends: Numbers of the states at both ends.

@@ -26,9 +26,9 @@ from shellmb.system.assembly.functionals import functionals
 
 # a joint is open if its ends are apart by more than this part of the scene's length
 OPEN = 1e-9
-# a change of the kinetic energy of a given state that is no round-off; and what is left of that of
-# given velocities where constraints do not allow them: of one body they are given where others
-# follow, and are shared then; the sentence shows no smaller change
+# a change of the kinetic energy of a given state that the warning shows, in six digits; and what is
+# left of that of given velocities where constraints do not allow them: where velocities of one body
+# are given and others follow, they are shared
 DRIFT, LEFT = 1e-6, 0.01
 
 

@@ -31,7 +31,7 @@ class Pattern(NamedTuple):
     columns: list[Int32s]
 
     def ends(self) -> list[int]:
-        """Begins of the entries of each part, and the end of those of the last one."""
+        """Places where the entries of each part begin, and where those of the last one end."""
         return [0, *itertools.accumulate(len(rows) for rows in self.rows)]
 
 
