@@ -272,6 +272,35 @@ def test_bad_requests(changes: dict, fields: list, said: str) -> None:
         sm.adjoint(scene, square, fields)
 
 
+@pytest.mark.parametrize(
+    ("model", "at", "said"),
+    [
+        ("rigid", "tip", "shell 'strip' is rigid; fields of numbers need"),
+        (sm.Modal(modes=2), "tip", "shell 'strip' is reduced to modes; fields of numbers need"),
+        (sm.Modal(modes=2), "strip", "probe 'u' is on 'strip', which is reduced to modes; it must"),
+    ],
+)
+def test_bodies_without_elements_of_their_own(model: Any, at: str, said: str) -> None:
+    """Kind: bodies that a mechanism has beside those with nodes; fields on them ended in a bug."""
+
+    def scene() -> sm.Scene:
+        (strip,) = scenes.plate().shells
+        return sm.Scene(
+            "hung",
+            replace(strip, section=replace(strip.section, stiffness_damping=0.0), model=model),
+            rigid_bodies=sm.RigidBody("tip", 0.1, (1e-4, 1e-4, 1e-4), position=(1.0, 0.1, 0)),
+            joints=sm.Spherical("pin", "strip", "tip", at=(1.0, 0.1, 0)),
+            loads=sm.Gravity(),
+            probes=sm.Probe("u", "right-top" if at == "strip" else "center", body=at, component=2),
+            scheme="ep",
+            dt=1e-3,
+            t_end=1e-3,
+        )
+
+    with pytest.raises(sm.SceneError, match=said):
+        sm.adjoint(scene, lambda h: float(h["u"][-1]), [("strip", "thickness")])
+
+
 def test_an_objective_is_a_number() -> None:
     with pytest.raises(sm.SceneError, match="the objective is nan; it must be a finite number"):
         sm.adjoint(plate, lambda history: float("nan"), [("strip", "thickness")])

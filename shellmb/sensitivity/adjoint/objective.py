@@ -33,8 +33,14 @@ def check_probes(scene: Scene) -> None:
         )
     for probe in scene.probes:
         (body,) = scene.bodies_of(probe)
+        if isinstance(getattr(body, "model", None), Modal):
+            raise SceneError(
+                f"adjoint: probe '{probe.name}' is on '{body.name}', which is reduced to modes; it "
+                "must be on a body with nodes or on a rigid one; `sensitivities` has derivatives "
+                "of all probes"
+            )
         plain = probe.quantity in QUANTITIES and probe.component != "norm" and probe.frame is None
-        if not plain or isinstance(getattr(body, "model", None), Modal):
+        if not plain:
             raise SceneError(
                 f"adjoint: probe '{probe.name}' records {probe.quantity} ({probe.component}); it "
                 f"must be a component of {', '.join(QUANTITIES)} in the scene's axes"

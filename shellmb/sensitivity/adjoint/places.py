@@ -48,7 +48,13 @@ def varying(scene: Scene, places: tuple[Place, ...]) -> Scene:
 
 
 def _refuse(shell: Shell) -> None:
-    """Refuse sections that are not made of coefficients element by element."""
+    """Refuse bodies without elements, and sections not made of coefficients element by element."""
+    if not shell.nodal:
+        how = "rigid" if shell.rigid else "reduced to modes"
+        raise SceneError(
+            f"adjoint: shell '{shell.name}' is {how}; fields of numbers need model='exact' or "
+            "'floating-frame', or differentiate by parameters of the scene function"
+        )
     if not isinstance(shell.section, LinearSection):
         raise SceneError(
             f"adjoint: shell '{shell.name}' has a {type(shell.section).__name__}; fields of "
