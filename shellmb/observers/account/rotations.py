@@ -137,10 +137,10 @@ class BodyRotations(Booked):
                     turn.add(_angle(chord), *fit(sums), t, dt)
             if self._rigid is not None and self._serial:
                 self._chords[rows] = self._rigid.chords(self._changes[rows])
-            angles = 2 * np.arcsin(np.minimum(self._chords[rows] / 2, 1.0)).T
-            for name, each in zip(self._rigid.names if self._rigid else (), angles, strict=True):
+            chords = self._chords[rows].T.tolist()
+            for name, each in zip(self._rigid.names if self._rigid else (), chords, strict=True):
                 turn = self._turns[name]
-                for angle, (t, dt) in zip(each.tolist(), when, strict=True):
+                for angle, (t, dt) in zip(map(_angle, each), when, strict=True):
                     turn.add(angle, angle, 0.0, t, dt)
         return [{} for _ in when]
 
@@ -202,7 +202,8 @@ class _Frames:
             Shape (k, n).
         """
         found = np.zeros((len(changes), len(self.names)))
-        turned = changes[:, self._dofs]
+        # in one order, however many steps there are: sums in another one differ in their last digit
+        turned = np.ascontiguousarray(changes[:, self._dofs])
         found[:, self._places] = np.sqrt(np.vecdot(turned, turned) / _directions(3))
         return found
 
