@@ -1,6 +1,7 @@
 """Steps that are booked together give what they give one by one, to the last bit."""
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -58,8 +59,8 @@ def rows_of(result: RunResult) -> list[dict[str, float]]:
     return [{k: v for k, v in row.items() if k != "wall_s"} for row in result.rows]
 
 
-def observed(ask: bool) -> tuple[list[dict[str, float]], list[int]]:
-    """Rows of a run that is asked in each step or not, and how many were booked at once."""
+def observed(ask: bool) -> tuple[list[dict[str, float]], dict[str, Any], list[int]]:
+    """Rows and states of a run that is asked in each step or not, and how many booked at once."""
     simulation, standard = Simulation(swing()), StandardObservers(None)
     booked: list[int] = []
     energy = standard.sources.energy
@@ -79,16 +80,18 @@ def observed(ask: bool) -> tuple[list[dict[str, float]], list[int]]:
 
     simulation.run([*standard.named.values(), Reader()])
     rows = [{k: v for k, v in r.items() if k != "wall_s"} for r in standard.sources.history.rows]
-    return rows, booked
+    booking_ones = {n: o for n, o in standard.named.items() if isinstance(o, booking.Booked)}
+    return rows, {name: o.state() for name, o in booking_ones.items()}, booked
 
 
 def test_rows_are_the_same_however_many_are_booked_together(monkeypatch) -> None:
     """Asked in each step, or left alone until 32 are together."""
     monkeypatch.setattr("shellmb.observers.files.batches.BATCH", 1e9)
-    alone, ones = observed(ask=True)
-    together, several = observed(ask=False)
+    alone, states, ones = observed(ask=True)
+    together, others, several = observed(ask=False)
     # of numbers that are none no one equals another
     assert repr(alone) == repr(together)
+    assert repr(states) == repr(others) and {"energy", "turning"} <= set(states)
     assert len(alone) == COUNT + 1
     assert set(ones) == {1} and len(ones) == COUNT
     assert max(several) == booking.STEPS and sum(several) == COUNT
