@@ -1,12 +1,15 @@
 """Steps that are booked together give what they give one by one, to the last bit."""
 
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 
 from shellmb.observers import booking
 from shellmb.observers.account.energy import EnergyAccount
+from shellmb.observers.forces.reactions import ArmCarrier, Arms
 from shellmb.running.execute import RunResult, execute
 from shellmb.running.resuming.resume import resume
 from shellmb.running.resuming.saved import read_saved
@@ -95,6 +98,31 @@ def test_rows_are_the_same_however_many_are_booked_together(monkeypatch) -> None
     assert len(alone) == COUNT + 1
     assert set(ones) == {1} and len(ones) == COUNT
     assert max(several) == booking.STEPS and sum(several) == COUNT
+
+
+def test_forces_on_arms_are_the_same_however_many_steps_there_are() -> None:
+    """Kind: sums over nodes, whose order NumPy takes from how the steps lie in memory."""
+    rng, count, steps = np.random.default_rng(0), 25, 10
+    dofs = rng.permutation(3 * count)
+    body: Any = SimpleNamespace(
+        name="arms",
+        mixed=SimpleNamespace(dofs={"u": dofs}),
+        arms=rng.normal(size=(count, 3)),
+        nodes=SimpleNamespace(item=np.arange(count)),
+    )
+    carrier = ArmCarrier(body, slice(0, 3 * count))
+    q, force = rng.normal(size=(2, steps, 3 * count))
+    moments, sizes = carrier.resultants(Arms(q, 1.0), [force])
+    for k in range(steps):
+        one = slice(k, k + 1)
+        moment, size = carrier.resultants(Arms(q[one], 1.0), [force[one]])
+        assert np.array_equal(moment, moments[:, one]) and np.array_equal(size, sizes[one])
+    arms = (
+        body.arms + q[:, dofs].reshape(steps, count, 3),
+        force[:, dofs].reshape(steps, count, 3),
+    )
+    # a sum of 25 products of order one
+    np.testing.assert_allclose(moments[0, :, 3:], np.cross(*arms).sum(axis=1), atol=1e-12)
 
 
 TOLD = (

@@ -75,11 +75,12 @@ def _measured(body: ShellModel) -> tuple[float, float, float]:
     domain, nodes = body.mixed.space.mesh, body.mixed.subspaces["u"]
     cells = nodes.dofmap.list[: domain.topology.index_map(2).size_local, :3]
     x, d = body.mixed.nodes("u")[cells], body.node_directors()[cells, 0]
-    area = np.linalg.norm(np.cross(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0]), axis=1) / 2
+    normals = np.cross(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0])
+    area = np.linalg.norm(normals, axis=1) / 2
     turned = np.einsum("ci,ci->c", np.cross(d[:, 1] - d[:, 0], d[:, 2] - d[:, 0]), d.mean(1)) / 2
     smooth = np.einsum("cai,cbi->cab", d, d).min(axis=(1, 2)) > FOLD
     # a mirrored cell has both the other way round
-    outwards = np.einsum("ci,ci->c", np.cross(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0]), d.mean(1))
+    outwards = np.einsum("ci,ci->c", normals, d.mean(1))
     curvature = np.where(smooth, np.maximum(turned * np.sign(outwards), 0) / area, 0.0)
     thickness = body.section.sizes.thickness
     off = FACTOR * (2 * area) ** (SIDE / 2) * (curvature / thickness) ** CURVED

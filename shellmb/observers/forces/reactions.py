@@ -212,7 +212,9 @@ class ArmCarrier:
         found, gross = np.zeros((len(forces), count, 6)), np.zeros(count)
         x = arms.whole * self._rest + arms.q[:, self._dofs].reshape(count, -1, 3)
         for rows, values in zip(found, forces, strict=True):
-            force = values[:, self._where][:, self._dofs].reshape(count, -1, 3)
+            # in one order, however many steps there are: others give sums with another last digit
+            force = np.ascontiguousarray(values[:, self._where][:, self._dofs])
+            force = force.reshape(count, -1, 3)
             rows[:, 3:] = np.cross(x, force).sum(axis=1)
             gross += np.linalg.norm(force, axis=2).sum(axis=1)
         return found, gross
