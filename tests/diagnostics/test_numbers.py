@@ -62,7 +62,8 @@ def judged(kind: Any, scheme: Any = None, **sources: Any) -> list[Caution]:
         model=SimpleNamespace(mechanism=SimpleNamespace(joints={})),
         t=1.0,
     )
-    watch = kind(cast(Any, SimpleNamespace(rotations=SimpleNamespace(turns={}), **sources)))
+    sources = {"rotations": SimpleNamespace(turns={})} | sources
+    watch = kind(cast(Any, SimpleNamespace(**sources)))
     if "found" in sources:
         roundoff = SimpleNamespace(found=sources["found"])
         simulation.problem = SimpleNamespace(iteration=SimpleNamespace(roundoff=roundoff))
@@ -83,7 +84,7 @@ def off(by: float) -> dict[str, Any]:
 def drifts(by: float, kind: str) -> dict[str, Any]:
     turns = {"rotor": SimpleNamespace(largest=0.25), "other": SimpleNamespace(largest=0.5)}
     momentum = SimpleNamespace(relative_drift=lambda k: by if k == kind else 0.0)
-    return {"momentum": momentum, "turning": SimpleNamespace(turns=turns)}
+    return {"momentum": momentum, "rotations": SimpleNamespace(turns=turns)}
 
 
 def alternating(share: float) -> Any:
