@@ -41,6 +41,7 @@ FLOW = (
 FIRST = (
     "errors",
     "arrays",
+    "prefixes",
     "guarding",
     "clock",
     "locks",

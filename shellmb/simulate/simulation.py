@@ -20,6 +20,7 @@ from shellmb.meshes.shared import Meshes
 from shellmb.model.alike import same_on_all
 from shellmb.model.model import Model
 from shellmb.native.assembler import assembled_as
+from shellmb.prefixes import below
 from shellmb.scene import Scene
 from shellmb.scene.checks.effect import check_begin
 from shellmb.schemes.base import Scheme
@@ -361,13 +362,7 @@ class Simulation:
                 key, own = f"{body}/{name}", f"{body}/"
                 if any(key not in arrays for arrays, _ in ranks):
                     continue
-                parts = [
-                    (
-                        {k.removeprefix(own): v for k, v in there.items() if k.startswith(own)},
-                        a[key],
-                    )
-                    for a, there in ranks
-                ]
+                parts = [(below(there, own), a[key]) for a, there in ranks]
                 values = spread(parts, levels.q.function_space)
                 if values is not None:
                     found[key] = values
@@ -398,9 +393,9 @@ class Simulation:
         self.step_seconds = float(state["step_seconds"])
         self.size.restore(state["size"])
         self.model.mechanism.switches.restore(state["switches"])
-        past = _below(arrays, PAST)
+        past = below(arrays, PAST)
         for coupling in self.problem.couplings:
-            coupling.restore(_below(past, f"{COUPLED}{coupling.name}/"))
+            coupling.restore(below(past, f"{COUPLED}{coupling.name}/"))
         own = {key: array for key, array in past.items() if not key.startswith(COUPLED)}
         self.stepping.restore(own, state["past"])
         self.control.restore(state.get("control"))
@@ -445,8 +440,3 @@ class Simulation:
             "past": self.stepping.state(),
             "control": self.control.state(),
         }
-
-
-def _below(arrays: Arrays, prefix: str) -> Arrays:
-    """Arrays whose names begin so, without that."""
-    return {key.removeprefix(prefix): a for key, a in arrays.items() if key.startswith(prefix)}

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 
 from shellmb.arrays import Floats
+from shellmb.prefixes import below
 from shellmb.simulate.problem import Problem
 from shellmb.simulate.stepsize.errors import StepErrors
 from shellmb.simulate.turns import Turns
@@ -157,7 +158,7 @@ class TimeSteps:
         if state is None:
             self.forget(velocities=True)
             return
-        mine = {k.removeprefix(ERRORS): a for k, a in arrays.items() if k.startswith(ERRORS)}
+        mine = below(arrays, ERRORS)
         guesses = {k: a for k, a in arrays.items() if not k.startswith(ERRORS)}
         self._problem.predictor.restore(guesses, state["guesses"], self._problem.switches)
         if self._errors is not None and state["errors"] is not None:

@@ -17,6 +17,7 @@ from shellmb.modal.tangent import tangent
 from shellmb.model.body import Body
 from shellmb.model.model import Model
 from shellmb.model.shells.shell import ShellModel
+from shellmb.prefixes import below
 from shellmb.scene import Beam, FromMode, FromRun, FromShape, Scene, Shell
 from shellmb.scene.fingerprint import fingerprint
 from shellmb.scene.lookup import find_body, listed, said
@@ -313,7 +314,7 @@ def _check_bodies(scene: Scene, stored: Stored, who: str) -> None:
     now = fingerprint(scene)
     for body in scene.meshed:
         path = _path(body)
-        then, here = _below(stored.scene, path), _below(now, path)
+        then, here = below(stored.scene, path), below(now, path)
         if not then:
             raise SceneError(
                 f"{who}: it has no {said(body)}; it must have all bodies of this scene"
@@ -326,9 +327,7 @@ def _check_bodies(scene: Scene, stored: Stored, who: str) -> None:
                     f"{is_}); both must be the same"
                 )
     names = [b.name for b in scene.rigid_bodies]
-    known = [
-        k.removeprefix("rigid_bodies['") for k in stored.scene if k.startswith("rigid_bodies['")
-    ]
+    known = below(stored.scene, "rigid_bodies['")
     found = [k.removesuffix("']") for k in known if k.endswith("']")]
     if names and found != names:
         raise SceneError(
@@ -342,16 +341,11 @@ def _path(body: Shell | Beam) -> str:
     return f"{'shells' if isinstance(body, Shell) else 'beams'}[{body.name!r}]"
 
 
-def _below(found: dict[str, Any], path: str) -> dict[str, Any]:
-    """Entries of a fingerprint below a path."""
-    return {k.removeprefix(path): v for k, v in found.items() if k.startswith(path)}
-
-
 def _same_sections(scene: Scene, stored: Stored) -> bool:
     """Decide whether resultants that were stored are those of this scene's sections."""
     now = fingerprint(scene)
     paths = [_path(body) for body in scene.meshed]
-    return all(_below(stored.scene, path) == _below(now, path) for path in paths)
+    return all(below(stored.scene, path) == below(now, path) for path in paths)
 
 
 def largest_misfit(problem: Problem) -> tuple[float, str, str]:
