@@ -131,8 +131,8 @@ def test_restitution_of_plates_that_cover_one_another(scheme: str, alpha: float 
     expected = rebound(SPEED, chi)
     assert expected < 0.75 * SPEED
     errors = np.abs(np.array(results) - expected) / expected
-    # of second order in the step, forty of which an impact takes
-    assert errors[1] < 1e-3 and errors[1] < errors[0] / 2
+    # of second order in the step, forty of which an impact takes: factors of 3.96 to 5.8 were seen
+    assert errors[1] < 1e-3 and errors[1] < errors[0] / 3.5
 
 
 def test_damping_does_not_attract() -> None:

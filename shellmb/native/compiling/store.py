@@ -241,10 +241,10 @@ def is_whole(library: Path) -> bool:
     except OSError:
         return False
     end = len(MARK) + 8
-    # that of another kernel, or of another machine, is whole, too
+    # a file without a cut may hold another kernel, or code for another machine
     whole = is_library(content) and library.stem.encode() in content
+    # earlier versions wrote no checksum
     if content[-end:-8] == MARK:
-        # a version before this one has none
         whole &= b"%08x" % zlib.crc32(memoryview(content)[:-end]) == content[-8:]
     if whole:
         _WHOLE.add(key)
