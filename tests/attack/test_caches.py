@@ -1,8 +1,12 @@
 """Caches that cannot be used or must not be, libraries that are damaged, compilers that lie."""
 
+import os
+import pwd
+import struct
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 from mpi4py import MPI
 
@@ -12,6 +16,7 @@ import ufl
 from dolfinx import fem, mesh
 
 from shellmb.errors import RunError
+from shellmb.guarding import permissions
 from shellmb.native import derivatives
 from shellmb.native.compiling import store
 from shellmb.native.kernels import JIT_OPTIONS, cache_folder, compiled, loaded, module_name
@@ -74,6 +79,59 @@ def test_noexec_and_full_ones_are_replaced(place, why, tmp_path, caplog, monkeyp
     assert why in caplog.text
 
 
+MOUNTED = """
+import logging, os, subprocess, sys
+from pathlib import Path
+from mpi4py import MPI
+import basix.ufl, dolfinx.mesh, ufl
+from dolfinx import fem
+from shellmb.errors import RunError
+from shellmb.native.compiling import store
+from shellmb.native.kernels import JIT_OPTIONS, cache_folder, compiled
+logging.basicConfig(format="%(message)s", stream=sys.stdout)
+
+def mount(name, options, *more):
+    folder = Path(name).absolute()
+    folder.mkdir()
+    for order in (options, *more):
+        subprocess.run(["mount", "-t", "tmpfs", "-o", order, "tmpfs", folder], check=True)
+    JIT_OPTIONS["cache_dir"] = str(folder)
+    return cache_folder()
+
+mount("noexec", "noexec,mode=700"), mount("ro", "mode=700", "remount,ro")
+full = mount("full", "size=2m,mode=700")
+(full / "others").write_bytes(bytes(2**21 - 5 * 4096))
+line = dolfinx.mesh.create_unit_interval(MPI.COMM_SELF, 2)
+space = fem.functionspace(line, basix.ufl.element("Lagrange", "interval", 3))
+try:
+    compiled(fem.Function(space) ** 3 * ufl.dx)
+except RunError as error:
+    print(error)
+"""
+
+
+def test_caches_on_file_systems_that_say_no(temporary) -> None:
+    """Kind: real ones, which nothing may be executed on, read only, and full in the middle."""
+    spaces = ["unshare", "--user", "--map-root-user", "--mount"]
+    here = {"cwd": temporary, "capture_output": True, "text": True}
+    try:
+        tried = subprocess.run(
+            [*spaces, "mount", "-t", "tmpfs", "tmpfs", temporary], check=False, **here
+        )
+    except FileNotFoundError:
+        pytest.skip("no command unshare here")
+    if tried.returncode:
+        pytest.skip(f"no name spaces here ({tried.stderr.strip()})")
+    variables = {**os.environ, "TMPDIR": str(temporary)}
+    done = subprocess.run(
+        [*spaces, sys.executable, "-c", MOUNTED], env=variables, check=True, **here
+    )
+    noexec, ro, full = [line for line in done.stdout.splitlines() if "XDG_CACHE_HOME" in line]
+    assert "/noexec, cannot be used (nothing may be executed there), and" in noexec
+    assert "/ro, cannot be used (Read-only file system), and" in ro
+    assert str(temporary / "full") in full and "make room" in full
+
+
 def test_kernels_that_can_only_be_read_are_used(tmp_path, monkeypatch, cache, form) -> None:
     compiled(form)
     real = store._wrong
@@ -95,6 +153,67 @@ def test_a_cache_that_everybody_can_write_is_refused(open_, tmp_path) -> None:
     (tmp_path / "home" / open_).chmod(0o777)
     with pytest.raises(RunError, match=r"everybody can write .*XDG_CACHE_HOME"):
         store.usable(folder)
+
+
+class Group:
+    """A group of the system."""
+
+    def __init__(self, name: str, *members: str) -> None:
+        self.gr_name, self.gr_mem = name, list(members)
+
+
+USER = pwd.getpwuid(os.getuid()).pw_name
+# groups that others are in: as members, by their account, by its name (who is in it is unknown)
+SHARED = {
+    "members": (Group(USER, USER, "somebody"), ()),
+    "accounts": (Group(USER), ("somebody",)),
+    "name": (Group("staff"), ()),
+}
+
+
+@pytest.fixture(name="grouped")
+def make_grouped(monkeypatch: pytest.MonkeyPatch):
+    """Let the system know one group only: the group, and accounts that have it."""
+
+    def grouped(group, accounts=()) -> None:
+        known = [SimpleNamespace(pw_name=name, pw_gid=os.getgid()) for name in (USER, *accounts)]
+        monkeypatch.setattr(permissions.grp, "getgrgid", lambda number: group)
+        monkeypatch.setattr(permissions.pwd, "getpwall", lambda: known)
+        permissions._is_private.cache_clear()
+
+    yield grouped
+    permissions._is_private.cache_clear()
+
+
+@pytest.mark.parametrize("open_", [".", "fenics"])
+def test_a_cache_that_a_group_can_write_is_refused(open_, tmp_path, grouped) -> None:
+    """Kind: whoever else may write there has his programs executed by us."""
+    folder = tmp_path / "home" / "fenics"
+    folder.mkdir(parents=True)
+    (tmp_path / "home" / open_).chmod(0o770)
+    for group, accounts in SHARED.values():
+        grouped(group, accounts)
+        with pytest.raises(RunError, match=rf"its group \({group.gr_name}\) can write .*go-w"):
+            store.usable(folder)
+    grouped(Group(USER, USER))
+    assert store.usable(folder) == folder
+
+
+def test_a_cache_that_users_of_a_list_can_write_is_refused(tmp_path, grouped) -> None:
+    folder = tmp_path / "fenics"
+    folder.mkdir()
+    # owner, user 12345, group, mask, others: read, write, execute; the numbers of linux/posix_acl.h
+    entries = (1, 7, -1), (2, 7, 12345), (4, 5, -1), (16, 7, -1), (32, 5, -1)
+    content = struct.pack("<I", 2) + b"".join(struct.pack("<HHi", *entry) for entry in entries)
+    try:
+        os.setxattr(folder, "system.posix_acl_access", content)
+    except OSError as error:
+        pytest.skip(f"no access control lists here ({error.strerror})")
+    grouped(Group(USER))
+    with pytest.raises(RunError, match="who is in its access control list can write"):
+        store.usable(folder)
+    folder.chmod(0o700)
+    assert store.usable(folder) == folder
 
 
 def test_a_cache_in_the_temporary_folder_is_the_user_s(tmp_path) -> None:
@@ -142,8 +261,8 @@ def test_a_damaged_library_is_made_anew(how, cache, form) -> None:
     assert library.stat().st_size == len(content) and store.is_whole(library)
 
 
-@pytest.mark.parametrize("what", ["writable", "another kernel", "another machine"])
-def test_whole_libraries_that_are_not_ours_are_made_anew(what, cache, form) -> None:
+@pytest.mark.parametrize("what", ["writable", "shared", "another kernel", "another machine"])
+def test_whole_libraries_that_are_not_ours_are_made_anew(what, cache, form, grouped) -> None:
     """Kind: what has the right checksum, and is not what we wrote under this name."""
     compiled(form)
     library = cache / f"{module_name(form)}.so"
@@ -157,11 +276,12 @@ def test_whole_libraries_that_are_not_ours_are_made_anew(what, cache, form) -> N
         other = other[:18] + b"\xff\xff" + other[20:]
     library.write_bytes(other)
     store.seal(library)
-    library.chmod(0o666 if what == "writable" else 0o644)
+    grouped(*SHARED["members"])
+    library.chmod({"writable": 0o666, "shared": 0o664}.get(what, 0o644))
     loaded.cache_clear()
     assert not store.is_whole(library)
     assert fem.assemble_scalar(compiled(form)) == 0.0
-    assert library.read_bytes() == content and not library.stat().st_mode & 0o002
+    assert library.read_bytes() == content and not library.stat().st_mode & 0o022
 
 
 @pytest.mark.parametrize("content", ["", "[]", "3", '{"kernel": 1}', '{"coefficients": 1}', "\0"])

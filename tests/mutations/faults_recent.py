@@ -176,12 +176,19 @@ FAULTS: tuple[Fault, ...] = (
     Fault(
         "libraries that everybody can write are loaded",
         "shellmb/native/compiling/store.py",
-        "and not found.st_mode & stat.S_IWOTH",
+        "and not other_writers(library, found)",
         "and found.st_size > 0",
         (
             "tests/attack/test_caches.py::test_whole_libraries_that_are_not_ours_are_made_anew"
             "[writable]",
         ),
+    ),
+    Fault(
+        "any group is taken for the user's own",
+        "shellmb/guarding/permissions.py",
+        "return group.gr_name == user and",
+        "return group.gr_name != user or",
+        ("tests/attack/test_caches.py::test_a_cache_that_a_group_can_write_is_refused[.]",),
     ),
     Fault(
         "splines of two scenes are one",

@@ -20,6 +20,7 @@ from pathlib import Path
 from mpi4py import MPI
 
 from shellmb.errors import RunError
+from shellmb.guarding.permissions import OTHERS, other_writers
 
 _log = logging.getLogger(__name__)
 
@@ -27,8 +28,6 @@ _log = logging.getLogger(__name__)
 ROOM = 1_000_000
 # begins the end of a library
 MARK = b"shellmb crc32 "
-# permission of others to write
-OTHERS = stat.S_IWGRP | stat.S_IWOTH
 # bytes of the head of an ELF file that say for which machine it is: class, order, machine
 MACHINE = (slice(0, 6), slice(18, 20))
 SAY = "name another folder by the environment variable XDG_CACHE_HOME"
@@ -115,10 +114,10 @@ def _refuse_shared(folder: Path) -> None:
                 alone=True,
             )
         sticky = place is not folder and found.st_mode & stat.S_ISVTX
-        if found.st_mode & stat.S_IWOTH and not sticky:
+        if not sticky and (writers := other_writers(place, found)):
             raise RunError(
-                f"the cache of kernels, {folder}, is not used: everybody can write {place}, and "
-                f"put programs there; remove that permission (chmod o-w), or {SAY}",
+                f"the cache of kernels, {folder}, is not used: {writers} can write {place}, and "
+                f"put programs there; remove that permission (chmod go-w), or {SAY}",
                 alone=True,
             )
 
@@ -234,7 +233,7 @@ def is_whole(library: Path) -> bool:
         key = (found.st_dev, found.st_ino, found.st_size, found.st_mtime_ns)
         if key in _WHOLE:
             return True
-        ours = found.st_uid in (os.getuid(), 0) and not found.st_mode & stat.S_IWOTH
+        ours = found.st_uid in (os.getuid(), 0) and not other_writers(library, found)
         if not (stat.S_ISREG(found.st_mode) and ours):
             return False
         content = library.read_bytes()
