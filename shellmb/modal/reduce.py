@@ -16,7 +16,7 @@ from shellmb.modal.basis import Attachment, reduced_body
 from shellmb.modal.supports import edges, stays_rigid
 from shellmb.model.frames.glue import line_along
 from shellmb.model.frames.linear import build_beam
-from shellmb.model.frames.rigidify import about_director
+from shellmb.model.frames.rigidify import about_director, hinged
 from shellmb.model.frames.rigidpoints import RigidMeshes
 from shellmb.model.locations.nodes import ON_NODE, shared_nodes
 from shellmb.model.reduced.data import ModalBody
@@ -27,6 +27,7 @@ from shellmb.scene.checks.reduced import groups_of
 from shellmb.scene.loads.loads import PointLoad
 from shellmb.scene.loads.supports import Fixed, Hinged
 from shellmb.scene.lookup import said
+from shellmb.scene.multibody.edge_hinges import EdgeHinge
 from shellmb.scene.multibody.elements import PointElement
 from shellmb.scene.multibody.joints import GROUND, Joint, Spherical, Weld
 from shellmb.scene.multibody.offsets import Offset, arm_components, node_of
@@ -222,10 +223,25 @@ class _Reduction:
 
     def joint(self, joint: Joint) -> Joint:
         """A joint with its ends at frames."""
+        if isinstance(joint, EdgeHinge):
+            return self._edge_hinge(joint)
         shells = {n: self.mesh(n) for n in {joint.second} & self.group.keys()}
         turned = about_director(joint, self._scene, shells)
         moved: Joint = self.ends(turned, joint.said)
         return moved
+
+    def _edge_hinge(self, joint: EdgeHinge) -> Joint:
+        """A hinge of edges on the frames that these move with."""
+        shells: dict[str, ShellModel] = {}
+        frames: dict[str, Any] = {}
+        for body, at in BOTH:
+            name, edge = getattr(joint, body), getattr(joint, at)
+            if name in self.group:
+                shells[name] = self.mesh(name)
+                frames[body] = self._frame(name, edge, joint.said, joint.name).frame.name
+        meshed = {shell.name for shell in self._scene.shells}
+        turned = hinged(joint, shells, lambda name: self.mesh(name) if name in meshed else None)
+        return replace(turned, **frames)
 
     def held(self, support: Any) -> bool:
         """Decide whether a support holds a reduced body."""

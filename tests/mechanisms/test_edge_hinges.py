@@ -314,7 +314,6 @@ ROD = Beam(
             {"joints": EdgeHinge("hinge", "rod", "b", second_at="left"), "beams": ROD},
             "is beam 'rod'",
         ),
-        ({"joints": hinge(), "shells": panels(model=Modal(modes=4))}, "in modes"),
         (
             {
                 "joints": hinge(),
@@ -331,6 +330,105 @@ def test_refused(change, said) -> None:
         if isinstance(change["joints"], dict):
             EdgeHinge("hinge", "a", "bus", **change["joints"])
         Scene("bad", **(given | change))
+
+
+# edges that move as frames: of bodies in modes, and of rigid ones
+MODES = Modal(modes=2)
+FRAMED = [
+    (MODES, "exact"),
+    (MODES, MODES),
+    ("exact", MODES),
+    (MODES, "rigid"),
+    ("rigid", MODES),
+    ("floating-frame", MODES),
+]
+
+
+def modelled(scene: Scene, models: tuple[Any, Any]) -> Scene:
+    """The scene with other models of both panels."""
+    shells = zip(scene.shells, models, strict=True)
+    return replace(scene, shells=tuple(replace(s, model=m) for s, m in shells))
+
+
+@pytest.mark.parametrize(
+    ("models", "scheme"),
+    [
+        (FRAMED[0], SCHEMES[0]),
+        *(
+            pytest.param(models, scheme, marks=pytest.mark.slow)
+            for models in FRAMED
+            for scheme in SCHEMES
+        ),
+    ],
+)
+def test_bodies_in_modes_exact_in_the_account(models, scheme) -> None:
+    """Energy in all schemes, both momenta in EP, with frames at one edge or at both."""
+    energy = EnergyAccount()
+    momentum = Momentum(energy)
+    scene = modelled(free(*scheme, rigid_angle=True), models)
+    Simulation(scene).run([energy, momentum])
+    # worst seen 2e-15
+    assert energy.error < 1e-13 * energy.exchanged
+    sizes = {kind: np.abs(vector).max() for kind, vector in momentum.values.items()}
+    assert momentum.drift["momentum"] < 1e-13 * sizes["momentum"]
+    if scheme[0] == "ep":
+        assert momentum.drift["angular momentum"] < 1e-13 * sizes["angular momentum"]
+
+
+@pytest.mark.parametrize(
+    ("models", "joint"),
+    [
+        ((MODES, MODES), SWAPPED),
+        *(
+            pytest.param(models, joint, marks=pytest.mark.slow)
+            for models in [("exact", MODES), (MODES, "exact"), (MODES, "floating-frame")]
+            for joint in (hinge(), SWAPPED)
+        ),
+    ],
+)
+def test_bodies_in_modes_bend_as_exact_ones(models, joint) -> None:
+    """Where edges stay straight (without Poisson's ratio) frames at them change nothing."""
+    skin = replace(SKIN, nu=0.0)
+    scene = replace(bent("static", joint, load=1e-3), dt=1.0)
+    scene = replace(
+        scene,
+        shells=tuple(replace(s, section=skin) for s in scene.shells),
+        probes=sm.Probe("tip", "right-top", component=2, body="b"),
+    )
+    exact = sm.run(scene).history.iloc[-1]
+    found = sm.run(modelled(scene, models)).history.iloc[-1]
+    # both are wrong by squares of rotations of 1e-4
+    assert found["hinge.rotation"] == pytest.approx(exact["hinge.rotation"], rel=1e-7)
+    assert found["tip"] == pytest.approx(exact["tip"], rel=1e-7)
+    # along the scene's axes, whatever the models are
+    assert found["hinge.F3"] == pytest.approx(exact["hinge.F3"], rel=1e-7)
+
+
+@pytest.mark.slow
+def test_bodies_in_modes_swing_as_exact_ones() -> None:
+    """A panel in modes on a rigid one swings through a large angle as an exact one does.
+
+    The spring turns the panels by 0.6 rad in a time of many of their own periods.
+    """
+    scene = free("ep4", None, rigid_angle=True)
+    spring = JointSpring("spring", "hinge", 0.02, rest=-1.5)
+    spin = InitialVelocity(spin=(0.0, 0.5, 0.0))
+    scene = replace(scene, force_elements=spring, initial=spin, dt=0.05, t_end=1.0)
+    turned = [
+        rotation(modelled(scene, ("rigid", model)))["hinge.rotation"] for model in ("exact", MODES)
+    ]
+    assert abs(turned[0]) > 0.5
+    assert turned[1] == pytest.approx(turned[0], rel=1e-4)
+
+
+@pytest.mark.parametrize("models", [("rigid", "rigid"), ("rigid", "exact"), (MODES, MODES)])
+def test_edges_of_frames_apart(models) -> None:
+    """Frames would hold edges together over any distance. Kind: edges that a frame forgets."""
+    scene = modelled(free("ep", None), models)
+    apart = Rectangle(LENGTH, WIDTH, (LENGTH + 0.1, 0.0, 0.0))
+    scene = replace(scene, shells=(scene.shells[0], replace(scene.shells[1], surface=apart)))
+    with pytest.raises(SceneError, match=r"0\.1 away from the edge of shell 'a'"):
+        Simulation(scene)
 
 
 @pytest.mark.parametrize(

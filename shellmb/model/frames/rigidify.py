@@ -8,6 +8,7 @@ rigid motions consist. So kinetic energies agree to round-off, whatever quadratu
 from __future__ import annotations
 
 import itertools
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -23,7 +24,7 @@ from shellmb.model.frames.beam import BeamModel
 from shellmb.model.frames.glue import line_along
 from shellmb.model.frames.linear import build_beam
 from shellmb.model.frames.rigidpoints import RigidMeshes, ended, pointed
-from shellmb.model.hinges.edges import hinge_line
+from shellmb.model.hinges.edges import edges_together, hinge_line
 from shellmb.model.locations.nodes import shared_nodes
 from shellmb.model.shells.shell import ShellModel
 from shellmb.native.kernels import compiled
@@ -31,7 +32,7 @@ from shellmb.scene import Beam, Gravity, RigidBody, Scene
 from shellmb.scene.loads.body_loads import FollowerForce, FollowerMoment, PointMoment
 from shellmb.scene.loads.loads import Load, PointForce
 from shellmb.scene.lookup import said
-from shellmb.scene.multibody.edge_hinges import EdgeHinge
+from shellmb.scene.multibody.edge_hinges import EdgeHinge, FramedHinge
 from shellmb.scene.multibody.joints import Joint, Revolute, ShellRevolute, Weld
 from shellmb.scene.multibody.offsets import node_of
 
@@ -172,6 +173,13 @@ def rigidified(scene: Scene, comm: MPI.Comm) -> tuple[Scene, RigidMeshes]:
         for s in scene.shells
         if s.name in names
     }
+
+    def other(name: str) -> ShellModel | None:
+        given = next((s for s in scene.shells if s.name == name), None)
+        if given is None:
+            return None
+        return ShellModel(given, build_surface(given, comm), [], dynamic)
+
     beams = {}
     for beam in scene.beams:
         if beam.name in names:
@@ -190,7 +198,7 @@ def rigidified(scene: Scene, comm: MPI.Comm) -> tuple[Scene, RigidMeshes]:
         ),
         joints=(
             *(
-                ended(hinged(about_director(j, scene, shells), scene, shells), meshes)
+                ended(hinged(about_director(j, scene, shells), shells, other), meshes)
                 for j in scene.joints
             ),
             *_welds(scene, meshes),
@@ -271,27 +279,35 @@ def about_director(joint: Joint, scene: Scene, shells: dict[str, ShellModel]) ->
     )
 
 
-def hinged(joint: Joint, scene: Scene, shells: dict[str, ShellModel]) -> Joint:
-    """A hinge of edges of shells that are rigid: on their frames, between two a revolute joint.
+def hinged(
+    joint: Joint, shells: dict[str, ShellModel], other: Callable[[str], ShellModel | None]
+) -> Joint:
+    """A hinge of edges of shells that frames move: on these, or a revolute joint without others.
 
     Args:
         joint: The joint.
-        scene: The scene.
-        shells: Shells that are rigid, by name.
+        shells: Shells whose edges move as frames, by name.
+        other: Gives another shell by name; None: no shell has it.
+
+    Raises:
+        SceneError: If the edges of two shells do not lie on each other.
     """
     ends = {joint.first: joint.at, joint.second: joint.second_at}
-    rigid = [name for name in ends if name in shells]
-    if not isinstance(joint, EdgeHinge) or not rigid:
+    framed = [name for name in ends if name in shells]
+    if not isinstance(joint, EdgeHinge) or not framed:
         return joint
-    flexible = [b.name for b in scene.shells if b.name in ends and b.name not in shells]
-    if flexible:
-        gone: dict[str, Any] = {"at" if n == joint.first else "second_at": None for n in rigid}
+    both = [shells.get(name) or other(name) for name in ends]
+    first, second = both
+    if first is not None and second is not None:
+        edges_together(joint, first, second)
+    if len(framed) < len([shell for shell in both if shell is not None]):
+        gone: dict[str, Any] = {"at" if n == joint.first else "second_at": None for n in framed}
         return replace(joint, **gone)
-    name = rigid[-1]
+    name = framed[-1]
     x = shared_nodes(shells[name], str(ends[name]), joint.said).x
     axis = hinge_line(joint, x, shells[name].surface_mesh.length, f"shell '{name}'")
     middle = _triple((x[0] + x[-1]) / 2)
-    return Revolute(joint.name, joint.first, joint.second, at=middle, axis=_triple(axis))
+    return FramedHinge(joint.name, joint.first, joint.second, at=middle, axis=_triple(axis))
 
 
 def _first_place(joint: Joint, scene: Scene) -> Any:

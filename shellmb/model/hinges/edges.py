@@ -21,7 +21,7 @@ from shellmb.model.locations.nodes import ON_NODE, Nodes, shared_nodes
 from shellmb.model.shells.shell import ShellModel
 from shellmb.scene.multibody.edge_hinges import EdgeHinge
 
-__all__ = ["Hinge", "bind_hinges", "hinge_line"]
+__all__ = ["Hinge", "bind_hinges", "edges_together", "hinge_line"]
 
 # directors and given axes are across and along an edge to this, rad
 ALIGNED = 1e-6
@@ -46,6 +46,21 @@ class _Edge:
         dofs = {part: self.nodes.dofs[part][k] for part in ("u", "w")}
         x = self.nodes.x[k]
         return End(self.shell.name, self.shell.name, dofs, x, self.nodes.directors[k], x)
+
+    def check_directors(self, joint: EdgeHinge) -> None:
+        """Check that directors are across the edge.
+
+        Raises:
+            SceneError: If they lean along it.
+        """
+        along = (self.nodes.x[-1] - self.nodes.x[0]) / np.ptp(self.s)
+        tilted = float(np.abs(self.nodes.director @ along).max())
+        if tilted > 1e-3:
+            raise SceneError(
+                f"{joint.said}: a director of shell '{self.shell.name}' is "
+                f"{np.degrees(tilted):.3g} degrees away from the plane across the edge; it must be "
+                "in that plane, as where no other shell is joined smoothly at an angle"
+            )
 
     def at(self, x: Floats, joint: EdgeHinge, other: _Edge) -> float:
         """Position along the edge of a node of another edge, m.
@@ -227,7 +242,18 @@ def _sides(
         axis = hinge_line(joint, x, shell.surface_mesh.length, f"shell '{shell.name}'")
         # the first shell on the second body turns about it the other way round
         axis, body = (-axis, joint.second) if second is None else (axis, joint.first)
-        return find(body, None, joint.said), _edge(joint, shell, where, axis), axis
+        edge = _edge(joint, shell, where, axis)
+        edge.check_directors(joint)
+        return find(body, None, joint.said), edge, axis
+    one, two, axis = _lines(joint, first, second)
+    for edge in (one, two):
+        edge.check_directors(joint)
+    return one, two, axis
+
+
+def _lines(joint: EdgeHinge, first: ShellModel, second: ShellModel) -> tuple[_Edge, _Edge, Floats]:
+    """Edges of both shells, the one with more nodes last, and the axis."""
+    at, second_at = str(joint.at), str(joint.second_at)
     x = shared_nodes(second, second_at, joint.said).x
     axis = hinge_line(joint, x, second.surface_mesh.length, f"shell '{joint.second}'")
     other = shared_nodes(first, at, joint.said).x
@@ -246,6 +272,23 @@ def _sides(
             _edge(joint, first, at, axis),
         )
     return one, two, axis
+
+
+def edges_together(joint: EdgeHinge, first: ShellModel, second: ShellModel) -> None:
+    """Check that the edges of a hinge lie on each other.
+
+    Args:
+        joint: Description.
+        first: The first shell.
+        second: The second shell.
+
+    Raises:
+        SceneError: If they are not straight or not parallel, or a node of the one with more nodes
+            is not on the other one.
+    """
+    one, two, _ = _lines(joint, first, second)
+    for x in two.nodes.x:
+        one.at(x, joint, two)
 
 
 def _points(joint: EdgeHinge, one: _Edge | End, two: _Edge, axis: Floats) -> list[Point]:
@@ -294,13 +337,6 @@ def _edge(joint: EdgeHinge, shell: ShellModel, name: str, axis: Floats) -> _Edge
     order = np.argsort(s)
     dofs = {part: rows[order] for part, rows in nodes.dofs.items()}
     nodes = Nodes(nodes.x[order], dofs, nodes.directors[order])
-    tilted = np.abs(nodes.director @ axis)
-    if float(tilted.max()) > 1e-3:
-        raise SceneError(
-            f"{joint.said}: a director of shell '{shell.name}' is {np.degrees(tilted.max()):.3g} "
-            "degrees away from the plane across the edge; it must be in that plane, as where no "
-            "other shell is joined smoothly at an angle"
-        )
     return _Edge(shell, nodes, s[order])
 
 

@@ -57,7 +57,7 @@ class BoundJoint:
     @property
     def shown(self) -> Floats:
         """Axes of its forces in the results, as rows: they turn with the first place."""
-        return np.asarray(self.axes[0])
+        return np.eye(3) if self.joint.along_scene else np.asarray(self.axes[0])
 
     @property
     def vectors(self) -> tuple[int, int]:

@@ -32,8 +32,10 @@ class JointForces(Booked):
     has its forces). What they are at the end of the step, `EndForceColumns` tells. The moment is
     about the joint's point on the second body; of a weld along an edge or area, which has many
     there, about that on the first. Components are along the axes `e1, e2, e3` that turn with the
-    first body, `e3` being the joint's axis or normal; of joints without axes (spherical, distance)
-    along those of the scene; of wheels and blades `e1` is the direction they move in.
+    first body, `e3` being the joint's axis or normal; of hinges and welds along edges, along the
+    scene's axes as they turn with the first body; of joints without axes (spherical, distance)
+    along those of the scene, as of hinges along edges of two flexible shells; of wheels and blades
+    `e1` is the direction they move in.
     What drivers, springs, dampers and motors add about or along the axis is theirs, not the
     joint's.
 

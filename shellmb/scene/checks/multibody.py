@@ -45,7 +45,6 @@ from shellmb.scene.multibody.rolling import Contact, Rolling
 from shellmb.scene.probes import MOTIONS
 from shellmb.scene.shells.sections import LinearSection
 from shellmb.scene.shells.shell import Shell
-from shellmb.scene.values.models import Modal
 from shellmb.scene.values.validate import show
 
 if TYPE_CHECKING:
@@ -147,11 +146,9 @@ def _edge_hinge(
     for body, where, name, at in zip(
         bodies, ("first", "second"), (joint.at, joint.second_at), ("at", "second_at"), strict=True
     ):
-        if isinstance(body, Beam) or (isinstance(body, Shell) and isinstance(body.model, Modal)):
+        if isinstance(body, Beam):
             raise SceneError(
-                f"{who}: {where} is {said(body)}{'' if isinstance(body, Beam) else ' in modes'}; "
-                "it must be a shell that is exact, in a floating frame or rigid, a rigid body or "
-                "the ground"
+                f"{who}: {where} is {said(body)}; it must be a shell, a rigid body or the ground"
             )
         if isinstance(body, Shell):
             if name is None:

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import field
 
 from shellmb.errors import SceneError
-from shellmb.scene.multibody.joints import Joint
+from shellmb.scene.multibody.joints import Joint, Revolute
 from shellmb.scene.values.validate import Axis, described, show
 
-__all__ = ["EdgeHinge"]
+__all__ = ["EdgeHinge", "FramedHinge"]
 
 
 @described("edge hinge")
@@ -66,3 +66,10 @@ class EdgeHinge(Joint):
                     f"{self.said}: {name} is {show(where)}; it must be the name of an edge, or be "
                     "left out where the body is no shell"
                 )
+
+
+@described("revolute joint")
+class FramedHinge(Revolute):
+    """Revolute joint in place of an edge hinge whose edges both move as frames."""
+
+    along_scene = True

@@ -67,6 +67,8 @@ class Joint:
         freedoms: The relative coordinates that drivers and force elements may act on.
         observed: Further ones, which the history has and nothing acts on.
         shells: Whether a shell's node, which has no frame, will do as first and as second end.
+        along_scene: Whether its forces are reported along the scene's axes, as these turn with the
+            first body, and not along its own.
     """
 
     name: Name
@@ -81,6 +83,7 @@ class Joint:
     freedoms: ClassVar[tuple[str, ...]] = ()
     observed: ClassVar[tuple[str, ...]] = ()
     shells: ClassVar[tuple[bool, bool]] = (False, False)
+    along_scene: ClassVar[bool] = False
     label: ClassVar[str] = "joint"
 
     def __post_init__(self) -> None:
