@@ -2,7 +2,7 @@
 
 In `all` are quadrilaterals of degree 3 and triangles (bubbles, Nedelec's shear forces), a beam, a
 linear and a rigid body, joints, a motor with a controller, a stop, contact, an event that locks a
-hinge.
+hinge. In `faces` plates slide on each other when the run stops.
 """
 
 import sys
@@ -18,6 +18,9 @@ from shellmb.running.execute import execute
 from shellmb.running.resuming.resume import resume
 from shellmb.scene.control.sensors import Sensor
 from shellmb.simulate.simulation import Silent, Simulation
+
+sys.path.append(str(Path(__file__).parents[2]))
+from tests.contact.faces_ranks import sliding
 
 STEPS = 12
 
@@ -79,7 +82,7 @@ class Stops(Silent):
             raise ConvergenceError("in the middle")
 
 
-SCENES = {"all": everything, "small": small}
+SCENES = {"all": everything, "small": small, "faces": lambda: sliding("ep")}
 
 if __name__ == "__main__":
     name, what, out = sys.argv[1], sys.argv[2], Path(sys.argv[3])

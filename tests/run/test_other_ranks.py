@@ -27,7 +27,7 @@ import other_ranks  # noqa: E402
 # guesses of Newton's method begin anew, and it stops 2e-12 m apart
 CLOSE = 1e-8
 # what has no such size: round-off itself, and times of clocks
-MORE = [("small", 2), ("all", 1), ("all", 2)]
+MORE = [("small", 2), ("all", 1), ("all", 2), ("faces", 1), ("faces", 2)]
 LEFT = {"wall_s", "energy_balance", "director_error", "constraint_error", "iterations"}
 
 

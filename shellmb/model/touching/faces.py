@@ -10,7 +10,7 @@ from scipy.sparse import coo_array, csr_array
 
 from shellmb.arrays import Bools, Floats, Ints
 from shellmb.errors import SceneError
-from shellmb.model.locations.nodes import part_dofs, said_point
+from shellmb.model.locations.nodes import said_point, shared_nodes
 from shellmb.model.potentials.contact import TOUCHING
 from shellmb.model.potentials.points import MeshedBody, Points
 from shellmb.model.shells.shell import ShellModel
@@ -59,7 +59,7 @@ class Touching(NamedTuple):
 
 
 class FacesContact:
-    """Contact of the points of a body with the faces of a shell, in one process.
+    """Contact of the points of a body with the faces of a shell; all ranks know all of it.
 
     Args:
         item: Description.
@@ -70,11 +70,11 @@ class FacesContact:
 
     Attributes:
         y: Reference positions of the points, shape (n, 3), m.
-        y_dofs: Dofs of their displacements in the body's space, shape (n, 3).
+        y_dofs: Global dofs of their displacements in the body's space, shape (n, 3).
         d: Reference directors of the points that matter, shape (n, directors, 3).
-        d_dofs: Dofs of their changes in the body's space, shape (n, directors, 3).
+        d_dofs: Global dofs of their changes in the body's space, shape (n, directors, 3).
         x: Reference positions of the shell's nodes, shape (m, 3), m.
-        x_dofs: Dofs of their displacements in the shell's space, shape (m, 3).
+        x_dofs: Global dofs of their displacements in the shell's space, shape (m, 3).
         law: Law of all points.
     """
 
@@ -95,10 +95,10 @@ class FacesContact:
         self.d_dofs = np.array([end.dofs["w"] for end in ends]).reshape(len(ends), -1, 3)
         self.d_dofs = self.d_dofs[:, : self.d.shape[1]]
         self._points, self._has = points, has
-        self.x = np.asarray(shell.mixed.nodes("u"))
-        self.x_dofs = part_dofs(shell, np.arange(len(self.x), dtype=np.int32), "u")
+        nodes = shared_nodes(shell, None, said(item))
+        self.x, self.x_dofs = nodes.x, nodes.dofs["u"]
         self.law = Law(reach, item.stiffness * points.weights[has], item)
-        self.facets = facets_of(shell.mixed.subspaces["u"])
+        self.facets = facets_of(shell, self.x_dofs[:, 0])
         sides = self.x[self.facets.cells]
         sizes = np.linalg.norm(sides - np.roll(sides, 1, axis=1), axis=2)
         self.slack = max(reach, float(np.median(sizes)) / 2)

@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from shellmb.arrays import Floats, Ints
+from shellmb.model.locations.nodes import Meshed, part_dofs
 
 # parts of a triangle by which a point above its edge counts as above it: slopes are a plane's there
 EDGE = 1e-12
@@ -42,13 +43,15 @@ class Facets:
         return np.asarray(self.vertices[which] @ x[self.cells[self.cell[which]]])
 
 
-def facets_of(space: Any) -> Facets:
-    """Facets of a shell, from the space of its displacement.
+def facets_of(shell: Meshed, first: Ints) -> Facets:
+    """Facets of a shell, the same on all ranks and on any number of them; collective.
 
     Args:
-        space: Lagrange space on quadrilaterals or triangles, of any degree.
+        shell: The shell; its displacement is of any degree, on quadrilaterals or triangles.
+        first: First global dofs of its nodes in their order.
     """
-    table = np.asarray(space.dofmap.list)
+    space, domain = shell.mixed.subspaces["u"], shell.domain.mesh
+    table = np.asarray(space.dofmap.list)[: domain.topology.index_map(2).size_local]
     points = np.asarray(space.ufl_element().sub_elements[0].basix_element.points)
     steps = np.unique(np.round(points, 9))
     k = len(steps) - 1
@@ -63,7 +66,12 @@ def facets_of(space: Any) -> Facets:
         found = [[(i + a, j + b) for a, b in ring] for i, j in corners for ring in (up, down)]
         small = [[number[p] for p in some] for some in found if all(p in number for p in some)]
         parts = ONE
-    cells = table[:, np.array(small)].reshape(-1, len(small[0])).astype(np.int64)
+    order, local = np.argsort(first), np.arange(len(shell.mixed.nodes("u")), dtype=np.int32)
+    own = shell.mixed.space.dofmap.index_map.local_to_global(part_dofs(shell, local, "u")[:, 0])
+    node = order[np.searchsorted(first[order], own)]
+    mine = node[table][:, np.array(small)].reshape(-1, len(small[0]))
+    cells = np.concatenate(domain.comm.allgather(mine))
+    cells = cells[np.lexsort(cells.T[::-1])]
     return Facets(
         cells, np.repeat(np.arange(len(cells)), len(parts)), np.tile(parts, (len(cells), 1, 1))
     )

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from functools import cached_property
 from typing import Any, NamedTuple
 
 from mpi4py import MPI
@@ -22,14 +21,24 @@ from shellmb.schemes.pieces import START, START_RATE, Pieces
 from shellmb.simulate.couplings.acting import Block, Force, blocks
 from shellmb.simulate.couplings.rubbing import Ends, Rubbing
 from shellmb.simulate.couplings.stresses import PointForces, StepStresses, opposite
-from shellmb.system.couplings import Entries
+from shellmb.system.couplings import Entries, SharedDofs, joined
 
 # times a motion that was larger than expected for which pairs are found anew
 AHEAD = 1.2
 
 
-# body, reference positions or directors, and dofs of their changes
-Side = tuple[str, Floats, Any]
+class Side(NamedTuple):
+    """Some of the slots.
+
+    Args:
+        body: Name of the body.
+        X: Reference positions, or directors, shape (n, 3).
+        dofs: Dofs of their changes in the body's space, three for each.
+    """
+
+    body: str
+    X: Floats
+    dofs: SharedDofs
 
 
 class Loss(NamedTuple):
@@ -66,7 +75,9 @@ class Acting(NamedTuple):
 
 
 class FacesCoupling:
-    """Forces of one contact with the faces of a shell.
+    """Forces of one contact with the faces of a shell, the same on all ranks; collective.
+
+    Its dofs are those of all slots (points, the shell's nodes, then directors), stage by stage.
 
     Args:
         comm: Communicator.
@@ -76,7 +87,7 @@ class FacesCoupling:
         offsets: First local dof of each field by body and stage.
 
     Attributes:
-        dofs: Local dofs that it may ever act on.
+        dofs: Dofs of all slots at all stages.
         changed: Whether its entries are others than those that the matrix was made for.
     """
 
@@ -88,37 +99,41 @@ class FacesCoupling:
         pieces: Pieces,
         offsets: Mapping[tuple[str, str], int],
     ) -> None:
-        self.contact, self._pieces, self._offsets = contact, pieces, offsets
+        self.contact, self._pieces = contact, pieces
         self._stages = tuple(pieces.rows)
         self._stresses = StepStresses(comm, pieces, contact.law)
         rubs, directors = contact.item.friction > 0, contact.d.shape[1]
         self._rubbing = Rubbing(comm, contact.law, directors) if rubs else None
         self._last = len(pieces.states) - 1
         self._arrays = {name: _arrays(levels[name]) for name in (contact.body, contact.shell)}
-        self._sides: tuple[Side, ...] = (
-            (contact.body, contact.y, contact.y_dofs),
-            (contact.shell, contact.x, contact.x_dofs),
-            (contact.body, contact.d.reshape(-1, 3), contact.d_dofs.reshape(-1, 3)),
+
+        def side(body: str, X: Floats, dofs: Ints) -> Side:
+            owned = levels[body].q.function_space.dofmap.index_map.local_range
+            return Side(body, X, SharedDofs.of(comm, dofs, owned))
+
+        self._sides = (
+            side(contact.body, contact.y, contact.y_dofs),
+            side(contact.shell, contact.x, contact.x_dofs),
+            side(contact.body, contact.d.reshape(-1, 3), contact.d_dofs),
+        )
+        self._count = sum(len(part.X) for part in self._sides)
+        self.dofs = joined(
+            comm,
+            [
+                part.dofs.shifted(offsets[part.body, stage])
+                for stage in self._stages
+                for part in self._sides
+            ],
         )
         self._wider = 0.0
         self.candidates = contact.candidates(contact.y, contact.x)
         self._pattern = contact.coupled(self.candidates)
         self.changed = False
 
-    @cached_property
-    def dofs(self) -> Ints:
-        """Local dofs that it may ever act on."""
-        found = [self._places(stage, np.arange(self._count)).ravel() for stage in self._stages]
-        return np.unique(np.concatenate(found))
-
-    @property
-    def _count(self) -> int:
-        return sum(len(dofs) for _, _, dofs in self._sides)
-
-    def _places(self, stage: str, nodes: Ints) -> Ints:
-        """Local dofs of a stage at nodes: points, the shell's, then directors, shape (n, 3)."""
-        every = [dofs + self._offsets[body, stage] for body, _, dofs in self._sides]
-        return np.concatenate(every)[nodes]
+    def _places(self, stage: str, slots: Ints) -> Ints:
+        """Numbers of the dofs of a stage in slots, shape (..., 3)."""
+        first = self._stages.index(stage) * self._count
+        return 3 * (first + slots[..., None]) + np.arange(3)
 
     @property
     def name(self) -> str:
@@ -132,9 +147,9 @@ class FacesCoupling:
 
     def _side(self, side: Side, state: Mapping[str, float]) -> Floats:
         """Positions, or directors, at a state of the step, shape (n, 3)."""
-        body, X, dofs = side
-        arrays = self._arrays[body]
-        return X + sum(share * arrays[name][dofs] for name, share in state.items())
+        arrays, local = self._arrays[side.body], side.dofs.local
+        own = sum((share * arrays[name][local] for name, share in state.items()), np.zeros(()))
+        return side.X + side.dofs.gathered(own).reshape(-1, 3)
 
     def start(self) -> tuple[Floats, Floats]:
         """Positions of points and nodes at the start of the step."""
@@ -195,7 +210,7 @@ class FacesCoupling:
         return Ends(first, last)
 
     def residual(self) -> tuple[Ints, Floats]:
-        """Local dofs and forces on them."""
+        """Numbers of dofs and forces on them."""
         acting, places, values = self._acting(False), [np.zeros(0, dtype=np.int64)], [np.zeros(0)]
         if acting is None:
             return places[0], values[0]

@@ -30,7 +30,7 @@ from shellmb.system.assembly.general import general_position
 from shellmb.system.assembly.numbering import Numbering
 from shellmb.system.assembly.residuals import DolfinxResiduals, Residuals, RowForm
 from shellmb.system.assembly.scatter import exchange
-from shellmb.system.couplings import Coupling, derivatives, forces
+from shellmb.system.couplings import Coupled, Coupling
 
 BlockForms = dict[tuple[int, int], list[fem.Form]]
 
@@ -248,12 +248,24 @@ class BlockSystem:
         entries[self.fixed] = x.array_r[self.fixed] - self.values[self.fixed]
         self._couple(b)
 
+    @cached_property
+    def coupled(self) -> Coupled:
+        """All couplings as one."""
+        return Coupled(self.comm, self.couplings)
+
+    @cached_property
+    def _coupled_unknowns(self) -> Ints:
+        """Numbers of the unknowns of the couplings' dofs."""
+        return np.asarray(self.coupled.dofs.seen(self.numbering.local_to_global))
+
     def _couple(self, b: PETSc.Vec) -> None:
         """Add the forces of couplings, to the reactions where values are given."""
         if not self.couplings:
             return
         n = self.numbering
-        total = forces(self.couplings, n.local_to_global - n.start, n.owned)
+        unknown, found = self._coupled_unknowns - n.start, self.coupled.forces()
+        mine = (unknown >= 0) & (unknown < n.owned)
+        total = np.bincount(unknown[mine], found[mine], n.owned)
         self.reactions += total[self.fixed]
         total[self.fixed] = 0.0
         b.array[:] += total
@@ -341,10 +353,10 @@ class BlockSystem:
 
     def _add_couplings(self, A: PETSc.Mat, symmetric: bool) -> None:
         """Add the derivatives of couplings, without rows of fixed dofs, or without columns, too."""
-        rows, columns, values = derivatives(self.couplings)
-        held = np.concatenate(self.held).astype(bool)
+        rows, columns, values = self.coupled.derivatives()
+        held = self.coupled.dofs.seen(np.concatenate(self.held)).astype(bool)
         free = ~held[rows] & ~(symmetric & held[columns])
-        unknown = self.numbering.local_to_global.astype(PETSc.IntType)
+        unknown = self._coupled_unknowns.astype(PETSc.IntType)
         places = (unknown[which[free]][:, None] for which in (rows, columns))
         A.setValuesRCV(*places, values[free][:, None], addv=PETSc.InsertMode.ADD)
 

@@ -11,7 +11,7 @@ from petsc4py import PETSc
 
 import numpy as np
 
-from shellmb.arrays import Floats, Int32s
+from shellmb.arrays import Floats, Int32s, Ints
 from shellmb.system.condensation.meshreduction import MeshReduction
 from shellmb.system.couplings import CoupledEntries
 from shellmb.system.nullspace.numbers import ReducedNumbers
@@ -65,7 +65,7 @@ def reduced_matrix(
     Args:
         numbers: Numbers of the reduced unknowns, and tangent spaces in general position.
         parts: Reductions of all meshes.
-        coupled: Entries of couplings, in one process; None: there are none.
+        coupled: Entries of couplings; None: there are none.
     """
     entries = [part.find_pattern() for part in parts]
     owned = len(numbers.outer)
@@ -96,6 +96,11 @@ class CooMatrix:
         ends = pattern.ends()
         self._listed = np.zeros(ends[-1])
         self.targets = [self._listed[a:b] for a, b in itertools.pairwise(ends)][: len(parts)]
+        # entries of couplings, and where each of their places is listed first
+        self._coupled = self._listed[ends[len(parts)] : ends[-2]]
+        self._columns = int(self.A.getSize()[1])
+        keys = [self._keys(*some) for some in list(zip(*pattern[1:], strict=True))[len(parts) : -1]]
+        self._places = np.unique(np.concatenate([*keys, np.zeros(0, np.int64)]), return_index=True)
         for part in parts:
             part.emit()
 
@@ -103,13 +108,18 @@ class CooMatrix:
         """Add them up."""
         self.A.setValuesCOO(self._listed)
 
+    def _keys(self, rows: Int32s, columns: Int32s) -> Ints:
+        return rows.astype(np.int64) * self._columns + columns
+
     def add(self, rows: Int32s, columns: Int32s, values: Floats) -> None:
-        """Couplings are for one process.
+        """Add entries of couplings.
 
         Raises:
-            NotImplementedError: Always.
+            IndexError: If the matrix has no place for one.
         """
-        raise NotImplementedError("entries of couplings on several ranks")
+        known, first = self._places
+        places = first[_found(known, self._keys(rows, columns))]
+        self._coupled[:] = np.bincount(places, values, len(self._coupled))
 
 
 class CsrMatrix:
@@ -160,8 +170,17 @@ class CsrMatrix:
         """
         assert self.values is not None
         self.values[self._lonely] = 0.0
-        keys = rows.astype(np.int64) * self._owned + columns
-        places = np.searchsorted(self._keys, keys)
-        if len(keys) and not np.array_equal(self._keys[places], keys):
-            raise IndexError("an entry of a coupling is not in the pattern of the matrix")
+        places = _found(self._keys, rows.astype(np.int64) * self._owned + columns)
         self.values += np.bincount(places, values, len(self.values))
+
+
+def _found(known: Ints, keys: Ints) -> Ints:
+    """Places of keys among known ones, which are sorted.
+
+    Raises:
+        IndexError: If one is not among them.
+    """
+    places = np.searchsorted(known, keys)
+    if len(keys) and not np.array_equal(known[np.minimum(places, len(known) - 1)], keys):
+        raise IndexError("an entry of a coupling is not in the pattern of the matrix")
+    return places

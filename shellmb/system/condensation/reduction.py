@@ -60,7 +60,7 @@ class Reduction:
         system.residuals = residuals = LoopResiduals(group.residuals for group in groups)
         if isinstance(system.exchange, SerialExchange):
             system.at_once = AtOnce(system, system.exchange, residuals)
-        kept = [coupling.dofs for coupling in system.couplings]
+        kept = [system.coupled.dofs.local] if system.couplings else []
         self.numbers = ReducedNumbers(nodes, [group.cells for group in groups], kept)
         self._prefix = prefix
         self.renew()
@@ -103,7 +103,7 @@ class Reduction:
         self._coupled = None
         if self.system.couplings:
             places = numbers.matrix_places(numbers.kept)
-            self._coupled = CoupledEntries(self.system.couplings, *places)
+            self._coupled = CoupledEntries(self.system.coupled, *places)
         self._matrix = reduced_matrix(numbers, self.parts, self._coupled)
         self.A = self._matrix.A
         self._rhs, self._solution = self.A.createVecs()

@@ -36,10 +36,11 @@ class MatrixPlaces(NamedTuple):
     values: Floats
 
     @staticmethod
-    def of(bases: RowMap, numbers: Ints, dofs: Ints) -> MatrixPlaces:
-        """Places of all local dofs, as many as some of them have."""
+    def of(comm: MPI.Comm, bases: RowMap, numbers: Ints, dofs: Ints) -> MatrixPlaces:
+        """Places of all local dofs, as many as some of them have on any rank; collective."""
         found = numbers[bases.places]
         most = int((found[dofs] >= 0).any(axis=0).nonzero()[0].max(initial=0)) + 1
+        most = comm.allreduce(most, op=MPI.MAX)
         return MatrixPlaces(found[:, :most], bases.values)
 
 
@@ -67,7 +68,7 @@ class ReducedNumbers:
     Args:
         nodes: Nodes of the unreduced system.
         cells: The cells of all meshes.
-        kept: Local dofs that are not eliminated, in one process: more than cells may act on them.
+        kept: Local dofs that are not eliminated: more than cells may act on them.
 
     Attributes:
         right: Unknowns by reduced unknowns.
@@ -191,9 +192,10 @@ class ReducedNumbers:
                 alone = np.bincount(places[new], minlength=len(counts))
                 many = group.size == group.shared or group.shared > MOST
                 counts += alone * (2 if many else 1)
+            # what others act on, too, counts as shared
+            kept = np.bincount(rows.places[self.kept].ravel(), minlength=len(counts))
+            counts += 2 * kept
             inner &= rows.numbers.summed(counts[:-1]) == 1
-            seen = np.unique(rows.columns[self.kept])
-            inner[seen[seen >= 0]] = False
         comm = self.system.comm
         if not comm.allreduce(int(np.sum(~inner))):
             inner[:] = False
@@ -207,13 +209,13 @@ class ReducedNumbers:
         self.inner_rows, self.inner_columns = self.matrix_rows < 0, self.matrix_columns < 0
 
     def matrix_places(self, dofs: Ints) -> tuple[MatrixPlaces, MatrixPlaces]:
-        """Rows and columns in the matrix that equations and unknowns of some local dofs have.
+        """Rows and columns in the matrix of equations and unknowns of local dofs; collective.
 
         Args:
             dofs: Local dofs that matter.
         """
         rows, columns = (
-            MatrixPlaces.of(bases, np.append(numbers, NONE), dofs)
+            MatrixPlaces.of(self.system.comm, bases, np.append(numbers, NONE), dofs)
             for bases, numbers in (
                 (self.left, self.matrix_rows),
                 (self.right, self.matrix_columns),
