@@ -21,6 +21,7 @@ from shellmb.accuracy.estimates import (
     NONE,
     RATIO,
     UNKNOWN,
+    Estimate,
     mesh_error,
     model_error,
     step_error,
@@ -43,6 +44,8 @@ from shellmb.studies.quantity import Quantity
 
 # norms in which the history of a probe is judged
 NORMS = ("l2", "end", "max", "min")
+# those of them that are points of the curve
+POINTS = NORMS[1:]
 # steps of a motion, and of statics, that the largest steps of companions leave at least
 FEWEST, FEWEST_STATIC = 5, 2
 # steps that these leave where they are still larger, as they cost next to nothing
@@ -88,13 +91,26 @@ class Companions:
             away = None if self.mesh is None else difference(*self.mesh, quantity)
             parts["mesh"] = mesh_error(away, self.better)
         if not scene.static or scene.path is not None:
-            pairs = [difference(a, b, quantity) for a, b in pairwise(self.steps)]
-            known, size = [d for d in pairs if d is not None], abs(self.mine.size(quantity))
-            parts["step"] = step_error(known, order, size, self.ratio)
+            parts["step"] = self._step(quantity, order)
         for name, pair in self.others.items():
             away = None if pair is None else difference(pair[0], pair[1], quantity)
             parts[name] = UNKNOWN if pair is None else model_error(away, pair[2])
         return Found(self.mine.size(quantity), parts)
+
+    def _step(self, quantity: Quantity, order: float) -> Estimate:
+        """The error of the step: of a point of a curve that is not resolved, that of its kind."""
+        found = self._alone(quantity, order)
+        if quantity.norm not in POINTS or self._alone(replace(quantity, norm="l2"), order).resolved:
+            return replace(found, resolved=found.resolved or not quantity.is_curve)
+        alike = ("l2", "end") if quantity.norm == "end" else POINTS
+        errors = [self._alone(replace(quantity, norm=norm), order).error for norm in alike]
+        return replace(found, error=max(errors), resolved=False)
+
+    def _alone(self, quantity: Quantity, order: float) -> Estimate:
+        """The error of the step, as differences of one quantity tell it."""
+        pairs = [difference(a, b, quantity) for a, b in pairwise(self.steps)]
+        known, size = [d for d in pairs if d is not None], abs(self.mine.size(quantity))
+        return step_error(known, order, size, self.ratio)
 
 
 def find_companions(

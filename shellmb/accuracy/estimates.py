@@ -12,6 +12,11 @@ scheme allows by a good deal is taken as large as that. Steps nine times as larg
 to tell anything: where they are off by more than a hundredth of the quantity, and errors seem to
 shrink faster than the scheme's order allows, a whole order less than that is believed.
 
+A curve whose companions differ by more than a hundredth of it, and hardly less with smaller steps,
+is not resolved: its phase is one of many, as after a snap. Its end and its extremes are then right
+or wrong by chance: the end has at least the error of the curve, and each extreme the largest error
+of both and of the end.
+
 *Mesh.* Coarser meshes come close to the right answer by chance, and their orders are not those of
 finer ones (clamped corners). The difference from a better mesh needs no order: it is the error but
 for that of the better mesh, and a factor covers it. Twice the elements, and degree 3 in place of 2,
@@ -43,11 +48,13 @@ class Estimate:
         error: Its size; infinite where nothing can be said.
         order: The observed order; None where there is none.
         rough: Whether companions are too far from the run to tell an order.
+        resolved: Whether errors of a quantity that is this far off shrink with the step.
     """
 
     error: float
     order: float | None = None
     rough: bool = False
+    resolved: bool = True
 
     @property
     def believed(self) -> float:
@@ -85,13 +92,14 @@ def step_error(
     possible = highest + SLACK
     order = log(coarse / fine) / log(ratio) if fine > 0 else inf
     rough = order > highest and coarse > COARSE * size
+    resolved = order >= LOWEST or fine <= COARSE * size
     if order <= 0:
-        return Estimate(SAFETY * fine, order)
+        return Estimate(SAFETY * fine, order, resolved=resolved)
     if order > possible:
         fine, order = coarse / ratio**possible, possible
     caution = 2 * CAUTION if rough else CAUTION
     believed = max(min(order, highest) - caution, min(order, 1.0), LOWEST)
-    return Estimate(SAFETY * fine / (ratio**believed - 1), order, rough)
+    return Estimate(SAFETY * fine / (ratio**believed - 1), order, rough, resolved)
 
 
 def mesh_error(difference: float | None, better: bool = True) -> Estimate:

@@ -86,9 +86,9 @@ WORDS = {
 
 
 def _unresolved(found: Found, quantity: Quantity, steps: Sequence[Kept]) -> bool:
-    """Decide whether the difference from the next companion is as large as the quantity itself."""
-    order = found.parts["step"].order
-    if found.parts["step"].rough:
+    """Decide whether a curve is not resolved, or companions are as far off as the number itself."""
+    order = found.step.order
+    if found.step.rough or not found.step.resolved:
         return True
     if order is None or len(steps) < 2 or order > CHAOS:
         return False

@@ -3,9 +3,16 @@
 import math
 from math import log
 
+import numpy as np
+import pandas as pd
 import pytest
 
+from shellmb.accuracy.companions import Change
+from shellmb.accuracy.errors import Companions, judged
 from shellmb.accuracy.estimates import SAFETY, Estimate, mesh_error, step_error
+from shellmb.accuracy.family import Family
+from shellmb.accuracy.kept import Kept
+from tests.bench.errors.mechanisms import chain
 
 
 def differences(order: float, constant: float = 1e-3) -> list[float]:
@@ -59,3 +66,34 @@ def test_a_smaller_step_tells_of_first_order() -> None:
     for order in (1.0, 2.0, 3.0):
         found = step_error([1.0 - 0.5**order], highest=2, size=1.0, ratio=0.5)
         assert 1 <= found.error <= 3
+
+
+def swinging(phases: tuple[float, ...]) -> Companions:
+    """A run and its companions, which swing alike, each with a phase of its own."""
+    t = np.linspace(0.0, 1.0, 200)
+    runs = tuple(
+        Kept(
+            {},
+            pd.DataFrame({"t": t, "tip_x": np.sin(10 * t + p), "tip_z": t}),
+            {},
+            frozenset(),
+            0,
+            1,
+        )
+        for p in phases
+    )
+    return Companions(Change(), runs[0], runs, 3.0, None, True, {})
+
+
+def test_a_curve_of_any_phase_has_no_certain_end() -> None:
+    """The kind: after a snap phases are those of no other step; that ends agree is chance."""
+    scene = chain("ep", dt=5e-3)
+    by_chance = swinging((0.0, math.pi - 20.0, 1.0))
+    found = judged(by_chance, Family(scene, None), scene, 2.0)
+    assert found.probes["tip_x:end"].error >= found.probes["tip_x:l2"].error > 0.5
+    assert "tip_x:l2, tip_x:end, tip_x:max, tip_x:min: companions" in found.remarks[0]
+    # phases that converge are no such kind, and neither is another column
+    better = swinging((0.0, 3e-3, 3e-2))
+    found = judged(better, Family(scene, None), scene, 2.0)
+    assert found.probes["tip_x:end"].error < 1e-2
+    assert found.remarks == ()

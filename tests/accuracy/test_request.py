@@ -14,7 +14,7 @@ import shellmb as sm
 from shellmb.accuracy.companions import Change
 from shellmb.accuracy.kept import Kept
 from shellmb.accuracy.remarks import remarks
-from shellmb.accuracy.request.choose import choose
+from shellmb.accuracy.request.choose import choose, work
 from shellmb.accuracy.request.curve import offers
 from shellmb.accuracy.request.levels import Level
 from shellmb.api.modeshapes import ModeShapes
@@ -60,6 +60,23 @@ def test_what_limits_is_refined() -> None:
     assert of_step.change.step < 1
     assert choose([level(others=1e-2)], 3e-3) is None
     assert choose([level(refinable=False, step=0.0)], 3e-3) is None
+
+
+def test_steps_whose_companions_are_there_are_cheaper() -> None:
+    """The kind: a third of the step has its companions, and is as cheap as half of it with them."""
+    before = level(mesh=0.0, step=1e-2, order=2.0)
+    half = choose([before], 4.2e-3)
+    assert half is not None
+    assert half.change.step == 1 / 3
+    assert half.seconds == pytest.approx(1.0 + 3.0)
+    # far from a ninth of it, that is dearer
+    assert choose([before], 5e-4).change.step == 1 / 5  # type: ignore[union-attr]
+    # nothing of it is there on another mesh
+    other = choose([level(mesh=1e-2, step=1e-2)], 4.2e-3)
+    assert other is not None
+    assert other.change.mesh > 1
+    assert work(before, Change(step=1 / 3)) == pytest.approx(4.0)
+    assert work(before, Change(step=0.5)) == pytest.approx(1.0 + 2.0 * (1 + 1 / 3 + 1 / 9))
 
 
 @pytest.mark.parametrize("scene", [strip(), strip(scheme="ep4", dt=2.5e-2, t_end=0.2)])

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from math import ceil, floor, inf, isfinite, log
 
 from shellmb.accuracy.companions import Change
+from shellmb.accuracy.estimates import RATIO
 from shellmb.accuracy.request.levels import Level
 
 # order of a mesh's error that is believed: clamped corners have no more; and what is taken off an
@@ -20,6 +21,8 @@ SURE, LARGER = 0.5, 6.0
 PART = 0.5
 # the largest refinements of one level, as predictions reach no farther
 MESH, STEP = 4, 27.0
+# how much dearer a level may be for a smaller step
+HARDLY = 1.1
 # time of a step goes with this power of the number of elements
 POWER = 1.1
 
@@ -70,6 +73,7 @@ def choose(levels: list[Level], target: float, farther: bool = False) -> Choice 
         return None
     most = 64 if farther else MESH
     q, p = mesh_order(levels), last.order
+    cost = seconds if farther else work
     best: Choice | None = None
     coarse = last.change.mesh
     meshes = range(coarse, most * coarse + 1) if last.mesh > 0 and last.refinable else (coarse,)
@@ -85,12 +89,14 @@ def choose(levels: list[Level], target: float, farther: bool = False) -> Choice 
             # larger steps, as far as their errors are sure to be small enough
             larger = (SURE * left / last.step) ** (1 / (p + CAUTION))
             step = max(step, _rounded(step * min(larger, LARGER)))
-        if not farther and step < last.change.step / STEP:
-            continue
+        if not farther:
+            step = _shared(last, replace(last.change, mesh=mesh, step=step))
+            if step < last.change.step / STEP:
+                continue
         change = replace(last.change, mesh=mesh, step=step)
         error = of_mesh + last.step * (step / last.change.step) ** p + last.others
         found = Choice(change, error, seconds(last, change))
-        if best is None or found.seconds < best.seconds:
+        if best is None or cost(last, change) < cost(last, best.change):
             best = found
     if best is None and not farther:
         # as far as predictions reach
@@ -121,6 +127,45 @@ def seconds(level: Level, change: Change) -> float:
     # most of the set-up of meshes that take little time is that of forms, and stays
     setup = max(level.seconds - level.stepping, 0.0)
     return setup + level.stepping * elements**POWER * steps
+
+
+def work(level: Level, change: Change) -> float:
+    """Time that a level and its companions would take [s], from the time of another level.
+
+    Companions of that one are there: those with its mesh and three times the step, say, and all
+    that tell of the mesh, or of the step, where it stays.
+
+    Args:
+        level: The other one.
+        change: What is different in the level.
+    """
+    found = seconds(level, change)
+    setup = max(level.seconds - level.stepping, 0.0)
+    stepping, same = found - setup, change.mesh == level.change.mesh
+    if change.step != level.change.step:
+        known = {level.change.step * RATIO**n for n in (0, 1, 2)} if same else set()
+        larger = (RATIO, RATIO**2)
+        found += sum(stepping / n for n in larger if change.step * n not in known)
+    if not same:
+        found += setup + stepping * 2 ** (level.dimension * POWER) / RATIO**2
+    return found
+
+
+def _shared(level: Level, change: Change) -> float:
+    """The step of a level, or a smaller one that is hardly dearer, as its companions are there.
+
+    Args:
+        level: The level before it.
+        change: What is different in the level.
+    """
+    third = level.change.step
+    while third > change.step:
+        third /= RATIO
+    smaller = replace(change, step=third)
+    allowed = third < level.change.step and _rounded(third) == third
+    if allowed and work(level, smaller) <= HARDLY * work(level, change):
+        return third
+    return change.step
 
 
 def _rounded(step: float) -> float:
