@@ -109,6 +109,7 @@ def compile_with_derivatives(
         return [compiled_form(f if isinstance(f, Form) else f.form(), flags) for f in forms]
     comm = comm_of(forms[0] if isinstance(forms[0], Form) else forms[0].of)
     cache_folder()  # on all ranks, as it may be refused
+    _refuse_others(forms, comm)
     places, records = comm.bcast(_known(forms, flags) if comm.rank == 0 else None)
     # derivatives whose kernels are not known are taken, of those with one kernel the first
     taken: dict[Any, Form] = {}
@@ -128,6 +129,30 @@ def compile_with_derivatives(
                 write(place, records[place])
         made.append(_differentiated(form, records[place]))
     return made
+
+
+def _refuse_others(forms: Sequence[Form | CachedDerivative], comm: MPI.Comm) -> None:
+    """Refuse forms that differ from rank to rank, of which each would wait for its own; collective.
+
+    Raises:
+        RunError: On all ranks, if they differ.
+    """
+    if comm.size == 1:
+        return
+    own = [f if isinstance(f, Form) else f.of for f in forms]
+    marks = [form.signature() for form in own]
+    first = comm.bcast(marks)
+    other = next((f for f, a, b in zip(own, first, marks, strict=False) if a != b), None)
+    wrong = None
+    if other is not None or len(first) != len(marks):
+        functions = () if other is None else other.coefficients()
+        wrong = "".join(f", of {name}" for name in sorted({str(f.name) for f in functions}))
+    wrong = next((w for w in comm.allgather(wrong) if w is not None), None)
+    if wrong is not None:
+        raise RunError(
+            f"forms{wrong} differ from rank to rank: all ranks must have the same laws and "
+            "energies, which ask for no rank and no random number"
+        )
 
 
 def compile_missing(items: Sequence[Item], comm: MPI.Comm, flags: Sequence[str] = ()) -> None:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 
 from shellmb.arrays import Floats
+from shellmb.model.alike import TimesAlike
 from shellmb.prefixes import below
 from shellmb.simulate.problem import Problem
 from shellmb.simulate.stepsize.errors import StepErrors
@@ -110,6 +111,7 @@ class TimeSteps:
 
     def __init__(self, problem: Problem) -> None:
         self._problem, self._turns = problem, Turns(problem)
+        self._times = TimesAlike(problem.model.scene, problem.model.comm)
         controlled = problem.model.scene.step_control.tolerance is not None
         self._errors = StepErrors(problem) if controlled else None
 
@@ -120,6 +122,7 @@ class TimeSteps:
 
     def attempt(self, t: float, dt: float) -> Attempt:
         """Solve for the state at `t + dt`."""
+        self._times.check(t, dt)
         self._turns.check(t, dt)
         self._problem.prepare(t, dt)
         iterations = self._problem.solve(dt)

@@ -191,6 +191,16 @@ FAULTS: tuple[Fault, ...] = (
         ("tests/attack/test_caches.py::test_a_cache_that_a_group_can_write_is_refused[.]",),
     ),
     Fault(
+        "ranks have functions of time of their own",
+        "shellmb/model/alike.py",
+        "apart = most - least > CLOSE",
+        "apart = most - least > 1 / CLOSE",
+        (
+            "tests/attack/test_ranks.py::"
+            "test_functions_that_ask_for_their_rank_are_refused_on_all_ranks",
+        ),
+    ),
+    Fault(
         "splines of two scenes are one",
         "shellmb/scene/fingerprint.py",
         "values = {**_slots(value), **getattr",
