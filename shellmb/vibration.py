@@ -12,6 +12,7 @@ from shellmb.arrays import Floats
 from shellmb.checked_model import checked_model
 from shellmb.diagnostics.elements.hourglass import unresisted_modes
 from shellmb.diagnostics.elements.locked_modes import locked_modes
+from shellmb.diagnostics.stiffened_modes import Motion, stiffened_modes
 from shellmb.errors import SceneError, petsc_in_words
 from shellmb.modal.tangent import Blocks, tangent
 from shellmb.model.model import Model
@@ -38,8 +39,9 @@ class Modes:
         rigid: Number of rigid-body modes, which are the first ones.
         imaginary: Imaginary parts of the squares, zero where these are real.
         unstable: Number of directions in which the state is unstable; None where it is not known.
-        locked: Sentences on bodies that are too stiff, as their elements lock, and on modes that
-            these hardly resist.
+        doubtful: Sentences on bodies that are too stiff, as their elements lock, on modes that
+            these hardly resist, and on bodies that forces do not stiffen, as their strains are
+            small.
     """
 
     omega2: Floats
@@ -49,7 +51,7 @@ class Modes:
     rigid: int
     imaginary: Floats
     unstable: int | None
-    locked: Sequence[str] = ()
+    doubtful: Sequence[str] = ()
 
     @property
     def omega(self) -> Floats:
@@ -66,7 +68,7 @@ class Modes:
 
     @property
     def warnings(self) -> list[str]:
-        """Warnings that the state is unstable, or that elements lock."""
+        """Warnings that the state is unstable, or that bodies are too stiff or too soft."""
         said, growth = [], self.growth
         places = np.flatnonzero(growth > 0)
         if len(places):
@@ -83,7 +85,7 @@ class Modes:
                 f"the state is unstable in {self.unstable} directions, {len(places)} of which are "
                 "among the modes; ask for more modes"
             )
-        return [*said, *self.locked]
+        return [*said, *self.doubtful]
 
     @property
     def frequencies(self) -> Floats:
@@ -130,20 +132,23 @@ def natural_modes(
         found.rigid,
         values.imag,
         found.unstable,
-        _locked(model, system, found, state),
+        _doubtful(model, system, found, state),
     )
 
 
-def _locked(
-    model: Model, system: BlockSystem, found: Lowest, state: Simulation | None
+def _doubtful(
+    model: Model, system: BlockSystem, found: Lowest, simulation: Simulation | None
 ) -> list[str]:
-    """Sentences on bodies whose elements lock in modes; collective."""
-    directors = None
-    if state is not None:
-        arrays = state.arrays()
+    """Sentences on bodies that are too stiff or too soft in modes; collective."""
+    directors = state = None
+    if simulation is not None:
+        arrays = simulation.arrays()
+
+        def state(name: str) -> Floats:
+            return arrays[f"{name}/q"]
 
         def directors(name: str) -> Floats:
-            return arrays[f"{name}/q"][model.shells[name].mixed.dofs["w"]].reshape(-1, 3)
+            return state(name)[model.shells[name].mixed.dofs["w"]].reshape(-1, 3)
 
     modes = [
         (k + 1, found.energies[k], part)
@@ -153,7 +158,9 @@ def _locked(
     if not modes:
         return []
     motions = [(number, part) for number, _, part in modes]
+    elastic = [Motion(number, energy, (part,)) for number, energy, part in modes]
     return [
+        *(stiffened_modes(model, state, elastic) if state is not None else ()),
         *locked_modes(model, modes, directors),
         *unresisted_modes(model, motions, ("frequency", "frequencies")),
     ]

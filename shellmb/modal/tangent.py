@@ -14,6 +14,7 @@ from shellmb.bodyfields import body_field
 from shellmb.model.body import TimeFunction, added
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.model import Model
+from shellmb.model.reduced.onframe import InertiaPoints
 from shellmb.model.shells.shell import ShellModel
 from shellmb.native.derivatives import CachedDerivative, Derivative
 from shellmb.schemes.interval import at_state
@@ -35,18 +36,22 @@ def tangent(
 
     Args:
         model: The bodies.
-        arrays: Local arrays of the state by `NAME/q`; None: the reference.
+        arrays: Local arrays of the state by `NAME/q`; None: the reference. One of statics has none
+            of the inertia of bodies in modes, which follows from modes and frames.
         factor: Factors of the loads at that state by their time functions; None: no loads.
     """
     fields: list[Field] = []
     followers: list[Followers] = []
+    absent: list[tuple[InertiaPoints, Floats]] = []
     stiffness: Blocks = {}
     mass: Blocks = {}
     numbers = {body.name: k for k, body in enumerate(model.bodies)}
     for k, body in enumerate(model.bodies):
         space = body.mixed.space
         q = fem.Function(space)
-        if arrays:
+        if arrays and f"{body.name}/q" not in arrays and isinstance(body, InertiaPoints):
+            absent.append((body, np.asarray(q.x.array)))
+        elif arrays:
             q.x.array[:] = arrays[f"{body.name}/q"]
         dq, trial = ufl.TestFunction(space), ufl.TrialFunction(space)
         sub = Span(at_state(q), [q], 0)
@@ -68,6 +73,10 @@ def tangent(
             mass[k, k] = [inertia]
         fields.append(body_field(body, q, (), numbers))
     system = BlockSystem(model.comm, fields, followers)
+    if absent:
+        system.join([array.copy() for array in system.arrays])
+        for points, state in absent:
+            points.follow(state)
     system.follow()
     return system, stiffness, mass
 

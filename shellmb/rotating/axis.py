@@ -25,10 +25,9 @@ from shellmb.scene import (
     Spherical,
 )
 from shellmb.scene.loads.contacts import Faces
-from shellmb.scene.lookup import said
+from shellmb.scene.lookup import said, small_strains
 from shellmb.scene.multibody.elements import JointElement, PointElement
 from shellmb.scene.multibody.rolling import Contact
-from shellmb.scene.values.models import Modal
 from shellmb.scene.values.validate import show
 
 # directions and points closer than this, of unit vectors and of what is large, are on the axis
@@ -189,11 +188,9 @@ def check_steady(scene: Scene, axis: Axis, loaded: bool) -> None:
     """
     size = _size(scene)
     for body in scene.meshed:
-        if isinstance(body.model, Modal) or body.linear:
-            what = "has linear strains" if body.linear else "is reduced to modes"
+        if what := small_strains(body):
             raise SceneError(
-                f"modes: {said(body)} {what}, which have no stiffening by rotation; "
-                "its model must be 'exact'"
+                f"modes: {what}, which have no stiffening by rotation; its model must be 'exact'"
             )
     acting: tuple[Any, ...] = (*scene.potentials, *scene.contacts)
     for item in acting:

@@ -72,8 +72,9 @@ class Campbell:
 
     @property
     def verdict(self) -> str:
-        """Say whether the rotation is stable, and where that is not decided."""
-        return self._stability + self._undecided
+        """Say whether the rotation is stable, where that is not decided, and what is doubtful."""
+        doubtful = (said for modes in self.modes for said in modes.doubtful)
+        return "; ".join([self._stability + self._undecided, *dict.fromkeys(doubtful)])
 
     @property
     def _undecided(self) -> str:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
 from shellmb.arrays import Floats
+from shellmb.diagnostics.stiffened_modes import Motion, stiffened_modes
 from shellmb.errors import ConvergenceError, SceneError, petsc_in_words
 from shellmb.model.model import Model
 from shellmb.native.assembler import assembled_as
@@ -15,7 +17,7 @@ from shellmb.rotating.linearised import Linearised
 from shellmb.rotating.quadratic import Pair, product, solve_quadratic, turned
 from shellmb.rotating.rigid import FreeMotions
 from shellmb.rotating.steady import SteadyRotation
-from shellmb.vibration import Shape, nodal_shape, scaled
+from shellmb.vibration import Shape, nodal_shape, parts_of, scaled
 
 # eigenvalues below this part of the shift are zero: a double one, as of a free rotation, is found
 # to the square root of round-off
@@ -51,6 +53,7 @@ class RotatingModes:
         threshold: Real part above which a mode is unstable, 1/s.
         neutral: Eigenvalues below this are taken for zero, 1/s.
         pairs: Eigenvalues with their vectors.
+        doubtful: Sentences on bodies that forces do not stiffen, as their strains are small.
     """
 
     rate: float
@@ -63,6 +66,7 @@ class RotatingModes:
     threshold: float
     neutral: float
     pairs: tuple[Pair, ...]
+    doubtful: tuple[str, ...]
 
     @property
     def omega(self) -> Floats:
@@ -158,7 +162,20 @@ def modes_of(rotating: Linearised, count: int, spare: int = 0) -> RotatingModes:
         UNSTABLE * rotating.shift,
         NEUTRAL * rotating.shift,
         pairs,
+        tuple(_doubtful(rotating, pairs[:count], rigid)),
     )
+
+
+def _doubtful(rotating: Linearised, pairs: Sequence[Pair], rigid: int) -> list[str]:
+    """Sentences on bodies that forces do not stiffen, as their strains are small; collective."""
+    modes = []
+    for number, pair in enumerate(pairs, start=1):
+        if number > rigid:
+            energy = abs(pair.value) ** 2 * product(rotating.mass, pair, pair).real / 2
+            parts = tuple(parts_of(rotating.system, (pair.real, pair.imaginary)))
+            modes.append(Motion(number, energy, parts))
+    state = {name: levels.q.x.array for name, levels in rotating.levels.items()}
+    return stiffened_modes(rotating.model, state.__getitem__, modes)
 
 
 def _upright(pair: Pair, rotating: Linearised) -> Pair:

@@ -116,13 +116,14 @@ class StateModes:
 
     @property
     def warnings(self) -> list[str]:
-        """Warnings that the eigenvalues mean little."""
+        """Warnings that the eigenvalues mean little, or that bodies are too stiff or too soft."""
         if self.drift <= STEADY:
-            return []
+            return [*self.modes.doubtful]
         return [
             f"the state is no steady motion: it moves by {self.drift:.2g} of the scene's length "
             "in the time in which its slowest mode turns by one radian; eigenvalues frozen in "
-            "time say little about what follows"
+            "time say little about what follows",
+            *self.modes.doubtful,
         ]
 
     @property

@@ -15,6 +15,7 @@ from shellmb.scene.multibody.joints import GROUND, Joint
 from shellmb.scene.multibody.rigid import RigidBody
 from shellmb.scene.probes import Probe
 from shellmb.scene.shells.shell import Shell
+from shellmb.scene.values.models import Modal
 
 if TYPE_CHECKING:
     from shellmb.scene.description import Body, Description
@@ -66,6 +67,13 @@ def kind_of(body: Any) -> str:
 def said(item: Any) -> str:
     """Name that messages use for a part of a scene."""
     return f"{item.label} '{item.name}'" if hasattr(item, "name") else str(item.label)
+
+
+def small_strains(body: Any) -> str:
+    """Say of a body, by its name, that its strains are small; empty where they are not."""
+    if isinstance(body.model, Modal):
+        return f"{said(body)} is reduced to modes"
+    return f"{said(body)} has linear strains" if body.linear else ""
 
 
 def kinds_of(item: Any) -> tuple[type, ...]:

@@ -22,6 +22,7 @@ from shellmb.errors import ConvergenceError, SceneError
 from shellmb.modal.tangent import tangent
 from shellmb.model.model import Model
 from shellmb.scene import Scene
+from shellmb.scene.lookup import small_strains
 from shellmb.simulate.simulation import Simulation
 from shellmb.system.assembly.blocks import BlockSystem
 from shellmb.system.eigenvalues import nearest_to_zero
@@ -63,7 +64,8 @@ def linear_buckling(scene: Scene, comm: MPI.Comm, count: int) -> BucklingFactors
         count: Number of factors.
 
     Raises:
-        SceneError: If the scene has no load, or cannot be solved with small displacements.
+        SceneError: If the scene has no load, cannot be solved with small displacements, or has
+            bodies that forces do not soften.
         ConvergenceError: If there are fewer factors.
     """
     if count < 1:
@@ -78,6 +80,11 @@ def linear_buckling(scene: Scene, comm: MPI.Comm, count: int) -> BucklingFactors
         ) from None
     if not scene.loads and not any(body.natural for body in scene.meshed):
         raise SceneError("buckling: the scene has no load; it must have the one that is multiplied")
+    for body in scene.meshed:
+        if what := small_strains(body):
+            raise SceneError(
+                f"buckling: {what}, which forces do not soften; its model must be 'exact'"
+            )
     state = Simulation(still, comm)
     model, _ = checked_model(still, comm, state.model.force)
     state.run()

@@ -13,13 +13,13 @@ from shellmb.arrays import Floats
 from shellmb.errors import ConvergenceError
 from shellmb.system.direct.mumps import MUMPS_OPTIONS, new_prefix
 
-# Eigenvalues of multipliers are infinite, and come out as large ones of either sign that are no
-# eigenvalues: of their equation, multiplied by the vector, a tenth of the largest term is left or
-# more, of others round-off. Of zero ones only round-off is there.
-FALSE = 1e-3
+# Eigenvalues of multipliers are infinite, and come out as large ones, of either sign or in complex
+# pairs, that are no eigenvalues: of their equation, multiplied by the vector, a tenth of the
+# largest term is left or more, of others round-off. Of zero ones only round-off is there.
+FALSE = 1e-2
 
 # multiples of the shift: eigenvalues beyond one are looked at so, and none is beyond the other
-LARGE, INFINITE = 1e6, 1e12
+LARGE, INFINITE = 1e3, 1e12
 
 
 def eigenpairs(
@@ -71,7 +71,7 @@ def eigenpairs(
         vector, imaginary = K.createVecRight(), K.createVecRight()
         value = complex(solver.getEigenpair(k, vector, imaginary))
         size = abs(value / shift)
-        if size < LARGE or (size < INFINITE and _left(value.real, vector, K, M) < FALSE):
+        if size < LARGE or (size < INFINITE and _left(value, vector, imaginary, K, M) < FALSE):
             pairs.append((value, imaginary if value.imag < 0 else vector))
     if len(pairs) < count:
         raise ConvergenceError(
@@ -82,12 +82,17 @@ def eigenpairs(
     return np.array([value for value, _ in kept]), [vector for _, vector in kept]
 
 
-def _left(value: float, vector: PETSc.Vec, K: PETSc.Mat, M: PETSc.Mat) -> float:
+def _left(
+    value: complex, vector: PETSc.Vec, imaginary: PETSc.Vec, K: PETSc.Mat, M: PETSc.Mat
+) -> float:
     """Share that is left of the equation of an eigenvalue in the direction of its vector."""
     y, terms = K.createVecLeft(), []
     for factor, A in ((1.0, K), (-value, M)):
         A.mult(vector, y)
-        terms.append(factor * complex(vector.dot(y)))
+        form, across = complex(vector.dot(y)), complex(imaginary.dot(y))
+        A.mult(imaginary, y)
+        form += complex(imaginary.dot(y)) + 1j * (complex(vector.dot(y)) - across)
+        terms.append(factor * form)
     return left(terms)
 
 

@@ -169,6 +169,18 @@ class InertiaPoints(OnArms):
         z, w = self.layout.part(v, "u"), self._directors(v)
         return forms.coupled_momentum(m, (c[0], c[1], c[2]), z, w)
 
+    def follow(self, q: Floats) -> None:
+        """Find the places of the points from modes and frame, whose values a local state has.
+
+        Args:
+            q: The state, which is changed.
+        """
+        dofs = self.mixed.dofs
+        d = np.eye(3) + q[dofs["w1"]].reshape(-1, 3, 3)
+        points = self.data.points[self.nodes.item].reshape(len(d), 3, -1)
+        along = np.einsum("rak,rk->ra", points, q[dofs["eta"]].reshape(len(d), -1))
+        q[dofs["u"]] = np.einsum("ra,raj->rj", along, d).reshape(dofs["u"].shape)
+
     def inertia(self, rate: Expr, dq: Expr) -> Form:
         """Virtual work of the inertia forces."""
         h, g = self._momenta(rate)

@@ -155,13 +155,8 @@ class Relaxation:
             How far nodes of two bodies that are one are apart, relative to their scales, and a body
             that has them.
         """
-        arrays = []
-        for field in self.system.fields:
-            arrays.append(self.levels[field.name].q.x.array.copy())
-            for link in field.links:
-                arrays[-1][link.dofs] = np.nan
-        self.system.x.array[:] = self.system.global_values(arrays, known=True)
-        self.system.scatter(self.system.x)
+        fields = self.system.fields
+        self.system.join([self.levels[field.name].q.x.array.copy() for field in fields])
         worst, mechanism = (0.0, ""), {body.name for body in self.model.mechanism.bodies}
         for body in self.model.bodies:
             q, joined = self.levels[body.name].q.x.array, self.functions[body.name].x.array

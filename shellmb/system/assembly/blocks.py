@@ -228,6 +228,18 @@ class BlockSystem:
             out[numbers] = values[dofs]
         return out
 
+    def join(self, local: list[Floats]) -> None:
+        """Give functions the values of their fields, linked ones those of the nodes they are at.
+
+        Args:
+            local: One local array per field, which is changed.
+        """
+        for field, values in zip(self.fields, local, strict=True):
+            for link in field.links:
+                values[link.dofs] = np.nan
+        self.x.array[:] = self.global_values(local, known=True)
+        self.scatter(self.x)
+
     def evaluate(self, x: PETSc.Vec, b: PETSc.Vec) -> None:
         """Assemble the residual at `x`, which the functions take, into `b`."""
         if self.at_once is None:
