@@ -24,6 +24,12 @@ REMEDIES = (
     "follow where it goes with path=PathFollowing(branches='switch'), a small imperfection, or a "
     "dynamic scheme; `shellmb modes --loaded` shows the directions"
 )
+# where there are neither paths nor modes of states
+TOUCHING = (
+    "follow where it goes with a small imperfection or a dynamic scheme. A node that faces a node "
+    "or an end of a shell can slide off it by less than an element: with another number of "
+    "elements the number of directions is another one then"
+)
 
 
 class Unstable(Silent):
@@ -43,6 +49,7 @@ class Unstable(Silent):
     def start(self, simulation: Simulation) -> None:
         """Paths count by themselves; of linear statics there is nothing to count."""
         scheme = simulation.scheme
+        self._remedies = TOUCHING if simulation.model.faces else REMEDIES
         if not scheme.dynamic and not scheme.linear and simulation.path is None:
             self._stability = Stability(simulation.model, simulation.problem.system)
 
@@ -82,7 +89,7 @@ class Unstable(Silent):
                 float(count),
                 0.0,
                 f"the equilibrium at the end, {factor}, is unstable in {_directions(now)}"
-                f"{self._since()}: the structure does not stay in it; {REMEDIES}",
+                f"{self._since()}: the structure does not stay in it; {self._remedies}",
             )
         elif self._first is not None:
             yield Caution(
@@ -92,7 +99,7 @@ class Unstable(Silent):
                 0.0,
                 f"equilibria on the way were unstable in up to {self._most} direction(s), first at "
                 f"t = {self._first[1]:g}; that at the end, {factor}, need not be the one that is "
-                f"reached: {REMEDIES}",
+                f"reached: {self._remedies}",
             )
 
     def _since(self) -> str:

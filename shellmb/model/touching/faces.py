@@ -18,6 +18,7 @@ from shellmb.model.touching.blend import Families
 from shellmb.model.touching.candidates import Candidates, around, find
 from shellmb.model.touching.facets import facets_of, nearest
 from shellmb.model.touching.law import Law
+from shellmb.model.touching.passing import crossings
 from shellmb.model.touching.pulls import Places
 from shellmb.scene.loads.contacts import Contact
 from shellmb.scene.lookup import said
@@ -215,22 +216,18 @@ class FacesContact:
 
     def through(self, found: Candidates, a: Any, b: Any) -> int | None:
         """A point that passes through the shell on a straight way between two states, if any."""
-        sides = []
-        for y, x in (a, b):
-            v = self.facets.places(x, found.triangle)
-            normal = np.cross(v[:, 1] - v[:, 0], v[:, 2] - v[:, 0])
-            sides.append(np.vecdot(normal, y[found.point] - v[:, 0]))
-        changes = np.flatnonzero(sides[0] * sides[1] < 0)
-        if not len(changes):
-            return None
-        share = (sides[0] / np.where(sides[0] == sides[1], 1.0, sides[0] - sides[1]))[changes]
-        point, triangle = found.point[changes], found.triangle[changes]
-        (y0, v0), (y1, v1) = ((y[point], self.facets.places(x, triangle)) for y, x in (a, b))
-        y, v = y0 + share[:, None] * (y1 - y0), v0 + share[:, None, None] * (v1 - v0)
-        sizes = np.linalg.norm(v - np.roll(v, 1, axis=1), axis=2).max(axis=1)
-        # on a way that is bent sides change a little elsewhere
-        near = nearest(y, v).distance < BESIDE_EDGE * sizes + self.law.reach / 100
-        return int(point[near][0]) if near.any() else None
+        y, v = zip(
+            *((y[found.point], self.facets.places(x, found.triangle)) for y, x in (a, b)),
+            strict=True,
+        )
+        pairs, share = crossings(y, v)
+        at = [part[pairs] for part in (*y, *v)]
+        on = at[0] + share[:, None] * (at[1] - at[0])
+        corners = at[2] + share[:, None, None] * (at[3] - at[2])
+        sizes = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
+        # what is so near to an edge has passed through all of the thickness beside it
+        near = nearest(on, corners).distance < BESIDE_EDGE * sizes + self.law.reach / 100
+        return int(found.point[pairs][near][0]) if near.any() else None
 
     @cached_property
     def _sides(self) -> Ints:
