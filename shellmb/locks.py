@@ -1,20 +1,15 @@
-"""Locks between processes that end with the process, however it ends, and say who holds them.
-
-They are not those of the package `filelock`: it hooks into every call of Python's `id`, of which
-UFL makes many, and forms take 7 % longer to write.
-"""
+"""Locks between processes that end with the process, however it ends, and say who holds them."""
 
 from __future__ import annotations
 
-import fcntl
 import os
 import platform
 from contextlib import suppress
 from pathlib import Path
 
-from shellmb.guarding.writing import clear, is_plain
+import filelock
 
-FLAGS = os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_CLOEXEC
+from shellmb.guarding.writing import clear, is_plain
 
 
 class FileLock:
@@ -28,7 +23,16 @@ class FileLock:
 
     def __init__(self, path: Path) -> None:
         self._path = path
-        self._held: int | None = None
+        self._file: os.stat_result | None = None
+        self._lock = filelock.FileLock(
+            path, mode=0o644, fallback_to_soft=False, on_acquired=self._sign
+        )
+
+    def _sign(self, file: int) -> None:
+        """Write into the locked file whose it is."""
+        self._file = os.fstat(file)
+        os.ftruncate(file, 0)
+        os.pwrite(file, f"process {os.getpid()} on {platform.node()}".encode(), 0)
 
     def acquire(self, wait: bool = False) -> bool:
         """Take the lock; whether it is ours now.
@@ -39,43 +43,26 @@ class FileLock:
         Raises:
             OSError: If the file cannot be made, or the file system has no locks.
         """
-        while True:
-            with suppress(FileNotFoundError):
-                if not is_plain(self._path):
-                    # a link, and what it points to is none of ours
-                    clear(self._path)
-            file = os.open(self._path, FLAGS, 0o644)
-            try:
-                fcntl.flock(file, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
-                if self._is(file):
-                    os.ftruncate(file, 0)
-                    os.pwrite(file, f"process {os.getpid()} on {platform.node()}".encode(), 0)
-                    self._held = file
-                    return True
-            except BlockingIOError:
-                return False
-            finally:
-                if self._held != file:
-                    # also one that was removed by who held it: that lock is nobody's
-                    os.close(file)
-
-    def _is(self, file: int) -> bool:
-        """Decide whether an open file is the one at our path."""
+        with suppress(FileNotFoundError):
+            if not is_plain(self._path):
+                # a link, and what it points to is none of ours
+                clear(self._path)
         try:
-            return os.path.samestat(os.fstat(file), self._path.stat())
-        except FileNotFoundError:
+            self._lock.acquire(blocking=wait)
+        except filelock.Timeout:
             return False
+        return True
 
     def release(self) -> None:
         """Give the lock free and remove its file; nothing if it is not held."""
-        if self._held is None:
+        if self._file is None:
             return
-        file, self._held = self._held, None
+        file, self._file = self._file, None
         # a lock that nobody holds does no harm
         with suppress(OSError):
-            if self._is(file):
+            if os.path.samestat(file, self._path.stat()):
                 self._path.unlink()
-        os.close(file)
+        self._lock.release()
 
     @property
     def owner(self) -> str:
