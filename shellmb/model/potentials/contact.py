@@ -41,6 +41,8 @@ class ContactGroup(PotentialGroup):
         carrier: Place on the body of the obstacle; None: fixed in space.
     """
 
+    resists = True
+
     def __init__(
         self,
         contact: Contact,

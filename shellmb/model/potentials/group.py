@@ -45,7 +45,10 @@ class PotentialGroup(Massless):
 
     Attributes:
         seen: That point with the axes at each node; None: there is none.
+        resists: Whether it has friction or damping, which the account books as its loss.
     """
+
+    resists = False
 
     def __init__(
         self,

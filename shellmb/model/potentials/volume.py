@@ -73,7 +73,12 @@ class Filling(Massless):
         volume: In the reference configuration, m^3.
         pressure: Size of pressures, Pa.
         moment_free: Whether forces on the shells have no moment.
+
+    Attributes:
+        resists: False, as of potentials.
     """
+
+    resists = False
 
     def __init__(
         self,

@@ -144,11 +144,12 @@ class EnergyAccount(Booked):
         self._shift = 0.0
         self._ends = functionals(ends, comm)
         loads, terms = (present(self._work(simulation, kind, others)) for kind in WORKS)
-        losses = [present(self._work(simulation, "terms", [b])) for b in self._potentials]
+        self._resisting = [b for b in self._potentials if b.resists]
+        losses = [present(self._work(simulation, "terms", [b])) for b in self._resisting]
         steps = [loads, terms, *losses, *elastic.values()]
         if self._potentials or self._faces:
             self._values.setdefault("potential_energy", 0.0)
-            losing = [b.item.name for b in self._potentials]
+            losing = [b.item.name for b in self._resisting]
             losing += [faces.name for faces in self._faces]
             self._values |= {f"{name}.loss": 0.0 for name in losing} | self._values
         self._names = tuple(inert)
@@ -316,11 +317,11 @@ class EnergyAccount(Booked):
             loads, terms, *rest = works
             values["work_loads"] += loads
             values["work_terms"] += terms
-            for body, work in zip(self._potentials, rest, strict=False):
+            for body, work in zip(self._resisting, rest, strict=False):
                 # friction, and damping in contact
                 values[f"{body.item.name}.loss"] -= work
                 values["dissipation"] -= work
-            self._dissipate(rest[len(self._potentials) :])
+            self._dissipate(rest[len(self._resisting) :])
         for faces, (part, spent) in zip(self._faces, losses, strict=True):
             if self._alpha:
                 self._dissipated[faces.name] = self._dissipated.get(faces.name, 0.0) + part
