@@ -23,14 +23,18 @@ from pathlib import Path
 from PIL import Image, ImageChops
 
 from shellmb.measuring.tables import replaced
+from shellmb.observers.files.described import read_described
 from shellmb.running.loader import demos, kinds
+from shellmb.show.fields import Fields
+from shellmb.show.pictures import shown_shape
+from shellmb.show.space.scenery import images
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGE, PICTURES = ROOT / "docs" / "gallery.md", ROOT / "docs" / "gallery"
 TIMES = PICTURES / "times.json"
 BEGIN, END = "<!-- gallery: begin -->", "<!-- gallery: end -->"
-# pixels: of a card; of a picture of one state; of the caption above it, and the scale below
-WIDTH, ONE, TOP, BOTTOM = 420, 960, 28, 76
+# width of a card, pixels
+WIDTH = 420
 PAPER = {"lateral_buckling": "6.1", "snap_through": "6.2", "antenna": "6.3"}
 # figures that are there already, beside docs
 FIGURES = {name: f"../demos/figures/{n}/animation.gif" for name, n in PAPER.items()} | {
@@ -47,20 +51,9 @@ DRAWN = {"campbell": "campbell.png", "plate_modes": "modes.png"}
 FIRST = "examples of the paper"
 
 
-def cropped(picture: Image.Image, shape: bool) -> Image.Image:
-    """A picture without white around it, in the size of a card; of a shape the first state alone.
-
-    Args:
-        picture: The picture.
-        shape: Whether it shows states side by side, below a caption and above a scale.
-    """
+def cropped(picture: Image.Image) -> Image.Image:
+    """A picture without white around it, in the size of a card."""
     picture = picture.convert("RGB")
-    if shape:
-        # one state is 960 pixels wide, two are 720 each; sizes of captions do not depend on that
-        width = picture.width if picture.width == ONE else picture.width // 2
-        picture = picture.crop((0, TOP, width, picture.height - BOTTOM))
-        axes = (0, picture.height - 40, 90, picture.height)
-        picture.paste("white", axes)
     box = ImageChops.difference(picture, Image.new("RGB", picture.size, "white")).getbbox()
     picture = picture.crop(box) if box else picture
     picture.thumbnail((WIDTH, WIDTH))
@@ -68,6 +61,13 @@ def cropped(picture: Image.Image, shape: bool) -> Image.Image:
     picture.thumbnail(card.size)
     card.paste(picture, ((card.width - picture.width) // 2, (card.height - picture.height) // 2))
     return card
+
+
+def shape(directory: Path) -> Image.Image:
+    """The first state of a run's `shape.png`, without caption, scale and axes."""
+    described = read_described(directory)
+    fields = Fields(directory / "fields", described.bodies, described.labels)
+    return next(iter(images(shown_shape(fields, described), marks=False)))
 
 
 def run(name: str) -> float:
@@ -81,9 +81,9 @@ def run(name: str) -> float:
         subprocess.run(command, check=True, env=environment, cwd=folder, capture_output=True)
         after = resource.getrusage(resource.RUSAGE_CHILDREN)
         if name not in FIGURES:
-            drawn = Image.open(Path(folder) / "run" / DRAWN.get(name, "shape.png"))
-            card = cropped(drawn, shape=name not in DRAWN)
-            card.quantize(64).save(PICTURES / f"{name}.png", optimize=True)
+            made = Path(folder) / "run"
+            drawn = Image.open(made / DRAWN[name]) if name in DRAWN else shape(made)
+            cropped(drawn).quantize(64).save(PICTURES / f"{name}.png", optimize=True)
     return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 
 

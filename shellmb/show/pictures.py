@@ -24,6 +24,7 @@ from shellmb.show.fields import Fields
 if TYPE_CHECKING:
     from PIL.Image import Image
 
+    from shellmb.show.space.scenery import Showing
     from shellmb.show.space.views import Appearance
 
 # time that pictures may take at the end of a run: so much, or a part of the run's [s]. With that of
@@ -126,19 +127,33 @@ def _draw(
 def _shape(
     fields: Fields, described: Described, file: Path, appearance: Appearance | None
 ) -> list[Path]:
-    """The last state, and where the motion is one, the state of the largest displacement."""
     if not len(fields.times):
         return []
-    from shellmb.show.space.scenery import images, showing
+    from shellmb.show.space.scenery import images
+
+    what = shown_shape(fields, described, appearance)
+    width = 960 if len(what.states) == 1 else 720
+    return [save(_side_by_side(list(images(what, width))), file)]
+
+
+def shown_shape(
+    fields: Fields, described: Described, appearance: Appearance | None = None
+) -> Showing:
+    """The last state, and where the motion is one, before it the state of largest displacement.
+
+    Args:
+        fields: The fields.
+        described: The scene.
+        appearance: How it looks; None: as usual.
+    """
+    from shellmb.show.space.scenery import showing
 
     times = [float(fields.times[-1])]
     if described.dynamic and len(fields.times) > 2:
         largest = _largest(fields)
         if largest != times[0]:
             times.insert(0, largest)
-    what = showing(fields, described, times, appearance=appearance)
-    width = 960 if len(times) == 1 else 720
-    return [save(_side_by_side(list(images(what, width))), file)]
+    return showing(fields, described, times, appearance=appearance)
 
 
 def save(image: Image, file: Path) -> Path:

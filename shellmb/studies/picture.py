@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
@@ -27,15 +28,26 @@ def draw(studies: Sequence[tuple[str, Judged]], path: Path) -> None:
     columns = min(len(studies), 2)
     rows = -(-len(studies) // columns)
     style = {"axes.formatter.limits": (-5, 5), "savefig.dpi": 100}
+    families = list(dict.fromkeys(name for _, judged in studies for name in judged.families()))
     with picture(path, 6.0 * columns, 4.2 * rows, style) as made:
         grid = made.add_gridspec(rows, columns)
         for k, (title, judged) in enumerate(studies):
             axes = made.add_subplot(grid[k // columns, k % columns])
-            _plot(axes, judged)
+            _plot(axes, judged, families)
             axes.set_title(title, fontsize=10)
+        shown: dict[str, Artist] = {}
+        for axes in made.axes:
+            handles, labels = axes.get_legend_handles_labels()
+            shown |= dict(zip(labels, handles, strict=True))
+        if shown:
+            # below all plots, where it hides no curve
+            many = min(len(shown), 3 * columns)
+            made.legend(
+                [*shown.values()], [*shown], loc="outside lower center", ncols=many, fontsize=8
+            )
 
 
-def _plot(axes: Axes, judged: Judged) -> None:
+def _plot(axes: Axes, judged: Judged, families: Sequence[str]) -> None:
     uncertainty = judged.reference.uncertainty
     axes.set_xscale("log")
     axes.set_yscale("log")
@@ -44,7 +56,8 @@ def _plot(axes: Axes, judged: Judged) -> None:
     axes.xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
     axes.xaxis.set_minor_formatter(NullFormatter())
     errors = [max(p.error or 0.0, uncertainty, LEAST) for p in judged.good]
-    for k, (family, points) in enumerate(judged.families().items()):
+    for family, points in judged.families().items():
+        k = families.index(family)
         colour, marker = f"C{k % 10}", MARKERS[k % len(MARKERS)]
         line = front(points, uncertainty)
         times = [p.time_s for p in line]
@@ -70,5 +83,3 @@ def _plot(axes: Axes, judged: Judged) -> None:
         axes.axhline(target, color="0.5", linewidth=0.8, linestyle=":")
     axes.set_xlabel(f"time of the steps [s] ({judged.clock})")
     axes.set_ylabel(f"relative error of {judged.quantity}")
-    if any(judged.families()):
-        axes.legend(fontsize=8)
