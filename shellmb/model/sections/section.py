@@ -21,17 +21,26 @@ from shellmb.scene.shells.lamination import Layup
 
 
 class Shares(NamedTuple):
-    """Weights of the fully integrated parts of membrane and shear strains."""
+    """Weights of the fully integrated parts of membrane and shear strains.
+
+    Args:
+        membrane: Per square of an element's slenderness.
+        shear: Per square of its slenderness.
+        curved: Of shear, per positive Gauss's curvature times the square of its size.
+    """
 
     membrane: float
     shear: float
+    curved: float
 
 
 # c of docs/theory/shells.md. Bubbles of triangles that lean out of the surface are held by the
 # shear share, and buckle in their element where that is weaker than the plate there. Along the
 # surface linear forces hold them nearly, and more makes what bends too stiff (a ring of 32x2 by
-# 3.8 % in its frequencies for 0.3)
-SHARES = {"quadrilateral": Shares(0.1, 0.1), "triangle": Shares(0.05, 3.0)}
+# 3.8 % in its frequencies for 0.3). On surfaces like spheres, bubbles let vertices move out and
+# middles of sides in with next to no membrane strain, however thin the shell; directors do not
+# feel that, the shear share does
+SHARES = {"quadrilateral": Shares(0.1, 0.1, 0.0), "triangle": Shares(0.05, 3.0, 0.2)}
 
 # weight of the hourglass control: per h/h_K it is stiff against the spurious in-plane modes, and
 # as it vanishes with the thickness it neither locks thin distorted meshes nor spoils the large
@@ -68,6 +77,7 @@ class BoundSection:
         hourglass: Stiffness of the hourglass control, N/m.
         sizes: How large things are.
         share: Fully integrated share of the formulation, per element.
+        curvature: Gauss's curvature of the elements, 1/m^2; of quadrilaterals nobody asks for it.
     """
 
     formulation: Formulation
@@ -75,28 +85,35 @@ class BoundSection:
     hourglass: Expr
     sizes: Sizes
     share: fem.Function
+    curvature: float | Floats
 
 
-def bind_section(shell: Shell, domain: mesh.Mesh, like: BoundSection | None = None) -> BoundSection:
+def bind_section(
+    shell: Shell,
+    domain: mesh.Mesh,
+    curvature: float | Floats,
+    like: BoundSection | None = None,
+) -> BoundSection:
     """Coefficients and element-wise weights of a shell's section; what is left out is absent.
 
     Args:
         shell: The shell.
         domain: Its mesh.
+        curvature: Gauss's curvature of its elements, 1/m^2.
         like: One whose sizes, in which unknowns are counted, this linear one takes.
 
     Raises:
         SceneError: If functions of the position fail, or a thickness is not positive somewhere.
     """
     if isinstance(shell.section, LinearSection):
-        return _bind_linear(shell, shell.section, domain, like)
+        return _bind_linear(shell, shell.section, domain, curvature, like)
     section = shell.section
     assert isinstance(section, Hyperelastic)
     parameters = {name: _constant(domain, value) for name, value in section.parameters.items()}
     N0, who = _constant(domain, section.stiffness), f"shell '{shell.name}': energy"
     strains = ShellStrains(*(_constant(domain, np.zeros(size)) for size in (3, 3, 2)))
     resists_all(section.energy, strains, parameters, who)
-    a, a_shear, b = _weights(domain, section.thickness)
+    a, a_shear, b = _weights(domain, section.thickness, curvature)
     share = _per_element(domain, a)
     nonlinear = NonlinearMixed(
         psi=lambda strains: written(section.energy, (strains, parameters), who),
@@ -106,11 +123,15 @@ def bind_section(shell: Shell, domain: mesh.Mesh, like: BoundSection | None = No
         a_shear=None if a_shear is None else _per_element(domain, a_shear),
     )
     sizes = Sizes(section.thickness, section.stiffness, section.mass[0])
-    return BoundSection(nonlinear, N0, N0 * _per_element(domain, b), sizes, share)
+    return BoundSection(nonlinear, N0, N0 * _per_element(domain, b), sizes, share, curvature)
 
 
 def _bind_linear(
-    shell: Shell, section: LinearSection, domain: mesh.Mesh, like: BoundSection | None
+    shell: Shell,
+    section: LinearSection,
+    domain: mesh.Mesh,
+    curvature: float | Floats,
+    like: BoundSection | None,
 ) -> BoundSection:
     fields = SectionFields(shell, domain)
     if like is None:
@@ -118,7 +139,7 @@ def _bind_linear(
     else:
         membrane, shear = like.sizes.stiffness, float(like.force.value)
     thickness = fields.by_cell(lambda at: at.thickness)
-    a, a_shear, b = _weights(domain, thickness)
+    a, a_shear, b = _weights(domain, thickness, curvature)
     # the control is as stiff as the section is in its element
     b = b * fields.by_cell(_membrane) / membrane
     N0 = _constant(domain, membrane)
@@ -143,7 +164,7 @@ def _bind_linear(
         fields.mean(lambda at: at.thickness), membrane, fields.mean(lambda at: at.mass[0])
     )
     hourglass = N0 * _per_element(domain, b)
-    return BoundSection(linear, _constant(domain, shear), hourglass, sizes, share)
+    return BoundSection(linear, _constant(domain, shear), hourglass, sizes, share, curvature)
 
 
 def _membrane(at: Layup) -> Floats:
@@ -156,29 +177,31 @@ def _shear(at: Layup) -> Floats:
     return np.asarray(np.diagonal(at.G, axis1=-2, axis2=-1).max(axis=-1))
 
 
-def _weights(domain: mesh.Mesh, thickness: float | Floats) -> tuple[Floats, Floats | None, Floats]:
+def _weights(
+    domain: mesh.Mesh, thickness: float | Floats, curvature: float | Floats
+) -> tuple[Floats, Floats | None, Floats]:
     """Fully integrated shares, of shear where it has its own, and weights of hourglass control.
 
     Below one for any thickness, so that the reduced part never vanishes.
     """
     c = SHARES[domain.topology.cell_name()]
-    a = _share(domain, c.membrane, thickness)
-    a_shear = None if c.shear == c.membrane else _share(domain, c.shear, thickness)
-    b = HOURGLASS * _slenderness(domain, thickness)
-    return a, a_shear, b / (1 + b)
+    size = _sizes(domain)
+    slender = np.asarray(thickness / size)
+    curved = c.curved * np.maximum(curvature, 0.0) * size**2
+    a, a_shear = c.membrane * slender**2, c.shear * slender**2 + curved
+    b = HOURGLASS * slender
+    return _share(a), None if c.shear == c.membrane else _share(a_shear), _share(b)
 
 
-def _share(domain: mesh.Mesh, c: float, thickness: float | Floats) -> Floats:
-    """Fully integrated share in each element, `c` times the square of its slenderness."""
-    a = c * _slenderness(domain, thickness) ** 2
-    return a / (1 + a)
+def _share(x: Floats) -> Floats:
+    return x / (1 + x)
 
 
-def _slenderness(domain: mesh.Mesh, thickness: float | Floats) -> Floats:
-    """Thickness over size of each element."""
+def _sizes(domain: mesh.Mesh) -> Floats:
+    """Size of each element, m."""
     cells = domain.topology.index_map(2)
     count = cells.size_local + cells.num_ghosts
-    return np.asarray(thickness / domain.h(2, np.arange(count, dtype=np.int32)))
+    return np.asarray(domain.h(2, np.arange(count, dtype=np.int32)))
 
 
 def _per_element(domain: mesh.Mesh, weight: Floats) -> fem.Function:

@@ -19,7 +19,7 @@ from shellmb.forms.shell import ShellStrains
 from shellmb.forms.state import Layout
 from shellmb.forms.steps.mixed import Density, LinearMixed, vector
 from shellmb.forms.surface import Surface, surface
-from shellmb.meshes.directors import reference_director
+from shellmb.meshes.directors import gauss_curvature, reference_director
 from shellmb.meshes.mesh import SurfaceMesh
 from shellmb.meshes.spaces import NO_PARTS, MixedSpace, shell_space
 from shellmb.model.body import (
@@ -78,14 +78,16 @@ class BoundShell:
         )
         direction = direction_1(shell, surface_mesh, self.mixed, self.director)
         self.surface: Surface = surface(ufl.Jacobian(domain), direction, self.director)
+        curvature: float | Floats = 0.0
         if domain.basix_cell() == basix.CellType.triangle:
+            curvature = gauss_curvature(self.director)
             # of unit size, so that numbers do not depend on the unit of length
             size = ufl.sqrt(ufl.JacobianDeterminant(domain))
             axes = size * self.surface.e1, size * self.surface.e2
             self.layout = self.layout._replace(axes=axes, bubble=BUBBLES)
         self.rules = quadrature_rules(domain, shell.degree)
         self._ds = self._edge_measure(domain)
-        self.section = bind_section(shell, domain)
+        self.section = bind_section(shell, domain, curvature)
         weighed = any(isinstance(load, Gravity) for load in loads)
         # an eccentric weight turns the director whether or not its rotation has inertia
         every = replace(shell, rotary_inertia=True, eccentric_inertia=True)

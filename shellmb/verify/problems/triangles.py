@@ -25,6 +25,7 @@ from shellmb.scene import (
     Rectangle,
     Scene,
     Shell,
+    Sphere,
     SurfaceForce,
     SymmetryPlane,
 )
@@ -42,6 +43,8 @@ STEEL, NU, DENSITY = 2e11, 0.3, 8000.0
 NEAR = 0.03
 # of very thin shells on meshes distorted by 25 %
 DISTORTED, FAR = 0.25, 0.1
+# of vertices of doubly curved shells under pressure
+BULGING = 0.15
 
 
 def _moving(shell: Shell, *supports: Support) -> Scene:
@@ -166,8 +169,16 @@ def curved() -> Iterator[Check]:
             )
 
 
-def _growth(shell: Shell, supports: tuple[Support, ...], axis: int) -> list[tuple[str, float]]:
-    """Least, largest, mean radial displacement over `p R^2/(E t)`; radius and pressure are one."""
+def _growth(
+    shell: Shell, supports: tuple[Support, ...], axis: int | None
+) -> list[tuple[str, float]]:
+    """Least, largest, mean radial displacement over `p R^2/(E t)`; radius and pressure are one.
+
+    Args:
+        shell: The shell.
+        supports: What holds it.
+        axis: Axis of a cylinder; None for a sphere.
+    """
     scene = Scene(
         "tube", (shell,), supports=supports, loads=(Pressure(1.0),), scheme="linear-statics"
     )
@@ -175,7 +186,8 @@ def _growth(shell: Shell, supports: tuple[Support, ...], axis: int) -> list[tupl
     (body,) = simulation.model.shells.values()
     state = simulation.problem.levels[shell.name].unknown[simulation.problem.last].x.array
     u, x = state[body.mixed.dofs["u"]].reshape(-1, 3).copy(), body.mixed.nodes("u").copy()
-    u[:, axis] = x[:, axis] = 0.0
+    if axis is not None:
+        u[:, axis] = x[:, axis] = 0.0
     radial = np.sum(u * x, axis=1) / np.linalg.norm(x, axis=1)
     section = shell.section
     assert isinstance(section, Isotropic)
@@ -188,6 +200,38 @@ def _growth(shell: Shell, supports: tuple[Support, ...], axis: int) -> list[tupl
         ("largest", comm.allreduce(float(radial.max()), op=MPI.MAX)),
         ("mean", float(counted[0] / counted[1])),
     ]
+
+
+@case("triangles/closed sphere")
+def closed_sphere() -> Iterator[Check]:
+    """A sphere that cannot bend without stretching: its first frequency, and growth by a pressure.
+
+    The frequency is that of a membrane, n = 2 (W. E. Baker, J. Acoust. Soc. Am. 33 (1961) 1749).
+    """
+    symmetry = SymmetryPlane("left", Y), SymmetryPlane("right", X), SymmetryPlane("top", Z)
+    b, c = 7 + 3 * NU, 4 * (1 - NU**2)
+    exact = math.sqrt((b - math.sqrt(b**2 - 4 * c)) / 2 / (1 - NU**2))
+    for cell in CELLS:
+        for t in (1e-2, 1e-3):
+            shell = Shell(
+                "ball",
+                Sphere(1.0, polar=(0.0, 90.0), azimuth=(0.0, 90.0)),
+                Isotropic(1.0, NU, thickness=t, density=1.0),
+                mesh=(8, 8),
+                cell=cell,
+            )
+            name = f"t/R={t:g}, {cell} 8x8 to an octant"
+            first = natural_modes(_moving(shell, *symmetry), count=1).omega[0]
+            yield Check(f"{name}, omega R sqrt(rho/E)", float(first), exact, "Baker", NEAR)
+            for which, value in _growth(shell, symmetry, None):
+                # of a cylinder; a sphere grows by p R^2 (1 - nu)/(2 E t)
+                yield Check(
+                    f"{name}, {which} growth",
+                    value * 2 / (1 - NU),
+                    1.0,
+                    "p R^2 (1 - nu)/(2 E t)",
+                    NEAR if which == "mean" else BULGING,
+                )
 
 
 def hypar(thickness: float, mesh: int, cell: Cell, distortion: float = 0.0) -> Scene:
