@@ -25,9 +25,10 @@ class TouchingFaces(Silent):
 
     def __init__(self, sources: Sources) -> None:
         self._energy = sources.energy
-        # by contact: depth in the distance at which it touches, time; first time of crossing
+        # by contact: depth in the distance at which it touches, time; first time at which bodies
+        # are too near between points, and of the deepest of these intersection, depth, time, place
         self._deep: dict[str, tuple[float, float]] = {}
-        self._crossed: dict[str, float] = {}
+        self._between: dict[str, tuple[float, list[Any]]] = {}
         self._impacts = Impacts()
 
     def start(self, simulation: Simulation) -> None:
@@ -50,8 +51,11 @@ class TouchingFaces(Silent):
             name = faces.name
             deep = faces.depth() / faces.contact.law.reach
             self._deep[name] = max(self._deep.get(name, (0.0, 0.0)), (deep, t))
-            if name not in self._crossed and faces.crosses():
-                self._crossed[name] = t
+            found = faces.meeting()
+            if found is not None:
+                now = [found.intersect, found.depth, t, *found.place.tolist()]
+                first, deepest = self._between.get(name, (t, now))
+                self._between[name] = first, max(deepest, now)
 
     def cautions(self, simulation: Simulation) -> Iterator[Caution]:
         """Say what is wrong with contacts."""
@@ -61,16 +65,21 @@ class TouchingFaces(Silent):
     def _cautions(self, faces: FacesCoupling, dynamic: bool) -> Iterator[Caution]:
         name, contact = faces.name, faces.contact
         who = said(contact.item)
-        if name in self._crossed:
+        if name in self._between:
+            first, (intersect, depth, when, *place) = self._between[name]
+            what = "intersect" if intersect else "come too near to each other"
+            how = "have passed through" if intersect else "meet"
             yield Caution(
                 self.name,
                 contact.body,
-                1.0,
+                depth,
                 0.0,
-                f"{who}: '{contact.body}' and '{contact.shell}' intersect between the points that "
-                f"touch (first at t = {self._crossed[name]:.4g} s), where edges have passed "
-                "through edges or between nodes: only nodes touch; use smaller elements there, or "
-                "a second contact with both bodies exchanged",
+                f"{who}: '{contact.body}' and '{contact.shell}' {what} between the points that "
+                f"touch (first at t = {first:.4g} s), where edges {how} edges or come between "
+                f"nodes: they are {depth:.3g} m too deep at "
+                f"({', '.join(f'{c:.4g}' for c in place)}) at t = {when:.4g} s. Only nodes touch; "
+                f"use elements whose nodes are nearer to each other than {contact.law.reach:.3g} m "
+                "there, or a second contact with both bodies exchanged",
             )
         deep, when = self._deep[name]
         if deep > DEEP:
@@ -91,12 +100,12 @@ class TouchingFaces(Silent):
         """Findings so far."""
         return {
             "deep": dict(self._deep),
-            "crossed": dict(self._crossed),
+            "between": dict(self._between),
             "sudden": self._impacts.state(),
         }
 
     def restore(self, state: dict[str, Any]) -> None:
         """Take it up."""
         self._deep = {name: (a, b) for name, (a, b) in state["deep"].items()}
-        self._crossed = dict(state["crossed"])
+        self._between = {name: (a, list(b)) for name, (a, b) in state["between"].items()}
         self._impacts.restore(state["sudden"])

@@ -84,6 +84,20 @@ def around(facets: Facets, y: Floats, x: Floats, distance: Floats) -> tuple[Ints
     return _pairs(tree, y, distance + size)
 
 
+def pairs_near(middles: Floats, y: Floats, distance: Floats) -> tuple[Ints, Ints]:
+    """Pairs of places and middles that are no further apart than distances.
+
+    Args:
+        middles: The middles, shape (m, 3), m.
+        y: Places, shape (n, 3), m.
+        distance: Distances, shape (n,), m.
+    """
+    # loaded where there are such contacts only
+    from scipy.spatial import cKDTree
+
+    return _pairs(cKDTree(middles), y, distance)
+
+
 def _tree(facets: Facets, x: Floats) -> tuple[cKDTree, float]:
     """Middles of all triangles, and the largest distance of a vertex from its one, m."""
     # loaded where there are such contacts only

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,8 +13,9 @@ from shellmb.model.locations.nodes import said_point, shared_nodes
 from shellmb.model.potentials.contact import TOUCHING
 from shellmb.model.potentials.points import MeshedBody, Points
 from shellmb.model.shells.shell import ShellModel
+from shellmb.model.touching.between import Between
 from shellmb.model.touching.blend import Families
-from shellmb.model.touching.candidates import Candidates, around, find
+from shellmb.model.touching.candidates import Candidates, find
 from shellmb.model.touching.facets import facets_of, nearest
 from shellmb.model.touching.law import Law
 from shellmb.model.touching.passing import crossings
@@ -74,9 +74,12 @@ class FacesContact:
         y_dofs: Global dofs of their displacements in the body's space, shape (n, 3).
         d: Reference directors of the points that matter, shape (n, directors, 3).
         d_dofs: Global dofs of their changes in the body's space, shape (n, directors, 3).
+        whole: Reference positions of all points, also of those without a share of the area, m.
+        whole_dofs: Global dofs of their displacements.
         x: Reference positions of the shell's nodes, shape (m, 3), m.
         x_dofs: Global dofs of their displacements in the shell's space, shape (m, 3).
         law: Law of all points.
+        between: What watches the bodies between their nodes.
     """
 
     def __init__(
@@ -95,11 +98,17 @@ class FacesContact:
         self.d = np.array([end.directors[: len(end.directors) * turns] for end in ends])
         self.d_dofs = np.array([end.dofs["w"] for end in ends]).reshape(len(ends), -1, 3)
         self.d_dofs = self.d_dofs[:, : self.d.shape[1]]
-        self._points, self._has = points, has
+        self.whole = np.array([end.point for end in points.ends])
+        self.whole_dofs = np.array([end.dofs["u"] for end in points.ends])
         nodes = shared_nodes(shell, None, said(item))
         self.x, self.x_dofs = nodes.x, nodes.dofs["u"]
         self.law = Law(reach, item.stiffness * points.weights[has], item)
         self.facets = facets_of(shell, self.x_dofs[:, 0])
+        whole = item.at is None and isinstance(body, ShellModel) and not self.alone
+        own = facets_of(body, self.whole_dofs[:, 0]) if whole else None
+        apart = self._far_along()
+        self._apart = None if apart is None else apart[has]
+        self.between = Between(points.segments, self.facets, own, apart, reach)
         sides = self.x[self.facets.cells]
         sizes = np.linalg.norm(sides - np.roll(sides, 1, axis=1), axis=2)
         self.slack = max(reach, float(np.median(sizes)) / 2)
@@ -124,9 +133,8 @@ class FacesContact:
         """Decide whether a shell touches itself."""
         return self.body == self.shell
 
-    @cached_property
-    def _apart(self) -> Bools | None:
-        """Find which cells are far enough along the shell to touch a point of it; None: all."""
+    def _far_along(self) -> Bools | None:
+        """Cells far enough along the shell to touch points of it, (n, cells); None: all."""
         if not self.alone:
             return None
         # loaded where a shell touches itself only
@@ -142,7 +150,7 @@ class FacesContact:
         pairs = np.unique(np.stack([i, j])[:, differ], axis=1, return_index=True)
         graph = csr_array((lengths[differ][pairs[1]], tuple(pairs[0])), shape=(count, count))
         number = {tuple(dofs): k for k, dofs in enumerate(self.x_dofs.tolist())}
-        own = np.array([number[tuple(dofs)] for dofs in self.y_dofs.tolist()])
+        own = np.array([number[tuple(dofs)] for dofs in self.whole_dofs.tolist()])
         limit = BESIDE * self.law.reach
         ways = dijkstra(graph, directed=False, indices=own, limit=limit + lengths.max())
         within = ways[:, cells].min(axis=2) <= limit
@@ -228,38 +236,6 @@ class FacesContact:
         # what is so near to an edge has passed through all of the thickness beside it
         near = nearest(on, corners).distance < BESIDE_EDGE * sizes + self.law.reach / 100
         return int(found.point[pairs][near][0]) if near.any() else None
-
-    @cached_property
-    def _sides(self) -> Ints:
-        """Lines between neighbouring points, shape (m, 2)."""
-        pairs = self._points.segments()
-        pairs = pairs[self._has[pairs].all(axis=1)]
-        # by their numbers among those that have a share of the area
-        return np.asarray((np.cumsum(self._has) - 1)[pairs])
-
-    def pierced(self, found: Candidates, y: Floats, x: Floats) -> bool:
-        """Decide whether a line between neighbouring points passes through a facet.
-
-        Args:
-            found: Pairs that may touch.
-            y: Positions of the points, m.
-            x: Positions of the shell's nodes, m.
-        """
-        ends = y[self._sides]
-        half = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) / 2
-        if not len(ends) or (not len(found.point) and found.slack > half.max()):
-            return False
-        line, triangle = around(self.facets, ends.mean(axis=1), x, half)
-        ends, v = ends[line], self.facets.places(x, triangle)
-        normal = np.cross(v[:, 1] - v[:, 0], v[:, 2] - v[:, 0])
-        one, two = np.vecdot(normal[:, None], ends - v[:, :1]).T
-        crosses = one * two < 0
-        if self._apart is not None:
-            crosses &= self._apart[self._sides[line], self.facets.cell[triangle][:, None]].all(1)
-        share = (one / np.where(crosses, one - two, 1.0))[crosses]
-        ends = ends[crosses]
-        at = ends[:, 0] + share[:, None] * (ends[:, 1] - ends[:, 0])
-        return bool((nearest(at, v[crosses]).distance <= BESIDE_EDGE * self._length).any())
 
     def check_start(self) -> None:
         """Refuse points that touch at the start.

@@ -12,6 +12,7 @@ from scipy.sparse import csr_array
 
 from shellmb.arrays import Floats, Ints
 from shellmb.errors import ConvergenceError
+from shellmb.model.touching.between import Meeting
 from shellmb.model.touching.blend import mixed
 from shellmb.model.touching.faces import FacesContact, Touching
 from shellmb.model.touching.pulls import mean_slope
@@ -116,6 +117,7 @@ class FacesCoupling:
             side(contact.shell, contact.x, contact.x_dofs),
             side(contact.body, contact.d.reshape(-1, 3), contact.d_dofs),
         )
+        self._whole = side(contact.body, contact.whole, contact.whole_dofs)
         self._count = sum(len(part.X) for part in self._sides)
         self.dofs = joined(
             comm,
@@ -346,9 +348,11 @@ class FacesCoupling:
         reach = self.contact.law.reach
         return 0.0 if touching is None else float(np.max(reach - touching.distances, initial=0.0))
 
-    def crosses(self) -> bool:
-        """Decide whether the bodies intersect between the points, at the start of the step."""
-        return self.contact.pierced(self.candidates, *self.start())
+    def meeting(self) -> Meeting | None:
+        """Deepest place between the points at the start of the step, if there is one."""
+        y, x = (self._side(side, {START: 1.0}) for side in (self._whole, self._sides[1]))
+        found = self.candidates
+        return self.contact.between.meeting(y, x, 0.0 if len(found.point) else found.slack)
 
     def loss(self) -> Loss:
         """Energy that the step just solved has dissipated."""
