@@ -13,6 +13,9 @@ from shellmb.simulate.simulation import Silent, Simulation
 # up to some 1e-9; of what it does not conserve, one per cent is an error that shows in results
 CONSERVED, OTHERS = 1e-6, 1e-2
 
+# errors of rotations grow with their square: a drift of ten times the largest has another cause
+ROTATION = 10.0
+
 
 class Drift(Silent):
     """Watches the balances of both momenta.
@@ -27,9 +30,9 @@ class Drift(Silent):
         self._momentum, self._rotations = sources.momentum, sources.rotations
 
     def cautions(self, simulation: Simulation) -> Iterator[Caution]:
-        """Decide whether drifts are out of proportion; the body named turns most."""
+        """Decide whether drifts are out of proportion; rotations that may be why are named."""
         turns = self._rotations.turns
-        fastest = max(turns, key=lambda name: turns[name].largest, default=None)
+        most = max(turns, key=lambda name: turns[name].largest, default=None)
         for kind, which in KINDS.items():
             drift = self._momentum.relative_drift(kind)
             bound = CONSERVED if kind in simulation.scheme.conserves else OTHERS
@@ -39,8 +42,9 @@ class Drift(Silent):
                 f"{which} momentum drifts by {drift:.1e} of what was there or was exchanged, which "
                 "loads and supports do not explain"
             )
+            largest = 0.0 if most is None else turns[most].largest
+            fastest = most if ROTATION * largest**2 > drift else None
             if fastest is not None:
-                largest = turns[fastest].largest
                 says += (
                     f"; {said_of(simulation, fastest)} turns most, by up to {largest:.2g} rad in a "
                     "step"

@@ -78,3 +78,19 @@ def test_what_is_wrong_as_a_whole_shows_no_arguments() -> None:
     with pytest.raises(sm.SceneError) as refused:
         Gadget(1.0)
     assert str(refused.value) == "gadget: its size is that of nothing"
+
+
+def test_rotation_is_not_named_where_nothing_turns() -> None:
+    """A mass on a rail: the rival's forces are no impulses of its steps, and no rotation is why."""
+    scene = sm.Scene(
+        "rail",
+        rigid_bodies=sm.RigidBody("mass", 1.0, (0.1, 0.2, 0.3)),
+        joints=sm.Prismatic("rail", sm.GROUND, "mass", at=(0, 0, 0), axis=(1, 0, 0)),
+        force_elements=sm.JointSpring("spring", "rail", 100.0, coordinate="translation"),
+        initial=sm.InitialVelocity(linear=(1.0, 0.0, 0.0)),
+        scheme="generalized-alpha",
+        dt=0.01,
+        t_end=0.5,
+    )
+    (said,) = (text for text in sm.run(scene).warnings if "momentum drifts" in text)
+    assert "linear momentum" in said and "turns" not in said

@@ -17,6 +17,13 @@ ACCOUNT = "shellmb/observers/account"
 FAULTS: tuple[Fault, ...] = (
     # watches: bounds
     Fault(
+        "a drift named by a rotation that cannot be its cause",
+        "shellmb/diagnostics/drift.py",
+        "ROTATION * largest**2 > drift else None",
+        "ROTATION * largest**2 >= 0.0 else None",
+        ("tests/diagnostics/test_false_alarms.py::test_rotation_is_not_named_where_nothing_turns",),
+    ),
+    Fault(
         "much dissipation is not said",
         f"{WATCHES}/dissipation.py",
         "BOUND = 0.05",
@@ -62,8 +69,8 @@ FAULTS: tuple[Fault, ...] = (
     Fault(
         "the body that turns least is blamed",
         f"{WATCHES}/drift.py",
-        "fastest = max(turns, key=",
-        "fastest = min(turns, key=",
+        "most = max(turns, key=",
+        "most = min(turns, key=",
         (SENTENCES,),
     ),
     Fault(
