@@ -261,3 +261,19 @@ def test_a_file_without_a_mesh_is_refused(tmp_path: Path, ending: str) -> None:
     path.write_text("of a mesh, some notes\n")
     with pytest.raises(SceneError, match=r"notes\.\w+ (has no nodes|is not read)"):
         built(MeshFile(path), cell="tri")
+
+
+@pytest.mark.parametrize("ending", ["ply", "node", "tec"])
+def test_readers_that_wait_for_more_come_to_an_end(ending, tmp_path, monkeypatch) -> None:
+    """Kind: files that are cut off, at whose end readers of meshio turn in circles."""
+    file = tmp_path / f"a.{ending}"
+    if ending == "node":
+        file.touch()
+    else:
+        of_meshio("quad", 1)(file)
+        content = file.read_bytes()
+        end = content.index(b"end_header") if ending == "ply" else len(content) - 20
+        file.write_bytes(content[:end])
+    monkeypatch.setattr("shellmb.guarding.endless.LEAST", 0.2)
+    with pytest.raises(SceneError, match=r"a\.\w+ is not read .* as if it were cut off"):
+        built(MeshFile(file))

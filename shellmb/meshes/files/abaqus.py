@@ -24,7 +24,7 @@ __all__ = ["read_abaqus"]
 SHELL = re.compile(r"(?:S|DS|STRI|SFM3D|M3D|CPS|CPE|CAX)([34689])")
 OF_COUNT = {3: "tri3", 6: "tri6", 4: "quad4", 8: "quad8", 9: "quad9"}
 # keywords that make or move nodes and elements, which are not carried out
-MAKE = {"NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY", "SYSTEM"}
+MAKE = {"NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY", "SYSTEM", "IMPERFECTION"}
 # keywords that tie nodes to one another
 TIES = {
     "TIE",
@@ -75,9 +75,10 @@ class _Reader:
         self.who = who
         self.parts: dict[str, _Part] = {}
         self.here = self.whole = _Part()
-        # name, part, and translation with rotation
-        self.instances: list[tuple[str, str, list[list[float]]]] = []
-        self.assembly: list[tuple[str, str, list[int]]] = []
+        # name, part or content of its own, and translation with rotation
+        self.instances: list[tuple[str, _Part, list[list[float]]]] = []
+        # sets of the assembly: numbers of elements by instances
+        self.assembly: dict[str, dict[str, list[int]]] = {}
         self.left_out: Counter[str] = Counter()
         self.names: dict[str, str] = {}
         # sets whose sections have a direction
@@ -106,10 +107,7 @@ class _Reader:
         elif name in ("END PART", "ASSEMBLY"):
             self.here = self.whole
         elif name == "INSTANCE":
-            moved = [[float(v) for v in row if v] for row in data]
-            part = options.get("PART", "").upper()
-            self.instances.append((options.get("NAME", "").upper(), part, moved))
-            self.here = self.parts.setdefault(part, _Part())
+            self._instance(options, data)
         elif name == "END INSTANCE":
             self.here = self.whole
         elif name == "NODE":
@@ -128,7 +126,7 @@ class _Reader:
         elif name in TIES:
             self.left_out[f"*{name}"] += 1
         elif name in ("SHELL SECTION", "SHELL GENERAL SECTION"):
-            if "OFFSET" in options:
+            if "OFFSET" in options and not _is_zero(options["OFFSET"]):
                 self.left_out[f"OFFSET of *{name}"] += 1
             if "ORIENTATION" in options:
                 self.oriented.add(options.get("ELSET", "").upper())
@@ -158,36 +156,78 @@ class _Reader:
         if "ELSET" in options:
             self._named(options["ELSET"]).extend(numbers)
 
+    def _instance(self, options: dict[str, str], data: list[list[str]]) -> None:
+        """Take an instance: of a part, of a part and more, or with a mesh of its own."""
+        of = options.get("PART", "")
+        if "LIBRARY" in options or of.upper() not in self.parts:
+            why = "of another run" if "LIBRARY" in options else f"of the part '{of}'"
+            raise SceneError(
+                f"{self.who}: instance '{options.get('NAME', '')}' is {why}, which is not there; "
+                "it must be of a *PART of the file"
+            )
+        part = self.parts[of.upper()]
+        # what follows, if anything does, is of this instance alone
+        self.here = _Part(dict(part.nodes), dict(part.elements), _copied(part.sets))
+        moved = [[float(v) for v in row if v] for row in data]
+        self.instances.append((options.get("NAME", "").upper(), self.here, moved))
+
     def _named(self, name: str) -> list[int]:
         """The elements of a set of the part, under the name as it is first written."""
-        key = self.names.setdefault(name.upper(), name)
-        return self.here.sets.setdefault(key, [])
+        return self.here.sets.setdefault(self._key(name), [])
+
+    def _key(self, name: str) -> str:
+        return self.names.setdefault(name.upper(), name)
 
     def _set(self, options: dict[str, str], data: list[list[str]]) -> None:
         rows = [[v for v in row if v] for row in data]
-        found: list[int] = []
+        name, of = options.get("ELSET", ""), options.get("INSTANCE", "").upper()
+        self._add(name, of, [])
         if "GENERATE" in options:
             for first, last, *step in ([int(v) for v in row] for row in rows):
-                found += range(first, last + 1, step[0] if step else 1)
+                numbers = list(range(first, last + 1, step[0] if step else 1))
+                self._add(name, of, numbers)
+            return
+        for value in (v for row in rows for v in row):
+            self._member(name, of, value)
+
+    def _member(self, name: str, of: str, value: str) -> None:
+        """Put an element, or those of another set, into a set."""
+        instance, dot, rest = value.strip('"').rpartition(".")
+        if dot and self._key(value) in self.here.sets:
+            rest = value
+        elif dot:
+            of = instance.strip('"').upper()
+        rest = rest.strip('"')
+        if rest.isdigit():
+            self._add(name, of, [int(rest)])
+            return
+        key = self._key(rest)
+        within = {number: part for number, part, _ in self.instances}
+        if of in within and key in within[of].sets:
+            self._add(name, of, list(within[of].sets[key]))
+        elif not of and (key in self.here.sets or key in self.assembly):
+            self._add(name, "", list(self.here.sets.get(key, ())))
+            for other, numbers in dict(self.assembly.get(key, {})).items():
+                self._add(name, other, list(numbers))
         else:
-            for value in (v for row in rows for v in row):
-                if value.lstrip("-").isdigit():
-                    found.append(int(value))
-                else:
-                    found += self.here.sets.get(self.names.get(value.upper(), value), [])
-        name = options.get("ELSET", "")
-        if "INSTANCE" in options:
-            key = self.names.setdefault(name.upper(), name)
-            self.assembly.append((key, options["INSTANCE"].upper(), found))
+            raise SceneError(
+                f"{self.who}: the set '{name}' has '{value}' in it, which is not there; it must be "
+                "an element or a set that is defined before"
+            )
+
+    def _add(self, name: str, of: str, numbers: list[int]) -> None:
+        """Add elements to a set: of an instance, or of the part that is read."""
+        if of:
+            self.assembly.setdefault(self._key(name), {}).setdefault(of, []).extend(numbers)
         else:
-            self._named(name).extend(found)
+            self._named(name).extend(numbers)
 
     def _found(self) -> Found:
         """All instances, each with its nodes where it stands; without any the file as it is."""
         placed: list[tuple[str, _Part, list[list[float]]]] = []
         placed += [("", self.whole, [])] if self.whole.nodes or not self.parts else []
         if self.instances:
-            placed += [(name, self.parts[part], moved) for name, part, moved in self.instances]
+            placed += self.instances
         else:
             placed += [(name, part, []) for name, part in self.parts.items()]
         x: list[Floats] = []
@@ -208,7 +248,7 @@ class _Reader:
                 places[number] = (kind, len(of_kind))
                 of_kind.append([rows[node] for node in nodes])
             own = [(name, numbers) for name, numbers in part.sets.items()]
-            own += [(name, numbers) for name, of, numbers in self.assembly if of == instance]
+            own += [(name, by[instance]) for name, by in self.assembly.items() if instance in by]
             for name, numbers in own:
                 for number in dict.fromkeys(numbers):
                     if number in places:
@@ -229,6 +269,17 @@ class _Reader:
             directed={kind: _rows(rows) for kind, rows in directed.items()},
             directions="ORIENTATION",
         )
+
+
+def _copied(sets: dict[str, list[int]]) -> dict[str, list[int]]:
+    return {name: list(numbers) for name, numbers in sets.items()}
+
+
+def _is_zero(value: str) -> bool:
+    try:
+        return float(value) == 0
+    except ValueError:
+        return False
 
 
 def _rows(rows: list[int]) -> Ints:

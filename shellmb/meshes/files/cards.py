@@ -14,6 +14,8 @@ __all__ = ["cards", "integer", "real"]
 DEEPEST = 10
 # and decks do not include more files than this, which may include one another again and again
 MOST = 10_000
+# cards that a mesh is made of
+USED = re.compile(r"GRID|GRDSET|CORD|CTRIA|CQUAD|PCOMP|PSHELL")
 _EXPONENT = re.compile(r"([+-]?[0-9]*\.?[0-9]*)([+-][0-9]+)")
 
 
@@ -25,17 +27,35 @@ def cards(path: Path, who: str) -> Iterator[list[str]]:
         who: Whose mesh it is, for errors.
 
     Raises:
-        SceneError: If it includes a file that is not there, or goes round in a circle.
+        SceneError: If it includes a file that is not there, or goes round in a circle; if a card
+            that is used has more fields than a line takes, goes on elsewhere, or is repeated.
     """
     card: list[str] = []
+    mark = ""
     for line in _bulk(list(_lines(path, who, 0, []))):
-        name, fields, goes_on = _fields(line)
-        if goes_on:
-            card += fields
-            continue
-        if card:
-            yield card
-        card = [name, *fields]
+        name, fields, more, goes_on = _fields(line)
+        if name.startswith("="):
+            raise SceneError(
+                f"{who}: the line '{line.strip()}' repeats the card before it, which is not read; "
+                "write all cards out"
+            )
+        if not goes_on:
+            if card:
+                yield card
+            card = [name]
+        used = USED.match(card[0]) if card else None
+        if used and goes_on and mark and name[1:] and name.strip("+*") != mark:
+            raise SceneError(
+                f"{who}: {' '.join(card[:2])} goes on in a line '{mark}', but the next one is "
+                f"'{name}'; continuations must follow their cards"
+            )
+        mark = more[0].strip("+* ").upper() if more and more[0][:1] in ("+", "*") else ""
+        if used and (any(more[1:]) or (more and more[0][:1].isdigit())):
+            raise SceneError(
+                f"{who}: the line '{line.strip()}' has more than {len(fields)} fields; the rest "
+                "must be in the next line, which begins with a comma"
+            )
+        card += fields
     if card:
         yield card
 
@@ -90,10 +110,10 @@ def _lines(path: Path, who: str, depth: int, read: list[Path]) -> Iterator[str]:
         line = raw.partition("$")[0].rstrip()
         if not line:
             continue
-        if line[:7].upper() != "INCLUDE":
+        if line.lstrip()[:7].upper() != "INCLUDE":
             yield line
             continue
-        name = line[7:].strip().strip("'\"")
+        name = line.lstrip()[7:].strip().strip("'\"")
         other = path.parent / name
         read.append(other)
         if depth == DEEPEST or len(read) > MOST or not other.is_file():
@@ -113,17 +133,20 @@ def _bulk(lines: list[str]) -> Iterator[str]:
             yield line
 
 
-def _fields(line: str) -> tuple[str, list[str], bool]:
-    """Name, fields, and whether the line goes on with the card before it."""
+def _fields(line: str) -> tuple[str, list[str], list[str], bool]:
+    """Name, fields, what comes behind them, and whether the line goes on with the card before."""
     if "," in line:
         parts = [part.strip() for part in line.split(",")]
         name, wide = parts[0], "*" in parts[0]
         count = 4 if wide else 8
         fields = (parts[1 : count + 1] + [""] * count)[:count]
+        more = parts[count + 1 :]
     else:
         line = line.expandtabs(8)
         name, wide = line[:8].strip(), "*" in line[:8]
         count, width = (4, 16) if wide else (8, 8)
         fields = [line[8 + width * k : 8 + width * (k + 1)].strip() for k in range(count)]
+        # numbers of lines may stand there, too
+        more = [line[72:80].strip()] if line[72:73] in ("+", "*") else []
     goes_on = name == "" or name[0] in "+*"
-    return name.rstrip("*").strip().upper(), fields, goes_on
+    return name.rstrip("*").strip().upper(), fields, more, goes_on

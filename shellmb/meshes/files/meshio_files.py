@@ -11,6 +11,7 @@ import numpy as np
 
 from shellmb.arrays import Floats, Ints
 from shellmb.errors import SceneError
+from shellmb.guarding.endless import reading
 from shellmb.meshes.files.found import Found
 from shellmb.scene.values.validate import in_words
 
@@ -42,7 +43,7 @@ def read_meshio(path: Path, who: str) -> Found:
     import meshio
 
     try:
-        with warnings.catch_warnings():
+        with reading(path), warnings.catch_warnings():
             # it finds out whether STL is text by an overflow
             warnings.simplefilter("ignore", RuntimeWarning)
             mesh = meshio.read(path)

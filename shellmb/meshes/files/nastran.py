@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -67,6 +68,7 @@ def read_nastran(path: Path, who: str) -> Found:
     groups: dict[str, dict[str, list[int]]] = {}
     directed: dict[str, list[int]] = {}
     left_out: Counter[str] = Counter()
+    offsets = dict(_offsets(deck, who))
     for card in deck:
         if card[0] not in SHELLS:
             if TIES.match(card[0]) or (card[0][0] == "C" and not OTHERS.match(card[0])):
@@ -82,6 +84,8 @@ def read_nastran(path: Path, who: str) -> Found:
         if given.isdigit() or real(card, offset - 1, who) != 0:
             directed.setdefault(kind, []).append(len(of_kind))
         part = integer(card, 2, who) or integer(card, 1, who)
+        if part in offsets:
+            left_out[offsets[part]] += 1
         groups.setdefault(f"PID {part}", {}).setdefault(kind, []).append(len(of_kind))
         of_kind.append(nodes)
     return Found(
@@ -95,6 +99,25 @@ def read_nastran(path: Path, who: str) -> Found:
         directed={kind: np.array(rows) for kind, rows in directed.items()},
         directions="THETA or MCID",
     )
+
+
+def _offsets(deck: list[list[str]], who: str) -> Iterator[tuple[int | None, str]]:
+    """Properties whose shells are not in the middle between both sides, and what says so."""
+    for card in deck:
+        if card[0] == "PSHELL" and real(card, 13, who) != 0:
+            yield integer(card, 1, who), "ZOFFS of PSHELL"
+        elif card[0] == "PCOMP" and len(card) > 2 and card[2]:
+            # material, thickness, angle, output; the thickness goes on with the next ply
+            plies = [k for k in range(9, len(card), 4) if any(card[k : k + 4])]
+            thickness = before = 0.0
+            for k in plies:
+                before = real(card, k + 1, who) or before
+                thickness += before
+            thickness *= 2 if card[8].upper().startswith("SYM") else 1
+            if abs(real(card, 2, who) + thickness / 2) > 1e-4 * thickness:
+                yield integer(card, 1, who), "Z0 of PCOMP"
+        elif card[0] == "PCOMPG" and len(card) > 2 and card[2]:
+            yield integer(card, 1, who), "Z0 of PCOMPG"
 
 
 def _nodes(
