@@ -214,10 +214,10 @@ class Content(Held):
         return held_jump(lambda mid, v: variation(self.function, mid, v), step, dq)
 
 
-def gas_energy(v: Expr, pressure: Expr, exponent: float, outside: Expr) -> Expr:
+def gas_energy(v: Expr, pressure: Expr, n: Expr | None, outside: Expr) -> Expr:
     """Energy of a gas at the volume `V0 (1 + v)`, with what lies outside, over `V0`.
 
-    `p (1 + v)^exponent` stays. With `n = exponent - 1` this is
+    `p (1 + v)^(1 + n)` stays. This is
 
         p0 [((1 + v)^-n - 1)/n + v] + (outside - p0) v,
 
@@ -226,11 +226,11 @@ def gas_energy(v: Expr, pressure: Expr, exponent: float, outside: Expr) -> Expr:
     Args:
         v: Relative change of the volume.
         pressure: Absolute pressure `p0` at `v = 0`.
-        exponent: 1 or more.
+        n: Above 0; None: 0, where the temperature stays.
         outside: Absolute pressure outside.
     """
-    log, n = log_of_one_and(v), exponent - 1
-    if n == 0:
+    log = log_of_one_and(v)
+    if n is None:
         work = -log
     else:
         # expm1(-n log)/n

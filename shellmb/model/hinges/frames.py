@@ -32,7 +32,7 @@ from shellmb.arrays import Floats, Ints
 from shellmb.meshes.nodes import constant_vector, node_mesh, node_space
 from shellmb.model.body import PartScale
 from shellmb.model.identification import node_links
-from shellmb.model.joints.constraints import ConstraintGroup
+from shellmb.model.joints.constraints import ConstraintGroup, forces_and_sizes
 from shellmb.model.joints.coordinates import global_dofs
 from shellmb.model.locations.ends import End
 
@@ -123,8 +123,9 @@ class EdgeFrames(ConstraintGroup):
         linked = {
             f"u{s}{k}" if s == "t" else f"{s}{k}": (s, k) for s in sums for k in range(counts[s])
         }
-        sizes = [1.0] * (9 if across else 3) + [length] * 3 * between
-        mixed = node_space(nodes, {**dict.fromkeys([*own, *linked], 3), "mu": len(sizes)})
+        self.directions = tuple(range(9 if across else 3))
+        count = len(self.directions) + 3 * between
+        mixed = node_space(nodes, {**dict.fromkeys([*own, *linked], 3), "mu": count})
         links = []
         for part, (s, k) in linked.items():
             targets = np.array([item.dofs[k] for item in sums[s]])
@@ -165,9 +166,8 @@ class EdgeFrames(ConstraintGroup):
                 rows += [part(q, "u")[i] - inner[i] for i in range(3)]
             return ufl.as_vector(rows)
 
-        self.directions = tuple(range(9 if across else 3))
-        forces = [force * length / size for size in sizes]
-        super().__init__(name, nodes, mixed, tuple(links), violation, forces, sizes)
+        sizes = forces_and_sizes(force, length, count, self.directions)
+        super().__init__(name, nodes, mixed, tuple(links), violation, *sizes)
         scales = (
             PartScale(part, f"vectors of {name}", length if part == "u" else 1.0, "a smaller step")
             for part in own

@@ -1,6 +1,6 @@
 """Constraints at nodes, a group per kind: what joints, kinks and planes have in common."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from functools import cached_property
 
 import numpy as np
@@ -23,6 +23,25 @@ from shellmb.native.expressions import compiled_expression, evaluation
 SMALL_FORCE = 1e-3
 # step of differences of constraints that are not quadratic: both of their errors are some 1e-11
 SMALL_STEP = 1e-5
+
+
+def forces_and_sizes(
+    force: float, length: float, count: int, directions: Collection[int]
+) -> tuple[float | list[float], float | list[float]]:
+    """Sizes of forces and of violations of constraints: one number where all are of a kind.
+
+    The work of a multiplier of size one is the same for all of them.
+
+    Args:
+        force: Size of forces, N.
+        length: Size of the scene, m.
+        count: Number of constraints.
+        directions: Which hold directions; others hold positions.
+    """
+    sizes = [1.0 if k in directions else length for k in range(count)]
+    if 0 < len(directions) < count:
+        return [force * length / size for size in sizes], sizes
+    return force * length / sizes[0], sizes[0]
 
 
 class ConstraintGroup(Massless):
@@ -72,8 +91,7 @@ class ConstraintGroup(Massless):
         self.violation = violation
         self.count = mixed.parts["mu"][1]
         self.sizes = np.broadcast_to(np.asarray(sizes, dtype=float), (self.count,))
-        same = np.ndim(force) == 0 or len(set(np.ravel(force))) == 1
-        self.force = fem.Constant(nodes.mesh, float(np.ravel(force)[0]) if same else force)
+        self.force = fem.Constant(nodes.mesh, force)
         self.labels = [name] * self.items
         self.allowed = np.ones((self.items, self.count), dtype=bool)
         self._switched = np.ones((self.items, self.count), dtype=bool)

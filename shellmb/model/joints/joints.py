@@ -20,7 +20,7 @@ from shellmb.forms.state import Layout
 from shellmb.forms.steps.discrete import variation
 from shellmb.meshes.nodes import constant_vector, node_mesh, node_space
 from shellmb.model.body import LoadFactors, TimeFunction
-from shellmb.model.joints.constraints import ConstraintGroup
+from shellmb.model.joints.constraints import ConstraintGroup, forces_and_sizes
 from shellmb.model.locations.ends import End, EndGroup, end_pair, frame_about
 from shellmb.model.massless import Massless
 from shellmb.scene import Scene
@@ -157,10 +157,8 @@ class JointGroup(ConstraintGroup):
         bodies = "/".join(str(n) for n in framed)
         links = tuple(link for end in self.ends for link in end.links(mixed))
         name = f"{self.title} ({bodies})"
-        sizes = [1.0 if k in self.directions else length for k in range(self.multipliers)]
-        # the work of a multiplier of size one is the same for all of them
-        forces = [force * length / size for size in sizes]
-        super().__init__(name, nodes, mixed, links, self._violation, forces, sizes, switched)
+        scales = forces_and_sizes(force, length, self.multipliers, self.directions)
+        super().__init__(name, nodes, mixed, links, self._violation, *scales, switched)
         self.labels = [joint.joint.name for joint in joints]
 
     @property

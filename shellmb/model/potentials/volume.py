@@ -133,7 +133,8 @@ class Filling(Massless):
         if gas is None:
             return None
         pressure, outside = self._constant(gas.pressure), self._constant(gas.outside)
-        return lambda e: gas_energy(e[0], pressure, gas.exponent, outside)
+        n = None if gas.exponent == 1 else self._constant(gas.exponent - 1)
+        return lambda e: gas_energy(e[0], pressure, n, outside)
 
     @cached_property
     def _pressure(self) -> LawValues | None:

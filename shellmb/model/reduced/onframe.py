@@ -20,7 +20,7 @@ from shellmb.meshes.nodes import NodeMesh, constant_vector, node_mesh, node_spac
 from shellmb.meshes.spaces import MixedSpace
 from shellmb.model.body import NodeLink, PartScale, Rates
 from shellmb.model.identification import node_links
-from shellmb.model.joints.constraints import ConstraintGroup
+from shellmb.model.joints.constraints import ConstraintGroup, forces_and_sizes
 from shellmb.model.locations.ends import End
 from shellmb.model.reduced.data import ModalBody, amplitudes
 from shellmb.model.reduced.modes import ADVICE, Modes
@@ -105,9 +105,8 @@ class OnFrame(ConstraintGroup):
         self.table = constant_vector(nodes, table, "coefficients")
         links = frame_links(nodes, mixed, body, others)
         name = f"{title} of {data.name}"
-        sizes = [1.0 if k in self.directions else length for k in range(parts["mu"])]
-        forces = [force * length / size for size in sizes]
-        super().__init__(name, nodes, mixed, links, self._violation, forces, sizes)
+        scales = forces_and_sizes(force, length, parts["mu"], self.directions)
+        super().__init__(name, nodes, mixed, links, self._violation, *scales)
 
     def _violation(self, q: Expr) -> Expr:
         raise NotImplementedError
