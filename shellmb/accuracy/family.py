@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from contextlib import ExitStack
+from pathlib import Path
+from typing import Any
 
 from mpi4py import MPI
 
@@ -13,8 +16,10 @@ from shellmb.accuracy.repeat import Beginning, Steps, kept, run_again
 from shellmb.errors import ShellmbError, Stopped
 from shellmb.measuring.stepping import free
 from shellmb.running.execute import Companion, RunResult, execute
+from shellmb.running.request import Request
 from shellmb.running.results import Results
 from shellmb.scene import Scene
+from shellmb.simulate.simulation import Observer
 
 # unknowns above which what a companion leaves behind is freed at once: looking through all objects
 # takes a tenth of a second
@@ -84,33 +89,52 @@ class Family:
 
     def _try(self, change: Change) -> Kept | None:
         try:
-            scene = change.apply(self.scene)
-            clock = time.process_time()
-            if change.model == self._model and self._begin.simulation is not None:
-                steps = Steps()
-                again = run_again(
-                    self._begin, scene, self._results, self.comm, steps, self._companion
-                )
-                return keep(again, steps.seconds, time.process_time() - clock)
-            begin = Beginning()
-            run = execute(
-                scene,
-                None,
-                [begin],
-                comm=self.comm,
-                pictures=False,
-                results=self._results,
-                companion=self._companion,
-            )
+            run, begin, cpu = self.start(change, companion=self._companion)
         except Stopped:
             raise
         except ShellmbError as error:
             self.failures[change] = str(error)
             return None
-        self._model, self._begin = change.model, begin
-        found = keep(run, begin.seconds, time.process_time() - clock)
+        found = keep(run, begin.seconds, cpu)
         large = run.simulation.problem.system.size > LARGE
         del run
         if large or self.comm.size > 1:
             free(self.comm)
         return found
+
+    def start(
+        self,
+        change: Change,
+        out: Path | None = None,
+        observers: Sequence[Observer] = (),
+        request: Request | None = None,
+        companion: Companion | None = None,
+    ) -> tuple[RunResult, Beginning, float]:
+        """Run the scene with a change, on the last model where that is the one of it; collective.
+
+        Args:
+            change: What is different in it.
+            out: Directory to write; None: nothing is written.
+            observers: More observers.
+            request: How the scene was requested.
+            companion: What is measured; None: everything.
+
+        Returns:
+            The run, what kept the state before its first step, and the processor time of all of
+            it [s], that of the model included.
+
+        Raises:
+            ShellmbError: If there is no such scene, or it fails.
+        """
+        scene, clock = change.apply(self.scene), time.process_time()
+        how: Any = {"comm": self.comm, "request": request, "results": self._results}
+        begin, built = Beginning(), 0.0
+        if change.model == self._model and self._begin.simulation is not None:
+            begin, built, steps = self._begin, self._begin.building, Steps()
+            run = run_again(begin, scene, steps, out, observers, companion=companion, **how)
+            begin.seconds = steps.seconds
+        else:
+            own = [*observers, begin]
+            run = execute(scene, out, own, pictures=False, companion=companion, **how)
+            self._model, self._begin = change.model, begin
+        return run, begin, built + time.process_time() - clock

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
 from mpi4py import MPI
 
-from shellmb.running.execute import Companion, RunResult, carry_out
+from shellmb.running.execute import Companion, RunResult, execute
+from shellmb.running.request import Request
 from shellmb.running.results import Results
 from shellmb.scene import Scene
-from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.simulate.simulation import Observer, Silent, Simulation
 from shellmb.simulate.stepping import Arrays
 
 
@@ -42,10 +44,12 @@ class Beginning(Steps):
         simulation: The simulation; None: it has not begun, or went on from a later state.
         arrays: Its arrays.
         counters: Its counters.
+        building: Processor time from when this was made to the start of the steps [s].
     """
 
     def __init__(self) -> None:
         super().__init__()
+        self._made, self.building = time.process_time(), 0.0
         self.simulation: Simulation | None = None
         self.arrays: Arrays = {}
         self.counters: dict[str, Any] = {}
@@ -53,6 +57,7 @@ class Beginning(Steps):
     def start(self, simulation: Simulation) -> None:
         """Keep the state, and start the clock."""
         super().start(simulation)
+        self.building = self._begun - self._made
         if simulation.step == 0 and simulation.repeatable:
             self.simulation = simulation
             self.arrays, self.counters = simulation.arrays(), simulation.state()
@@ -81,9 +86,13 @@ def kept(simulation: Simulation) -> Iterator[None]:
 def run_again(
     begin: Beginning,
     scene: Scene,
-    results: Results | None,
-    comm: MPI.Comm,
     clock: Steps,
+    out: Path | None = None,
+    observers: Sequence[Observer] = (),
+    *,
+    comm: MPI.Comm,
+    request: Request | None = None,
+    results: Results | None = None,
     companion: Companion | None = None,
 ) -> RunResult:
     """Run a scene with other steps on the simulation of a run.
@@ -91,9 +100,12 @@ def run_again(
     Args:
         begin: What kept the state before the run's first step.
         scene: The scene, with other steps.
-        results: Gives its results; None: those of the scene.
-        comm: Communicator; the call is collective.
         clock: Times its steps.
+        out: Directory to write; None: nothing is written.
+        observers: More observers.
+        comm: Communicator; the call is collective.
+        request: How the scene was requested.
+        results: Gives its results; None: those of the scene.
         companion: What is measured of it; None: everything.
 
     Raises:
@@ -102,13 +114,13 @@ def run_again(
     """
     assert begin.simulation is not None
     begin.simulation.begin_again(scene, begin.arrays, begin.counters)
-    return carry_out(
+    return execute(
         scene,
-        None,
-        [clock],
+        out,
+        [*observers, clock],
         comm=comm,
         pictures=False,
-        request=None,
+        request=request,
         results=results,
         simulation=begin.simulation,
         companion=companion,

@@ -127,6 +127,7 @@ def execute(
     pictures: bool = True,
     request: Request | None = None,
     results: Results | None = None,
+    simulation: Simulation | None = None,
     companion: Companion | None = None,
 ) -> RunResult:
     """Run a scene.
@@ -139,6 +140,7 @@ def execute(
         pictures: Whether pictures are drawn, where anything is written.
         request: How the scene was requested, so that `shellmb resume` can build it again.
         results: Gives the `results` of the summary; None: those of the scene.
+        simulation: The scene's simulation, before its first step; None: it is made.
         companion: What is measured of a run that only tells of another one; None: everything.
 
     Raises:
@@ -158,6 +160,7 @@ def execute(
             pictures=pictures,
             request=request,
             results=results,
+            simulation=simulation,
             companion=companion,
         )
 
@@ -203,6 +206,7 @@ def carry_out(
         _no_exit(),
     ):
         simulation = simulation or Simulation(scene, comm)
+    simulation.doubts += tuple(doubts)
     if directory is not None and request is not None and comm.rank == 0:
         with written(directory, comm):
             write_json(directory / REQUEST, request.to_dict())
@@ -221,7 +225,7 @@ def carry_out(
             simulation.run(list(standard.named.values()))
     except BaseException as error:
         failure = error
-    before = doubted([*effect.doubts(scene), *doubts])
+    before = doubted([*effect.doubts(scene), *simulation.doubts])
     wall = clock.perf_counter() - begin
     result = _result(simulation, standard, directory, wall, failure, before, measure)
     try:

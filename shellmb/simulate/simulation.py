@@ -130,6 +130,7 @@ class Simulation:
         step: Number of accepted steps.
         iterations: Newton iterations of accepted steps.
         last: The step just solved.
+        doubts: Sentences that were warned of while it was made, where anybody has heard them.
         setup_seconds: Time to build everything but the kernels, s.
         step_seconds: Time spent in steps so far, observers included, s.
     """
@@ -151,6 +152,7 @@ class Simulation:
         self.step, self.iterations = 0, 0
         self.size = self._size()
         self.last: StepInfo | None = None
+        self.doubts: tuple[str, ...] = ()
         self.model: Model
         near = () if like is None else (like.model.force, like.model.length, like.model.modal)
         self.meshes = Meshes()

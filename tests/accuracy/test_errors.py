@@ -91,7 +91,7 @@ def test_a_simulation_begins_again() -> None:
     arrays = run.simulation.arrays()
     coarse = Change(step=3.0).apply(scene)
     with kept(run.simulation):
-        again = run_again(begin, coarse, tip, run.simulation.model.comm, Steps())
+        again = run_again(begin, coarse, Steps(), comm=run.simulation.model.comm, results=tip)
         mine = again.column("tip")
     assert all((v == arrays[k]).all() for k, v in run.simulation.arrays().items())
     assert run.simulation.t == run.scene.t_end
@@ -115,7 +115,8 @@ def test_what_has_a_memory_of_its_own_begins_again(scene: Scene, column: str, st
     before, size = run.simulation.state(), run.simulation.size
     coarse = Change(step=step).apply(scene)
     with kept(run.simulation):
-        again = run_again(begin, coarse, None, run.simulation.model.comm, Steps(), Companion())
+        comm = run.simulation.model.comm
+        again = run_again(begin, coarse, Steps(), comm=comm, companion=Companion())
     assert run.simulation.size is size
     assert run.simulation.state() == before
     new = execute(coarse, pictures=False)

@@ -18,7 +18,6 @@ from shellmb.accuracy.family import Family
 from shellmb.accuracy.found import Found
 from shellmb.accuracy.kept import Kept, difference
 from shellmb.accuracy.modes import ModeResults
-from shellmb.accuracy.repeat import Beginning
 from shellmb.accuracy.request.choose import AIM, Choice, choose
 from shellmb.accuracy.request.levels import Level, Store
 from shellmb.accuracy.request.wanted import Wanted
@@ -26,7 +25,7 @@ from shellmb.accuracy.request.words import label, line, percent, seconds
 from shellmb.errors import ConvergenceError, SceneError, ShellmbError, Stopped
 from shellmb.measuring.stepping import free
 from shellmb.measuring.times import slowest
-from shellmb.running.execute import RunResult, execute
+from shellmb.running.execute import RunResult
 from shellmb.running.request import Request
 from shellmb.running.results import Results
 from shellmb.scene import Scene
@@ -226,17 +225,9 @@ class Search:
         if done and self._family.found.get(change) is not None:
             return None
         place = self.store.emptied(number, self.how.comm)
-        begin, clock = Beginning(), time.process_time()
-        run = execute(
-            change.apply(self.scene),
-            place,
-            [*self.how.observers, begin],
-            comm=self.how.comm,
-            pictures=False,
-            request=self.how.request,
-            results=self.how.results,
-        )
-        self._family.take_up(run, begin, change, on, time.process_time() - clock)
+        how = self.how
+        run, begin, cpu = self._family.start(change, place, how.observers, how.request)
+        self._family.take_up(run, begin, change, on, cpu)
         kept = self._family.found[change]
         assert kept is not None
         self._see(kept)
