@@ -91,7 +91,10 @@ class Companions:
             away = None if self.mesh is None else difference(*self.mesh, quantity)
             parts["mesh"] = mesh_error(away, self.better)
         if not scene.static or scene.path is not None:
-            parts["step"] = self._step(quantity, order)
+            step = self._step(quantity, order)
+            if quantity.norm is None and scene.path is None:
+                step = replace(step, error=step.error + self.mine.between(quantity.name))
+            parts["step"] = step
         for name, pair in self.others.items():
             away = None if pair is None else difference(pair[0], pair[1], quantity)
             parts[name] = UNKNOWN if pair is None else model_error(away, pair[2])

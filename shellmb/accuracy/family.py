@@ -26,6 +26,16 @@ from shellmb.simulate.simulation import Observer
 LARGE = 50_000
 
 
+def is_large(run: RunResult) -> bool:
+    """Decide whether what a run leaves behind is to be freed at once; alike on all ranks.
+
+    Args:
+        run: The run.
+    """
+    simulation = run.simulation
+    return simulation.model.comm.size > 1 or simulation.problem.system.size > LARGE
+
+
 class Family:
     """Runs of one scene with changes.
 
@@ -96,9 +106,9 @@ class Family:
             self.failures[change] = str(error)
             return None
         found = keep(run, begin.seconds, cpu)
-        large = run.simulation.problem.system.size > LARGE
+        large = is_large(run)
         del run
-        if large or self.comm.size > 1:
+        if large:
             free(self.comm)
         return found
 

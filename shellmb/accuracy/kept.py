@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from math import isfinite, sqrt
+from math import inf, isfinite, sqrt
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -61,6 +61,24 @@ class Kept:
         """
         taken = self.take(quantity)
         return rms(taken) if quantity.is_curve else float(taken["value"])
+
+    def between(self, name: str) -> float:
+        """Distance of a result that is an extreme of steps' ends from the one of the curve.
+
+        0 if it is none: functions of users may do anything, but mostly look for an extreme.
+
+        Args:
+            name: The result.
+        """
+        size = abs(self.results[name])
+        for column in map(str, self.history if size else ()):
+            values = self.history[column].to_numpy(dtype=float)
+            known = values[np.isfinite(values)]
+            ends = {"max": known.max(initial=-inf), "min": known.min(initial=inf)}
+            for norm, extreme in ends.items():
+                if abs(extreme) == size:
+                    return float(abs(self.take(Quantity(column, norm))["value"] - extreme))
+        return 0.0
 
     def columns(self, scene: Scene) -> list[str]:
         """Columns of the history that belong to probes.

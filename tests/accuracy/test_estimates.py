@@ -97,3 +97,17 @@ def test_a_curve_of_any_phase_has_no_certain_end() -> None:
     found = judged(better, Family(scene, None), scene, 2.0)
     assert found.probes["tip_x:end"].error < 1e-2
     assert found.remarks == ()
+
+
+def test_an_extreme_of_ends_of_steps_misses_that_between_them() -> None:
+    """The kind: results look for the largest value among those of steps, which lies between two."""
+    scene, t = chain("ep", dt=5e-3), np.linspace(0.0, 1.0, 41)
+    history = pd.DataFrame({"t": t, "tip_x": np.cos(10 * t - 4.87), "tip_z": t})
+    missed = 1.0 - history["tip_x"].max()
+    for value, part in ((history["tip_x"].max(), missed), (0.5, 0.0), (0.0, 0.0)):
+        mine = Kept({"largest": float(value)}, history, {}, frozenset(), 0.0, 40)
+        alike = Companions(Change(), mine, (mine, mine, mine), 3.0, None, True, {})
+        found = judged(alike, Family(scene, None), scene, 2.0).results["largest"]
+        # a cubic spline through 40 points on a wave and a half
+        assert found.step.error == pytest.approx(part, rel=0.02)
+    assert missed > 1e-3

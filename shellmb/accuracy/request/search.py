@@ -14,7 +14,7 @@ from mpi4py import MPI
 from shellmb.accuracy.companions import Change, degree_of
 from shellmb.accuracy.errors import FEWEST, Companions, find_companions, judged, write_errors
 from shellmb.accuracy.estimates import RATIO, step_error
-from shellmb.accuracy.family import Family
+from shellmb.accuracy.family import Family, is_large
 from shellmb.accuracy.found import Found
 from shellmb.accuracy.kept import Kept, difference
 from shellmb.accuracy.modes import ModeResults
@@ -113,7 +113,6 @@ class Search:
         """
         change = self._first()
         while True:
-            free(self.how.comm)
             with ExitStack() as on:
                 try:
                     run = self._level(change, on)
@@ -131,8 +130,10 @@ class Search:
             self.how.tell(line(self.levels, self.quantity, self.size, following, self.label))
             if why or following is None:
                 return Outcome(tuple(self.levels), met, why, run)
-            change = following.change
+            change, large = following.change, run is not None and is_large(run)
             del run
+            if large:
+                free(self.how.comm)
 
     @property
     def _requested(self) -> str:

@@ -101,9 +101,31 @@ def rod(elements: int, **options: Any) -> Scene:
     )
 
 
+def tube() -> Scene:
+    """Thin tube, clamped at one end and pushed sideways at the other one."""
+    skin = Isotropic(E=70e9, nu=0.3, thickness=2e-3, density=2700)
+    top: Any = (
+        sm.Probe("x", (0.1, 0.0, 0.5), component=0),
+        sm.Probe("side", (0.0, 0.1, 0.5), component=1),
+    )
+    return Scene(
+        "tube",
+        (Shell("tube", sm.Cylinder(0.1, 0.5), skin, mesh=(8, 4)),),
+        supports=(sm.Clamped("bottom"),),
+        loads=(sm.EdgeForce("top", (2e4, 0, 0)),),
+        probes=top,
+        scheme="static",
+    )
+
+
 def vibrating(mesh: tuple[int, int]) -> Scene:
     """Cantilever plate without loads, for its modes."""
     return replace(plate("ep", mesh=mesh), loads=())
+
+
+def triangular(scene: Scene) -> Scene:
+    """A scene with triangles for its quadrilaterals."""
+    return scene.with_options(cell="tri")
 
 
 def demo(name: str, **parameters: Any) -> Scene:
@@ -148,6 +170,13 @@ STATICS = (
     ),
     Case("strip under pressure", "statics", lambda: inflated((4, 1)), ("tip_u:end", "tip_w:l2")),
     Case("bent rod", "statics", lambda: rod(2), ("tip:end",)),
+    Case("tube", "statics", tube, ("x:end", "side:end")),
+    Case(
+        "strip, follower load",
+        "statics",
+        lambda: replace(strip((4, 1)), loads=(sm.FollowerEdgeForce("right", (0, 0, 400.0)),)),
+        ("tip_u:end", "tip_w:end"),
+    ),
 )
 
 MOTIONS = (
@@ -166,6 +195,12 @@ MOTIONS = (
     Case("plate, ramp, ED3", "motion", lambda: plate("ed3", "ramp", dt=1e-2, alpha=0.5), TIP),
     Case("plate, ramp, EP", "motion", lambda: plate("ep", "ramp", dt=5e-3), ("tip:l2", "tip:max")),
     Case("rod, ramp, EP4", "motion", lambda: rod(4, scheme="ep4", dt=1e-2, t_end=0.5), TIP),
+    Case(
+        "plate, ramp, triangles",
+        "motion",
+        lambda: triangular(plate("ep4", "ramp", dt=1e-2)),
+        ("tip:l2", "tip:max"),
+    ),
     Case("damped plate", "motion", lambda: demo("damped_plate"), ("tip:l2",)),
     Case(
         "right-angle frame",
@@ -208,5 +243,11 @@ OTHERS = (
         "path",
         lambda: demo("hinged_roof").with_options(mesh=(4, 4)),
         ("limit_load_1",),
+    ),
+    Case(
+        "heated arch",
+        "path",
+        lambda: demo("heated_arch", mesh=6),
+        ("curvature_at_snap", "sinks_by"),
     ),
 )

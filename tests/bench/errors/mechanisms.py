@@ -55,6 +55,11 @@ def sprung() -> Scene:
     )
 
 
+def lowest(run: Any) -> dict[str, float]:
+    """Measure the lowest height of a probe at the ends of steps."""
+    return {"lowest": float(run.history["tip_z"].min())}
+
+
 ENDS = ("tip_x:l2", "tip_z:end")
 
 MECHANISMS = (
@@ -62,6 +67,13 @@ MECHANISMS = (
     Case("two rigid links, EP", "mechanism", lambda: chain("ep", dt=5e-3), ENDS),
     Case("two rigid links, ED3", "mechanism", lambda: chain("ed3", dt=0.02, alpha=0.5), ENDS),
     Case("two links with a spring", "mechanism", sprung, ENDS),
+    Case(
+        "pendulum, sampled",
+        "mechanism",
+        lambda: replace(chain("ep", links=1, dt=2e-2, t_end=1.0), results=lowest),
+        ("lowest",),
+        {"lowest": -0.2},
+    ),
     Case("heavy top", "mechanism", lambda: demo("heavy_top", dt=2e-3), ("x:l2", "z:end")),
     Case("slider-crank, rigid", "mechanism", lambda: demo("slider_crank"), ("middle_x:l2",)),
     Case(
@@ -84,6 +96,12 @@ MECHANISMS = (
         "mechanism",
         lambda: demo("rolling_cart", t_end=0.2),
         ("load_z:l2", "load_x:end"),
+    ),
+    Case(
+        "beam after its buckling",
+        "mechanism",
+        lambda: demo("crank_buckling", elements=4, dt=2e-3),
+        ("swing", "y:l2", "y:end", "z:min"),
     ),
     Case("satellite", "mechanism", lambda: demo("satellite"), ("turn:l2", "recoil:end")),
 )
