@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import field
 from functools import cached_property
 from pathlib import Path
@@ -67,7 +68,7 @@ def _shape(value: Any) -> Any:
     if value is None or (isinstance(value, str) and value in EQUIVALENT):
         return value
     if isinstance(value, str | Path) and Path(value).suffix.lower() in SURFACES:
-        if not Path(value).is_file():
+        if not os.path.isfile(value):
             raise ValueError("there is no such file")
         return Path(value)
     try:

@@ -7,6 +7,7 @@ boundary for which a vectorised function of positions (3, n) is true at both end
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Mapping
 from dataclasses import field
 from pathlib import Path
@@ -193,5 +194,6 @@ class MeshFile(Meshed):
 
 
 def _there(path: Path, what: str) -> None:
-    if not path.is_file():
+    # a name may be too long for a file, or have letters that none has
+    if not os.path.isfile(path):
         raise SceneError(f"{what}: path is '{path}'; there is no such file")

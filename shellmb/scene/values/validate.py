@@ -56,7 +56,10 @@ def number(value: Any) -> float:
     """
     if isinstance(value, bool | np.bool_ | str | bytes):
         raise ValueError("it must be a number")
-    return float(value)
+    try:
+        return float(value)
+    except OverflowError:
+        raise ValueError("it must be a finite number") from None
 
 
 def _untrue(value: Any) -> Any:
@@ -176,7 +179,8 @@ def _windows(value: Any) -> tuple[tuple[float, float], ...] | None:
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
-PositiveInt = Annotated[int, Field(gt=0)]
+# no run has more of anything that is counted, and larger ones are no numbers of C
+PositiveInt = Annotated[int, Field(gt=0, le=10**9)]
 Untrue = BeforeValidator(_untrue)
 Name = Annotated[str, Field(min_length=1)]
 Vec3 = Annotated[tuple[float, float, float], BeforeValidator(vector)]
@@ -212,7 +216,12 @@ def unit_vector(v: Sequence[float], what: str) -> np.ndarray:
 
 def _plainly(made: Any, name: str, value: Any) -> Any:
     """A value with tuples for lists and arrays, unless the class takes it as it is given."""
-    return value if name in getattr(made, "AS_GIVEN", ()) else _tuples(value)
+    try:
+        return value if name in getattr(made, "AS_GIVEN", ()) else _tuples(value)
+    except RecursionError:
+        raise SceneError(
+            f"{made.label}: {name} is a list that holds itself; it must hold values"
+        ) from None
 
 
 @dataclass_transform(frozen_default=True, field_specifiers=(field,))
