@@ -30,3 +30,12 @@ def test_large_steps_of_a_long_chain_take_few_iterations(newton: Any, most: floa
     simulation = Simulation(scene)
     simulation.run()
     assert simulation.iterations / simulation.step < most
+
+
+def test_short_steps_of_a_long_chain_take_the_two_iterations_of_their_own_factorisation() -> None:
+    """With those of the steps before they take 4 iterations, and a factorisation all the same."""
+    simulation = Simulation(chain("ep", links=10, dt=1e-3, t_end=0.1))
+    simulation.run()
+    factorisations = simulation.problem.iteration.factorisations
+    assert simulation.iterations < 2.5 * simulation.step
+    assert factorisations < 1.1 * simulation.step

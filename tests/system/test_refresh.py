@@ -2,7 +2,7 @@
 
 import pytest
 
-from shellmb.system.newton.refresh import FAR, REFRESH, Modified
+from shellmb.system.newton.refresh import FAR, REFRESH, RESTS, Modified
 
 TOLERANCE = 1e-9
 
@@ -109,7 +109,7 @@ def test_a_bad_contraction_of_two_is_not_taken_for_round_off() -> None:
     assert solve(policy, 0.6, 0.001, first=TOLERANCE / 3) > 2
 
 
-@pytest.mark.parametrize(("floor", "again"), [(5e-13, 5), (5e-11, 6)])
+@pytest.mark.parametrize(("floor", "again"), [(5e-13, 4), (5e-11, 6)])
 def test_round_off_is_known_from_the_solution_before(floor: float, again: int) -> None:
     """Of a static plate updates end at 5e-13; what is larger may be something else."""
     policy = REFRESH["auto"]()
@@ -217,3 +217,48 @@ def test_a_solution_that_began_far_away_is_followed_by_a_factorisation() -> None
         policy.converged(update, 0.0, TOLERANCE)
     policy.begin("a")
     assert policy.wanted()
+
+
+def runs(policy: Modified, solutions: int, old: float) -> tuple[int, int]:
+    """Updates and factorisations of some solutions, which old ones contract by `old`.
+
+    New ones leave a ten-thousandth. The cost of a factorisation is that of 1.1 iterations.
+    """
+    updates, made = 0, 0
+    for _ in range(solutions):
+        policy.begin("a")
+        size, rho = 1e-8, old
+        for _ in range(40):
+            if policy.wanted():
+                policy.factorised(1.1)
+                made, rho = made + 1, 1e-4
+            updates += 1
+            if policy.converged(size, 0.0, TOLERANCE):
+                break
+            size *= rho
+    return updates, made
+
+
+def test_old_factorisations_that_do_not_serve_are_tried_ever_more_rarely() -> None:
+    """Short steps of small systems: a factorisation each, none of them after useless updates."""
+    policy = REFRESH["auto"]()
+    assert isinstance(policy, Modified)
+    least, _ = runs(REFRESH["modified"](), 200, 0.9)
+    updates, made = runs(policy, 200, 0.9)
+    # of 200 solutions no more than ten are trials, of two more updates and perhaps a factorisation
+    assert made <= 200 + 10 and updates <= least + 20
+    # where they serve, they are kept again
+    runs(policy, RESTS + 2, 1e-4)
+    assert runs(policy, 50, 1e-4)[1] == 0
+
+
+def test_what_is_left_below_the_round_off_of_a_solution_is_not_waited_for() -> None:
+    """Updates of 5e-12 that contract by 0.01 are followed by the round-off, and not by 5e-16."""
+    policy = REFRESH["auto"]()
+    policy.begin("a")
+    policy.factorised(8.0)
+    found = []
+    for updates in ((5e-8, 5e-10, 1e-11, 2e-13, 1.8e-13, 1.6e-13), (5e-8, 5e-10, 5e-12)):
+        found.append([policy.converged(update, 0.0, TOLERANCE) for update in updates])
+        policy.begin("a")
+    assert found == [[False] * 5 + [True], [False, False, True]]

@@ -155,7 +155,7 @@ class Reduction:
         self._refresh()
         numbers.update()
         self._given = numbers.correction()
-        shifted = bool(np.any(self._given))
+        shifted = bool(self._given.any())
         if not numbers.full.serial:
             shifted = bool(numbers.full.comm.allreduce(shifted, op=MPI.MAX))
         self._load[:] = 0.0
