@@ -126,12 +126,15 @@ def land(
         b, crossing = top, again
     low, high = 0.0, b.t - a.t
     last, length = (high, b.factor - level), crossing.share * high
-    if reached(b.factor, level):
+    near = reached(b.factor, level)
+    if near:
         return True
     for _ in range(TRIALS):
         missing = shorter(length).factor - level
-        if reached(level + missing, level):
+        # the last solution by the secant is as near as Newton's method gets: motions start there
+        if (near or not missing) and reached(level + missing, level):
             return True
+        near = reached(level + missing, level)
         if begin * missing > 0:
             low = length
         else:
