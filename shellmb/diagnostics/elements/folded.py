@@ -30,6 +30,8 @@ from shellmb.simulate.simulation import Silent, Simulation
 BOUND = math.pi / 4
 # what is folded stays so: it costs next to nothing to look at every tenth step, and at the end
 EVERY = 10
+# elements fold by themselves beyond this, and a load step may jump there
+JUMPED = math.radians(80)
 
 
 class _Neighbours:
@@ -123,6 +125,8 @@ class Folded(Silent):
             here = self._largest.get(name, (0.0, 0.0, ()))
             angle, when, place = simulation.model.comm.allreduce(here, op=MPI.MAX)
             if angle > BOUND:
+                jumped = simulation.scene.static and angle > JUMPED
+                smaller = ", or smaller load steps (dt), which do not jump there" if jumped else ""
                 yield Caution(
                     self.name,
                     name,
@@ -132,7 +136,7 @@ class Folded(Silent):
                     f"between neighbouring nodes of an element, near {_named(place)} at "
                     f"t = {when:g}; from {math.degrees(BOUND):.0f} degrees on the stiffness of an "
                     "element is off by several per cent, and beyond 60 (degree 2) or 80 (degree 3) "
-                    "it folds: use a finer mesh there",
+                    f"it folds: use a finer mesh there{smaller}",
                 )
 
     def state(self) -> dict[str, Any]:
