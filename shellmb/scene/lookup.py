@@ -29,6 +29,7 @@ __all__ = [
     "find_shell",
     "kind_of",
     "listed",
+    "model_of",
     "said",
 ]
 
@@ -74,6 +75,19 @@ def small_strains(body: Any) -> str:
     if isinstance(body.model, Modal):
         return f"{said(body)} is reduced to modes"
     return f"{said(body)} has linear strains" if body.linear else ""
+
+
+def model_of(scene: Description, body: Any) -> Any:
+    """Model of a shell or beam; of a beam that is glued to a shell in modes, or a rigid one, its.
+
+    Args:
+        scene: The scene.
+        body: The shell or beam.
+    """
+    names = [glue.shell for glue in scene.glues if glue.beam == body.name]
+    shells = [s for s in scene.shells if s.name in names]
+    led = [s.model for s in shells if s.rigid or isinstance(s.model, Modal)]
+    return led[0] if led else body.model
 
 
 def kinds_of(item: Any) -> tuple[type, ...]:

@@ -284,6 +284,24 @@ def test_a_restart_goes_on_bit_for_bit() -> None:
     assert accounts[2].values == accounts[0].values
 
 
+def glued(model: Any) -> sm.Scene:
+    """A rim that would be stressed, glued to a plate whose model it follows.
+
+    Kind: what is checked of a beam by its own model.
+    """
+    rim = sm.RectangularSection(E=1e9, nu=0.3, width=0.01, height=0.01, density=1.0)
+    natural = sm.BeamNaturalStrain(1e-3)
+    return sm.Scene(
+        "s",
+        sm.Shell("plate", sm.Rectangle(1, 1), WOOD, model=model),
+        beams=sm.Beam("rim", sm.AlongEdge("plate", "left"), rim, natural=natural),
+        glues=sm.Glue("rim", "plate"),
+        scheme="ep",
+        dt=0.1,
+        t_end=1.0,
+    )
+
+
 BAD = {
     "output: fields has 'ply_stress'; it must be left out, as there is no shell with plies": (
         lambda: sm.Scene(
@@ -314,6 +332,10 @@ BAD = {
     "natural strain of shell 'plate': curvature gives an array of shape": lambda: execute(
         plate(sm.NaturalStrain(curvature=lambda x: x[0]), supports=HELD), None
     ),
+    "glue: beam 'rim' has natural strains, and the model of shell 'plate'": lambda: glued(
+        sm.Modal(modes=2)
+    ),
+    "which it follows, is 'rigid'; natural must be left out": lambda: glued("rigid"),
     "beam 'beam': natural is given with an extension, and stretching is False": lambda: replace(
         beam(sm.BeamNaturalStrain(1e-3)).beams[0], stretching=False
     ),

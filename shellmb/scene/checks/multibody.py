@@ -23,6 +23,7 @@ from shellmb.scene.lookup import (
     find_end,
     find_shell,
     listed,
+    model_of,
     said,
 )
 from shellmb.scene.multibody.drivers import Driver, Lock
@@ -260,6 +261,13 @@ def _glues(scene: Description) -> None:
         if beam.name in glued:
             raise SceneError(f"glue: beam '{beam.name}' is glued twice; it must be glued once")
         glued.add(beam.name)
+        model = model_of(scene, beam)
+        if beam.natural is not None and model != beam.model:
+            raise SceneError(
+                f"glue: beam '{beam.name}' has natural strains, and the model of shell "
+                f"'{shell.name}', which it follows, is {show(model)}; natural must be left out, or "
+                "the model of the shell be 'exact'"
+            )
     for beam in scene.beams:
         if beam.curve.shell is None:
             continue

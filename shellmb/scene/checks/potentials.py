@@ -9,7 +9,15 @@ from shellmb.errors import SceneError
 from shellmb.scene.checks.locations import areas_of, check_point, edges_of, points_of
 from shellmb.scene.loads.contacts import Contact, Faces
 from shellmb.scene.loads.volumes import EnclosedVolume
-from shellmb.scene.lookup import bodies_of, find_body, find_shell, kind_of, listed, said
+from shellmb.scene.lookup import (
+    bodies_of,
+    find_body,
+    find_shell,
+    kind_of,
+    listed,
+    model_of,
+    said,
+)
 from shellmb.scene.multibody.elements import JointStop
 from shellmb.scene.multibody.rigid import RigidBody
 from shellmb.scene.shells.shell import Shell
@@ -98,7 +106,8 @@ def _faces(scene: Description, contact: Contact, faces: Faces) -> None:
     (body,), who = bodies_of(scene, contact), said(contact)
     find_body(scene, faces.shell, f"{who}: shell of the faces", (Shell,))
     for name in dict.fromkeys((body.name, faces.shell)):
-        model = getattr(find_body(scene, name, who), "model", "rigid")
+        touching = find_body(scene, name, who)
+        model = model_of(scene, touching) if hasattr(touching, "model") else "rigid"
         if model != "exact":
             raise SceneError(
                 f"{who}: the model of '{name}' is {show(model)}; with the faces of a shell both "
