@@ -86,11 +86,14 @@ class Problem:
         iteration: What Newton's method iterates.
         steps: Steps of the bodies by their name.
         load_factor: Factor of all loads, where it is an unknown; None: loads depend on time.
+        counted: Coordinates of joints in the state that the run starts from, by column of the
+            history, as another run has counted them: whole turns do not show in the bodies.
     """
 
     def __init__(self, model: Model, scheme: Scheme) -> None:
         self.model, self.scheme = model, scheme
         self.load_factor: float | None = None
+        self.counted: dict[str, float] = {}
         self.levels: dict[str, Levels] = {}
         self.forms: dict[str, dict[str, StageForms]] = {}
         self._dt, self._time = list[fem.Constant](), list[fem.Constant]()

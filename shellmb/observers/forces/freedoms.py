@@ -44,7 +44,7 @@ class Freedoms:
         }
         number = {key: k for k, key in enumerate(names)}
         for name in names.values():
-            self.values.setdefault(name, 0.0)
+            self.values.setdefault(name, simulation.problem.counted.get(name, 0.0))
         # rotations whose turns count
         ending = f".{COLUMN['rotation']}"
         counts = not simulation.scheme.linear

@@ -15,6 +15,7 @@ from shellmb.arrays import Floats, Int32s, Ints
 from shellmb.errors import SceneError
 from shellmb.modal.tangent import tangent
 from shellmb.model.body import Body
+from shellmb.model.joints.columns import COLUMN
 from shellmb.model.model import Model
 from shellmb.model.shells.shell import ShellModel
 from shellmb.prefixes import below
@@ -26,7 +27,7 @@ from shellmb.schemes.registry import SCHEMES
 from shellmb.simulate.eigenmodes import lowest
 from shellmb.simulate.problem import Problem
 from shellmb.simulate.start.frames import StoredFrame
-from shellmb.simulate.start.stored import Stored, read_stored
+from shellmb.simulate.start.stored import Stored, counted, read_stored
 
 # parts of a state that are resultants and assumed strains
 STRESSES = ("N", "S")
@@ -74,6 +75,7 @@ def _(start: FromRun, problem: Problem, scene: Scene) -> bool:
     stored = read_stored(Path(start.run), model.comm, start.at is None)
     _check_schemes(stored, problem, who)
     _check_bodies(scene, stored, who)
+    problem.counted = counted(Path(start.run), model.comm, start.at)
     if start.at is not None:
         return _take_frame(start, problem, scene, stored, who)
     anew = False
@@ -201,6 +203,24 @@ def _(start: FromMode, problem: Problem, scene: Scene) -> bool:
             levels.rates["v"].x.array[moving] += start.velocity * shape[moving]
         _displace(body, levels.q.x.array, start.amplitude * shape, scheme.linear)
     return True
+
+
+def count(problem: Problem) -> None:
+    """Give coordinates of joints what another run has counted, to the nearest of which they go.
+
+    Args:
+        problem: The functions of all bodies.
+    """
+    for (name, kind), coordinate in problem.model.mechanism.table.items():
+        value = problem.counted.get(f"{name}.{COLUMN[kind]}")
+        if value is not None:
+            problem.levels[coordinate.group.name].q.x.array[coordinate.local()] = value
+    for group in problem.model.mechanism.coordinate_groups:
+        q = problem.levels[group.name].q
+        for fixed in group.fixed:
+            # what is prescribed says its turns itself
+            q.x.array[fixed.dofs] = fixed.value(0.0)
+        group.begin(q)
 
 
 def rotated(D: Floats, turns: Floats) -> Floats:

@@ -20,7 +20,7 @@ from shellmb.schemes.base import Levels
 from shellmb.schemes.linearised import strain_energy
 from shellmb.simulate.problem import Problem
 from shellmb.simulate.start.endforces import EndForces
-from shellmb.simulate.start.given import instant, largest_misfit, stress_dofs, take
+from shellmb.simulate.start.given import count, instant, largest_misfit, stress_dofs, take
 from shellmb.simulate.start.relaxation import Relaxation
 from shellmb.system.assembly.functionals import functionals
 
@@ -123,6 +123,7 @@ class Start:
             for group in self.model.mechanism.edges:
                 group.follow(self.problem.levels[group.name].q.x.array)
             self._instant.joined()
+        count(self.problem)
         moved = self._instant.step(instant(self.model, self._dt), 0.0)
         for (body, q), given in zip(levels, before, strict=True):
             # multipliers there are those of the constraints' errors; joints and force elements

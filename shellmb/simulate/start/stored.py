@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import csv
 import io
 import zipfile
+from collections import deque
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -22,6 +24,8 @@ Arrays = dict[str, Floats]
 
 # where a run saves its state
 STATE, STATE_FILE = "state", "state.json"
+# its numbers over time, and how columns of joints' coordinates end there
+HISTORY, COUNTED = "history.csv", (".rotation", ".translation")
 
 
 @dataclass(frozen=True)
@@ -61,6 +65,33 @@ def read_stored(directory: Path, comm: MPI.Comm, whole: bool = True) -> Stored:
         raise SceneError(wrong)
     assert found is not None
     return found
+
+
+def counted(directory: Path, comm: MPI.Comm, at: float | None) -> dict[str, float]:
+    """Coordinates of joints as a run has counted them, by column of its history; collective.
+
+    Args:
+        directory: The run directory.
+        comm: Communicator.
+        at: Time of the row [s]; None: the last one.
+
+    Returns:
+        Nothing if there is no such history.
+    """
+    found: dict[str, float] = {}
+    if comm.rank == 0:
+        try:
+            with (directory / HISTORY).open(newline="") as file:
+                rows = csv.DictReader(file)
+                row = (
+                    deque(rows, 1)[0]
+                    if at is None
+                    else min(rows, key=lambda row: abs(float(row["t"]) - at))
+                )
+            found = {key: float(row[key]) for key in row if key.endswith(COUNTED)}
+        except (OSError, ValueError, TypeError, KeyError, IndexError, AttributeError, csv.Error):
+            found = {}
+    return comm.bcast(found)
 
 
 def _read(directory: Path, comm: MPI.Comm, whole: bool) -> Stored:
