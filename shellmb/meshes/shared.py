@@ -131,9 +131,7 @@ def collapsed(space: fem.FunctionSpace, part: int) -> tuple[fem.FunctionSpace, A
         part: Number of the part.
     """
     layouts, key = _LAYOUTS.setdefault(space.mesh, {}), (space.ufl_element(), part)
-    if key in layouts:
-        layout, places = layouts[key]
-        return layout.on(space.mesh), places
-    own, places = space.sub(part).collapse()
-    layouts[key] = Layout.of(own), places
-    return own, places
+    if key not in layouts:
+        layouts[key] = Layout.of_part(space, part)
+    layout, places = layouts[key]
+    return layout.on(space.mesh), places

@@ -9,10 +9,11 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import dolfinx.mesh
+import numpy as np
 import ufl
 from dolfinx import cpp, fem  # type: ignore[attr-defined]
 
-from shellmb.arrays import Floats
+from shellmb.arrays import Floats, Int32s
 
 
 class Layout(NamedTuple):
@@ -33,6 +34,34 @@ class Layout(NamedTuple):
         """Layout of a space."""
         made = space._cpp_object
         return cls(space.ufl_element(), made.element, made.dofmap)
+
+    @classmethod
+    def of_part(cls, space: fem.FunctionSpace, part: int) -> tuple[Layout, Int32s]:
+        """Layout of a part of a mixed space as a space of its own.
+
+        DOLFINx forgets where an edge runs the other way in a cell: nodes of degree 3 along it are
+        then in the wrong order there, so that the numbers of cells are those of the whole.
+
+        Args:
+            space: The whole.
+            part: Number of the part.
+
+        Returns:
+            The layout, and where its unknowns are in the whole.
+        """
+        own, found = space.sub(part).collapse()
+        made, places = own.dofmap, np.asarray(found, dtype=np.int32).ravel()
+        elements = space.ufl_element().sub_elements
+        first, bs = sum(element.dim for element in elements[:part]), made.bs
+        whole = space.dofmap.list[:, first : first + elements[part].dim : bs]
+        number = np.zeros(places.max(initial=0) + 1, dtype=np.int32)
+        number[places[::bs]] = np.arange(len(places) // bs)
+        layout, right = cls.of(own), number[whole]
+        if not np.array_equal(right, made.list):
+            cells = cpp.graph.AdjacencyList_int32(right)
+            dofmap = cpp.fem.DofMap(made.dof_layout, made.index_map, made.index_map_bs, cells, bs)
+            layout = layout._replace(dofmap=dofmap)
+        return layout, places
 
     def on(self, mesh: dolfinx.mesh.Mesh) -> fem.FunctionSpace:
         """A space with this layout.

@@ -1,5 +1,7 @@
 """Scenes beside a run use its meshes and numberings, moved where their nodes are elsewhere."""
 
+from typing import Literal
+
 from mpi4py import MPI
 
 import dolfinx
@@ -9,9 +11,11 @@ import ufl
 from dolfinx import fem
 
 import shellmb as sm
+from shellmb.meshes.directors import reference_director
 from shellmb.meshes.mesh import build_surface
 from shellmb.meshes.shared import Meshes
 from shellmb.meshes.spaces import MixedSpace, shell_space
+from shellmb.model.shells.positions import interpolated
 
 STEEL = sm.Isotropic(210e9, 0.3, thickness=4e-3, density=7800.0)
 
@@ -76,3 +80,29 @@ def test_each_is_used_once() -> None:
         first, second = (build_surface(shell, MPI.COMM_WORLD).mesh for _ in range(2))
     assert first is mesh
     assert second is not mesh
+
+
+@pytest.mark.parametrize("degree", [2, 3])
+@pytest.mark.parametrize(
+    "surface", [sm.Sphere(1.0, polar=(0, 180)), sm.Rectangle(1.0, 0.5)], ids=["sphere", "plate"]
+)
+def test_parts_have_the_numbers_of_the_whole(surface: sm.Surface, degree: Literal[2, 3]) -> None:
+    """The kind: where an edge runs the other way in a cell, DOLFINx forgets that in parts.
+
+    Nodes of degree 3 along it, and directors there, were then those of one another in that cell.
+    """
+    shell = sm.Shell("s", surface, STEEL, mesh=(3, 3), degree=degree)  # type: ignore[arg-type]
+    made = build_surface(shell, MPI.COMM_WORLD)
+    space, x = shell_space(made.mesh, degree, False), ufl.SpatialCoordinate(made.mesh)
+    weights = fem.Function(space.subspaces["u"]), interpolated(lambda x: x[0], space, 1, "weight")
+    weights[0].x.array[:] = space.nodes("u").ravel()
+    for found, right in zip(weights, (x, x[0]), strict=True):
+        away = fem.assemble_scalar(fem.form(ufl.inner(found - right, found - right) * ufl.dx))
+        # elements have places of degree 2: squares of round-off
+        assert abs(away) < 1e-28
+    director = reference_director(made, space.subspaces["u"], degree, "s")
+    if isinstance(surface, sm.Sphere):
+        # of an interpolation with four elements on a quarter of a circle; nodes of the other one
+        # are off by 2e-2
+        away = fem.assemble_scalar(fem.form(ufl.inner(director - x, director - x) * ufl.dx))
+        assert abs(away) < 1e-5

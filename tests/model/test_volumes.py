@@ -5,13 +5,17 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from mpi4py import MPI
+
 import numpy as np
 import pytest
 import scipy.linalg
 
 import shellmb as sm
 from shellmb.errors import SceneError
+from shellmb.model.model import build_model
 from shellmb.model.potentials import volume as module
+from shellmb.model.potentials.cones import ReferenceCones
 from shellmb.running.execute import RunResult, execute
 from shellmb.scene import (
     Clamped,
@@ -313,6 +317,17 @@ def test_a_path_along_the_volume_ends_where_steps_do() -> None:
     for name in ("pole", "rim", "oil.pressure"):
         # the last factor is known to 1e-9
         assert path[name][-1] == pytest.approx(steps[name][-1], rel=1e-8)
+
+
+def test_cubic_shells_enclose_a_volume() -> None:
+    """The kind: inside a closed surface cones leave nothing, whatever degree and mesh are."""
+    volume = EnclosedVolume("oil")
+    scene = ball(volumes=volume, scheme="ep", dt=1e-3, t_end=1e-3).with_options(degree=3)
+    cones = ReferenceCones(volume, build_model(scene, MPI.COMM_WORLD).shells["ball"])
+    _, left = cones.lids()
+    assert np.abs(left).max() < 100 * np.finfo(float).eps
+    # of patches of degree 2
+    assert cones.volume() == pytest.approx(4 * np.pi / 3, rel=5e-3)
 
 
 def test_what_encloses_no_volume_is_refused() -> None:

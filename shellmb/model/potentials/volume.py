@@ -231,7 +231,7 @@ class Enclosing(Massless):
                 return RotationAndCouple(part(q, "rotation"), length * part(q, "couple"))
 
             law = MomentFreeCones(*places, self._sign, motion, length)
-        return (_held(self, law, self._pressure, self._shell.rules.full),)
+        return (_held(self, law, self._pressure, cones.rule),)
 
 
 def _held(body: Massless, law: Any, pressure: fem.Constant, dx: ufl.Measure) -> Constraints:

@@ -3,6 +3,7 @@
 from dolfinx import fem
 
 from shellmb.errors import SceneError
+from shellmb.meshes.shared import space_on
 from shellmb.meshes.spaces import MixedSpace
 from shellmb.scene.values.positions import OfPosition, values_at
 
@@ -23,7 +24,7 @@ def interpolated(function: OfPosition, mixed: MixedSpace, size: int, who: str) -
     """
     space = mixed.subspaces["u"]
     if size == 1:
-        space = space.sub(0).collapse()[0]
+        space = space_on(space.mesh, space.ufl_element().sub_elements[0])
     field, failed = fem.Function(space, name=who), None
     try:
         field.interpolate(lambda x: values_at(function, x, size, who))
