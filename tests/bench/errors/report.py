@@ -57,8 +57,9 @@ def run_errors(names: Sequence[str], out: Path | None, again: bool, docs: bool) 
         print(f"{case.name}: {done.bare_s:.2f} s, with errors {done.errors_s:.2f} s", flush=True)
         for row in done.rows:
             print(f"  {line(row)}", flush=True)
+        found = {c.name: found[c.name] for c in CASES if c.name in found}
         file.parent.mkdir(parents=True, exist_ok=True)
-        file.write_text(to_json({c.name: found[c.name] for c in CASES if c.name in found}) + "\n")
+        file.write_text(to_json(found) + "\n")
     print(table(found))
     if docs:
         PAGE.write_text(replaced(PAGE.read_text(), BEGIN, END, table(found)))
