@@ -29,6 +29,9 @@ from shellmb.system.assembly.functionals import functionals
 STRAIGHT = 1e-12
 # lowest frequency of a beam with one end clamped, over sqrt(D/(m L^4))
 CANTILEVER = 3.516
+# In statics what does not bend may still be about to buckle: from this part of the buckling load of
+# a cantilever on, a sixteenth of that with two ends clamped
+COMPRESSED = 0.5
 
 
 class SmallDisplacements(Silent):
@@ -103,7 +106,8 @@ class _AboutFrames(Silent):
     def __init__(self, sources: Sources) -> None:
         # largest rotation about the frame on this rank [rad], largest spin [rad/s], energy that is
         # left out, energy of bending and strain energy [J]; by name of the body, with the time
-        kinds = "turns", "spins", "left out", "bending", "energy"
+        # and compression in statics, over what buckles a cantilever
+        kinds = "turns", "spins", "left out", "bending", "energy", "compression"
         self._largest: dict[str, dict[str, tuple[float, float]]] = {k: {} for k in kinds}
         # the state with the largest energy since the run went on, with that and the energy of
         # stretching if edges did not follow [J]
@@ -112,6 +116,11 @@ class _AboutFrames(Silent):
     def _note(self, kind: str, name: str, size: float, t: float) -> None:
         if size > self._largest[kind].get(name, (0.0, 0.0))[0]:
             self._largest[kind][name] = size, t
+
+    @staticmethod
+    def _counted(simulation: Simulation) -> bool:
+        """Decide whether unstable directions are counted."""
+        return not (simulation.scheme.dynamic or simulation.scheme.linear)
 
     def _spins(self, name: str, d: Floats, rates: Floats, t: float) -> None:
         """Note the rate at which a frame turns, where that is no vibration.
@@ -175,6 +184,14 @@ class _AboutFrames(Silent):
                 f"forces along it would do {left:.2g} J on squares of its rotations, at "
                 f"t = {when:g}, {left / bending:.1%} of its largest energy of bending: they would "
                 "change its stiffness by about as much",
+            )
+        elif (share := self._worst(simulation, "compression", name)[0]) > COMPRESSED:
+            yield self._stiffer(
+                simulation,
+                name,
+                share,
+                f"forces along it reach {share:.2g} of what buckles it with one end clamped: they "
+                "would soften it, also where unstable directions are counted",
             )
         share, when = self._stretched(simulation, name)
         if share > STIFFENED:
@@ -267,6 +284,8 @@ class ReducedBodies(_AboutFrames):
             found = [force.of(states @ eta) for force, states in self._forces[data.name]]
             energy = float(data.stiffness @ eta**2) / 2
             self._energies(data.name, np.sum(found, axis=0), energy, eta, t)
+            for force, states in self._forces[data.name] if self._counted(simulation) else ():
+                self._note("compression", data.name, force.compression(states @ eta), t)
             largest = self._largest["turns"].get(data.name, (0.0, 0.0))[0]
             # only what may be larger is looked at node by node
             if float(np.abs(eta) @ self._most[data.name]) > max(largest, SMALL_ANGLE):
@@ -319,6 +338,8 @@ class LinearBodies(_AboutFrames):
             q = levels.q.x.array
             frame = simulation.model.comm.allreduce(tie.changes(q), op=MPI.SUM)
             self._energies(body.name, left.of(q, np.eye(3) + frame), float(energy()[0]), q, t)
+            if self._counted(simulation):
+                self._note("compression", body.name, left.compression(q), t)
             lean = q[body.mixed.dofs["w"]].reshape(D.shape) - D @ tie.changes(q)
             size = float(np.sqrt(np.max(np.sum(lean**2, axis=2), initial=0.0)))
             self._note("turns", body.name, size, t)

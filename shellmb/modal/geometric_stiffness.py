@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from typing import Any
 
+from mpi4py import MPI
+
 import numpy as np
 import ufl
 from dolfinx import fem
 
 from shellmb.arrays import Floats
 from shellmb.forms.floating.geometric_stiffness import of_beam, of_shell
+from shellmb.modal.tangent import bending
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.shells.shell import ShellModel
 from shellmb.system.assembly.functionals import functionals
@@ -27,6 +30,11 @@ class GeometricStiffness:
         self._q = q = fem.Function(space)
         self._R = fem.Constant(space.mesh, np.eye(3))
         formulation: Any = body.section.formulation
+        self._dofs = body.mixed.dofs["N"].reshape(-1, body.mixed.parts["N"][1])
+        self._comm, self._plane = space.mesh.comm, isinstance(body, ShellModel)
+        stiff, _, length = bending(body)
+        # of a column with one end clamped
+        self._euler = np.pi**2 / 4 * stiff / length**2 / float(formulation.N0)
         N = formulation.N0 * layout.part(q, "N")
         if isinstance(body, ShellModel):
             densities = of_shell(N, layout.displacement(q), self._R, body.surface)
@@ -49,3 +57,17 @@ class GeometricStiffness:
         if R is not None:
             self._R.value = R.T  # type: ignore[assignment]
         return self._units * self._energies()
+
+    def compression(self, state: Floats) -> float:
+        """Largest compression along the body, over what buckles it as a cantilever; collective.
+
+        Args:
+            state: Local array.
+        """
+        N = state[self._dofs]
+        lowest = N[:, 0]
+        if self._plane:
+            mean, half = (N[:, 0] + N[:, 1]) / 2, (N[:, 0] - N[:, 1]) / 2
+            lowest = mean - np.hypot(half, N[:, 2])
+        most = float(np.max(-lowest, initial=0.0))
+        return float(self._comm.allreduce(most, op=MPI.MAX)) / self._euler

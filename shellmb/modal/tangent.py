@@ -81,14 +81,19 @@ def tangent(
     return system, stiffness, mass
 
 
-def bending_scale(body: ShellModel | BeamModel) -> float:
-    """`D/(m L^4)` of a shell or beam: the size of the square of its lowest frequency, rad^2/s^2."""
+def bending(body: ShellModel | BeamModel) -> tuple[float, float, float]:
+    """Bending stiffness `D`, mass `m` and length `L` of a shell, per width, or of a beam."""
     if isinstance(body, ShellModel):
         sizes = body.section.sizes
-        bending = sizes.stiffness * sizes.thickness**2 / 12
-        return bending / sizes.mass / body.surface_mesh.length**4
-    bending = float(np.min(np.diag(body.beam.section.stiffness)[4:]))
-    return bending / body.beam.section.mass[0] / body.domain.length**4
+        return sizes.stiffness * sizes.thickness**2 / 12, sizes.mass, body.surface_mesh.length
+    section = body.beam.section
+    return float(np.min(np.diag(section.stiffness)[4:])), section.mass[0], body.domain.length
+
+
+def bending_scale(body: ShellModel | BeamModel) -> float:
+    """`D/(m L^4)` of a shell or beam: the size of the square of its lowest frequency, rad^2/s^2."""
+    stiffness, mass, length = bending(body)
+    return stiffness / mass / length**4
 
 
 def bending_scales(model: Model) -> list[float]:

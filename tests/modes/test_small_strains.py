@@ -88,3 +88,37 @@ def test_buckling_asks_for_exact_bodies(model: Any, what: str) -> None:
     scene = small(model, PointForce("end", (0, 0, -2.0)))
     with pytest.raises(sm.SceneError, match=f"buckling: beam 'column' {what}"):
         sm.modes(scene, count=1, buckling=True, pictures=False)
+
+
+@pytest.mark.parametrize(
+    ("model", "body"),
+    [
+        pytest.param(LINEAR, "beam", id="linear-beam"),
+        pytest.param(MODAL, "beam", id="modal-beam"),
+        pytest.param(LINEAR, "shell", id="linear-shell", marks=pytest.mark.slow),
+    ],
+)
+def test_what_is_compressed_says_so_where_stability_is_counted(model: Any, body: str) -> None:
+    """A column at 1.1 times Euler's load is counted as stable; at a fifth of it that is right."""
+    for share in (0.2, 1.1):
+        load = share * np.pi**2 / 4
+        if body == "beam":
+            scene = small(model, PointForce("end", (0, 0, -load)))
+            scene = replace(scene, scheme="static", start="given", dt=0.5, t_end=1.0)
+        else:
+            # E h^3/12 = 1 per width, without Poisson's ratio
+            section = sm.Isotropic(E=12e6, nu=0.0, thickness=1e-2, density=1.0)
+            scene = Scene(
+                "column",
+                sm.Shell("column", sm.Rectangle(1.0, 0.1), section, mesh=(4, 1), model=model),
+                supports=sm.Clamped("left"),
+                loads=sm.EdgeForce("right", (-load, 0, 0)),
+                scheme="static",
+                dt=0.5,
+            )
+        said = [text for text in sm.run(scene).warnings if "with one end clamped" in text]
+        if share < 0.5:
+            assert not said
+        else:
+            # three digits are right in both, two are said
+            assert len(said) == 1 and "reach 1.1 of what buckles it" in said[0]
