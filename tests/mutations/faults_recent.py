@@ -163,8 +163,8 @@ FAULTS: tuple[Fault, ...] = (
     Fault(
         "doubts about a scene are on stderr only",
         "shellmb/running/execute.py",
-        "before = doubted([*effect.doubts(scene), *doubts])",
-        "before = doubted(doubts)",
+        "before = doubted([*effect.doubts(scene), *simulation.doubts])",
+        "before = doubted(simulation.doubts)",
         (
             "tests/diagnostics/test_run_warnings.py::"
             "test_doubts_about_a_scene_are_in_the_record_of_its_run",
