@@ -28,6 +28,7 @@ class LineForce(Load):
 
     Args:
         force: Its components [N/m], or a vectorised function of positions (3, n) that gives (3, n).
+            Between nodes it is interpolated, which spreads a jump over an element.
         body: Name of the beam.
         time: Function of time.
     """
