@@ -218,6 +218,6 @@ def build_model(
         planes=planes,
         potentials=potentials,
         volumes=volumes,
-        faces=faces_contacts(described, meshed.all, shells, length),
+        faces=faces_contacts(described, find, *meshes, shells, length),
         modal=tuple(modal),
     )

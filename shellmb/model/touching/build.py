@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from shellmb.model.potentials.points import MeshedBody, points_on
+from shellmb.model.locations.finder import Finder
+from shellmb.model.potentials.points import MeshedBody, acting_points
 from shellmb.model.shells.shell import ShellModel
 from shellmb.model.touching.faces import FacesContact
 from shellmb.scene import Scene
@@ -14,7 +15,9 @@ from shellmb.scene.lookup import said
 
 def faces_contacts(
     scene: Scene,
+    find: Finder,
     meshed: Mapping[str, MeshedBody],
+    rigid_meshes: Mapping[str, MeshedBody],
     shells: Mapping[str, ShellModel],
     length: float,
 ) -> list[FacesContact]:
@@ -22,7 +25,9 @@ def faces_contacts(
 
     Args:
         scene: The scene.
+        find: Places on bodies.
         meshed: Shells and beams.
+        rigid_meshes: Meshes of those that are rigid.
         shells: The shells among them.
         length: Size of the scene, m.
 
@@ -34,9 +39,9 @@ def faces_contacts(
         if not isinstance(item.obstacle, Faces):
             continue
         (body,) = scene.bodies_of(item)
-        one = meshed[body.name]
-        points = points_on(one, item.at, said(item))
-        contact = FacesContact(item, points, one, shells[item.obstacle.shell], length)
+        points = acting_points(body.name, item.at, find, meshed, rigid_meshes, said(item))
+        shell = shells[item.obstacle.shell]
+        contact = FacesContact(item, points, meshed.get(body.name), shell, length)
         contact.check_start()
         found.append(contact)
     return found

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -9,6 +10,7 @@ from scipy.sparse import coo_array, csr_array
 
 from shellmb.arrays import Bools, Floats, Ints
 from shellmb.errors import SceneError
+from shellmb.model.locations.ends import End
 from shellmb.model.locations.nodes import said_point, shared_nodes
 from shellmb.model.potentials.contact import TOUCHING
 from shellmb.model.potentials.points import MeshedBody, Points
@@ -65,7 +67,7 @@ class FacesContact:
     Args:
         item: Description.
         points: The points.
-        body: The shell or beam that has them.
+        body: The shell or beam that has them; None: they are of a rigid body.
         shell: The shell that has the faces; may be the same one.
         length: Size of the scene, m.
 
@@ -74,8 +76,13 @@ class FacesContact:
         y_dofs: Global dofs of their displacements in the body's space, shape (n, 3).
         d: Reference directors of the points that matter, shape (n, directors, 3).
         d_dofs: Global dofs of their changes in the body's space, shape (n, directors, 3).
+        arms: Components of the points' offsets from their nodes along directors, shape (n, k), m;
+            k is zero where points are nodes.
+        arm_dofs: Global dofs of the changes of these, shape (n, 3 k).
         whole: Reference positions of all points, also of those without a share of the area, m.
         whole_dofs: Global dofs of their displacements.
+        whole_arms: Arms of these and their dofs.
+        holder: Name of the body in the system that has the dofs.
         x: Reference positions of the shell's nodes, shape (m, 3), m.
         x_dofs: Global dofs of their displacements in the shell's space, shape (m, 3).
         law: Law of all points.
@@ -83,9 +90,15 @@ class FacesContact:
     """
 
     def __init__(
-        self, item: Contact, points: Points, body: MeshedBody, shell: ShellModel, length: float
+        self,
+        item: Contact,
+        points: Points,
+        body: MeshedBody | None,
+        shell: ShellModel,
+        length: float,
     ) -> None:
-        self.item, self.body, self.shell, self._length = item, body.name, shell.name, length
+        self.item, self.shell, self._length = item, shell.name, length
+        self.body, self.holder = points.ends[0].owner, points.ends[0].body
         faces: Any = item.obstacle
         reach = item.radius + faces.thickness / 2
         # of triangles corners have no share of the area
@@ -98,14 +111,17 @@ class FacesContact:
         self.d = np.array([end.directors[: len(end.directors) * turns] for end in ends])
         self.d_dofs = np.array([end.dofs["w"] for end in ends]).reshape(len(ends), -1, 3)
         self.d_dofs = self.d_dofs[:, : self.d.shape[1]]
+        self.arms, self.arm_dofs = _arms(ends)
         self.whole = np.array([end.point for end in points.ends])
         self.whole_dofs = np.array([end.dofs["u"] for end in points.ends])
+        self.whole_arms = _arms(points.ends)
         nodes = shared_nodes(shell, None, said(item))
         self.x, self.x_dofs = nodes.x, nodes.dofs["u"]
         self.law = Law(reach, item.stiffness * points.weights[has], item)
         self.facets = facets_of(shell, self.x_dofs[:, 0])
-        whole = item.at is None and isinstance(body, ShellModel) and not self.alone
-        own = facets_of(body, self.whole_dofs[:, 0]) if whole else None
+        own = None
+        if item.at is None and isinstance(body, ShellModel) and not self.alone:
+            own = facets_of(body, self.whole_dofs[:, 0])
         apart = self._far_along()
         self._apart = None if apart is None else apart[has]
         self.between = Between(points.segments, self.facets, own, apart, reach)
@@ -260,3 +276,10 @@ class FacesContact:
             f"{depth[worst]:.3g} m; they must start at least {self.law.reach:g} m from its "
             "mid-surface, which is radius and half of the thickness"
         )
+
+
+def _arms(ends: Sequence[End]) -> tuple[Floats, Ints]:
+    """Offsets of points from their nodes along directors, and dofs of these; none at nodes."""
+    count = len(ends[0].directors) if any(np.any(end.offset != 0) for end in ends) else 0
+    arms = np.array([end.offset[:count] for end in ends])
+    return arms, np.array([end.dofs["w"][: 3 * count] for end in ends])

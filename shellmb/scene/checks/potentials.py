@@ -105,14 +105,16 @@ def _faces(scene: Description, contact: Contact, faces: Faces) -> None:
     """Refuse what contact with the faces of a shell is not made for."""
     (body,), who = bodies_of(scene, contact), said(contact)
     find_body(scene, faces.shell, f"{who}: shell of the faces", (Shell,))
-    for name in dict.fromkeys((body.name, faces.shell)):
+    for name, models in ((body.name, ("exact", "rigid")), (faces.shell, ("exact",))):
         touching = find_body(scene, name, who)
-        model = model_of(scene, touching) if hasattr(touching, "model") else "rigid"
-        if model != "exact":
+        own = getattr(touching, "model", "rigid")
+        model = model_of(scene, touching) if hasattr(touching, "model") else own
+        # a beam that is glued to what is rigid has no points of its own
+        if model not in (models if model == own else ("exact",)):
             raise SceneError(
-                f"{who}: the model of '{name}' is {show(model)}; with the faces of a shell both "
-                "bodies must be shells or beams with model='exact' (a rigid body can carry a Box, "
-                "see obstacle_body)"
+                f"{who}: the model of '{name}' is {show(model)}; with the faces of a shell it must "
+                f"be {' or '.join(map(show, models))} (what is rigid has points that touch, or "
+                "carries a Box, see obstacle_body)"
             )
     if scene.scheme_name not in FACES:
         raise SceneError(

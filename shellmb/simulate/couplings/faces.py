@@ -35,11 +35,28 @@ class Side(NamedTuple):
         body: Name of the body.
         X: Reference positions, or directors, shape (n, 3).
         dofs: Dofs of their changes in the body's space, three for each.
+        arms: Components of offsets along k directors, shape (n, k).
+        turns: Dofs of the changes of these, 3 k for each.
     """
 
     body: str
     X: Floats
     dofs: SharedDofs
+    arms: Floats
+    turns: SharedDofs
+
+    def at(self, arrays: Mapping[str, Floats], state: Mapping[str, float]) -> Floats:
+        """Positions, or directors, at a state of the step, shape (n, 3); collective."""
+
+        def now(dofs: SharedDofs) -> Floats:
+            parts = (share * arrays[name][dofs.local] for name, share in state.items())
+            return np.asarray(dofs.gathered(sum(parts, np.zeros(()))))
+
+        found = self.X + now(self.dofs).reshape(-1, 3)
+        if self.arms.size:
+            changes = now(self.turns).reshape(*self.arms.shape, 3)
+            found += np.einsum("nk,nki->ni", self.arms, changes)
+        return np.asarray(found)
 
 
 class Loss(NamedTuple):
@@ -106,26 +123,29 @@ class FacesCoupling:
         rubs, directors = contact.item.friction > 0, contact.d.shape[1]
         self._rubbing = Rubbing(comm, contact.law, directors) if rubs else None
         self._last = len(pieces.states) - 1
-        self._arrays = {name: _arrays(levels[name]) for name in (contact.body, contact.shell)}
+        self._arrays = {name: _arrays(levels[name]) for name in (contact.holder, contact.shell)}
 
-        def side(body: str, X: Floats, dofs: Ints) -> Side:
+        none = np.zeros((0, 0)), np.zeros(0, dtype=np.int64)
+
+        def side(body: str, X: Floats, dofs: Ints, arms: tuple[Floats, Ints] = none) -> Side:
             owned = levels[body].q.function_space.dofmap.index_map.local_range
-            return Side(body, X, SharedDofs.of(comm, dofs, owned))
+            first, second = (SharedDofs.of(comm, some, owned) for some in (dofs, arms[1]))
+            return Side(body, X, first, arms[0], second)
 
+        holder = contact.holder
         self._sides = (
-            side(contact.body, contact.y, contact.y_dofs),
+            side(holder, contact.y, contact.y_dofs, (contact.arms, contact.arm_dofs)),
             side(contact.shell, contact.x, contact.x_dofs),
-            side(contact.body, contact.d.reshape(-1, 3), contact.d_dofs),
+            side(holder, contact.d.reshape(-1, 3), contact.d_dofs),
         )
-        self._whole = side(contact.body, contact.whole, contact.whole_dofs)
-        self._count = sum(len(part.X) for part in self._sides)
+        self._whole = side(holder, contact.whole, contact.whole_dofs, contact.whole_arms)
+        # behind the slots are the directors that points are turned with
+        self._slots = sum(len(part.X) for part in self._sides)
+        self._count = self._slots + contact.arms.size
+        listed = [*((part.body, part.dofs) for part in self._sides), (holder, self._sides[0].turns)]
         self.dofs = joined(
             comm,
-            [
-                part.dofs.shifted(offsets[part.body, stage])
-                for stage in self._stages
-                for part in self._sides
-            ],
+            [dofs.shifted(offsets[body, s]) for s in self._stages for body, dofs in listed],
         )
         self._wider = 0.0
         self.candidates = contact.candidates(contact.y, contact.x)
@@ -149,9 +169,23 @@ class FacesCoupling:
 
     def _side(self, side: Side, state: Mapping[str, float]) -> Floats:
         """Positions, or directors, at a state of the step, shape (n, 3)."""
-        arrays, local = self._arrays[side.body], side.dofs.local
-        own = sum((share * arrays[name][local] for name, share in state.items()), np.zeros(()))
-        return side.X + side.dofs.gathered(own).reshape(-1, 3)
+        return side.at(self._arrays[side.body], state)
+
+    def _turned(self, places: Ints) -> Iterator[tuple[Ints, Ints, Floats]]:
+        """Shares that dofs of points have in directors, one director after the other.
+
+        Args:
+            places: Numbers of dofs.
+
+        Yields:
+            Which of them are of points, the numbers of the directors' dofs, and the shares, m.
+        """
+        arms = self.contact.arms
+        slot = places // 3 % self._count
+        here = np.flatnonzero(slot < len(arms))
+        for k in range(arms.shape[1]):
+            further = self._slots + slot[here] * arms.shape[1] + k - slot[here]
+            yield here, places[here] + 3 * further, arms[slot[here], k]
 
     def start(self) -> tuple[Floats, Floats]:
         """Positions of points and nodes at the start of the step."""
@@ -222,7 +256,10 @@ class FacesCoupling:
                 if share:
                     places.append(self._places(stage, force.nodes).ravel())
                     values.append(share * on_slots.ravel())
-        return np.concatenate(places), np.concatenate(values)
+        dofs, loads = np.concatenate(places), np.concatenate(values)
+        more = [(turns, arm * loads[here]) for here, turns, arm in self._turned(dofs)]
+        found = zip((dofs, loads), *more, strict=True)
+        return tuple(np.concatenate(some) for some in found)  # type: ignore[return-value]
 
     def jacobian(self) -> Entries:
         """Derivatives of the forces."""
@@ -235,7 +272,20 @@ class FacesCoupling:
         for force in acting.every:
             for block in blocks(force, touching.families, touching.places, acting.nodes):
                 found += self._entries(block, force.shares)
-        return Entries(*(np.concatenate(some) for some in zip(*found, strict=True)))
+        rows, columns, values = (np.concatenate(some) for some in zip(*found, strict=True))
+        return self._with_turns(Entries(rows, columns, values))
+
+    def _with_turns(self, entries: Entries) -> Entries:
+        """Entries, and those of the directors that points turn with."""
+        rows, columns, values = entries
+        made = [entries]
+        for here, turns, arm in self._turned(rows):
+            made.append(Entries(turns, columns[here], arm * values[here]))
+        rows, columns, values = (np.concatenate(some) for some in zip(*made, strict=True))
+        made = [Entries(rows, columns, values)]
+        for here, turns, arm in self._turned(columns):
+            made.append(Entries(rows[here], turns, arm * values[here]))
+        return Entries(*(np.concatenate(some) for some in zip(*made, strict=True)))
 
     def _entries(self, block: Block, shares: Mapping[str, float]) -> Iterator[Entries]:
         """Entries of derivatives in all rows and columns."""
@@ -264,7 +314,8 @@ class FacesCoupling:
                 rows.append(np.broadcast_to(i, (len(one), 3, 3)).ravel())
                 columns.append(np.broadcast_to(j, (len(one), 3, 3)).ravel())
         self.changed = False
-        return np.concatenate(rows), np.concatenate(columns)
+        i, j = np.concatenate(rows), np.concatenate(columns)
+        return self._with_turns(Entries(i, j, np.zeros(len(i))))[:2]
 
     def look(self, dt: float) -> None:
         """Before a step: find pairs again where something may have come near.
