@@ -62,12 +62,17 @@ class Sizes:
         Args:
             change: Change of the difference of both sides.
             whole: The difference.
+
+        Returns:
+            The change; infinite where one of both is no number.
         """
         both, table = self._both, self._table
         both[0], both[1] = change, whole
         self._parts.largest(both, table)
         if self._comm.size > 1:
             self._comm.Allreduce(MPI.IN_PLACE, table, op=MPI.MAX)
+        if not np.isfinite(table).all():
+            return np.inf
         changes, sizes = table * self._units
         least = max(SMALL, LEAST * float((sizes * self._moves).max()))
         return float((self._share * changes / np.maximum(sizes, least)).max())

@@ -179,6 +179,8 @@ class Tangents(Silent):
             d = d - change
             self.iterations += 1
             now = self._sizes.relative(change, d)
+            if np.isinf(now):
+                raise _no_number(pair.parameter, last.t)
             if count > 1:
                 contraction = pair.contraction = now / before
             if now * min(1.0, contraction) <= TOLERANCE and not rough:
@@ -253,6 +255,18 @@ def _of_lengths(simulation: Simulation) -> frozenset[str]:
     """Multipliers of lengths and angles of directors, which nothing that is found depends on."""
     bodies = simulation.model.bodies
     return frozenset(part.title for body in bodies for part in body.parts if part.name == "lam")
+
+
+def _no_number(parameter: Parameter, t: float) -> ConvergenceError:
+    """Error of a scene beside the run whose forces are no numbers."""
+    above, below = parameter.sides
+    return ConvergenceError(
+        f"sensitivities: a force is no finite number in the step from t = {t:g} with "
+        f"'{parameter.name}' = {below:.9g} or {above:.9g}; differentiate at a value on both sides "
+        "of which it is one",
+        None,
+        {},
+    )
 
 
 def _check(reason: str | None) -> None:

@@ -99,3 +99,9 @@ def test_few_parameters_go_without_names():
         "revolute joint 'hinge': more than name, first, second are given without their names; the "
         "others must have theirs: at=, second_at=, mass=, active=, axis="
     )
+    with pytest.raises(SceneError) as refused:
+        scene.RectangularSection(0.02, 0.004, E=210e9, density=7850)
+    assert str(refused.value) == (
+        "rectangular section: E is given twice, with and without its name; the order of those "
+        "without a name is E, nu"
+    )

@@ -53,6 +53,11 @@ def laminate(scheme: str = "ep", angle: float = 30.0, thickness: float = 1e-3) -
     )
 
 
+def roof(scheme: str = "ep", thickness: float = 0.01) -> sm.Scene:
+    """A curved panel from its reference."""
+    return replace(scenes.vault(scheme=scheme, thickness=thickness), start="given")
+
+
 def square(history: dict) -> float:
     """Squares of all probes over time, and their ends."""
     return float(sum(np.sum(h**2) + h[-1] for name, h in history.items() if name != "t"))
@@ -214,6 +219,40 @@ def test_fields_of_laminates(name: str) -> None:
     exact = sum(w * v for w, v in zip(WEIGHTS, values, strict=True)) / size
     # round-off of the values over their distance
     assert found.fields[place]["derivative"].sum() == pytest.approx(exact, rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("make", "scheme"),
+    [
+        (plate, "ep"),
+        *(pytest.param(roof, s, marks=pytest.mark.slow) for s in SCHEMES),
+    ],
+)
+def test_numbers_of_elements_are_those_of_single_elements(make: Any, scheme: str) -> None:
+    """A thickness that changes in the second element alone, of flat and of curved shells."""
+    (first, *_) = make().probes
+    shell = make().shells[0]
+
+    def last(history: Any) -> float:
+        return float(history[first.name][-1])
+
+    found = sm.adjoint(make, last, [(shell.name, "thickness")], values={"scheme": scheme}, **TIGHT)
+    table = found.fields[shell.name, "thickness"]
+    # elements are behind each other, and all points of one nearer to its middle than to others
+    middles, value = table[["x", "y", "z"]].to_numpy(), table["value"][0]
+
+    def at(change: float) -> float:
+        def thickness(x: Any) -> Any:
+            apart = np.linalg.norm(x.T[:, None] - middles, axis=2)
+            return value * np.where(apart.argmin(axis=1) == 1, 1 + change, 1.0)
+
+        run = sm.run(make(scheme=scheme, thickness=thickness), **TIGHT)
+        return float(run.history[first.name].iloc[-1])
+
+    exact = (at(APART) - at(-APART)) / (2 * APART * value)
+    # the square of the distance; 4e-9 was seen
+    assert table["derivative"][1] == pytest.approx(exact, rel=1e-7)
+    assert abs(exact) > 1e-3 * table["derivative"].abs().max()
 
 
 @pytest.mark.slow

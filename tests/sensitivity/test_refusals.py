@@ -1,8 +1,10 @@
 """What has no derivatives is refused with a sentence before anything runs, or said."""
 
+import numpy as np
 import pytest
 
 import shellmb as sm
+from shellmb.sensitivity.shadow import Shadow
 from tests.sensitivity import scenes
 
 
@@ -56,6 +58,14 @@ def test_other_bad_input() -> None:
         sm.rank(scenes.plate)  # type: ignore[arg-type]
     with pytest.raises(sm.SceneError, match="count is 0; it must be at least 1"):
         sm.frequency_sensitivities(scenes.plate, ("E",), count=0)
+
+
+def test_forces_beside_the_run_that_are_no_numbers(monkeypatch: pytest.MonkeyPatch) -> None:
+    # as of a law in UFL with a root that ends at the value: its derivative is no number
+    monkeypatch.setattr(Shadow, "residual", lambda self, u: np.full(len(u), np.nan))
+    said = "no finite number in the step from t = 0 with 'E' = 2.099979e.11 or 2.100021e.11"
+    with pytest.raises(sm.ConvergenceError, match=said):
+        sm.sensitivities(scenes.plate, ("E",), columns="probes", fields=False)
 
 
 def test_static_paths() -> None:

@@ -102,6 +102,12 @@ def sentence(label: str, cls: type, failure: ValidationError) -> str:
         if error["type"] == "unexpected_positional_argument":
             # before what seems to be missing, because it has no name
             return _too_many(label, cls)
+        if error["type"] == "multiple_argument_values":
+            placed = [f.name for f in fields(cls) if not f.kw_only]
+            return (
+                f"{label}: {former} is given twice, with and without its name; the order of those "
+                f"without a name is {', '.join(placed)}"
+            )
     error = errors[0]
     loc, kind = error["loc"], error["type"]
     first = loc[0] if loc else ""
