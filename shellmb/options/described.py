@@ -4,16 +4,25 @@ from __future__ import annotations
 
 import functools
 import inspect
+import os
 import re
 import textwrap
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Hashable, Iterable, Mapping
 from dataclasses import MISSING, dataclass, field, fields, replace
+from math import isfinite
+from numbers import Integral, Real
+from pathlib import Path
 from typing import Any, Literal, cast, get_args, get_origin, get_type_hints
 
+import numpy as np
+
 from shellmb.errors import SceneError
+from shellmb.scene.values.sentences import show
 
 # where a field keeps what it says of itself; columns of a docstring
 KEY, WIDTH = "option", 100
+# nothing has as many, and larger numbers are none of C
+MOST = 10**9
 
 
 @dataclass(frozen=True)
@@ -186,14 +195,21 @@ def takes[F: Callable[..., Any]](*options: Option) -> Callable[[F], F]:
             if o.name not in named
         ]
         shown = signature.replace(parameters=[*own, *more])
+        kinds: dict[str, Any] = {p.name: p.annotation.removesuffix(" | None") for p in own}
+        kinds |= {o.name: o for o in options if o.name not in named}
 
         @functools.wraps(function)
         def named_ones(*args: Any, **kwargs: Any) -> Any:
             try:
-                shown.bind(*args, **kwargs)
+                given = shown.bind(*args, **kwargs)
             except TypeError as error:
                 # as Python says it of any function
                 raise TypeError(f"{function.__name__}() {error}") from None
+            for name, value in given.arguments.items():
+                if value is not None and (wrong := _wrong(kinds.get(name), value)):
+                    raise SceneError(
+                        f"{function.__name__}: {name} is {show(value)}; it must be {wrong}"
+                    )
             return function(*args, **kwargs)
 
         made: Any = named_ones
@@ -204,6 +220,77 @@ def takes[F: Callable[..., Any]](*options: Option) -> Callable[[F], F]:
         return cast(F, made)
 
     return decorate
+
+
+def _wrong(kind: Option | str | None, value: Any) -> str | None:
+    """Words for what a value should be, if it is of another kind; choices are checked elsewhere.
+
+    Args:
+        kind: The option, or how the type of a parameter is written.
+        value: The value.
+    """
+    if isinstance(kind, Option):
+        if kind.about.many:
+            return None if _is_several(value) else "a list of values"
+        if kind.choices or (kind.about.parse and isinstance(value, str)):
+            return None
+        counts = kind.type == tuple[int, int]
+        kind = "counts" if counts else kind.written.removesuffix(" | None")
+    known = (pair for begin, pair in KINDS.items() if str(kind).startswith(begin))
+    fits, words = next(known, (None, None))
+    return None if fits is None or fits(value) else words
+
+
+def _is_whole(value: Any) -> bool:
+    return isinstance(value, Integral) and not isinstance(value, bool) and abs(int(value)) < MOST
+
+
+def _is_path(value: Any) -> bool:
+    # a run stands for its own
+    value = getattr(value, "directory", value)
+    known = isinstance(value, str | os.PathLike)
+    return known and all(len(os.fsencode(part)) < 256 for part in Path(value).parts)
+
+
+def _is_number(value: Any) -> bool:
+    try:
+        return isinstance(value, Real) and not isinstance(value, bool) and isfinite(value)
+    except OverflowError:
+        return False
+
+
+def _are_counts(value: Any) -> bool:
+    several = not isinstance(value, str | bytes | Mapping) and hasattr(value, "__len__")
+    return several and len(value) == 2 and all(map(_is_whole, value))
+
+
+def _is_several(value: Any) -> bool:
+    known = isinstance(value, Iterable) and not isinstance(value, bytes | Mapping)
+    return known and getattr(value, "ndim", 1) == 1
+
+
+def _is_mapping(value: Any) -> bool:
+    return isinstance(value, Mapping)
+
+
+# by how a type begins where it is written: whether a value is of it, and what it must be
+KINDS: dict[str, tuple[Callable[[Any], bool], str]] = {
+    "bool": (lambda value: isinstance(value, bool | np.bool_), "True or False"),
+    "int": (_is_whole, "a whole number"),
+    "float | Mapping": (
+        lambda value: _is_number(value) or _is_mapping(value),
+        "a finite number, or numbers by names",
+    ),
+    "float": (_is_number, "a finite number"),
+    "counts": (_are_counts, "two counts as in (8, 4) or '8x4'"),
+    "str | Sequence": (lambda value: isinstance(value, str | list | tuple), "one name or several"),
+    "str": (lambda value: isinstance(value, Hashable), "a text"),
+    "Sequence[str]": (lambda value: isinstance(value, str | list | tuple), "a list of names"),
+    "Sequence[Observer]": (_is_several, "a list of observers"),
+    "Path | str": (_is_path, "a path, of names with less than 256 letters"),
+    "Mapping": (_is_mapping, "values by their names"),
+    "Callable[[str]": (callable, "a function"),
+}
 
 
 def positive(text: str) -> float:

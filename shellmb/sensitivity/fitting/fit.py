@@ -70,6 +70,8 @@ def fit(
     """
     from scipy.optimize import least_squares
 
+    if runs < 1:
+        raise SceneError(f"fit: runs is {runs}; it must be at least 1")
     made = differentiated(scene, values, **options)
     chosen = parameters_of(made, parameters, scales)
     base = made.scene()

@@ -1,0 +1,87 @@
+"""Any value for any option of the Python interface: taken, or refused by name before it runs."""
+
+import inspect
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import shellmb as sm
+
+STEEL = sm.Isotropic(E=210e9, nu=0.25, thickness=2e-3, density=7870.0)
+
+
+def scene(E: float = 210e9) -> sm.Scene:
+    section = sm.Isotropic(E=E, nu=0.25, thickness=2e-3, density=7870.0)
+    return sm.Scene(
+        "small",
+        sm.Shell("plate", sm.Rectangle(1.0, 0.08), section, mesh=(6, 2)),
+        supports=sm.Clamped("left"),
+        probes=sm.Probe("tip", "right-top", component=2),
+        scheme="ep",
+        dt=1e-3,
+        t_end=2e-3,
+    )
+
+
+DATA = pd.DataFrame({"t": [1e-3, 2e-3], "tip": [1e-4, 2e-4]})
+CALLS: dict[Any, dict[str, Any]] = {
+    sm.run: {"scene": scene()},
+    sm.modes: {"scene": scene()},
+    sm.matrices: {"scene": scene()},
+    sm.study: {"scene": scene(), "quantity": "tip"},
+    sm.fit: {"scene": scene, "data": DATA, "parameters": ["E"]},
+    sm.sensitivities: {"scene": scene, "parameters": ["E"]},
+}
+# of no option
+WRONG = {"a complex number": 1j, "an object": object(), "a table": np.zeros((3, 3)), "bytes": b"x"}
+# how the types of options are written that are looked at before anything else
+CHECKED = ("bool", "int", "float", "tuple[int", "Mapping", "Callable[[str]", "Sequence", "Path")
+# several values of an option, each of which is looked at where it is used
+LATER = {"rates", "axis", "about", "budget"}
+
+
+@pytest.mark.parametrize("call", CALLS, ids=lambda call: call.__name__)
+def test_values_of_no_kind_are_refused_by_name(call) -> None:
+    """Kind: a value of another type, which ended in an error of Python's somewhere within."""
+    tried = 0
+    for name, parameter in inspect.signature(call).parameters.items():
+        written = str(parameter.annotation)
+        if name in LATER or not written.startswith(CHECKED):
+            continue
+        for what, value in WRONG.items():
+            with pytest.raises(sm.SceneError) as refused:
+                call(**{**CALLS[call], name: value})
+            assert str(refused.value).startswith(f"{call.__name__}: {name} is "), what
+            tried += 1
+    assert tried >= 4 * 4
+
+
+@pytest.mark.parametrize(
+    ("call", "options", "said"),
+    [
+        (sm.modes, {"loaded": 1}, "modes: loaded is 1; it must be True or False"),
+        (sm.modes, {"buckling": "no"}, "modes: buckling is 'no'; it must be True or False"),
+        (sm.modes, {"count": 2.0}, "modes: count is 2.0; it must be a whole number"),
+        (sm.modes, {"count": 10**400}, "modes: count is 1000.*; it must be a whole number"),
+        (sm.modes, {"at": np.inf}, "modes: at is inf; it must be a finite number"),
+        (sm.modes, {"mesh": (4, 2, 1)}, r"modes: mesh is \(4, 2, 1\); it must be two counts as in"),
+        (sm.modes, {"mesh": 8}, "modes: mesh is 8; it must be two counts as in"),
+        (sm.modes, {"state": "a" * 300}, "modes: state is 'aaa.*; it must be a path, of names"),
+        (sm.matrices, {"divide": 0.5}, "matrices: divide is 0.5; it must be a whole number"),
+        (sm.run, {"scheme": ["ep", "ed"]}, r"run: scheme is \['ep', 'ed'\]; it must be a text"),
+        (sm.fit, {"noise": True}, "fit: noise is True; it must be a finite number, or numbers by"),
+        (sm.fit, {"tell": "x"}, "fit: tell is 'x'; it must be a function"),
+        (sm.fit, {"scene": "sudden_load", "runs": 0}, "fit: runs is 0; it must be at least 1"),
+        (sm.fit, {"runs": 0}, "fit: runs is 0; it must be at least 1"),
+    ],
+)
+def test_values_that_are_not_meant(call, options, said) -> None:
+    with pytest.raises(sm.SceneError, match=said):
+        call(**{**CALLS[call], **options})
+
+
+def test_numbers_of_numpy_and_lists_are_welcome() -> None:
+    found = sm.matrices(scene(), np.False_, mesh=[np.int64(2), 1], divide=np.int32(1))
+    assert found.M.shape == sm.matrices(scene(), mesh="2x1").M.shape
