@@ -17,6 +17,13 @@ ACCOUNT = "shellmb/observers/account"
 FAULTS: tuple[Fault, ...] = (
     # watches: bounds
     Fault(
+        "earlier states of large systems are said to be unstable",
+        "shellmb/diagnostics/statics/stability.py",
+        "self._first[1] >= t:",
+        "self._first[1] > t:",
+        ("tests/simulate/test_stability.py::test_large_systems_are_looked_at_once",),
+    ),
+    Fault(
         "a drift named by a rotation that cannot be its cause",
         "shellmb/diagnostics/drift.py",
         "ROTATION * largest**2 > drift else None",

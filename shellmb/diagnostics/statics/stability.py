@@ -89,7 +89,7 @@ class Unstable(Silent):
                 float(count),
                 0.0,
                 f"the equilibrium at the end, {factor}, is unstable in {_directions(now)}"
-                f"{self._since()}: the structure does not stay in it; {self._remedies}",
+                f"{self._since(t)}: the structure does not stay in it; {self._remedies}",
             )
         elif self._first is not None:
             yield Caution(
@@ -102,8 +102,8 @@ class Unstable(Silent):
                 f"reached: {self._remedies}",
             )
 
-    def _since(self) -> str:
-        if self._first is None or self._first[1] == self._last:
+    def _since(self, t: float) -> str:
+        if self._first is None or self._first[1] >= t:
             return ""
         return f", as those from t = {self._first[1]:g} on"
 
