@@ -160,10 +160,10 @@ def mechanisms(
         bool, typer.Option("--docs", help="Write the table of docs/theory/mechanisms.md.")
     ] = False,
 ) -> None:
-    """Compare error against processor time of rigid mechanisms with Exudyn and exact motions.
+    """Compare error against processor time of mechanisms with Exudyn and exact motions.
 
     Ours runs with all that a run observes. Names: chain3, chain10, chain100, slider_crank,
-    four_bar, heavy_top.
+    flexible_slider_crank, four_bar, heavy_top.
     """
     from tests.bench.peers.mechanisms.report import run_mechanisms
 
