@@ -14,10 +14,7 @@ from numbers import Integral, Real
 from pathlib import Path
 from typing import Any, Literal, cast, get_args, get_origin, get_type_hints
 
-import numpy as np
-
 from shellmb.errors import SceneError
-from shellmb.scene.values.sentences import show
 
 # where a field keeps what it says of itself; columns of a docstring
 KEY, WIDTH = "option", 100
@@ -207,6 +204,9 @@ def takes[F: Callable[..., Any]](*options: Option) -> Callable[[F], F]:
                 raise TypeError(f"{function.__name__}() {error}") from None
             for name, value in given.arguments.items():
                 if value is not None and (wrong := _wrong(kinds.get(name), value)):
+                    # a command that only lists its options is there at once
+                    from shellmb.scene.values.sentences import show
+
                     raise SceneError(
                         f"{function.__name__}: {name} is {show(value)}; it must be {wrong}"
                     )
@@ -273,9 +273,10 @@ def _is_mapping(value: Any) -> bool:
     return isinstance(value, Mapping)
 
 
+# truth values of NumPy have the name of Python's
 # by how a type begins where it is written: whether a value is of it, and what it must be
 KINDS: dict[str, tuple[Callable[[Any], bool], str]] = {
-    "bool": (lambda value: isinstance(value, bool | np.bool_), "True or False"),
+    "bool": (lambda value: type(value).__name__ == "bool", "True or False"),
     "int": (_is_whole, "a whole number"),
     "float | Mapping": (
         lambda value: _is_number(value) or _is_mapping(value),

@@ -355,7 +355,7 @@ def test_an_objective_that_cannot_be_is_rejected_before_the_run(monkeypatch) -> 
 
 
 def test_states_are_for_fields() -> None:
-    with pytest.raises(sm.SceneError, match="states is 'few'; it must be 1 or more"):
+    with pytest.raises(sm.SceneError, match="states is 'few'; it must be a whole number"):
         sm.adjoint(plate, square, [("strip", "thickness")], states="few")  # type: ignore[arg-type]
     with pytest.raises(sm.SceneError, match="states is 3, and parameters are named"):
         sm.adjoint(plate, square, parameters=("thickness",), states=3)
