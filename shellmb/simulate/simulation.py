@@ -255,8 +255,9 @@ class Simulation:
             except ConvergenceError as error:
                 if self.size.reject(dt) or (self.scheme.dynamic and self.size.lengthen()):
                     continue
+                where = f"t = {self.t:g}, step {self.step + 1}, {self.size.failed(dt)}"
                 raise ConvergenceError(
-                    f"t = {self.t:g}, step {self.step + 1}, dt = {dt:g}: {self._why(error)}",
+                    f"{where}: {self._why(error)}",
                     error.field,
                     error.norms,
                 ) from error

@@ -210,5 +210,7 @@ def test_longer_steps_are_tried_where_shorter_ones_lead_nowhere() -> None:
         tried.append(dt)
     # from 0.5, which was accepted and now fails, down; then what is longer than that
     assert tried == [0.25, 0.2, 1.0]
+    assert size.failed(dt) == "dt = 1, and those down to 0.2"
     size.accept(None)
+    assert size.failed(dt) == "dt = 1"
     assert not size.reject(0.2)

@@ -1,5 +1,6 @@
 """Size of the time step: halved where Newton fails or the jump is too large, then grown back."""
 
+import math
 from dataclasses import dataclass
 
 from shellmb.scene import StepControl
@@ -35,8 +36,9 @@ class StepSize:
         self.dt = min(self.nominal, self.largest)
         self.good = 0
         self.rejected = 0
-        # the longest step tried from the current state, and whether longer ones are being tried
-        self._tried, self._lengthened = 0.0, False
+        # the longest step tried from the current state, whether longer ones are being tried, and
+        # the shortest one that failed
+        self._tried, self._lengthened, self._shortest = 0.0, False, math.inf
 
     @property
     def largest(self) -> float:
@@ -57,6 +59,7 @@ class StepSize:
         """
         self.rejected += 1
         self.good = 0
+        self._shortest = min(self._shortest, dt)
         if not self._lengthened:
             self._tried = max(self._tried, dt)
         # what was tried before is not tried again
@@ -65,6 +68,11 @@ class StepSize:
             return False
         self.dt = max(self.settings.shrink * dt, self.smallest)
         return not self._lengthened or self.dt > floor * (1 + 1e-9)
+
+    def failed(self, dt: float) -> str:
+        """The step that failed last, s, and the shortest one that did from this state, in words."""
+        shorter = f", and those down to {self._shortest:g}" if self._shortest < dt else ""
+        return f"dt = {dt:g}{shorter}"
 
     def lengthen(self) -> bool:
         """Try longer steps than any so far from this state; False if there are none.
@@ -87,7 +95,7 @@ class StepSize:
             dt: The step, s.
         """
         self.good += 1
-        self._tried, self._lengthened = 0.0, False
+        self._tried, self._lengthened, self._shortest = 0.0, False, math.inf
         if self.settings.jump_tolerance is not None and measured is not None:
             self._follow(measured)
         elif self.good >= self.settings.patience and self.dt < self.largest:
