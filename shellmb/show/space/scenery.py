@@ -146,9 +146,9 @@ def showing(
     forces = [s[JOINTS].arrays["force"] for s in states if "force" in _joints(s)]
     largest = max((float(np.linalg.norm(f, axis=1).max()) for f in forces), default=0.0)
     view = view_of(np.concatenate(points), appearance.camera)
-    return Showing(
-        described, shapes, states, shown, limits, view, larger, largest, appearance=appearance
-    )
+    # nothing at all has no scale
+    looks: dict[str, Any] = {"bar": bool(low or high), "appearance": appearance}
+    return Showing(described, shapes, states, shown, limits, view, larger, largest, **looks)
 
 
 def _bodies(shapes: dict[str, Shape]) -> dict[str, Shape]:

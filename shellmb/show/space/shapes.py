@@ -18,6 +18,8 @@ from shellmb.observers.files.grid import lattice
 from shellmb.show.fields import NAMES, REFERENCE, Fields
 
 VERTEX, LINE = 1, 3
+# displacements that are round-off, relative to positions: a hundred times what a rotation leaves
+ROUND_OFF = 1e-13
 
 
 @dataclass(frozen=True)
@@ -148,7 +150,8 @@ def read_state(file: Path, t: float) -> State:
 def deformation(reference: Floats, position: Floats) -> Floats:
     """Sizes of displacements without the rigid-body motion that fits them best, shape (n,).
 
-    The rotation is that of W. Kabsch, Acta Cryst. A32 (1976) 922.
+    What is round-off of positions is zero. The rotation is that of W. Kabsch, Acta Cryst. A32
+    (1976) 922.
 
     Args:
         reference: Nodes in the reference, shape (n, 3).
@@ -157,7 +160,9 @@ def deformation(reference: Floats, position: Floats) -> Floats:
     X, x = reference - reference.mean(axis=0), position - position.mean(axis=0)
     U, _, Vt = np.linalg.svd(X.T @ x)
     turn = np.diag([1.0, 1.0, float(np.sign(np.linalg.det(U @ Vt))) or 1.0])
-    return np.asarray(np.linalg.norm(x - X @ (U @ turn @ Vt), axis=1))
+    found = np.linalg.norm(x - X @ (U @ turn @ Vt), axis=1)
+    far = max(float(np.abs(places).max()) for places in (reference, position))
+    return np.where(found > ROUND_OFF * far, found, 0.0)
 
 
 def _numbers(array: Any) -> npt.NDArray[Any]:
