@@ -11,6 +11,8 @@ from shellmb.scene.values.models import Modal
 
 # tolerances by which steps are chosen go with this power of what would be the step
 POWER = 2.0
+# steps in which no motion has a shape
+SHAPELESS = 2
 # elements up to which new kernels take longer than runs
 SMALL = 64
 

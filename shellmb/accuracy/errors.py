@@ -16,7 +16,7 @@ from pathlib import Path
 
 from mpi4py import MPI
 
-from shellmb.accuracy.companions import Change, degree_of, is_reduced, prefers_degree
+from shellmb.accuracy.companions import SHAPELESS, Change, degree_of, is_reduced, prefers_degree
 from shellmb.accuracy.estimates import (
     NONE,
     RATIO,
@@ -101,13 +101,16 @@ class Companions:
         return Found(self.mine.size(quantity), parts)
 
     def _step(self, quantity: Quantity, order: float) -> Estimate:
-        """The error of the step: of a point of a curve that is not resolved, that of its kind."""
+        """The error of the step: of a point of a curve that is not resolved, the largest alike."""
         found = self._alone(quantity, order)
-        if quantity.norm not in POINTS or self._alone(replace(quantity, norm="l2"), order).resolved:
-            return replace(found, resolved=found.resolved or not quantity.is_curve)
+        curve = self._alone(replace(quantity, norm="l2"), order) if quantity.norm else found
+        # what one companion tells of a point is chance, too; the extreme at the start has no error
+        told = curve.resolved and (len(self.steps) > 2 or self.ratio < 1)
+        if quantity.norm not in POINTS or told or found.error == 0:
+            return replace(found, resolved=curve.resolved or not quantity.norm)
         alike = ("l2", "end") if quantity.norm == "end" else POINTS
         errors = [self._alone(replace(quantity, norm=norm), order).error for norm in alike]
-        return replace(found, error=max(errors), resolved=False)
+        return replace(found, error=max(errors), resolved=curve.resolved)
 
     def _alone(self, quantity: Quantity, order: float) -> Estimate:
         """The error of the step, as differences of one quantity tell it."""
@@ -138,7 +141,8 @@ def find_companions(
     elif moves:
         # all points of a path are equilibria, whatever its steps: one companion tells enough
         for times in (RATIO,) if scene.path is not None else (RATIO, RATIO**2):
-            larger = family.run(replace(base, step=base.step * times))
+            few = len(series) > 1 and steps <= SHAPELESS * times
+            larger = None if few else family.run(replace(base, step=base.step * times))
             if larger is None:
                 break
             series.append(larger)

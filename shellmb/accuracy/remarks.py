@@ -6,7 +6,8 @@ from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from math import isinf
 
-from shellmb.accuracy.companions import Change
+from shellmb.accuracy.companions import SHAPELESS, Change
+from shellmb.accuracy.estimates import RATIO
 from shellmb.accuracy.found import Found
 from shellmb.accuracy.kept import Kept, difference
 from shellmb.scene import Scene
@@ -64,6 +65,12 @@ def remarks(
         said.append(
             f"{_listed(wild)}: companions with larger steps are far from the run: an instability, "
             "an event or chaos, or because steps are too large to tell; errors are rough"
+        )
+    short = mine.steps <= SHAPELESS * RATIO**2
+    if len(steps) == 2 and steps[0] is mine and short and scene.path is None:
+        said.append(
+            f"the run has {mine.steps} steps, and in a ninth of them no motion has a shape: errors "
+            "of the step are taken as of first order, and are rough"
         )
     read = [shell.name for shell in scene.shells if refined_times(shell) is not None]
     if read:

@@ -1,6 +1,7 @@
 """Estimates from companions: their formulas on errors that are known."""
 
 import math
+from dataclasses import replace
 from math import log
 
 import numpy as np
@@ -8,10 +9,11 @@ import pandas as pd
 import pytest
 
 from shellmb.accuracy.companions import Change
-from shellmb.accuracy.errors import Companions, judged
+from shellmb.accuracy.errors import Companions, execute_with_errors, judged
 from shellmb.accuracy.estimates import SAFETY, Estimate, mesh_error, step_error
 from shellmb.accuracy.family import Family
 from shellmb.accuracy.kept import Kept
+from shellmb.running.execute import execute
 from tests.bench.errors.mechanisms import chain
 
 
@@ -111,3 +113,15 @@ def test_an_extreme_of_ends_of_steps_misses_that_between_them() -> None:
         # a cubic spline through 40 points on a wave and a half
         assert found.step.error == pytest.approx(part, rel=0.02)
     assert missed > 1e-3
+
+
+def test_a_run_of_few_steps_tells_no_order() -> None:
+    """The kind: nine times the step of a short run leaves a step or two, in which nothing moves."""
+    scene = chain("ep", dt=2e-2, t_end=0.3)
+    found = execute_with_errors(scene, pictures=False).summary["errors"]
+    (said,) = found["remarks"]
+    assert "the run has 15 steps" in said
+    assert found["probes"]["tip_x:l2"]["order_step"] is None
+    fine = execute(replace(scene, dt=2.5e-3), pictures=False).column("tip_z")[-1]
+    end = found["probes"]["tip_z:end"]
+    assert 1 <= end["error"] / abs(end["value"] - fine) <= 20
