@@ -9,7 +9,6 @@ import re
 import textwrap
 from collections.abc import Callable, Hashable, Iterable, Mapping
 from dataclasses import MISSING, dataclass, field, fields, replace
-from math import isfinite
 from numbers import Integral, Real
 from pathlib import Path
 from typing import Any, Literal, cast, get_args, get_origin, get_type_hints
@@ -253,10 +252,14 @@ def _is_path(value: Any) -> bool:
 
 
 def _is_number(value: Any) -> bool:
+    """Decide whether a value is one that fits into a float; which ones are right is no type's."""
+    if not isinstance(value, Real) or isinstance(value, bool):
+        return False
     try:
-        return isinstance(value, Real) and not isinstance(value, bool) and isfinite(value)
+        float(value)
     except OverflowError:
         return False
+    return True
 
 
 def _are_counts(value: Any) -> bool:
@@ -280,9 +283,9 @@ KINDS: dict[str, tuple[Callable[[Any], bool], str]] = {
     "int": (_is_whole, "a whole number"),
     "float | Mapping": (
         lambda value: _is_number(value) or _is_mapping(value),
-        "a finite number, or numbers by names",
+        "a number, or numbers by names",
     ),
-    "float": (_is_number, "a finite number"),
+    "float": (_is_number, "a number"),
     "counts": (_are_counts, "two counts as in (8, 4) or '8x4'"),
     "str | Sequence": (lambda value: isinstance(value, str | list | tuple), "one name or several"),
     "str": (lambda value: isinstance(value, Hashable), "a text"),
