@@ -140,7 +140,7 @@ def test_bent_by_heat_and_ground_it_stays_at_rest(scheme, alpha, unit, path, wat
     # it is bent by a tenth of its length, and lies on the ground
     assert watched.energy.values["ground.energy"] > 0
     assert np.abs(places(watched.simulation)).max() > 0.05
-    worst("motion, of the length", seen.most, 1e-10)
+    worst("motion, of the length", seen.most, 1e-12)
     watched.check(worst)
 
 

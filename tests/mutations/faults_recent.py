@@ -297,4 +297,18 @@ FAULTS: tuple[Fault, ...] = (
             "test_vertices_of_closed_shells_do_not_swing_against_middles[0.005]",
         ),
     ),
+    Fault(
+        "paths land on load levels to 1e-9 only",
+        "shellmb/simulate/paths/levels.py",
+        "if (near or not missing) and reached(level + missing, level):",
+        "if reached(level + missing, level):",
+        ("tests/hard/test_starts.py::test_bent_by_heat_and_ground_it_stays_at_rest[ep-0.0-SI]",),
+    ),
+    Fault(
+        "edges that move as frames are held over any distance",
+        "shellmb/model/frames/rigidify.py",
+        "        edges_together(joint, first, second)",
+        "        pass",
+        ("tests/mechanisms/test_edge_hinges.py::test_edges_of_frames_apart[models0]",),
+    ),
 )
