@@ -149,7 +149,7 @@ class _Beginning:
         return CHEAPER * self._old <= self._new
 
     def takes_old(self, least: float) -> bool:
-        """Choose; whether to begin with the old one.
+        """Decide whether to begin with the old one.
 
         Args:
             least: Least price of a solution with a new one.
