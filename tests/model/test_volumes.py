@@ -214,8 +214,9 @@ def test_a_gas_that_hardly_changes_is_a_spring(scheme: str, exponent: float) -> 
     volume = found["air.pressure"] / -exponent / p0
     # the mesh of four elements, 1 %, and EP's period
     assert volume == pytest.approx(breath, abs=0.02 * breath.max())
-    # the energy is known to round-off of the volume's change, and is of the order of its square
-    limit = 10 * np.finfo(float).eps / breath.max()
+    # the energy is known to round-off of the volume's change, and is of the order of its square;
+    # ten times the worst over kernels of BLAS, 2.1
+    limit = 25 * np.finfo(float).eps / breath.max()
     assert np.abs(found["energy_balance"]).max() < limit * found["kinetic_energy"].max()
 
 
