@@ -308,6 +308,7 @@ def meeting(
     E=70e9,
     speed=0.5,
     shift=0.017,
+    friction=0.0,
     dt=1e-4,
     steps=10,
 ):
@@ -320,7 +321,15 @@ def meeting(
     return sm.Scene(
         "meeting",
         (low, high),
-        contacts=sm.Contact("touch", sm.Faces("low", 5e-3), stiffness, body="high", smoothing=2e-5),
+        contacts=sm.Contact(
+            "touch",
+            sm.Faces("low", 5e-3),
+            stiffness,
+            body="high",
+            smoothing=2e-5,
+            friction=friction,
+            slip_speed=0.1 if friction else None,
+        ),
         initial=(
             sm.InitialVelocity((0, 0, speed / 2), body="low"),
             sm.InitialVelocity((0, 0, -speed / 2), (1, 2, -1), body="high"),

@@ -132,6 +132,7 @@ def test_given_volumes_and_hinges_of_one_angle_have_exact_derivatives() -> None:
 def test_contact_and_friction_have_exact_derivatives() -> None:
     # the reference: friction turns its sign within a few distances of its differences
     assert_exact(scenes.skid, {}, ("stiffness", "friction", "speed"), within=1e-5)
+    assert_exact(scenes.meeting, {"friction": 0.3}, ("stiffness", "friction"), within=1e-5)
 
 
 @pytest.mark.slow
