@@ -270,9 +270,7 @@ class Modified:
         if stalled and update <= FLOOR * tolerance:
             self._floor = update
         roundoff = stalled or update <= ALIKE * self._floor
-        # of contractions that alternate the slower one tells whether round-off is all that is left
-        enough = rho < SLOW and update * rho / (1 - rho) <= ERROR * tolerance
-        if roundoff or (small and (enough or update * max(rho, mean) <= self._floor)):
+        if roundoff or (small and rho < SLOW and update * rho / (1 - rho) <= ERROR * tolerance):
             # as small as round-off lets it be, or small enough
             self._serve(roundoff)
             return True
