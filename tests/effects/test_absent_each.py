@@ -70,7 +70,7 @@ MORE = {
     "potential": (0, 1, 8, 2),
     "contact": (0, 1, 11, 2),
     # the pressure and the change of the volume; cones, what fills them, and the energy of the gas
-    "enclosed_volume": (2, 3, 10, 4),
+    "enclosed_volume": (2, 3, 11, 4),
 }
 # looked into in test_absent.py
 BEFORE = {
