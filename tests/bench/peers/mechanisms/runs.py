@@ -27,7 +27,7 @@ from shellmb.scene.values.validate import unit_vector
 from shellmb.simulate.simulation import Simulation
 from tests.bench.peers.codes import EXUDYN, OURS
 from tests.bench.peers.dynamics.history import TipHistory
-from tests.bench.peers.dynamics.motion import Runs, Study
+from tests.bench.peers.dynamics.motion import Motion, Runs, Study
 from tests.bench.peers.exudyn import quiet, require, settings_of, timed
 from tests.bench.peers.mechanisms.scenes import MECHANISMS, exact_of
 
@@ -59,8 +59,8 @@ class Run:
     def scene(self) -> Scene:
         """The mechanism, of so many elements."""
         base = MECHANISMS[self.name].scene()
-        beams = [replace(beam, elements=self.finer * beam.elements) for beam in base.beams]
-        return replace(base, beams=beams)
+        beams = (replace(beam, elements=self.finer * beam.elements) for beam in base.beams)
+        return replace(base, beams=tuple(beams))
 
     @property
     def mesh(self) -> tuple[int, int]:
@@ -189,7 +189,7 @@ FINE, FINE_THEIRS = 1e-3, 5e-5
 # multiples of their elements that runs have
 MESHES = (1, 2)
 # errors that times are compared at
-ASKED = (1e-3, 1e-4, 1e-5)
+ASKED: tuple[float, ...] = (1e-3, 1e-4, 1e-5)
 
 
 def _translated(exu: Any, system: Any, scene: Any) -> tuple[Any, int]:
@@ -347,7 +347,7 @@ def study_of(name: str, fast: bool = False) -> Study:
         for rho in (0.9, 1.0)
     ]
     best = min(ours, key=lambda run: (run.scheme == "ep", run.dt))
-    fine: tuple[Run, Run] = Exact(name, 0.0), ExactTheirs(name, 0.0)
+    fine: tuple[Motion, Motion] = Exact(name, 0.0), ExactTheirs(name, 0.0)
     if not rigid:
         fine = OurRun(name, FINE, finer=4), ExudynRun(name, FINE_THEIRS, 1.0, finer=4)
         # both converged answers agree to 1e-5
