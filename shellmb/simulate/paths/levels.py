@@ -126,15 +126,15 @@ def land(
         b, crossing = top, again
     low, high = 0.0, b.t - a.t
     last, length = (high, b.factor - level), crossing.share * high
-    near = reached(b.factor, level)
-    if near:
+    if reached(b.factor, level):
         return True
+    near = False
     for _ in range(TRIALS):
         missing = shorter(length).factor - level
-        # the last solution by the secant is as near as Newton's method gets: motions start there
-        if (near or not missing) and reached(level + missing, level):
+        # one more solution by the secant is as near as Newton's method gets: motions start there
+        before, near = near, reached(level + missing, level)
+        if near and (before or not missing):
             return True
-        near = reached(level + missing, level)
         if begin * missing > 0:
             low = length
         else:
