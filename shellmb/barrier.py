@@ -1,4 +1,4 @@
-"""Waiting for other ranks without work: what they wait for may need the cores."""
+"""Meetings of ranks: waits without work, as others may need the cores, and what one found."""
 
 from __future__ import annotations
 
@@ -25,3 +25,13 @@ def arrive(comm: MPI.Comm) -> None:
         here = comm.Ibarrier()
         while not here.Test():
             time.sleep(PAUSE)
+
+
+def first_found[T](comm: MPI.Comm, found: T | None) -> T | None:
+    """Finding of the first rank that has one, on all of them; collective.
+
+    Args:
+        comm: The ranks.
+        found: Of this rank; None: nothing.
+    """
+    return next((each for each in comm.allgather(found) if each is not None), None)

@@ -13,6 +13,7 @@ from mpi4py import MPI
 import numpy as np
 
 from shellmb.arrays import Floats
+from shellmb.barrier import first_found
 from shellmb.errors import RunError, SceneError
 from shellmb.scene import Scene
 from shellmb.scene.fingerprint import differences, fingerprint
@@ -53,7 +54,7 @@ def same_on_all(scene: Scene, comm: MPI.Comm) -> None:
         )
         more = f", and {len(found) - NAMED} more" if len(found) > NAMED else ""
         wrong = f"{said}{more}"
-    wrong = next((w for w in comm.allgather(wrong) if w is not None), None)
+    wrong = first_found(comm, wrong)
     if wrong is not None:
         raise SceneError(
             f"scene '{scene.name}' differs from rank to rank: {wrong}; all ranks must describe the "
@@ -72,7 +73,7 @@ def _same_functions(scene: Scene, comm: MPI.Comm) -> None:
     own = [(f.path, f.trial(end)) for f in given_functions(scene)]
     first = comm.bcast(own)
     wrong = next((a for a, b in zip(first, own, strict=True) if not _close(a[1], b[1])), None)
-    wrong = next((w for w in comm.allgather(wrong) if w is not None), None)
+    wrong = first_found(comm, wrong)
     if wrong is not None:
         raise SceneError(
             f"scene '{scene.name}': {wrong[0]} gives other values from rank to rank; it must give "

@@ -22,7 +22,7 @@ from dolfinx.fem.forms import form_cpp_class, get_integration_domains
 from ufl import Form
 from ufl.core.expr import Expr
 
-from shellmb.barrier import arrive
+from shellmb.barrier import arrive, first_found
 from shellmb.errors import RunError
 from shellmb.guarding.surroundings import cache_root, user_options
 from shellmb.native.assembler import is_native
@@ -147,7 +147,7 @@ def _refuse_others(forms: Sequence[Form | CachedDerivative], comm: MPI.Comm) -> 
     if other is not None or len(first) != len(marks):
         functions = () if other is None else other.coefficients()
         wrong = "".join(f", of {name}" for name in sorted({str(f.name) for f in functions}))
-    wrong = next((w for w in comm.allgather(wrong) if w is not None), None)
+    wrong = first_found(comm, wrong)
     if wrong is not None:
         raise RunError(
             f"forms{wrong} differ from rank to rank: all ranks must have the same laws and "

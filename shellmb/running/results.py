@@ -7,6 +7,7 @@ from typing import Any
 
 from mpi4py import MPI
 
+from shellmb.barrier import first_found
 from shellmb.errors import RunError, ShellmbError
 from shellmb.running.error_origin import in_words
 
@@ -35,7 +36,7 @@ def measured(
         raise
     except (Exception, SystemExit) as error:
         wrong = in_words(error)
-    wrong = next((w for w in comm.allgather(wrong) if w is not None), None)
+    wrong = first_found(comm, wrong)
     if wrong is not None:
         raise RunError(
             f"everything is computed and saved except the results: {wrong}; correct "

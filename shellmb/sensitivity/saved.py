@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from shellmb.barrier import first_found
 from shellmb.errors import SceneError
 from shellmb.guarding.reading import read_bytes
 from shellmb.guarding.writing import drafted
@@ -73,7 +74,7 @@ class SavedSide:
             wrong = f"{self._file} cannot be read ({error})"
         # observers of the first rank know the files
         table = comm.bcast(table)
-        wrong = next((w for w in comm.allgather(wrong) if w is not None), None)
+        wrong = first_found(comm, wrong)
         if wrong is None and table["simulation"]["step"] != run.step:
             wrong = (
                 f"{self._file} is of step {table['simulation']['step']}, and the run goes on from "

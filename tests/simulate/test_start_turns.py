@@ -39,8 +39,7 @@ def wheels(springs: str = "", joint: Any = sm.Revolute, **more: Any) -> sm.Scene
         ],
         scheme="ep4",
         dt=0.01,
-        t_end=TIME,
-        **more,
+        **{"t_end": TIME} | more,
     )
 
 
@@ -120,3 +119,18 @@ def test_a_driver_says_its_turns_itself(tmp_path: Path) -> None:
     assert abs(history["a.rotation"].iloc[0] - angle) < 1e-9
     # nothing has to be pushed: round-off of 2 N m s
     assert abs(history["motor.torque"]).max() < 1e-5
+
+
+@pytest.mark.parametrize("content", [None, "t,a.rotation\n0,x\n"], ids=["missing", "damaged"])
+def test_turns_that_nobody_knows_are_told(content: str | None, tmp_path: Path) -> None:
+    """Without the first run's history springs unwind by whole turns, and the run says so."""
+    first = spinning(tmp_path / "first")
+    history = Path(first) / "history.csv"
+    history.unlink()
+    if content is not None:
+        history.write_text(content)
+    with pytest.warns(
+        sm.ShellmbWarning, match=r"whole turns of joints, is missing .* within half a turn"
+    ):
+        begin = sm.run(wheels("ab", start=sm.FromRun(first), t_end=0.02)).history.iloc[0]
+    assert abs(begin["a.rotation"] - (ANGLE - 6 * math.pi)) < NEAR * ANGLE

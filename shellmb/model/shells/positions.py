@@ -2,6 +2,7 @@
 
 from dolfinx import fem
 
+from shellmb.barrier import first_found
 from shellmb.errors import SceneError
 from shellmb.meshes.shared import space_on
 from shellmb.meshes.spaces import MixedSpace
@@ -31,7 +32,7 @@ def interpolated(function: OfPosition, mixed: MixedSpace, size: int, who: str) -
     except SceneError as error:
         failed = error
     # what one rank finds at its nodes all of them tell
-    told = next((e for e in space.mesh.comm.allgather(failed) if e is not None), None)
-    if told is not None:
-        raise told
+    failed = first_found(space.mesh.comm, failed)
+    if failed is not None:
+        raise failed
     return field

@@ -22,6 +22,7 @@ from dolfinx import fem, mesh
 from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats
+from shellmb.barrier import first_found
 from shellmb.errors import SceneError
 from shellmb.meshes.shared import space_on
 from shellmb.scene import LinearSection, Shell
@@ -126,9 +127,9 @@ class SectionFields:
             except SceneError as error:
                 failed = error
             # what one rank finds all of them tell
-            told = [e for e in self._domain.comm.allgather(failed) if e is not None]
-            if told:
-                raise told[0]
+            failed = first_found(self._domain.comm, failed)
+            if failed is not None:
+                raise failed
             assert found is not None
             self._layups[rule] = found
         return self._layups[rule]

@@ -9,6 +9,7 @@ from mpi4py import MPI
 
 from pydantic import BaseModel, ConfigDict, Field, StringConstraints, ValidationError
 
+from shellmb.barrier import first_found
 from shellmb.errors import SceneError
 from shellmb.guarding.reading import read_bytes
 from shellmb.guarding.seal import checksum, is_sealed
@@ -125,7 +126,7 @@ def read_saved(directory: Path, comm: MPI.Comm, spread: bool = False) -> Saved:
                 ranks = _read_ranks(directory / STATE, found)
         except Damaged as error:
             wrong = _sentence(error)
-        wrong = next((w for w in comm.allgather(wrong) if w is not None), None)
+        wrong = first_found(comm, wrong)
     if wrong is not None:
         raise SceneError(wrong)
     return Saved(arrays, found["simulation"], found["observers"], found["scene"], ranks)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
+import warnings
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -12,7 +13,8 @@ from typing import Any
 import numpy as np
 
 from shellmb.arrays import Floats, Int32s, Ints
-from shellmb.errors import SceneError
+from shellmb.barrier import first_found
+from shellmb.errors import SceneError, ShellmbWarning
 from shellmb.modal.tangent import tangent
 from shellmb.model.body import Body
 from shellmb.model.joints.columns import COLUMN
@@ -27,7 +29,7 @@ from shellmb.schemes.registry import SCHEMES
 from shellmb.simulate.eigenmodes import lowest
 from shellmb.simulate.problem import Problem
 from shellmb.simulate.start.frames import StoredFrame
-from shellmb.simulate.start.stored import Stored, counted, read_stored
+from shellmb.simulate.start.stored import HISTORY, Stored, counted, read_stored
 
 # parts of a state that are resultants and assumed strains
 STRESSES = ("N", "S")
@@ -75,7 +77,15 @@ def _(start: FromRun, problem: Problem, scene: Scene) -> bool:
     stored = read_stored(Path(start.run), model.comm, start.at is None)
     _check_schemes(stored, problem, who)
     _check_bodies(scene, stored, who)
-    problem.counted = counted(Path(start.run), model.comm, start.at)
+    known = counted(Path(start.run), model.comm, start.at)
+    if known is None and scene.joints:
+        warnings.warn(
+            f"{who}: its {HISTORY}, which counts whole turns of joints, is missing or cannot be "
+            "read; rotations that its state does not have begin within half a turn",
+            ShellmbWarning,
+            stacklevel=2,
+        )
+    problem.counted = known or {}
     if start.at is not None:
         return _take_frame(start, problem, scene, stored, who)
     anew = False
@@ -130,9 +140,9 @@ def _alike(model: Model) -> Iterator[None]:
         yield
     except SceneError as error:
         wrong = str(error)
-    said_first = next((w for w in model.comm.allgather(wrong) if w is not None), None)
-    if said_first is not None:
-        raise SceneError(said_first)
+    wrong = first_found(model.comm, wrong)
+    if wrong is not None:
+        raise SceneError(wrong)
 
 
 def _check_exact(body: Shell | Beam, who: str, right: str) -> None:

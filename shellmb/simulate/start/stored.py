@@ -6,6 +6,7 @@ import csv
 import io
 import zipfile
 from collections import deque
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,7 @@ from mpi4py import MPI
 import numpy as np
 
 from shellmb.arrays import Floats
+from shellmb.barrier import first_found
 from shellmb.errors import SceneError
 from shellmb.guarding.reading import check_archive, read_bytes, read_json
 from shellmb.guarding.seal import checksum, is_sealed
@@ -60,14 +62,14 @@ def read_stored(directory: Path, comm: MPI.Comm, whole: bool = True) -> Stored:
         found = _read(directory, comm, whole)
     except SceneError as error:
         wrong = str(error)
-    wrong = next((w for w in comm.allgather(wrong) if w is not None), None)
+    wrong = first_found(comm, wrong)
     if wrong is not None:
         raise SceneError(wrong)
     assert found is not None
     return found
 
 
-def counted(directory: Path, comm: MPI.Comm, at: float | None) -> dict[str, float]:
+def counted(directory: Path, comm: MPI.Comm, at: float | None) -> dict[str, float] | None:
     """Coordinates of joints as a run has counted them, by column of its history; collective.
 
     Args:
@@ -76,21 +78,19 @@ def counted(directory: Path, comm: MPI.Comm, at: float | None) -> dict[str, floa
         at: Time of the row [s]; None: the last one.
 
     Returns:
-        Nothing if there is no such history.
+        None if there is no such history.
     """
-    found: dict[str, float] = {}
+    found: dict[str, float] | None = None
     if comm.rank == 0:
-        try:
-            with (directory / HISTORY).open(newline="") as file:
-                rows = csv.DictReader(file)
-                row = (
-                    deque(rows, 1)[0]
-                    if at is None
-                    else min(rows, key=lambda row: abs(float(row["t"]) - at))
-                )
+        wrong = OSError, ValueError, TypeError, KeyError, IndexError, AttributeError, csv.Error
+        with suppress(*wrong), (directory / HISTORY).open(newline="") as file:
+            rows = csv.DictReader(file)
+            row = (
+                deque(rows, 1)[0]
+                if at is None
+                else min(rows, key=lambda row: abs(float(row["t"]) - at))
+            )
             found = {key: float(row[key]) for key in row if key.endswith(COUNTED)}
-        except (OSError, ValueError, TypeError, KeyError, IndexError, AttributeError, csv.Error):
-            found = {}
     return comm.bcast(found)
 
 
