@@ -74,7 +74,8 @@ FAULTS: tuple[Fault, ...] = (
         "forms/constraints/coordinates.py",
         "return x - before - increment(start, cosine_sine(a, b))",
         "return increment(cosine_sine(a, b), ufl.as_vector([ufl.cos(x), ufl.sin(x)]))",
-        (f"{TURNS}::test_free_wheel[ep-0.0--1.4]",),
+        # a good first guess hides it where the coordinate goes on
+        ("tests/simulate/test_start_turns.py::test_one_more_spring_leaves_the_other_wound",),
     ),
     Fault(
         "a joint may turn by half a turn in a step",
