@@ -7,7 +7,7 @@ import shutil
 import tempfile
 import weakref
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from mpi4py import MPI
@@ -15,6 +15,15 @@ if TYPE_CHECKING:
 
 # a file for each rank that has not let go of a temporary directory, beside it
 HELD = "held-{rank}"
+
+
+def path_of(given: Any) -> Path:
+    """A directory that is given by its path, or by what stands for it, as a run does.
+
+    Args:
+        given: A path, or something with a `directory`.
+    """
+    return Path(getattr(given, "directory", given))
 
 
 def place(out: Path | str | None, comm: MPI.Comm) -> tuple[Path, bool]:
@@ -25,7 +34,7 @@ def place(out: Path | str | None, comm: MPI.Comm) -> tuple[Path, bool]:
         comm: Communicator.
     """
     if out is not None:
-        return Path(out), False
+        return path_of(out), False
     made = None
     if comm.rank == 0:
         made = Path(tempfile.mkdtemp(prefix="shellmb-"))

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from shellmb.api.folders import gone_with, place
+from shellmb.api.folders import gone_with, path_of, place
 from shellmb.api.modeshapes import ModeShapes, is_modes
 from shellmb.api.record import Run
 from shellmb.api.requested import requested
@@ -115,6 +115,7 @@ def _nothing(text: str) -> None:
     pass
 
 
+@takes()
 def resume(
     out: Path | str,
     scene: Scene | str | None = None,
@@ -144,13 +145,18 @@ def resume(
     from shellmb.running.resuming.resume import resume as go_on
 
     world = MPI.COMM_WORLD if comm is None else comm
-    named = isinstance(scene, str)
-    if (Path(out) / ACCURACY).is_file():
+    out, named = path_of(out), isinstance(scene, str)
+    if not (scene is None or named or isinstance(scene, Scene)):
+        raise SceneError(
+            f"resume: scene is a {type(scene).__name__}; it must be the Scene of the run, or the "
+            "path of its Python file"
+        )
+    if (out / ACCURACY).is_file():
         from shellmb.accuracy.request.resume import resume_request
 
         given = scene if isinstance(scene, Scene) else None
         file = scene if isinstance(scene, str) else None
-        return Run(Path(out), resume_request(Path(out), given, file, trust, world).run)
+        return Run(out, resume_request(out, given, file, trust, world).run)
     computed = go_on(
         out,
         observers,
@@ -165,9 +171,10 @@ def resume(
         from shellmb.accuracy.errors import add_errors
 
         add_errors(computed)
-    return Run(Path(out), computed)
+    return Run(out, computed)
 
 
+@takes()
 def load(directory: Path | str) -> Run | ModeShapes | RotatingModes | Sensitivities:
     """Read a run, modes or sensitivities from a directory, without executing anything in it.
 
@@ -177,7 +184,7 @@ def load(directory: Path | str) -> Run | ModeShapes | RotatingModes | Sensitivit
     Raises:
         SceneError: If it holds none of them, or is damaged.
     """
-    folder = Path(directory)
+    folder = path_of(directory)
     if (folder / SENSITIVITIES).is_file():
         from shellmb.sensitivity.record import Sensitivities
 

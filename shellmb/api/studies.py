@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from shellmb.api.folders import path_of
 from shellmb.api.requested import as_text
 from shellmb.errors import SceneError
 from shellmb.options.described import options_of, takes
@@ -131,6 +132,6 @@ def study(
     text = as_text(parameters or {}) if isinstance(scene, str) else {}
     quantities = [quantity] if isinstance(quantity, str) else quantity
     sweep = sweep_of(source, text, quantities, repeat=repeat, **options)
-    folder = None if out is None else Path(out)
+    folder = None if out is None else path_of(out)
     measured = measure(sweep, folder, tell or (lambda text: None))
     return Study(tuple(evaluate(measured, clock)))

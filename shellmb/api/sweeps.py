@@ -14,8 +14,12 @@ from concurrent.futures import BrokenExecutor, Executor, ProcessPoolExecutor, as
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from shellmb.api.folders import path_of
 from shellmb.errors import RunError, SceneError, ShellmbError
 from shellmb.guarding.writing import write_text
+from shellmb.options.described import takes
+from shellmb.running.error_origin import in_words
+from shellmb.running.loader import check_names, check_values, scene_of
 from shellmb.scene import Scene
 
 if TYPE_CHECKING:
@@ -30,9 +34,10 @@ type SceneFunction = Callable[..., Scene] | str
 type Measure = Callable[..., Mapping[str, float]]
 
 
+@takes()
 def sweep(
     scene: SceneFunction,
-    parameters: Mapping[str, Sequence[Any]] | Iterable[Mapping[str, Any]],
+    parameters: Iterable[Mapping[str, Any]] | Mapping[str, Sequence[Any]],
     executor: Executor | None = None,
     *,
     out: Path | str | None = None,
@@ -69,7 +74,9 @@ def sweep(
     import pandas as pd
 
     cases = _cases(scene, parameters)
-    folder = None if out is None else Path(out)
+    if not (measure is None or callable(measure)):
+        raise SceneError(f"sweep: measure is {measure!r:.60}; it must be a function of a run")
+    folder = None if out is None else path_of(out)
     chosen = dict(options or {})
     if folder is not None:
         _claim(folder, _about(scene, measure, chosen))
@@ -130,10 +137,13 @@ def run_case(
     try:
         if place is not None and place.exists():
             _clear(place)
-        made = scene if isinstance(scene, str) else scene(**case)
-        named = case if isinstance(scene, str) else None
+        made, named = (
+            (scene, case)
+            if isinstance(scene, str)
+            else (scene_of(scene, case, "sweep", "the scene function"), None)
+        )
         found = run(made, place, parameters=named, pictures=False, **options)
-        row |= dict(measure(found)) if measure is not None else found.results
+        row |= _measured(measure, found) if measure is not None else found.results
         row |= {name: found.summary[name] for name in COUNTED}
         row["warnings"] = len(found.warnings)
     except ShellmbError as error:
@@ -155,7 +165,13 @@ def _cases(scene: SceneFunction, parameters: Any) -> list[dict[str, Any]]:
         combined = itertools.product(*parameters.values()) if parameters else ()
         cases = [dict(zip(parameters, v, strict=True)) for v in combined]
     else:
-        cases = [dict(case) for case in parameters]
+        try:
+            cases = [dict(case) for case in parameters]
+        except (TypeError, ValueError):
+            raise SceneError(
+                f"sweep: parameters is {parameters!r:.60}; it must be values by parameter, as in "
+                "{'force': [1, 2]}, or a list of cases, as in [{'force': 1}]"
+            ) from None
     if not cases:
         raise SceneError(
             "sweep: parameters has no case; it must be values by parameter, as in "
@@ -164,15 +180,32 @@ def _cases(scene: SceneFunction, parameters: Any) -> list[dict[str, Any]]:
     if isinstance(scene, str):
         from shellmb.running.loader import load
 
-        known = load(scene).parameters
+        make: Callable[..., Scene] = load(scene).module.scene
+    elif isinstance(scene, Scene) or not callable(scene):
+        raise SceneError(
+            f"sweep: scene is a {type(scene).__name__}; it must be a function that makes a Scene "
+            "from the parameters, the name of a bundled scene, or the path of a Python file"
+        )
     else:
-        known = dict(inspect.signature(scene).parameters)
-    open_ended = any(p.kind is p.VAR_KEYWORD for p in known.values())
-    for name in dict.fromkeys(itertools.chain(*cases)):
-        if name not in known and not open_ended:
-            listed = ", ".join(f"'{k}'" for k in known) or "none"
-            raise SceneError(f"sweep: the scene has no parameter '{name}'; it has {listed}")
+        make = scene
+    check_names(make, dict.fromkeys(itertools.chain(*cases)), "sweep: the scene")
+    for case in cases:
+        check_values(make, case, "sweep: the scene", "parameters={{'{name}': [...]}}")
     return cases
+
+
+def _measured(measure: Measure, found: Any) -> dict[str, Any]:
+    """Numbers that a user's function finds in a run.
+
+    Raises:
+        RunError: If it raises, or returns something else.
+    """
+    try:
+        return dict(measure(found))
+    except ShellmbError:
+        raise
+    except (Exception, SystemExit) as error:
+        raise RunError(f"sweep: measure fails: {in_words(error)}") from error
 
 
 def _name(case: Mapping[str, Any]) -> str:

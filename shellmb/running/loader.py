@@ -17,7 +17,7 @@ import re
 import sys
 import types
 import typing
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -93,7 +93,7 @@ class SceneModule:
     @property
     def parameters(self) -> dict[str, inspect.Parameter]:
         """Parameters of the scene."""
-        return dict(inspect.signature(self.module.scene).parameters)
+        return parameters_by_name(self.module.scene, f"scene '{self.name}'")
 
     def build(self, values: Mapping[str, str] | None = None) -> Scene:
         """Make the scene.
@@ -105,29 +105,9 @@ class SceneModule:
             SceneError: If a parameter is unknown, a value does not fit, or the scene is impossible.
         """
         converted = {name: self.value(name, text) for name, text in (values or {}).items()}
-        needed = [
-            name
-            for name, p in self.parameters.items()
-            if p.default is p.empty and p.kind not in (p.VAR_POSITIONAL, p.VAR_KEYWORD)
-        ]
-        for name in needed:
-            if name not in converted:
-                raise SceneError(
-                    f"scene '{self.name}': its parameter '{name}' has no default; give it one, or "
-                    f"a value by --set {name}=VALUE"
-                )
-        try:
-            scene = self.module.scene(**converted)
-        except ShellmbError:
-            raise
-        except (Exception, SystemExit) as error:
-            raise SceneError(f"scene '{self.name}': scene() fails: {in_words(error)}") from error
-        if not isinstance(scene, Scene):
-            raise SceneError(
-                f"scene '{self.name}': its function scene() returns {type(scene).__name__}; "
-                "it must return a Scene"
-            )
-        return scene
+        who = f"scene '{self.name}'"
+        check_values(self.module.scene, converted, who, "--set {name}=VALUE")
+        return scene_of(self.module.scene, converted, who, "scene()")
 
     def value(self, name: str, text: str) -> Any:
         """The value that a text means for a parameter.
@@ -258,6 +238,93 @@ def given(scene: Scene | Callable[..., Scene], parameters: Mapping[str, Any]) ->
     found = SceneModule(name, module)
     module.__dict__["results"] = found.build().results
     return found
+
+
+def parameters_by_name(make: Callable[..., Any], who: str) -> dict[str, inspect.Parameter]:
+    """Parameters of a function that can be given by name.
+
+    Args:
+        make: The function.
+        who: Start of an error.
+
+    Raises:
+        SceneError: If it is no function, or one whose parameters Python does not tell.
+    """
+    try:
+        known = inspect.signature(make).parameters
+    except (TypeError, ValueError):
+        raise SceneError(
+            f"{who}: scene is {make!r:.60}; it must be a function that makes a Scene from its "
+            "parameters, with `def`"
+        ) from None
+    unnamed = (inspect.Parameter.POSITIONAL_ONLY, inspect.Parameter.VAR_POSITIONAL)
+    return {name: p for name, p in known.items() if p.kind not in unnamed}
+
+
+def check_names(make: Callable[..., Any], names: Iterable[str], who: str) -> None:
+    """Check that a function has parameters of some names.
+
+    Args:
+        make: The function.
+        names: The names.
+        who: Start of an error.
+
+    Raises:
+        SceneError: If it lacks one.
+    """
+    known = parameters_by_name(make, who)
+    if any(p.kind is p.VAR_KEYWORD for p in known.values()):
+        return
+    for name in names:
+        if name not in known:
+            listed = ", ".join(f"'{k}'" for k in known) or "none"
+            raise SceneError(f"{who} has no parameter '{name}'; it has {listed}")
+
+
+def check_values(
+    make: Callable[..., Any], values: Iterable[str], who: str, how: str = "values={{'{name}': ...}}"
+) -> None:
+    """Check that all parameters of a function have values.
+
+    Args:
+        make: The function.
+        values: Names of the parameters to which values are given.
+        who: Start of an error.
+        how: How to give one, with its `{name}`.
+
+    Raises:
+        SceneError: If one has neither a default nor a value.
+    """
+    given = set(values)
+    for name, p in parameters_by_name(make, who).items():
+        if p.default is p.empty and p.kind is not p.VAR_KEYWORD and name not in given:
+            raise SceneError(
+                f"{who}: its parameter '{name}' has no default; give it one, or a value by "
+                + how.format(name=name)
+            )
+
+
+def scene_of(make: Callable[..., Any], values: Mapping[str, Any], who: str, called: str) -> Scene:
+    """The scene that a function makes.
+
+    Args:
+        make: The function.
+        values: Values of its parameters.
+        who: Start of an error.
+        called: What the error calls the function.
+
+    Raises:
+        SceneError: If the scene is impossible, or the function raises, or returns something else.
+    """
+    try:
+        made = make(**values)
+    except ShellmbError:
+        raise
+    except (Exception, SystemExit) as error:
+        raise SceneError(f"{who}: {called} fails: {in_words(error)}") from error
+    if not isinstance(made, Scene):
+        raise SceneError(f"{who}: {called} returns {type(made).__name__}; it must return a Scene")
+    return made
 
 
 def _module_of_file(path: Path) -> types.ModuleType:

@@ -83,9 +83,10 @@ def frequency_sensitivities(
             )
         slopes = (sides[0] - sides[1]) / p.width
         table[p.name] = np.where(near, np.nan, slopes)[:known]
-        if independent(above, below):
+        if not slopes.any():
+            what = "nothing depends" if independent(above, below) else "no frequency depends"
             warnings.warn(
-                f"nothing depends on '{p.name}' near {p.value:g}: its derivatives are zero",
+                f"{what} on '{p.name}' near {p.value:g}: its derivatives are zero",
                 ShellmbWarning,
                 stacklevel=2,
             )

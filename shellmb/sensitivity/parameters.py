@@ -6,18 +6,21 @@ import inspect
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from numbers import Real
 from typing import Any
 
 from shellmb.errors import SceneError
 from shellmb.options.described import read
 from shellmb.options.run import Options
-from shellmb.running.loader import load
+from shellmb.running.loader import check_names, check_values, load, parameters_by_name, scene_of
 from shellmb.scene import FromMode, Modal, Scene
 from shellmb.scene.fingerprint import fingerprint
 
 # relative distance of the scenes at both sides: the error of central differences, its square, and
 # the round-off of forces over it are both below 1e-7 of the derivative
 STEP = 1e-5
+# least size over the value: differences of 1e-10 of a value leave six digits of what depends on it
+LEAST = 1e-5
 # with bodies in modes and starts from modes: eigenvectors are known to ten digits
 REDUCED = 1e-4
 
@@ -77,13 +80,9 @@ class Differentiated:
         Raises:
             SceneError: If it is impossible.
         """
-        made = self.make(**{**self.given, **changed})
-        if not isinstance(made, Scene):
-            raise SceneError(
-                f"sensitivities: the scene function returns {type(made).__name__}; it must "
-                "return a Scene"
-            )
-        return self.options.apply(made)
+        given, who = {**self.given, **changed}, f"sensitivities: scene '{self.name}'"
+        check_values(self.make, given, who)
+        return self.options.apply(scene_of(self.make, given, who, "its function"))
 
     def at(self, **values: float) -> Differentiated:
         """The function at other values of its parameters."""
@@ -126,15 +125,7 @@ def differentiated(
 
 def _check_known(made: Differentiated, names: Mapping[str, Any] | Sequence[str]) -> None:
     """Refuse parameters that the function does not have."""
-    known = inspect.signature(made.make).parameters
-    if any(p.kind is p.VAR_KEYWORD for p in known.values()):
-        return
-    for name in names:
-        if name not in known:
-            listed = ", ".join(f"'{k}'" for k in known) or "none"
-            raise SceneError(
-                f"sensitivities: scene '{made.name}' has no parameter '{name}'; it has {listed}"
-            )
+    check_names(made.make, names, f"sensitivities: scene '{made.name}'")
 
 
 def parameters_of(
@@ -156,15 +147,18 @@ def parameters_of(
         raise SceneError("sensitivities: no parameter is named; name at least one")
     _check_known(made, names)
     sizes = _sizes(names, scales or {})
-    signature, found = inspect.signature(made.make).parameters, list[Parameter]()
+    signature, found = parameters_by_name(made.make, "sensitivities"), list[Parameter]()
     for name in names:
         if any(p.name == name for p in found):
             raise SceneError(f"sensitivities: parameter '{name}' is named twice; name it once")
         default = signature[name].default if name in signature else inspect.Parameter.empty
         value = made.given.get(name, default)
         if value is inspect.Parameter.empty:
-            raise SceneError(f"sensitivities: parameter '{name}' has no value; give it one")
-        if isinstance(value, bool) or not isinstance(value, int | float):
+            raise SceneError(
+                f"sensitivities: parameter '{name}' has no value; give it a default, or a value "
+                f"by values={{'{name}': ...}}"
+            )
+        if isinstance(value, bool) or not isinstance(value, Real):
             raise SceneError(
                 f"sensitivities: parameter '{name}' is {value!r:.40}; it must be a number"
             )
@@ -173,6 +167,13 @@ def parameters_of(
             raise SceneError(
                 f"sensitivities: parameter '{name}' is {value:g}, which gives no size of "
                 f"differences; give its size, as in scales={{'{name}': 1.0}}"
+            )
+        least = LEAST * abs(float(value))
+        if scale < least:
+            raise SceneError(
+                f"sensitivities: scales gives '{name}' the size {scale:g}, and its value is "
+                f"{value:g}; differences would be round-off of it: give a size of at least "
+                f"{least:.3g}"
             )
         found.append(Parameter(name, float(value), STEP * scale))
     return tuple(found)
@@ -198,7 +199,7 @@ def _sizes(names: Sequence[str], scales: Mapping[str, Any]) -> dict[str, float]:
                 f"sensitivities: scales has '{name}', which is no parameter here; parameters are "
                 + ", ".join(f"'{n}'" for n in names)
             )
-        if isinstance(size, bool) or not isinstance(size, int | float):
+        if isinstance(size, bool) or not isinstance(size, Real):
             raise SceneError(
                 f"sensitivities: scales gives '{name}' the size {size!r:.40}; it must be a number"
             )

@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 
 # names in a directory of sensitivities
 ABOUT, RUN, SIDES = "sensitivities.json", "run", ("above", "below")
+# change of a number between both sides, over the number, below which it is round-off of the steps
+ROUND_OFF = 1e-13
 # columns of a history that say how a step was made
 OF_STEPS = ("step", "t", "dt", "iterations", "rejected", "jump", "wall_s")
 
@@ -170,6 +172,19 @@ class Sensitivities:
         """Derivatives of fields by the names of parameters, and then of bodies."""
         return {p.name: FieldDerivatives(self._sides(p), p) for p in self.parameters}
 
+    def is_round_off(self, parameter: Parameter) -> bool:
+        """Decide whether derivatives of all results and probes by a parameter are round-off.
+
+        Args:
+            parameter: The parameter.
+        """
+        run, table = self.run, self.history[parameter.name]
+        both = [(run.results[name], slope) for name, slope in self.results[parameter.name].items()]
+        both += [(run.history[p.name], table[p.name]) for p in run.described.probes]
+        return bool(both) and all(
+            _largest(slope) * parameter.step <= ROUND_OFF * _largest(value) for value, slope in both
+        )
+
     def write(self) -> None:
         """Write the derivatives as CSV files beside the run."""
         for p in self.parameters:
@@ -206,6 +221,11 @@ class FieldDerivatives(Mapping[str, "xr.Dataset"]):
         numbers = [key for key, data in above.data_vars.items() if data.dtype.kind == "f"]
         made = (above[numbers] - below[numbers]) / self._parameter.width
         return made.assign_attrs(by=self._parameter.name)
+
+
+def _largest(values: Any) -> float:
+    """Largest size of numbers that are known."""
+    return float(np.abs(np.nan_to_num(np.asarray(values, dtype=float))).max())
 
 
 def _difference(above: float, below: Any, width: float) -> float:

@@ -92,6 +92,10 @@ def sensitivities(
         for p, (above, below) in scenes.items()
         if independent(above, below)
     ]
+    if base.errors:
+        said.append(
+            "errors=True has no effect beside derivatives; run the scene by itself for errors"
+        )
     from mpi4py import MPI
 
     world = MPI.COMM_WORLD if comm is None else comm
@@ -207,4 +211,14 @@ def _execute(
             "iterations": tangents.iterations,
         }
         write_text(directory / ABOUT, json.dumps(about, indent=1) + "\n")
-        Sensitivities(directory).write()
+        found = Sensitivities(directory)
+        found.write()
+        zero = [
+            f"no result and no probe depends on '{p.name}' near {p.value:g}: derivatives by it are "
+            "round-off"
+            for p, both_scenes in scenes.items()
+            if not independent(*both_scenes) and found.is_round_off(p)
+        ]
+        if zero:
+            about["warnings"] = [*said, *zero]
+            write_text(directory / ABOUT, json.dumps(about, indent=1) + "\n")

@@ -19,3 +19,12 @@ def strip(force: float = 1.0, thickness: float = THICKNESS) -> Scene:
 
 def tip(run) -> dict[str, float]:
     return {"tip": float(run.history["tip"].iloc[-1])}
+
+
+def sometimes(force: float = 1.0) -> Scene:
+    return strip(force, THICKNESS * (force / force))
+
+
+def over_tip(run) -> dict[str, float]:
+    found = tip(run)["tip"]
+    return {"tip": 1 / (1 / found)}

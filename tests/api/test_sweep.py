@@ -75,7 +75,25 @@ def test_a_case_that_fails_is_a_row(cases) -> None:
     assert table["failed"][1] == "" and table["tip"][1] > 0
 
 
+def test_functions_that_raise_are_rows(cases) -> None:
+    """The kind: what is the user's own fails in one case, and the others go on."""
+    values = {"force": [0.0, 1.0]}
+    with Counted() as executor:
+        made = sm.sweep(cases.sometimes, values, executor, measure=cases.tip)
+        measured = sm.sweep(cases.strip, values, executor, measure=cases.over_tip)
+    assert "the scene function fails: scene_cases.py, line" in made["failed"][0]
+    assert "measure fails: scene_cases.py, line" in measured["failed"][0]
+    for table in (made, measured):
+        assert "ZeroDivisionError" in table["failed"][0]
+        assert table["failed"][1] == "" and table["tip"][1] > 0
+
+
 def test_bad_sweeps(cases) -> None:
+    for wrong in (3, [3], None):
+        with pytest.raises(sm.SceneError, match="it must be values by parameter, as in"):
+            sm.sweep(cases.strip, wrong)
+    with pytest.raises(sm.SceneError, match="measure is 3; it must be a function of a run"):
+        sm.sweep(cases.strip, {"force": [1.0]}, measure=3)
     with pytest.raises(sm.SceneError, match="parameters has no case"):
         sm.sweep(cases.strip, {})
     with pytest.raises(sm.SceneError, match="no parameter 'forces'; it has 'force', 'thickness'"):

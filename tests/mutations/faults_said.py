@@ -134,7 +134,7 @@ FAULTS: tuple[Fault, ...] = (
         f"{WATCHES}/small_displacements.py",
         "share = (spin / lowest) ** 2",
         "share = spin / lowest",
-        (f"{NUMBERS}::test_spins_of_a_linear_body[0.3]",),
+        (f"{NUMBERS}::test_spins_of_a_linear_body[0.09]",),
     ),
     # units
     Fault(

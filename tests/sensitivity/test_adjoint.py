@@ -345,6 +345,18 @@ def test_an_objective_is_a_number() -> None:
         sm.adjoint(plate, lambda history: float("nan"), [("strip", "thickness")])
 
 
+@pytest.mark.parametrize(
+    ("objective", "says"),
+    [
+        (lambda history: history["tip"][99], "the objective fails: test_adjoint.py, line .*IndexE"),
+        (lambda history: None, "the objective is None; it must be a finite number"),
+    ],
+)
+def test_an_objective_that_fails_is_said(objective, says: str) -> None:
+    with pytest.raises(sm.SceneError, match=says):
+        sm.adjoint(plate, objective, [("strip", "thickness")])
+
+
 def test_an_objective_that_cannot_be_is_rejected_before_the_run(monkeypatch) -> None:
     monkeypatch.setattr("shellmb.sensitivity.adjoint.backwards.execute", None)
     field = [("strip", "thickness")]

@@ -99,6 +99,9 @@ GOOD = pd.DataFrame({"t": [0.0, 2e-3, 4e-3], "tip": [0.0, 0.1, 0.2]})
         (GOOD, ("E",), {"noise": 0.0}, "noise of 'tip' is 0.0; it must be positive"),
         (GOOD, ("E",), {"bounds": {"E": (1, 2)}}, r"'E' begins at 2.1e\+11; it must be between"),
         (GOOD, ("E",), {"bounds": {"first": (1, 2)}}, "bounds of 'first', which is not fitted"),
+        (GOOD, ("E",), {"bounds": {"E": 3}}, "bounds of 'E' are 3; they must be two numbers"),
+        (GOOD, ("E",), {"bounds": {"E": ("a", 1)}}, "bounds of 'E' are .* must be two numbers"),
+        (GOOD.assign(tip=[0, np.inf, 0]), ("E",), {}, "'tip' of data has an infinite value"),
         (GOOD, ("width",), {}, "has no parameter 'width'"),
     ],
 )
@@ -118,6 +121,10 @@ def test_a_column_that_there_is_not() -> None:
         ({"E": 1.0}, "covariance is of 'E'; it must be of the parameters 'a', 'b'"),
         (np.eye(3), r"covariance has the shape \(3, 3\)"),
         ([[1.0, 2.0], [2.0, 1.0]], "not symmetric and positive"),
+        ({"a": -1.0, "b": 1.0}, "must be finite numbers.* which are not negative"),
+        ({"a": "wide", "b": 1.0}, "must be finite numbers"),
+        ("a", "covariance is 'a'; it must be finite numbers"),
+        (np.diag([np.inf, 1.0]), "must be finite numbers"),
     ],
 )
 def test_bad_covariance(covariance, said: str) -> None:  # type: ignore[no-untyped-def]

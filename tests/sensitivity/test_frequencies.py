@@ -21,6 +21,18 @@ def test_frequencies_of_a_strip() -> None:
     np.testing.assert_allclose(found["thickness"] * 2e-3 / f, 1.0, rtol=1e-3)
 
 
+def test_loads_have_no_frequencies() -> None:
+    """Unloaded modes: the scene changes with its load, no frequency does."""
+
+    def pushed(push: float = 1.0) -> sm.Scene:
+        made = strip()
+        return sm.Scene(**{**vars(made), "loads": sm.EdgeForce("right", (0, 0, push))})
+
+    with pytest.warns(sm.ShellmbWarning, match="no frequency depends on 'push' near 1"):
+        found = sm.frequency_sensitivities(pushed, ("push",), count=1)
+    assert (found["push"] == 0).all()
+
+
 def test_equal_frequencies_have_no_derivative() -> None:
     def bar(size: float = 0.02) -> sm.Scene:
         section = sm.RectangularSection(width=size, height=size, E=210e9, nu=0.3, density=7800.0)

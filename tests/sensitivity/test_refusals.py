@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import shellmb as sm
+from shellmb.sensitivity.parameters import differentiated, parameters_of
 from shellmb.sensitivity.shadow import Shadow
 from tests.sensitivity import scenes
 
@@ -34,6 +35,7 @@ def ignored(thickness: float = 4e-3, colour: float = 1.0) -> sm.Scene:
         (("scheme",), {}, "parameter 'scheme' is 'ep'; it must be a number"),
         (("force",), {"force": 0.0}, r"give its size, as in scales=\{'force': 1.0\}"),
         (("dt",), {}, "parameter 'dt' changes dt from"),
+        (("E",), {"E": np.array([2e11])}, r"parameter 'E' is array\(\[2.e\+11\]\); it must be a"),
     ],
 )
 def test_bad_parameters(names: tuple, values: dict, said: str) -> None:
@@ -46,6 +48,8 @@ def test_bad_parameters(names: tuple, values: dict, said: str) -> None:
     [
         ({"nose": 1.0}, "scales has 'nose', which is no parameter here; parameters are 'E'"),
         ({"E": "big"}, "scales gives 'E' the size 'big'; it must be a number"),
+        # differences that vanish in the value would say that nothing depends on it
+        ({"E": 1e-9}, r"gives 'E' the size 1e-09.* give a size of at least 2.1e\+06"),
     ],
 )
 def test_bad_sizes(scales: dict, said: str) -> None:
@@ -102,6 +106,23 @@ def test_nothing_depends_on_it() -> None:
     found = sm.sensitivities(ignored, ("colour",), columns="probes")
     assert found.warnings == ("nothing depends on 'colour' near 1: its derivatives are zero",)
     assert (found.history["colour"].dropna() == 0).all(axis=None)
+
+
+@pytest.mark.parametrize("number", [np.float32(400), np.int64(400), 400])
+def test_numbers_of_numpy_are_numbers(number: float) -> None:
+    made = differentiated(scenes.plate, {"force": number})
+    (found,) = parameters_of(made, ("force",), {"force": number})
+    assert found == parameters_of(made.at(force=400.0), ("force",))[0]
+
+
+def test_derivatives_that_are_round_off_are_said() -> None:
+    """Statics has no mass, and directors are turned by sums with round-off: not exactly zero."""
+    found = sm.sensitivities(
+        scenes.plate, ("density", "E"), values={"scheme": "static"}, errors=True, fields=False
+    )
+    errors, density = found.warnings
+    assert errors.startswith("errors=True has no effect beside derivatives")
+    assert density.startswith("no result and no probe depends on 'density' near 7800")
 
 
 def test_more_parameters_than_mpi_has_communicators_for(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from shellmb.arrays import Floats
-from shellmb.errors import SceneError
+from shellmb.errors import SceneError, ShellmbError
+from shellmb.running.error_origin import in_words
 from shellmb.scene import Modal, Scene
 from shellmb.scene.lookup import listed
 from shellmb.sensitivity.adjoint.differences import FOURTH
@@ -81,8 +82,17 @@ def evaluated(objective: Objective, history: Mapping[str, Floats]) -> float:
     Raises:
         SceneError: If it is no finite number.
     """
-    found: Any = objective(Histories({name: values.copy() for name, values in history.items()}))
-    value = float(found) if np.ndim(found) == 0 else np.nan
+    copied = Histories({name: values.copy() for name, values in history.items()})
+    try:
+        found: Any = objective(copied)
+    except ShellmbError:
+        raise
+    except Exception as error:
+        raise SceneError(f"adjoint: the objective fails: {in_words(error)}") from error
+    try:
+        value = float(found)
+    except (TypeError, ValueError):
+        value = np.nan
     if not np.isfinite(value):
         raise SceneError(f"adjoint: the objective is {found!r:.40}; it must be a finite number")
     return value

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from shellmb.errors import SceneError
+from shellmb.errors import SceneError, ShellmbWarning
 from shellmb.options.described import options_of, takes
 from shellmb.options.run import Options
 from shellmb.scene import FromMode, Scene
@@ -110,7 +111,16 @@ def adjoint(
     world = MPI.COMM_WORLD if comm is None else comm
     from shellmb.sensitivity.adjoint.backwards import there_and_back
 
-    return Adjoint(*there_and_back(base, objective, places, both, states, world, made.results))
+    found = Adjoint(*there_and_back(base, objective, places, both, states, world, made.results))
+    for parameter, *_ in both:
+        if not found.parameters[parameter.name]:
+            warnings.warn(
+                f"adjoint: the objective does not depend on '{parameter.name}' near "
+                f"{parameter.value:g}: its derivative is zero",
+                ShellmbWarning,
+                stacklevel=2,
+            )
+    return found
 
 
 def _place(given: Any) -> Place:

@@ -122,14 +122,23 @@ def covariance_of(names: Sequence[str], given: Any) -> Floats:
     Raises:
         SceneError: If it is none, or of other parameters.
     """
-    if isinstance(given, Mapping):
-        _check_names(names, list(given))
-        found = np.diag([float(given[name]) ** 2 for name in names])
-    elif hasattr(given, "loc"):
-        _check_names(names, list(given.columns))
-        found = given.loc[list(names), list(names)].to_numpy(dtype=float)
-    else:
-        found = np.asarray(given, dtype=float)
+    try:
+        if isinstance(given, Mapping):
+            _check_names(names, list(given))
+            deviations = np.array([float(given[name]) for name in names])
+            found = np.diag(np.where(deviations >= 0, deviations, np.nan) ** 2)
+        elif hasattr(given, "loc"):
+            _check_names(names, list(given.columns))
+            found = given.loc[list(names), list(names)].to_numpy(dtype=float)
+        else:
+            found = np.asarray(given, dtype=float)
+    except (TypeError, ValueError, KeyError, AttributeError):
+        found = np.array(np.nan)
+    if not np.isfinite(found).all():
+        raise SceneError(
+            f"band: covariance is {given!r:.60}; it must be finite numbers: a covariance, or "
+            "standard deviations by name, which are not negative"
+        )
     shape = (len(names), len(names))
     if found.shape != shape:
         raise SceneError(

@@ -99,6 +99,12 @@ def data_of(
         ) from None
     if not values:
         raise SceneError("fit: data has no column; it must have some of the run's history")
+    for name, column in values.items():
+        if np.isinf(column).any():
+            raise SceneError(
+                f"fit: column '{name}' of data has an infinite value; it must be numbers, or NaN "
+                "where nothing was measured"
+            )
     assert scene.t_end is not None
     wrong = times[~((times >= 0) & (times <= scene.t_end * (1 + END)))]
     if len(wrong):

@@ -214,9 +214,16 @@ def _bounds(
             )
     low, high = np.full(len(parameters), -np.inf), np.full(len(parameters), np.inf)
     for k, p in enumerate(parameters):
-        least, most = given.get(p.name, (None, None))
-        low[k] = -np.inf if least is None else float(least)
-        high[k] = np.inf if most is None else float(most)
+        both = given.get(p.name, (None, None))
+        try:
+            least, most = both
+            low[k] = -np.inf if least is None else float(least)
+            high[k] = np.inf if most is None else float(most)
+        except (TypeError, ValueError):
+            raise SceneError(
+                f"fit: bounds of '{p.name}' are {both!r:.60}; they must be two numbers, the least "
+                "and the largest value, or None where there is no bound"
+            ) from None
         if not low[k] < p.value < high[k]:
             raise SceneError(
                 f"fit: parameter '{p.name}' begins at {p.value:g}; it must be between its bounds "
