@@ -62,11 +62,11 @@ def cells(comm: MPI.Comm = MPI.COMM_WORLD) -> Any:
     lapack = _of_scipy("cython_lapack")
     pointers += [_address(lapack, name) for name in ("dgetrf", "dgetri", "dgesv")]
     library.use_libraries(*(module.ffi.cast("void *", p) for p in pointers))
-    banded = (_address(lapack, name) for name in ("dgbtrf", "dgbtrs"))
-    library.use_banded(*(module.ffi.cast("void *", p) for p in banded))
     petsc = ctypes.CDLL(PETSc.__file__)
-    function = ctypes.cast(petsc.MatSolve, ctypes.c_void_p).value
-    library.solve_with(module.ffi.cast("void *", function))
+    arrays = (f"Vec{do}Array{kind}" for kind in ("", "Read") for do in ("Get", "Restore"))
+    names = ("MatSolve", *arrays)
+    functions = (ctypes.cast(petsc[name], ctypes.c_void_p).value for name in names)
+    library.use_petsc(*(module.ffi.cast("void *", function) for function in functions))
     return module
 
 
@@ -96,6 +96,18 @@ def doubles(array: Floats | None) -> Any:
     """Pointer for C to an array's numbers, which the caller keeps alive; NULL for None."""
     ffi = cells().ffi
     return ffi.NULL if array is None else ffi.from_buffer("double[]", array)
+
+
+def entries(vector: PETSc.Vec, changed: bool = False) -> Any:
+    """Pointer for C to a vector's numbers on this rank, for as long as the vector lives.
+
+    NumPy's arrays of vectors and pointers to these take three times as long.
+
+    Args:
+        vector: The vector.
+        changed: Whether they are to be changed.
+    """
+    return cells().lib.entries(vector.handle, changed)
 
 
 def longs(array: Ints) -> Any:

@@ -68,6 +68,30 @@ def test_a_singular_matrix_has_none_and_the_next_one_has() -> None:
     assert BandedFactors(good, other).factorise()
 
 
+def test_chains_of_blocks_have_the_band_of_neighbours() -> None:
+    """Bodies of 12 unknowns and joints of 10 between them: two bodies and a joint are coupled.
+
+    Reverse Cuthill-McKee has two joints more in the band.
+    """
+    block = np.repeat(np.arange(21), [10, 12] * 10 + [10])
+    a, b = np.meshgrid(block, block, indexing="ij")
+    body = a % 2 == 1
+    coupled = np.abs(a - b) <= np.where(body & (b % 2 == 1), 2, 1)
+    coupled &= body | (b % 2 == 1) | (a == b)
+    order = RANDOM.permutation(len(block))
+    full = np.where(coupled, RANDOM.normal(size=coupled.shape), 0.0)[np.ix_(order, order)]
+    A, values = sparse(full)
+    factors = BandedFactors(A, values)
+    assert factors.factorise()
+    below, above = factors.struct[0].below, factors.struct[0].above
+    assert max(below, above) <= 12 + 10 + 12
+    b, x = A.createVecs()
+    b.array[:] = RANDOM.normal(size=len(block))
+    factors.solve(b, x)
+    terms = np.abs(full) @ np.abs(x.array) + np.abs(b.array)
+    assert np.all(np.abs(full @ x.array - b.array) <= 1e-12 * terms)
+
+
 def test_matrices_without_a_band_are_left_to_others() -> None:
     A, values = sparse(RANDOM.normal(size=(200, 200)))
     assert not BandedFactors(A, values).pays

@@ -2,6 +2,8 @@
  * what makes multipliers of forces (directors.py, directorpath.py). All matrices are row-major. */
 #include <math.h>
 
+#define ALWAYS inline __attribute__((always_inline))
+
 enum { MOST_ROWS = 6, MOST_SIZE = 9, PATH_STATES = 7, PATH_TANGENT = 7, PATH_BASES = 11 };
 
 static const int PAIRS[MOST_ROWS][2] = {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}};
@@ -62,7 +64,7 @@ void tangents(int nodes, int directors, const double *d, double *out)
 }
 
 /* Derivative of the constraints, (rows, 3 directors); returns the number of rows. */
-static int constraint_rows(int directors, const double *d, double *C)
+static ALWAYS int constraint_rows(int directors, const double *d, double *C)
 {
     int rows = directors == 1 ? 1 : MOST_ROWS, n = 3 * directors;
     memset(C, 0, sizeof(double) * rows * n);
@@ -75,7 +77,7 @@ static int constraint_rows(int directors, const double *d, double *C)
 }
 
 /* C = A B of shapes (m, k) and (k, n), times a factor. */
-static void small_product(int m, int k, int n, double factor, const double *A, const double *B,
+static ALWAYS void small_product(int m, int k, int n, double factor, const double *A, const double *B,
                           double *C)
 {
     for (int i = 0; i < m; ++i)
@@ -89,7 +91,7 @@ static void small_product(int m, int k, int n, double factor, const double *A, c
 
 /* A X = B, (n, n) and (n, m): B becomes X and A is lost; no number where A is singular. By pivots in
  * columns: LAPACK takes ten times as long for six unknowns. */
-static void small_solve(int n, int m, double *A, double *B)
+static ALWAYS void small_solve(int n, int m, double *A, double *B)
 {
     for (int k = 0; k < n; ++k) {
         int pivot = k;
@@ -124,7 +126,7 @@ static void small_solve(int n, int m, double *A, double *B)
 }
 
 /* `C^T (C C^T)^-1` of rows (c, n), shape (n, c). */
-static void small_inverse(int c, int n, const double *C, double *out)
+static ALWAYS void small_inverse(int c, int n, const double *C, double *out)
 {
     double squares[MOST_ROWS * MOST_ROWS], turned[MOST_ROWS * MOST_SIZE];
     for (int i = 0; i < c; ++i)
@@ -169,12 +171,13 @@ void bases(int nodes, int directors, const int64_t *dofs, const double *referenc
     }
 }
 
-/* Bases of nodes over a step that is quadratic in time, of ends and of velocities: increments, those
+/* For one or three directors: sizes are constants for the compiler, which unrolls all loops.
+ * Bases of nodes over a step that is quadratic in time, of ends and of velocities: increments, those
  * of velocities with the ends, tests and forces in own equations and in the others'. Tests are
  * [T_x a + P_x beta; T_m b + P_m gamma] with beta + D (T_m b + P_m gamma) = 0 and
  * gamma + s (T_x a + P_x beta) = 0; forces f = C_x^T l + C_s^T k, g = C_D^T l + C_m^T k have, with
  * their products with P_x and P_m, the transposed matrices. */
-void path_bases(int nodes, int directors, const PathNodes *p, const unsigned char *held,
+static ALWAYS void path_bases_of(int nodes, int directors, const PathNodes *p, const unsigned char *held,
                 double **out)
 {
     enum { R = MOST_ROWS, S = MOST_SIZE };
@@ -251,4 +254,13 @@ void path_bases(int nodes, int directors, const PathNodes *p, const unsigned cha
                 }
         }
     }
+}
+
+void path_bases(int nodes, int directors, const PathNodes *p, const unsigned char *held,
+                double **out)
+{
+    if (directors == 1)
+        path_bases_of(nodes, 1, p, held, out);
+    else
+        path_bases_of(nodes, 3, p, held, out);
 }

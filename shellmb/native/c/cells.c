@@ -140,6 +140,84 @@ static int eliminate_inner(const Projection *p, int cell, double *K, double *kep
     return 0;
 }
 
+/* Most unknowns that one of a cell is a combination of, or that it is combined in. */
+static int widest(const Projection *p)
+{
+    int width = p->right_width > p->left_width ? p->right_width : p->left_width;
+    return width > p->multiplier_width ? width : p->multiplier_width;
+}
+
+/* What the unknowns of a cell are combined of: which goes to which of the `places`, and how much. */
+static int list_terms(int count, const int *dofs, const int *places, const double *values, int width,
+                      int *from, int *to, double *c)
+{
+    int terms = 0;
+    for (int i = 0; i < count; ++i) {
+        const double *own = values + (size_t)dofs[i] * width;
+        for (int q = 0; q < width; ++q) {
+            int at = places[i * width + q];
+            if (at >= 0 && own[q] != 0.0) {
+                from[terms] = i;
+                to[terms] = at;
+                c[terms++] = own[q];
+            }
+        }
+    }
+    return terms;
+}
+
+/* Sums of rows of `width` numbers, of a matrix of `n` columns, each times a coefficient: so many terms
+ * with the row that it goes to and the one that it comes from. All rows of `out` get their sums, of
+ * a few vectors of the processor at a time; `work` has room for three integers of each term and one
+ * of each row of `out`. */
+static void add_rows(int terms, const int *to, const int *from, const double *c, int rows, int width,
+                     const double *A, int n, double *out, int *work)
+{
+    enum { FEW = 4 };
+    int *ends = work, *order = work + rows + 1;
+    memset(ends, 0, sizeof(int) * (rows + 1));
+    for (int t = 0; t < terms; ++t)
+        ++ends[to[t] + 1];
+    for (int row = 0; row < rows; ++row)
+        ends[row + 1] += ends[row];
+    /* by the row that they go to; `ends` moves to where each ends */
+    for (int t = 0; t < terms; ++t)
+        order[ends[to[t]]++] = t;
+    for (int row = 0, first = 0; row < rows; first = ends[row++]) {
+        double *sum = out + (size_t)row * width;
+        int j = 0;
+        for (; j + FEW * LANES <= width; j += FEW * LANES) {
+            lanes sums[FEW] = {{0.0}};
+            for (int t = first; t < ends[row]; ++t) {
+                const double *a = A + (size_t)from[order[t]] * n + j;
+                for (int k = 0; k < FEW; ++k)
+                    sums[k] += c[order[t]] * *(const anywhere *)(a + k * LANES);
+            }
+            for (int k = 0; k < FEW; ++k)
+                *(anywhere *)(sum + j + k * LANES) = sums[k];
+        }
+        while (j < width) {
+            /* the last ones once more with those before, where they fill no vector */
+            int whole = width >= LANES;
+            j = whole && j + LANES > width ? width - LANES : j;
+            lanes part = {0.0};
+            double one = 0.0;
+            for (int t = first; t < ends[row]; ++t) {
+                const double *a = A + (size_t)from[order[t]] * n + j;
+                if (whole)
+                    part += c[order[t]] * *(const anywhere *)a;
+                else
+                    one += c[order[t]] * *a;
+            }
+            if (whole)
+                *(anywhere *)(sum + j) = part;
+            else
+                sum[j] = one;
+            j += whole ? LANES : 1;
+        }
+    }
+}
+
 /* Jacobian of all cells, reduced.
  *
  * values: of the reduced matrix, put and added together by `p->runs`; or entries in the order of
@@ -155,14 +233,16 @@ int jacobian(const Cells *g, const Kernel *kernels, int count, const Projection 
     size_t square = (size_t)n * n;
     size_t product = (size_t)P * p->rows, result = (size_t)p->rows * p->columns;
     size_t kept_size = g->kept_size, most = p->rows > p->columns ? p->rows : p->columns;
-    size_t listed = (size_t)P * p->right_width, some = 64 * (size_t)n + 64 + listed + 3 * most * most;
+    size_t listed = P * (size_t)widest(p), some = 64 * (size_t)n + 64 + listed + 3 * most * most;
+    size_t places_size = listed + 1 + (most > (size_t)g->multipliers ? most : g->multipliers);
     const Inner *inner = p->inner;
     size_t inner_size = inner ? inner_kept(inner->most_rows, inner->most_columns, inner->most) : 0;
     Work work = work_of(g, square, square * g->lanes + product + result + some +
-                                       LANES * (kept_size + inner_size) + listed + 1);
+                                       LANES * (kept_size + inner_size) + 2 * listed + places_size);
     double *all = work.more, *LK = all + square * g->lanes, *LKR = LK + product;
     double *scratch = LKR + result, *kept = scratch + some, *kept_inner = kept + LANES * kept_size;
-    int *from = (int *)(kept_inner + LANES * inner_size), *to_column = from + listed;
+    int *from = (int *)(kept_inner + LANES * inner_size), *to_one = from + listed;
+    int *places = to_one + listed;
     double *to = values;
     for (int cell = first; cell < last; ++cell) {
         int lane = cell % g->lanes, start = cell - lane;
@@ -195,34 +275,11 @@ int jacobian(const Cells *g, const Kernel *kernels, int count, const Projection 
         }
         /* rows first: they are combined whole, and few are left for the columns */
         const int *left = p->left + (size_t)cell * P * p->left_width;
-        memset(LK, 0, sizeof(double) * product);
-        for (int i = 0; i < P; ++i) {
-            const int *at = left + i * p->left_width;
-            const double *c = p->left_values + (size_t)dofs[i] * p->left_width;
-            const double *row = K + (size_t)i * n;
-            for (int q = 0; q < p->left_width; ++q) {
-                if (at[q] < 0 || c[q] == 0.0)
-                    continue;
-                double *out = LK + (size_t)at[q] * P, v = c[q];
-                for (int j = 0; j < P; ++j)
-                    out[j] += v * row[j];
-            }
-        }
-        /* columns: what there is to add, listed once and done for four rows at a time: sums of one
-         * alone would wait for one another */
+        int terms = list_terms(P, dofs, left, p->left_values, p->left_width, from, to_one, scratch);
+        add_rows(terms, to_one, from, scratch, p->rows, P, K, n, LK, places);
+        /* columns: for four rows at a time: sums of one alone would wait for one another */
         const int *right = p->right + (size_t)cell * P * p->right_width;
-        int terms = 0;
-        for (int j = 0; j < P; ++j) {
-            const double *c = p->right_values + (size_t)dofs[j] * p->right_width;
-            for (int q = 0; q < p->right_width; ++q) {
-                int at = right[j * p->right_width + q];
-                if (at >= 0 && c[q] != 0.0) {
-                    from[terms] = j;
-                    to_column[terms] = at;
-                    scratch[terms++] = c[q];
-                }
-            }
-        }
+        terms = list_terms(P, dofs, right, p->right_values, p->right_width, from, to_one, scratch);
         memset(LKR, 0, sizeof(double) * result);
         int i = 0, width = p->columns;
         for (; i + 4 <= p->rows; i += 4) {
@@ -231,7 +288,7 @@ int jacobian(const Cells *g, const Kernel *kernels, int count, const Projection 
             for (int q = 0; q < terms; ++q) {
                 double c = scratch[q];
                 const double *x = row + from[q];
-                double *y = out + to_column[q];
+                double *y = out + to_one[q];
                 y[0] += x[0] * c;
                 y[width] += x[P] * c;
                 y[2 * width] += x[2 * P] * c;
@@ -240,7 +297,7 @@ int jacobian(const Cells *g, const Kernel *kernels, int count, const Projection 
         }
         for (; i < p->rows; ++i)
             for (int q = 0; q < terms; ++q)
-                LKR[(size_t)i * width + to_column[q]] += LK[(size_t)i * P + from[q]] * scratch[q];
+                LKR[(size_t)i * width + to_one[q]] += LK[(size_t)i * P + from[q]] * scratch[q];
         double *inner_of_mine = kept_inner + cell % LANES * inner_size;
         if (inner && eliminate_inner(p, cell, LKR, inner_of_mine, scratch)) {
             bad = cell + 1;
@@ -267,20 +324,11 @@ int jacobian(const Cells *g, const Kernel *kernels, int count, const Projection 
             to += result;
         }
         /* rows of the multipliers at the nodes */
-        double *rows = mine + g->multiplier_place;
         const int *multiplier = p->multiplier + (size_t)cell * P * p->multiplier_width;
-        memset(rows, 0, sizeof(double) * g->multipliers * P);
-        for (int i = 0; i < P; ++i) {
-            const int *at = multiplier + i * p->multiplier_width;
-            const double *c = p->multiplier_values + (size_t)dofs[i] * p->multiplier_width;
-            for (int q = 0; q < p->multiplier_width; ++q) {
-                if (at[q] < 0)
-                    continue;
-                double *out = rows + (size_t)at[q] * P, v = c[q];
-                for (int j = 0; j < P; ++j)
-                    out[j] += v * K[(size_t)i * n + j];
-            }
-        }
+        terms = list_terms(P, dofs, multiplier, p->multiplier_values, p->multiplier_width, from, to_one,
+                           scratch);
+        add_rows(terms, to_one, from, scratch, g->multipliers, P, K, n, mine + g->multiplier_place,
+                 places);
         if (p->kept && (cell % LANES == LANES - 1 || cell == last - 1)) {
             size_t place = cell / LANES * kept_size * LANES;
             float *single = p->kept_single ? p->kept_single + place : NULL;

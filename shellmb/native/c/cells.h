@@ -138,24 +138,24 @@ typedef struct {
     double *rest;              /* (reduced,) */
 } Solution;
 
-/* A matrix whose entries are in a band once its unknowns are reordered, and LAPACK's factors. */
+/* A matrix whose entries are in a band once its unknowns are reordered, and its factors. */
 typedef struct {
     int size, below, above, entries;
     const int *row, *column;   /* of each entry */
     const int *place;          /* where it is in the band */
     const int *order;          /* new place of each unknown */
-    double *row_scale, *column_scale, *factors, *work;
-    int *pivots;
+    double *row_scale, *column_scale, *work;
+    double *factors;           /* rows of the upper one, (size, 2 below + above + 1) */
+    double *lower;             /* columns of the lower one, (size, below) */
+    int *pivots, *counts;      /* row that came to each place, and entries behind its diagonal */
 } Band;
 
-/* Factors of PETSc or (not NULL) in a band, and vectors of the reduced system: PETSc's, and their
- * numbers. */
+/* Vectors of the reduced system: PETSc's, and their numbers. */
 typedef struct {
-    void *factors, *right, *unknown;
-    const Band *band;
+    void *right, *unknown;
     double *rhs, *solution;
     double seconds;            /* that the last solution took */
-} Factors;
+} Reduced;
 
 /* What one process evaluates at once: the fields take the values of unknowns, others follow them, and
  * residuals are added up. */
@@ -180,9 +180,8 @@ typedef struct {
 } Evaluation;
 
 void use_libraries(void *, void *, void *, void *);
-void use_banded(void *, void *);
 int band_factorise(const Band *, const double *);
-int band_solve(const Band *, int, const double *, double *);
+void band_solve(const Band *, int, const double *, double *);
 void residual(const Cells *, const Kernel *, int, double *);
 void functionals(const Cells *, const Kernel *, int, double *);
 void all_matrices(const Cells *, const Kernel *, int, double *);
@@ -237,9 +236,10 @@ void judge(int, const int64_t *, const int64_t *, const double *, const double *
            const double *, double *, double *);
 void relate_each(int, int, const double *, const double *, const double *, const double *,
                  double *);
-void solve_with(void *);
-int solve(const Solution *, int, Factors *, const double *, const double *, const double *,
-          double *);
+void use_petsc(void *, void *, void *, void *, void *);
+double *entries(uintptr_t, int);
+int solve(const Solution *, int, Reduced *, uintptr_t, const Band *, const double *,
+          const double *, const double *, double *);
 void before(const Solution *, int, const double *, const double *, double *);
 void after(const Solution *, int, const double *, const double *, double *);
 void relate(int, const double *, const double *, double *, double *);

@@ -65,9 +65,19 @@ static void tabulate_group(const Kernel *k, const Cells *g, int cell, int count,
         take_apart(m, width, (lanes *)work.A, rows, columns, count, k->adds, out, apart, stride);
         return;
     }
-    for (int i = 0; i < m; ++i)
-        for (int j = 0; j < width; ++j)
-            out[(size_t)rows[i] * stride + columns[j]] += work.A[i * width + j];
+    int side_by_side = 1;
+    for (int j = 1; j < width; ++j)
+        side_by_side &= columns[j] == columns[0] + j;
+    for (int i = 0; i < m; ++i) {
+        const double *from = work.A + i * width;
+        double *to = out + (size_t)rows[i] * stride;
+        if (side_by_side)
+            for (int j = 0; j < width; ++j)
+                to[columns[0] + j] += from[j];
+        else
+            for (int j = 0; j < width; ++j)
+                to[columns[j]] += from[j];
+    }
 }
 
 /* The same over `count` cells, the first of them a multiple of `g->lanes`. */

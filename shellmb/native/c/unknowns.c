@@ -68,21 +68,34 @@ void foresee_pairs(int polynomials, int states, int n, const double *past, const
         }
 }
 
-/* Some rows of tables from rows of others, which may be narrower. */
+/* Some rows of a table from rows of another one, which may be narrower; `width` is theirs. */
+static ALWAYS void put_rows_of(int width, const RowsToPut *p)
+{
+    for (int i = 0; i < p->count; ++i) {
+        const double *restrict from = p->values + p->from[i] * width;
+        double *restrict to = p->table + p->to[i] * p->table_width;
+        if (p->divisors) {
+            /* integers of 64 bits divide slowly */
+            const double *by = p->divisors + (int)p->from[i] / p->components * width;
+            for (int j = 0; j < width; ++j)
+                to[j] = from[j] / by[j];
+        } else {
+            for (int j = 0; j < width; ++j)
+                to[j] = from[j];
+        }
+    }
+}
+
+/* Rows of several tables; of a frame they have three and six columns. */
 void put_rows(int tables, const RowsToPut *put)
 {
     for (const RowsToPut *p = put; p < put + tables; ++p)
-        for (int i = 0; i < p->count; ++i) {
-            const double *from = p->values + p->from[i] * p->width;
-            double *to = p->table + p->to[i] * p->table_width;
-            if (!p->divisors) {
-                memcpy(to, from, sizeof(double) * p->width);
-                continue;
-            }
-            const double *by = p->divisors + p->from[i] / p->components * p->width;
-            for (int j = 0; j < p->width; ++j)
-                to[j] = from[j] / by[j];
-        }
+        if (p->width == 3)
+            put_rows_of(3, p);
+        else if (p->width == 6)
+            put_rows_of(6, p);
+        else
+            put_rows_of(p->width, p);
 }
 
 /* Values of unknowns to the arrays of fields; `ends` of each in what they are all together. */
@@ -292,11 +305,29 @@ void after(const Solution *s, int single, const double *solution, const double *
 }
 
 static int (*mat_solve)(void *, void *, void *);
+typedef int (*of_array)(void *, double **);
+static of_array array_of[2][2];
 
-/* PETSc's function that solves with factors. */
-void solve_with(void *function)
+/* PETSc's functions that solve with factors, and that lend the numbers of vectors and take them
+ * back: to be changed, and to be read. */
+void use_petsc(void *solve, void *get, void *restore, void *get_read, void *restore_read)
 {
-    mat_solve = (int (*)(void *, void *, void *))function;
+    mat_solve = (int (*)(void *, void *, void *))solve;
+    array_of[1][0] = (of_array)get;
+    array_of[1][1] = (of_array)restore;
+    array_of[0][0] = (of_array)get_read;
+    array_of[0][1] = (of_array)restore_read;
+}
+
+/* Numbers of a vector of PETSc, which is told if they are `changed`; NULL if there are none. */
+double *entries(uintptr_t vector, int changed)
+{
+    double *numbers = NULL;
+    if (array_of[changed][0]((void *)vector, &numbers))
+        return NULL;
+    double *lent = numbers;
+    array_of[changed][1]((void *)vector, &lent);
+    return numbers;
 }
 
 static double now(void)
@@ -306,15 +337,19 @@ static double now(void)
     return t.tv_sec + 1e-9 * t.tv_nsec;
 }
 
-/* Both passes and the solution between them; returns the error of PETSc or LAPACK. */
-int solve(const Solution *s, int single, Factors *factors, const double *b, const double *load,
-          const double *given, double *dx)
+/* Both passes and the solution between them, with factors of PETSc or (not NULL) in a band; returns
+ * PETSc's error. */
+int solve(const Solution *s, int single, Reduced *reduced, uintptr_t factors, const Band *band,
+          const double *b, const double *load, const double *given, double *dx)
 {
-    before(s, single, b, load, factors->rhs);
+    before(s, single, b, load, reduced->rhs);
     double begin = now();
-    int error = factors->band ? band_solve(factors->band, 0, factors->rhs, factors->solution)
-                              : mat_solve(factors->factors, factors->right, factors->unknown);
-    factors->seconds = now() - begin;
-    after(s, single, factors->solution, given, dx);
+    int error = 0;
+    if (band)
+        band_solve(band, 0, reduced->rhs, reduced->solution);
+    else
+        error = mat_solve((void *)factors, reduced->right, reduced->unknown);
+    reduced->seconds = now() - begin;
+    after(s, single, reduced->solution, given, dx);
     return error;
 }

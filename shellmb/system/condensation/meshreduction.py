@@ -152,9 +152,8 @@ class MeshReduction:
 
     def _run(self, projection: Any, first: int, last: int, values: Floats, *shift: Floats) -> None:
         p, loop = native.doubles, self.loop
-        pair = map(p, shift or (None, None))
-        where = (projection, first, last, p(self._blocks), p(values))
-        failed = self.lib.jacobian(self.struct, loop.kernels, loop.count, *where, *pair)
+        where = (projection, first, last, *map(p, (self._blocks, values, *(shift or (None, None)))))
+        failed = self.lib.jacobian(self.struct, loop.kernels, loop.count, *where)
         if failed:
             raise SingularCell(f"element-wise unknowns of cell {failed - 1} are undetermined")
 

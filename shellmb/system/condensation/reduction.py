@@ -195,9 +195,7 @@ class Reduction:
         reason = None
         if self.solver.direct and isinstance(passes, SerialPasses):
             self.solver.solutions += 1
-            factors = self.solver.made
-            found = passes.solve(rough, factors, b.array_r, load, self._given, dx.array)
-            error, inside = found
+            error, inside = passes.solve(rough, self.solver.made, b, load, self._given, dx)
             if error:
                 reason = f"the direct solver failed (error {error})"
         else:

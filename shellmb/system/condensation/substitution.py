@@ -161,8 +161,8 @@ class SerialPasses:
         """Take vectors of the reduced system, for `solve` to work with."""
         pointer, void = self._arrays, native.cells().ffi
         self._vectors = rhs, solution
-        self._factors = pointer.many(
-            "Factors",
+        self._reduced = pointer.many(
+            "Reduced",
             [
                 {
                     "right": void.cast("void *", rhs.handle),
@@ -177,27 +177,25 @@ class SerialPasses:
         self,
         single: bool,
         factors: tuple[int, Any],
-        b: Floats,
+        b: PETSc.Vec,
         load: Floats | None,
         given: Floats,
-        dx: Floats,
+        dx: PETSc.Vec,
     ) -> tuple[int, float]:
         """Both, with the solution between them.
 
         Args:
             single: As of `before`.
             factors: As of `DirectSolver.made`.
-            b: As of `before`.
+            b: Residual.
             load: As of `before`.
             given: As of `after`.
-            dx: As of `after`.
+            dx: Takes the solution.
 
         Returns:
-            Error of PETSc or LAPACK, zero if it could solve, and the time that it took, s.
+            Error of PETSc, zero if it could solve, and the time that it took, s.
         """
-        ffi, (matrix, band) = self._arrays.ffi, factors
-        self._factors[0].factors = ffi.cast("void *", matrix)
-        self._factors[0].band = band or ffi.NULL
-        arrays = map(native.doubles, (b, load, given, dx))
-        error = int(self._lib.solve(self._solution, single, self._factors, *arrays))
-        return error, float(self._factors[0].seconds)
+        reduced, pointer = self._reduced, native.doubles
+        where = native.entries(b), pointer(load), pointer(given), native.entries(dx, True)
+        error = self._lib.solve(self._solution, single, reduced, *factors, *where)
+        return error, reduced[0].seconds

@@ -11,6 +11,7 @@ from petsc4py import PETSc
 import numpy as np
 
 from shellmb.arrays import Floats
+from shellmb.native import library as native
 from shellmb.system.direct.banded import BandedFactors
 from shellmb.system.direct.mumps import (
     NO_OPTIONS,
@@ -76,7 +77,7 @@ class Factors(Enum):
     """Maker of factors."""
 
     PLAIN = "PETSc, without pivots"
-    BANDED = "LAPACK, in a band"
+    BANDED = "our own, in a band"
     SINGLE = "MUMPS, of single precision"
     SYMMETRIC = "MUMPS, one triangle"
     DOUBLE = "MUMPS"
@@ -90,7 +91,7 @@ class Factors(Enum):
 class DirectSolver:
     """Factors of one matrix, analysed once and made anew as often as it changes.
 
-    Those of small reduced systems are PETSc's own where they need no pivots, or LAPACK's in a band
+    Those of small reduced systems are PETSc's own where they need no pivots, or our own in a band
     (`banded`); all others are MUMPS's.
     Factors of large reduced systems are of single precision as long as that serves: not for any
     number of exact solutions, and of a matrix that is singular or too ill-conditioned for it no
@@ -303,11 +304,11 @@ class DirectSolver:
 
     @property
     def made(self) -> tuple[int, Any]:
-        """Address of PETSc's factors, or 0, and factors in a band, or None."""
+        """Address of PETSc's factors, or 0, and for C factors in a band, or NULL."""
         if self.factors is Factors.BANDED:
             return 0, self._band[0].struct
         assert self.matrix is not None
-        return self.matrix.handle, None
+        return self.matrix.handle, native.doubles(None)
 
     def _iterate(self, b: PETSc.Vec, x: PETSc.Vec) -> bool:
         """Solve by Krylov iterations with factors of an earlier matrix; whether that succeeds."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -206,6 +206,15 @@ class DirectorNodes:
             rate = constraint(self.field.function.x.array[self.dofs])
             state = -0.5 * forces @ (rate @ found[self.rates.state].right)
         return Bases(right, left, forces, state)
+
+    @property
+    def renewals(self) -> Sequence[Callable[[], object]] | None:
+        """Functions that compute the last bases anew in place; None: they have other places."""
+        if self._directors is not None:
+            return (self._directors,)
+        if self.path is None or self.partial:
+            return None
+        return () if self._path_of_nodes is None else (self._path_of_nodes,)
 
     def _path_bases(self, fields: Sequence[Field], found: dict[int, Bases]) -> Bases:
         """Bases of a step that is quadratic in time; those of a pair are found together."""

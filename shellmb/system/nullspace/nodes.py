@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 from mpi4py import MPI
 from petsc4py import PETSc
@@ -90,11 +91,12 @@ class SystemNodes:
         """
         if not self.sets:
             return
-        changes, state = dx.array, x.array_r
         if self._loops is not None:
+            now, change = native.entries(x), native.entries(dx, True)
             for loops in self._loops:
-                loops.turn(state, changes)
+                loops.turn(now, change)
             return
+        changes, state = dx.array, x.array_r
         for known, values in self._found(DirectorNodes.moved, -changes):
             changes[known] = state[known] - values
 
@@ -104,11 +106,12 @@ class SystemNodes:
         Args:
             x: Unknowns; changed. Functions of the start of the step hold its values.
         """
-        state = x.array
         if self._loops is not None:
+            now = native.entries(x, True)
             for loops in self._loops:
-                loops.normalise(state)
+                loops.normalise(now)
             return
+        state = x.array
         for known, values in self._found(DirectorNodes.nearest, state):
             state[known] = values
 
@@ -157,12 +160,11 @@ class NodeLoops:
         reference = native.doubles(self._reference)
         self._where = (len(rows), rows.shape[1] // 3, *places, reference)
 
-    def turn(self, x: Floats, dx: Floats) -> None:
-        """Make the update `-dx` of unknowns one by finite rotations."""
-        pointers = native.doubles(x), native.doubles(dx)
-        if self._turn(*self._where, *pointers, TURN):
+    def turn(self, x: Any, dx: Any) -> None:
+        """Make the update `-dx` of unknowns one by finite rotations; pointers for C."""
+        if self._turn(*self._where, x, dx, TURN):
             self._nodes.settled = False
 
-    def normalise(self, x: Floats) -> None:
-        """Bring directors among the unknowns to unit length and right angles."""
-        self._normalise(*self._where, native.doubles(x))
+    def normalise(self, x: Any) -> None:
+        """Bring directors among the unknowns to unit length and right angles; pointer for C."""
+        self._normalise(*self._where, x)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -98,6 +98,14 @@ class ReducedNumbers:
         self._given = np.zeros(len(local))
         # what was put into the tables, and what C is called with for it
         self._put: tuple[list[Floats], Any] = [], native.CArrays().ffi.NULL
+        # what computes them anew in place, where all of them are; none before they are first known
+        self._renewals: list[Callable[[], object]] = []
+        # nodes that may have to be brought back to their constraints
+        self._loose = [
+            (k, s)
+            for k, s in self.nodes.items()
+            if not s.declared.linear and (s.partial or s.state is None)
+        ]
         self._number(cells)
 
     def _number(self, cells: list[MeshCells]) -> None:
@@ -303,12 +311,21 @@ class ReducedNumbers:
 
     def update(self) -> None:
         """Bases of the tangent spaces at the current state of all fields."""
+        if self._renewals:
+            # the rows are where they were put from before
+            for renew in self._renewals:
+                renew()
+            self._lib.put_rows(len(self._put[0]), self._put[1])
+            return
         found: dict[int, Bases] = {}
         for k, nodes in self.nodes.items():
             found[k] = nodes.bases(self.fields, found)
         rows = list(self._rows_of(found))
         if self.full.serial:
             self._put_rows(rows)
+            made = [nodes.renewals for nodes in self.nodes.values()]
+            if None not in made:
+                self._renewals = [renew for some in made for renew in some or ()]
             return
         for row in rows:
             by = None if row.multipliers is None else self._divisors(row.multipliers)[:, None, :]
@@ -408,10 +425,10 @@ class ReducedNumbers:
             One for each local dof; overwritten by the next call.
         """
         system, full, given = self.system, self.full, self._given
-        found = [(k, nodes.correction(self.fields)) for k, nodes in self.nodes.items()]
+        found = [(k, nodes.correction(self.fields)) for k, nodes in self._loose]
         values = {k: v.ravel() for k, v in found if v is not None}
         if full.serial:
-            self._lib.to_values(*self._fixed, *map(native.doubles, (system.x.array_r, given)))
+            self._lib.to_values(*self._fixed, native.entries(system.x), native.doubles(given))
         else:
             change = np.zeros(system.numbering.owned)
             change[system.fixed] = system.fixed_values() - system.x.array_r[system.fixed]
