@@ -141,12 +141,14 @@ typedef struct {
 /* A matrix whose entries are in a band once its unknowns are reordered, and its factors. */
 typedef struct {
     int size, below, above, entries;
+    int width, height;         /* of a row and a column of factors, with zeros up to whole vectors */
     const int *row, *column;   /* of each entry */
     const int *place;          /* where it is in the band */
     const int *order;          /* new place of each unknown */
     double *row_scale, *column_scale, *work;
-    double *factors;           /* rows of the upper one, (size, 2 below + above + 1) */
-    double *lower;             /* columns of the lower one, (size, below) */
+    double *factors;           /* rows of the upper one from `below` before the diagonal on, (size,
+                                * width) */
+    double *lower;             /* columns of the lower one, (size, height) */
     int *pivots, *counts;      /* row that came to each place, and entries behind its diagonal */
 } Band;
 

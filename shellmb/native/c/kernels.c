@@ -69,8 +69,8 @@ static void tabulate_group(const Kernel *k, const Cells *g, int cell, int count,
     for (int j = 1; j < width; ++j)
         side_by_side &= columns[j] == columns[0] + j;
     for (int i = 0; i < m; ++i) {
-        const double *from = work.A + i * width;
-        double *to = out + (size_t)rows[i] * stride;
+        const double *restrict from = work.A + i * width;
+        double *restrict to = out + (size_t)rows[i] * stride;
         if (side_by_side)
             for (int j = 0; j < width; ++j)
                 to[columns[0] + j] += from[j];

@@ -40,6 +40,8 @@ void OF(reduce)(const Part *part, const double *b, double *change)
 {
     const Cells *g = part->cells;
     int n = g->size, P = g->shared;
+    if (n == P)
+        return;
     lanes *r = many_lanes(n), *t = (lanes *)part->eliminated;
     const OF(wide) *kept = (const OF(wide) *)part->projection->OF(kept);
     for (int cell = 0; cell < g->cells; cell += LANES, kept += g->kept_size, t += n - P) {

@@ -15,6 +15,7 @@ import numpy as np
 
 from shellmb.arrays import Floats, Int32s, Ints
 from shellmb.native import library as native
+from shellmb.native.compiling.flags import LANES
 
 # multiplications beyond which other factors take less time: of a matrix, and of each unknown of a
 # matrix of any size. Chains of 100 and 200 links in EP4 have 4186, and their steps take 0.92 and
@@ -48,21 +49,25 @@ class BandedFactors:
         if not self.pays:
             return
         self._lib, pointer = native.cells().lib, native.CArrays()
-        width = 2 * below + above + 1
+        # with room for zeros that make whole vectors of a row or a column
+        width, height = 2 * below + above + 1 + LANES, below + LANES
         place = below + j - i + i * width
         members: dict[str, Any] = {
             "size": size,
             "below": below,
             "above": above,
             "entries": len(values),
+            "width": width,
+            "height": height,
             "row": pointer(rows),
             "column": pointer(columns.astype(np.int32)),
             "place": pointer(place.astype(np.int32)),
             "order": pointer(order),
             "factors": pointer(np.zeros(size * width)),
-            "lower": pointer(np.zeros(size * below)),
+            "lower": pointer(np.zeros(size * height)),
             **{n: pointer(np.zeros(size, dtype=np.int32)) for n in ("pivots", "counts")},
-            **{n: pointer(np.zeros(size)) for n in ("row_scale", "column_scale", "work")},
+            "work": pointer(np.zeros(size + width)),
+            **{n: pointer(np.zeros(size)) for n in ("row_scale", "column_scale")},
         }
         self._kept, self.struct = (pointer, values), pointer.many("Band", [members])
         self._values = native.doubles(values)
