@@ -11,6 +11,8 @@ from shellmb.options.described import option, options_of, read
 # seconds of the units of a budget
 UNITS = {"ms": 1e-3, "s": 1.0, "min": 60.0, "h": 3600.0}
 AUTO = "auto"
+# least relative error that may be requested: round-off of forces, over steps
+LEAST = 1e-12
 # file of a request in its directory
 ACCURACY = "accuracy.json"
 
@@ -73,6 +75,11 @@ class AccuracyOptions:
             raise SceneError(
                 f"accuracy is {self.accuracy:g}; it must be a relative error between 0 and 1, as "
                 "1e-3"
+            )
+        elif self.accuracy < LEAST:
+            raise SceneError(
+                f"accuracy is {self.accuracy:g}; it must be at least {LEAST:g}: results have no "
+                "more digits"
             )
         if self.budget is not None and not self.budget > 0.0:
             raise SceneError(f"budget is {self.budget:g} s; it must be a positive time, as 60s")

@@ -14,6 +14,7 @@ from shellmb.options.described import read
 from shellmb.options.run import Options
 from shellmb.running.loader import check_names, check_values, load, parameters_by_name, scene_of
 from shellmb.scene import FromMode, Modal, Scene
+from shellmb.scene.checks.control import jumps
 from shellmb.scene.fingerprint import fingerprint
 
 # relative distance of the scenes at both sides: the error of central differences, its square, and
@@ -232,6 +233,13 @@ def beside(made: Differentiated, base: Scene, parameter: Parameter) -> tuple[Sce
                 raise SceneError(
                     f"sensitivities: parameter '{parameter.name}' changes {name} from {ours} to "
                     f"{its}; steps and choices of the run are fixed, so it must not"
+                )
+        for ours, its in zip(jumps(base), jumps(scene), strict=False):
+            if ours != its:
+                raise SceneError(
+                    f"sensitivities: parameter '{parameter.name}' moves the jump of a load or "
+                    f"motion at t = {ours:g}, which steps do not follow; use a `Ramp`, or compare "
+                    "runs (`sweep`)"
                 )
         found.append(scene)
     return found[0], found[1]

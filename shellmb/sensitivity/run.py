@@ -214,8 +214,8 @@ def _execute(
         found = Sensitivities(directory)
         found.write()
         zero = [
-            f"no result and no probe depends on '{p.name}' near {p.value:g}: derivatives by it are "
-            "round-off"
+            f"no result and no probe depends on '{p.name}' near {p.value:g}: their derivatives by "
+            "it are round-off"
             for p, both_scenes in scenes.items()
             if not independent(*both_scenes) and found.is_round_off(p)
         ]

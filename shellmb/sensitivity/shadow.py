@@ -168,7 +168,8 @@ def check_alike(run: Simulation, shadow: Simulation, who: str) -> None:
             f"sensitivities: parameter '{who}' changes which nodes are held; supports must stay at "
             "the same nodes"
         )
-    left = [{str(item) for item in sim.redundant} for sim in (run, shadow)]
+    # which ones, not their coefficients: these move with lengths
+    left = [{item.row.multiplier for item in sim.redundant} for sim in (run, shadow)]
     if left[0] != left[1]:
         raise SceneError(
             f"sensitivities: parameter '{who}' changes which constraints are redundant; begin at a "

@@ -122,6 +122,7 @@ def test_a_budget_ends_it_and_it_goes_on(tmp_path: Path) -> None:
     ("options", "says"),
     [
         ({"accuracy": 0.0}, "accuracy is 0; it must be a relative error between 0 and 1"),
+        ({"accuracy": 1e-30}, "accuracy is 1e-30; it must be at least 1e-12"),
         ({"accuracy": 2.0}, "accuracy is 2"),
         ({"accuracy": -1e-3}, "accuracy is -0.001"),
         ({"accuracy": 1e-2, "budget": 0.0}, "budget is 0 s; it must be a positive time"),

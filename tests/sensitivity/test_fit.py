@@ -52,7 +52,7 @@ def made(
     table = pd.DataFrame({"y": np.ones(len(left))}, index=t)
     scene = SimpleNamespace(t_end=1.0)
     data = data_of(table, noise, scene, len(found))  # type: ignore[arg-type]
-    run = SimpleNamespace(parameters=found)
+    run = SimpleNamespace(parameters=found, warnings=())
     return Fit(run, data, left, jacobian, runs=1, converged=True)  # type: ignore[arg-type]
 
 
@@ -66,6 +66,31 @@ def test_covariance_is_that_of_linear_regression() -> None:
     ratio = 9 * (left @ left) / 398
     np.testing.assert_allclose(unknown.covariance, ratio * known.covariance, rtol=1e-10)
     assert not known.warnings and not unknown.warnings
+
+
+def strike(speed: float = 2.0) -> sm.Scene:
+    """A ball that touches the ground at the end of its fifth step."""
+    return sm.Scene(
+        "strike",
+        rigid_bodies=sm.RigidBody("ball", 1.0, (0.1, 0.1, 0.1), position=(0, 0, 0.01)),
+        contacts=sm.Contact("ground", sm.Plane(normal=(0, 0, 1)), 1e6, body="ball", at="center"),
+        initial=sm.InitialVelocity((0, 0, -speed)),
+        probes=sm.Probe("height", "center", body="ball", component=2),
+        scheme="generalized-alpha",
+        dt=1e-3,
+        t_end=6e-3,
+    )
+
+
+def test_what_derivatives_say_is_said() -> None:
+    """Forces jump in slope where only one of both sides touches the ground: a kink."""
+    data = pd.DataFrame({"t": [0.0, 5e-3], "height": [0.0, -0.01]})
+    known = sm.sensitivities(strike, ("speed",), columns="probes").warnings
+    assert len(known) == 1 and "the motion has a kink in 'speed' at t = 0.004" in known[0]
+    assert sm.fit(strike, data, ("speed",), noise=1.0, runs=1).warnings[-1:] == known
+    # a step later it does not matter which one it is
+    later = sm.sensitivities(strike, ("speed",), values={"speed": 2.2}, columns="probes")
+    assert not later.warnings
 
 
 def test_what_data_do_not_see_is_named() -> None:

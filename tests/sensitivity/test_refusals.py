@@ -1,5 +1,7 @@
 """What has no derivatives is refused with a sentence before anything runs, or said."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -95,6 +97,63 @@ def test_events_move() -> None:
 
     with pytest.raises(sm.SceneError, match=r"event 'far' .* moves with parameters"):
         sm.sensitivities(scene, ("force",))
+
+
+def jumping(start: float = 2.5e-3, phase: float = 0.0) -> sm.Scene:
+    """A load that begins at once, or without a jump."""
+    made, time = scenes.plate(), sm.Sine(30.0, phase, start) if phase < 1 else sm.Step(start)
+    return sm.Scene(**{**vars(made), "loads": sm.EdgeForce("right", (0, 0, 1.0), time=time)})
+
+
+@pytest.mark.parametrize("phase", [0.5, 2.0])
+def test_jumps_of_loads_move(phase: float) -> None:
+    """A jump within a step acts as a whole or not at all: its time would have no derivative."""
+    with pytest.raises(sm.SceneError, match=r"'start' moves the jump of a load or motion at t = 0"):
+        sm.sensitivities(jumping, ("start",), values={"phase": phase})
+
+
+def test_corners_of_loads_may_move() -> None:
+    found = sm.sensitivities(jumping, ("start",), columns="probes")
+    assert not found.warnings
+    size = 1e-5
+    above, below = (
+        sm.run(jumping(2.5e-3 + by), pictures=False).history["tip"] for by in (size, -size)
+    )
+    # differences of runs: their square, over a load that begins within two steps
+    np.testing.assert_allclose(
+        found.history["start"]["tip"], (above - below) / (2 * size), rtol=1e-3, atol=1e-12
+    )
+
+
+def test_lengths_of_a_mechanism_with_redundant_constraints() -> None:
+    """Coefficients of redundant constraints move with lengths, and the same ones are redundant."""
+
+    def four_bar(height: float = 1.0) -> sm.Scene:
+        corners = [(0, 0, 0), (0, 0, height), (1.2, 0, 1.1 * height), (1, 0, 0)]
+        rods = [
+            sm.RigidBody(f"rod_{k}", 1.0, (0.1, 0.1, 0.1), position=tuple(np.mean(both, axis=0)))
+            for k, both in enumerate(pairwise(corners))
+        ]
+        names = [sm.GROUND, *(rod.name for rod in rods), sm.GROUND]
+        return sm.Scene(
+            "four-bar",
+            rigid_bodies=rods,
+            joints=[
+                sm.Revolute(f"pin_{k}", *pair, at=corners[k], axis=(0, 1, 0))
+                for k, pair in enumerate(pairwise(names))
+            ],
+            loads=sm.Gravity(),
+            probes=sm.Probe("x", "center", body="rod_1", component=0),
+            redundant="drop",
+            scheme="ep",
+            dt=0.01,
+            t_end=0.05,
+        )
+
+    slope = sm.sensitivities(four_bar, ("height",), columns="probes").history["height"]["x"]
+    above, below = (sm.run(four_bar(1 + by), pictures=False).history["x"] for by in (1e-4, -1e-4))
+    # the square of differences of 1e-4, of numbers whose derivatives are of their size
+    np.testing.assert_allclose(slope, (above - below) / 2e-4, rtol=1e-6, atol=1e-9)
 
 
 def test_mesh_keeps_its_topology() -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 from shellmb.errors import SceneError
@@ -11,7 +13,10 @@ from shellmb.scene.values.validate import show
 if TYPE_CHECKING:
     from shellmb.scene.description import Description
 
-__all__ = ["check_control", "corners"]
+__all__ = ["check_control", "corners", "jumps"]
+
+# relative difference of values before and after a time from which on it is a jump, no round-off
+LEAP = 1e-9
 
 
 def check_control(scene: Description) -> None:
@@ -61,6 +66,20 @@ def corners(scene: Description) -> tuple[float, ...]:
     Args:
         scene: The scene.
     """
+    return _within(scene, (t for f in _functions(scene) for t in _corners(f)))
+
+
+def jumps(scene: Description) -> tuple[float, ...]:
+    """Times within a run at which a function of time is known to jump [s].
+
+    Args:
+        scene: The scene.
+    """
+    return _within(scene, (t for f in _functions(scene) for t in _corners(f) if _leaps(f, t)))
+
+
+def _functions(scene: Description) -> list[Any]:
+    """Functions of time of loads and of motions that are prescribed."""
     functions: list[Any] = [load.time for load in scene.loads]
     for support in scene.supports:
         if isinstance(support, Fixed):
@@ -69,6 +88,19 @@ def corners(scene: Description) -> tuple[float, ...]:
             functions += (support.rotation, support.translation)
     for driver in scene.drivers:
         functions += (driver.rotation, driver.translation)
+    return functions
+
+
+def _corners(function: Any) -> tuple[float, ...]:
+    return tuple(float(t) for t in getattr(function, "corners", ()))
+
+
+def _leaps(function: Any, t: float) -> bool:
+    """Decide whether a function has another value right before a time [s], beyond round-off."""
+    value, before = function(t), function(math.nextafter(t, -math.inf))
+    return abs(value - before) > LEAP * max(abs(value), abs(before))
+
+
+def _within(scene: Description, times: Iterable[float]) -> tuple[float, ...]:
     assert scene.t_end is not None
-    found = {float(t) for f in functions for t in getattr(f, "corners", ())}
-    return tuple(sorted(t for t in found if 0 < t < scene.t_end))
+    return tuple(sorted({t for t in times if 0 < t < scene.t_end}))

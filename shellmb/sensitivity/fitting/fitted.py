@@ -48,7 +48,7 @@ class Fit:
         values: Fitted values by name.
         runs: Number of runs.
         converged: Whether the fit came to its end.
-        warnings: What the fit says against itself, each a sentence.
+        warnings: What the fit and its derivatives say against themselves, each a sentence.
     """
 
     def __init__(
@@ -71,7 +71,8 @@ class Fit:
         self.noise_factor = 1.0 if data.known else float(np.sqrt(residual @ residual / free))
         self._sizes = np.array([abs(v) or 1.0 for v in self.values.values()])
         _, self._singular, self._directions = np.linalg.svd(jacobian * self._sizes)
-        self.warnings = tuple([*self._unfinished(at_bounds), *self._unseen(), *self._doubts()])
+        own = [*self._unfinished(at_bounds), *self._unseen(), *self._doubts()]
+        self.warnings = (*own, *found.warnings)
 
     @property
     def covariance(self) -> pd.DataFrame:
