@@ -67,3 +67,15 @@ class Layout(NamedTuple):
     def director_change(self, q: Expr) -> Expr:
         """Change of the director, shape (3,), dimensionless."""
         return self.part(q, "w")
+
+    def strained(self, q: Expr) -> tuple[Expr, Expr]:
+        """Displacement and change of the director that strains are taken of."""
+        return self.straining(q), self.director_change(q)
+
+    def moved(self, q: Expr) -> tuple[Expr, Expr]:
+        """Displacement and change of the directors of frames."""
+        return self.part(q, "u"), self.part(q, "w")
+
+    def multipliers(self, q: Expr) -> Expr:
+        """Scaled multipliers of directors."""
+        return self.part(q, "lam")

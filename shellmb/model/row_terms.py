@@ -14,7 +14,7 @@ from shellmb.forms.measure import Measure
 from shellmb.forms.state import Layout
 from shellmb.forms.steps.general_hyperelastic import GeneralPath
 from shellmb.forms.steps.general_strains import GeneralStrain
-from shellmb.forms.steps.path import Change, Pair, Points, Rows, Step
+from shellmb.forms.steps.path import Change, Pair, Points, Rows, Step, Stress
 from shellmb.forms.steps.stress_work import (
     MixedSection,
     general_stresses,
@@ -25,6 +25,7 @@ from shellmb.forms.steps.stress_work import (
 from shellmb.forms.steps.stress_work_nonlinear import NonlinearPath
 from shellmb.model.body import Term
 from shellmb.native.derivatives import Written, by_shares, written_as
+from shellmb.native.later import later
 
 FORMS = Path(shellmb.forms.__path__[0])
 
@@ -52,15 +53,29 @@ def path_terms(
         trial: Direction of derivatives.
         integrate: Integral of densities, one for each quadrature rule.
     """
-    common, states = (section, layout, strain), rows.states
-    works = [stress_work(*common, states[: rows.moving], s, tests) for s in rows.stresses]
-    residual = integrate([sum(densities) for densities in zip(*works, strict=True)])
-    dq = _single(trial)
+    common, states, dq = (section, layout, strain), rows.states, _single(trial)
+    moving, stresses = states[: rows.moving], rows.stresses
+    residual = _stress_work(*common, moving, stresses, tuple(tests), integrate)
 
     def write(pair: Pair, change: Change) -> Form:
         return integrate(pair_change(*common, states, pair, change, dq, trial))
 
     return Term(residual, rows.numbers, _changes(residual, rows, "change", write))
+
+
+@later
+def _stress_work(
+    section: MixedSection,
+    layout: Layout,
+    strain: Measure,
+    states: Sequence[Expr],
+    stresses: Sequence[Stress],
+    tests: Sequence[Expr],
+    integrate: Callable[[list[Expr]], Form],
+) -> Form:
+    """Work of some stresses, with what remains of their compatibility."""
+    works = [stress_work(section, layout, strain, states, s, tests) for s in stresses]
+    return integrate([sum(densities) for densities in zip(*works, strict=True)])
 
 
 def _single(trial: Any) -> Expr:

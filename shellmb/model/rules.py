@@ -1,5 +1,6 @@
 """Quadrature rules of the integrals over shells (design, section 3) and beams."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -7,6 +8,8 @@ import basix
 import numpy as np
 import ufl
 from dolfinx import mesh
+from ufl import Form
+from ufl.core.expr import Expr
 
 # Weight of the three points inside a triangle; the rest is that of the middles of its sides. With
 # 0.9 the rule is of degree 3; the more the middles weigh, where elements share their displacements,
@@ -67,6 +70,40 @@ def quadrature_rules(domain: mesh.Mesh, degree: int) -> Rules:
         measure({"quadrature_rule": "GLL", "quadrature_degree": 2 * degree - 1}),
         (lines[0], lines[1]),
     )
+
+
+def over_surface(rules: Rules, densities: Sequence[Expr]) -> Form:
+    """Integral of densities over a shell, for the full and the reduced rule.
+
+    Args:
+        rules: The rules.
+        densities: The densities.
+    """
+    return densities[0] * rules.full + densities[1] * rules.reduced
+
+
+def over_lines(rules: Rules, factor: Expr, densities: Sequence[Expr]) -> Form:
+    """Difference of the finer rules and the reduced rule of a pair of densities.
+
+    Args:
+        rules: Rules, with those of lines.
+        factor: Factor of both densities.
+        densities: The densities.
+    """
+    assert rules.lines is not None
+    first, second = (factor * density for density in densities)
+    dx1, dx2 = rules.lines
+    return first * dx1 + second * dx2 - (first + second) * rules.reduced
+
+
+def over_line(rule: ufl.Measure, densities: Sequence[Expr]) -> Form:
+    """Integral of a density over a beam.
+
+    Args:
+        rule: The rule.
+        densities: The density.
+    """
+    return densities[0] * rule
 
 
 def _triangle() -> dict[str, Any]:

@@ -12,7 +12,7 @@ import os
 import zlib
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
-from functools import cache
+from functools import cache, cached_property
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +26,7 @@ from ufl.algorithms.map_integrands import map_integrands
 from ufl.classes import Variable, VariableDerivative
 
 from shellmb.native.compiling.store import writing
+from shellmb.native.later import plain
 
 Items = Sequence[Any]
 
@@ -51,16 +52,18 @@ class CachedDerivative:
     Args:
         of: The form that it is a derivative of; of forms with one signature it has one kernel.
         spaces: Of its arguments.
+        label: What tells it from other derivatives of the form.
+
+    Attributes:
         coefficients: What its coefficients are among.
         constants: What its constants are among.
-        label: What tells it from other derivatives of the form.
     """
 
-    def __init__(
-        self, of: Form, spaces: Items, coefficients: Items, constants: Items, label: str
-    ) -> None:
+    coefficients: Items
+    constants: Items
+
+    def __init__(self, of: Form, spaces: Items, label: str) -> None:
         self.of, self.spaces, self.label = of, spaces, label
-        self.coefficients, self.constants = coefficients, constants
 
     def form(self) -> Form:
         """The derivative in UFL; it may be empty."""
@@ -117,20 +120,21 @@ class Derivative(CachedDerivative):
         spaces.append(function.function_space)
         if shares is not None:
             constants = (shares, *constants)
-        super().__init__(form, spaces, coefficients, constants, label)
+        self.coefficients, self.constants = coefficients, constants
+        super().__init__(form, spaces, label)
 
     def form(self) -> Form:
         """The derivative in UFL; it may be empty."""
         trial = ufl.TrialFunction(self.spaces[-1])
         if self._shares is None:
             return through(
-                self.of,
+                plain(self.of),
                 lambda value: ufl.algorithms.expand_derivatives(
                     ufl.derivative(value, self._functions[0], trial)
                 ),
             )
         shares = [self._shares[k] for k in range(len(self._functions))]
-        return by_shares(self.of, self._functions, shares, trial)
+        return by_shares(plain(self.of), self._functions, shares, trial)
 
 
 def by_shares(form: Form, functions: Sequence[Any], shares: Sequence[Any], trial: Any) -> Form:
@@ -205,9 +209,18 @@ class Written(CachedDerivative):
             pattern = [places[id(item)] for item in (*roles, *numbers)]
             label += f"-{zlib.crc32(bytes(pattern)):x}"
         space = roles[0].function_space
-        coefficients, constants = (*roles, *of.coefficients()), (*numbers, *of.constants())
-        super().__init__(of, (space, space), coefficients, constants, label)
+        super().__init__(of, (space, space), label)
         self._roles, self._numbers, self._write = roles, numbers, write
+
+    @cached_property
+    def coefficients(self) -> Items:  # type: ignore[override]
+        """Functions that it may depend on."""
+        return *self._roles, *self.of.coefficients()
+
+    @cached_property
+    def constants(self) -> Items:  # type: ignore[override]
+        """Constants that it may depend on."""
+        return *self._numbers, *self.of.constants()
 
     def form(self) -> Form:
         """The derivative in UFL."""

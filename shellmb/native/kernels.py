@@ -16,11 +16,11 @@ import ffcx.codegeneration.jit as ffcx_jit
 import ffcx.naming
 import ffcx.options
 import numpy as np
-import ufl
 from dolfinx import default_scalar_type, fem
 from dolfinx.fem.forms import form_cpp_class, get_integration_domains
 from ufl import Form
 from ufl.core.expr import Expr
+from ufl.domain import extract_domains
 
 from shellmb.barrier import arrive, first_found
 from shellmb.errors import RunError
@@ -30,6 +30,7 @@ from shellmb.native.compiling.compiler import compile_new, library
 from shellmb.native.compiling.flags import KERNEL_FLAGS, Item, flags_for
 from shellmb.native.compiling.store import is_whole, loading, usable
 from shellmb.native.derivatives import CachedDerivative, Record, read, write
+from shellmb.native.later import Later, plain
 from shellmb.native.reference import compiled_form
 
 JIT_OPTIONS = {"cffi_extra_compile_args": KERNEL_FLAGS}
@@ -106,7 +107,7 @@ def compile_with_derivatives(
     if not forms:
         return []
     if not is_native():
-        return [compiled_form(f if isinstance(f, Form) else f.form(), flags) for f in forms]
+        return [compiled_form(plain(f if isinstance(f, Form) else f.form()), flags) for f in forms]
     comm = comm_of(forms[0] if isinstance(forms[0], Form) else forms[0].of)
     cache_folder()  # on all ranks, as it may be refused
     _refuse_others(forms, comm)
@@ -169,8 +170,11 @@ def compile_missing(items: Sequence[Item], comm: MPI.Comm, flags: Sequence[str] 
     failure: Exception | None = None
     if comm.rank == 0:
         try:
-            named = {module_name(item, flags): (item, flags_for(item, flags)) for item in items}
-            compile_new(named, cache_folder(), _TELLING.get())
+            folder, named = cache_folder(), {module_name(item, flags): item for item in items}
+            new = {k: item for k, item in named.items() if not is_whole(library(folder, k))}
+            written = {k: plain(i) if isinstance(i, Form) else i for k, i in new.items()}
+            wanted = {k: (item, flags_for(item, flags)) for k, item in written.items()}
+            compile_new(wanted, folder, _TELLING.get())
         except Exception as error:
             failure = error
     raise_together(failure, "kernels could not be compiled", comm)
@@ -323,7 +327,8 @@ def told(tell: Callable[[int, int], None]) -> Iterator[None]:
 
 def comm_of(of: Form | Expr) -> MPI.Comm:
     """The ranks of what a form or an expression is on."""
-    domain: Any = ufl.domain.extract_domains(of)[0]
+    domains: Any = of.subdomain_data() if isinstance(of, Form) else extract_domains(of)
+    domain = next(iter(domains))
     comm: MPI.Comm = domain.ufl_cargo().comm
     return comm
 
@@ -345,6 +350,12 @@ def module_name(item: Item, flags: Sequence[str] = ()) -> str:
         item: The form; or the expression and its points.
         flags: As of `compiled`.
     """
+    if isinstance(item, Later):
+        return item.kernel(tuple(flags), lambda form: _module_name(form, flags))
+    return _module_name(item, flags)
+
+
+def _module_name(item: Item, flags: Sequence[str]) -> str:
     options = ffcx.options.get_options({"scalar_type": default_scalar_type})
     tag = ffcx_jit._compute_option_signature(options)
     tag += ffcx_jit._compilation_signature(flags_for(item, flags), False)

@@ -6,6 +6,9 @@ energies quadratic. Loads act on the reference configuration; what is at rest th
 stress.
 """
 
+from collections.abc import Sequence
+from typing import Any
+
 import ufl
 from dolfinx import fem
 from ufl import Form
@@ -13,6 +16,7 @@ from ufl.core.expr import Expr
 
 from shellmb.model.body import Body
 from shellmb.model.body import strain_energy as stored
+from shellmb.native.later import later
 from shellmb.schemes.base import Levels
 
 
@@ -45,9 +49,17 @@ def change[F: (Form, Expr)](form: F, levels: Levels) -> F | None:
     pairs = [(at.q, levels.q)]
     pairs += [(at.rates[name], rate) for name, rate in levels.rates.items()]
     pairs += [(at.unknown[name], unknown) for name, unknown in levels.unknown.items()]
-    used = ufl.algorithms.extract_coefficients(form)
-    parts = [ufl.derivative(form, zero, state) for zero, state in pairs if zero in used]
-    return sum(parts[1:], parts[0]) if parts else None
+    extract: Any = ufl.algorithms.extract_coefficients
+    used = form.coefficients() if isinstance(form, Form) else extract(form)
+    found = [pair for pair in pairs if pair[0] in used]
+    take: Any = later(_change) if isinstance(form, Form) else _change
+    return take(form, found) if found else None
+
+
+def _change(form: Any, pairs: Sequence[tuple[fem.Function, fem.Function]]) -> Any:
+    """Derivatives of a form by functions in the directions of others, added up."""
+    parts = [ufl.derivative(form, zero, state) for zero, state in pairs]
+    return sum(parts[1:], parts[0])
 
 
 def strain_energy(body: Body, levels: Levels) -> Form | None:
@@ -63,5 +75,10 @@ def strain_energy(body: Body, levels: Levels) -> Form | None:
     energy = stored(body, at.q)
     if energy is None:
         return None
-    work = ufl.derivative(energy, at.q, levels.q)
-    return 0.5 * ufl.derivative(work, at.q, levels.q)
+    return _quadratic(energy, at.q, levels.q)
+
+
+@later
+def _quadratic(energy: Form, zero: fem.Function, state: fem.Function) -> Form:
+    work = ufl.derivative(energy, zero, state)
+    return 0.5 * ufl.derivative(work, zero, state)

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 import ufl
@@ -23,11 +23,11 @@ from shellmb.meshes.curve_mesh import LineMesh
 from shellmb.meshes.spaces import NO_PARTS, beam_space
 from shellmb.model.body import LoadFactors, PartScale, Rates, added
 from shellmb.model.frames.frame import FrameBody
-from shellmb.model.rules import line_rules
+from shellmb.model.rules import line_rules, over_line
 from shellmb.model.sections.damping import Resisting, StrainDamping, mass_damping, slowing
 from shellmb.model.sections.natural import Distributed, NaturalStress
 from shellmb.model.sections.section import SLACK
-from shellmb.model.sections.strains import Strains
+from shellmb.model.sections.strains import Integrate, Strains
 from shellmb.model.shells.loads import DistributedLoads
 from shellmb.model.shells.positions import interpolated
 from shellmb.model.user_forms import virtual_work
@@ -196,7 +196,7 @@ class BeamModel(FrameBody):
         self._slowing = slowing(beam.section, line)
         viscous = bind_beam_damping(beam, self.section.formulation, line)
         if viscous is not None:
-            on = Resisting(viscous, self.strain, lambda d: d[0] * self.rules.reduced)
+            on = Resisting(viscous, self.strain, self.integrate)
             self.damping = StrainDamping(self.layout, (on,))
         self._loads = loads
         self.slenderness = slenderness = beam.section.size / domain.length
@@ -253,13 +253,17 @@ class BeamModel(FrameBody):
     @cached_property
     def elastic(self) -> tuple[Strains]:
         """Strains of the beam with their section."""
-        section, reduced = self.section.formulation, self.rules.reduced
-        return (Strains(section, self.layout, self.strain, lambda d: d[0] * reduced),)
+        return (Strains(self.section.formulation, self.layout, self.strain, self.integrate),)
+
+    @property
+    def integrate(self) -> Integrate:
+        """Integral of densities for the reduced rule."""
+        return partial(over_line, self.rules.reduced)
 
     @cached_property
     def strain(self) -> Measure:
         """Strains (Gamma, K), shape (6,)."""
-        return beam_forms.strain_measure(self.line, self._motion)
+        return beam_forms.strain_measure(self.line, self.layout.moved)
 
     @cached_property
     def natural(self) -> NaturalStress | None:
@@ -272,13 +276,12 @@ class BeamModel(FrameBody):
         e = fem.Constant(domain, values)
         C = np.array(_effective(self.beam))
         stress = fem.Constant(domain, C @ values)
-        reduced = self.rules.reduced
         return NaturalStress(
             e,
             (stress,),
             stress,
             self.strain,
-            lambda d: d[0] * reduced,
+            self.integrate,
             given.time,
             fem.Constant(domain, 0.0),
             fem.Constant(domain, 0.0),

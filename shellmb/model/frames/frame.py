@@ -1,6 +1,7 @@
 """Frames at nodes of beams and rigid bodies: their inertia and constraints."""
 
 from functools import cached_property
+from typing import Any
 
 from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
 
@@ -21,6 +22,7 @@ from shellmb.model.body import Constraint, Damped, FixedDofs, Manifold, NodeLink
 from shellmb.model.frames.floating import EVERYWHERE, FloatingFrame
 from shellmb.model.frames.unit import DirectorConstraint, directors_held
 from shellmb.model.joints.held import Constraints
+from shellmb.native.later import later
 
 IDENTITY = np.eye(3)
 
@@ -84,7 +86,7 @@ class FrameBody:
         """Frames are orthonormal, eq. (19), and tied to what floats with the body."""
         own = Constraints(
             Held(self.orthonormality.value),
-            lambda q: self.layout.part(q, "lam"),
+            self.layout.multipliers,
             self.force,
             self.nodes,
             self._frame_errors,
@@ -96,37 +98,31 @@ class FrameBody:
     @cached_property
     def orthonormality(self) -> Measure:
         """Constraints of the frames, shape (6,)."""
-        return measure(lambda q: frame.orthonormality(self.layout.part(q, "w"), self.frames))
+        layout, frames = self.layout, self.frames
+        return measure(lambda q: frame.orthonormality(layout.part(q, "w"), frames))
 
     def inertia(self, rate: Expr, dq: Expr) -> Form | None:
         """Virtual work of the inertia forces for the acceleration `rate`."""
         return self._mass_form(rate, dq)
 
     def _mass_form(self, v: Expr, dv: Expr) -> Form | None:
-        forms = [
-            frame.momentum_work(*self._motion(v), mass, *self._motion(dv)) * measure
-            for mass, measure in self.masses
-        ]
+        motions = (*self._motion(v), *self._motion(dv))
+        forms = [_momentum_work(*motions, *mass) for mass in self.masses]
         return sum(forms[1:], forms[0]) if forms else None
 
     def _motion(self, v: Expr) -> tuple[Expr, Expr]:
-        return self.layout.part(v, "u"), self.layout.part(v, "w")
+        return self.layout.moved(v)
 
     def momentum(self, v: Expr, axis: Expr) -> Form | None:
         """Component of the linear momentum along `axis`, kg m/s."""
-        forms = [
-            ufl.dot(frame.momenta(*self._motion(v), mass)[0], axis) * measure
-            for mass, measure in self.masses
-        ]
+        motion = self._motion(v)
+        forms = [_momentum(*motion, axis, *mass) for mass in self.masses]
         return sum(forms[1:], forms[0]) if forms else None
 
     def angular_momentum(self, q: Expr, v: Expr, axis: Expr) -> Form | None:
         """Component along `axis` of the angular momentum about the origin, kg m^2/s."""
-        x, d = self.position(q), self.directors(q)
-        forms = [
-            ufl.dot(frame.angular_momentum(x, d, *self._motion(v), mass), axis) * measure
-            for mass, measure in self.masses
-        ]
+        state = self.position(q), self.directors(q), *self._motion(v)
+        forms = [_angular_momentum(state, axis, *mass) for mass in self.masses]
         return sum(forms[1:], forms[0]) if forms else None
 
     @property
@@ -157,3 +153,23 @@ class FrameBody:
         else:
             found = np.array([self.held.values(one, self._rest) for one in w])
         return largest(found)
+
+
+@later
+def _momentum_work(
+    v: Expr, dd: Expr, dv: Expr, ddd: Expr, mass: FrameMass, measure: ufl.Measure
+) -> Form:
+    return frame.momentum_work(v, dd, mass, dv, ddd) * measure
+
+
+@later
+def _momentum(v: Expr, dd: Expr, axis: Expr, mass: FrameMass, measure: ufl.Measure) -> Form:
+    return ufl.dot(frame.momenta(v, dd, mass)[0], axis) * measure
+
+
+@later
+def _angular_momentum(
+    state: tuple[Any, ...], axis: Expr, mass: FrameMass, measure: ufl.Measure
+) -> Form:
+    x, d, v, dd = state
+    return ufl.dot(frame.angular_momentum(x, d, v, dd, mass), axis) * measure

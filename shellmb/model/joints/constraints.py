@@ -130,10 +130,11 @@ class ConstraintGroup(Massless):
     @property
     def constraints(self) -> tuple[Constraint, ...]:
         """The group's own."""
+        layout = self.layout
         return (
             Constraints(
                 self.law,
-                lambda q: self.layout.part(q, "mu"),
+                lambda q: layout.part(q, "mu"),
                 self.force,
                 ufl.dx(self.nodes.mesh),
                 self.errors,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import ufl
 from ufl import Form
@@ -16,6 +16,7 @@ from shellmb.forms.constraints.velocity_jump import VelocityJump
 from shellmb.forms.steps.mixed import Interval
 from shellmb.forms.steps.path import Path
 from shellmb.model.body import JumpForms
+from shellmb.native.later import later
 
 
 @dataclass(frozen=True)
@@ -37,22 +38,28 @@ class Constraints:
     multipliers: Callable[[Expr], Expr]
     force: Expr
     dx: ufl.Measure
-    errors: Callable[[Floats], Floats]
+    errors: Callable[[Floats], Floats] = field(compare=False)
     inertialess: bool = False
     moving: bool = True
     on: Expr | None = None
 
+    @later
     def interval(self, span: Interval, dq: Expr) -> Form:
         """Constraint forces of a sub-interval, and the constraints at its end."""
         return self._form(self.law.interval(span, dq), dq)
 
+    @later
     def path(self, path: Path, k: int, dq: Expr) -> Form:
         """Constraint forces in a row of a step that is quadratic in time, and the constraints."""
         return self._form(self.law.path(path, k, dq, self.inertialess), dq)
 
     def velocity(self, v: Expr, mid: Expr, dv: Expr) -> Form | None:
         """Constraints on velocities at the state `mid`, with their impulses; None without any."""
-        return self._form(self.law.velocity(v, mid, dv), dv) if self.moving else None
+        return self._velocity(v, mid, dv) if self.moving else None
+
+    @later
+    def _velocity(self, v: Expr, mid: Expr, dv: Expr) -> Form:
+        return self._form(self.law.velocity(v, mid, dv), dv)
 
     def jump(self, step: VelocityJump, dq: Expr) -> JumpForms:
         """Constraints on velocities at the end of a step that begins with a jump."""

@@ -138,6 +138,8 @@ class JointGroup(ConstraintGroup):
         switched: Whether some of them act at times only.
     """
 
+    forms_read: tuple[str, ...] = ("kind", "ends", "layout", "size")
+
     def __init__(
         self,
         comm: MPI.Comm,

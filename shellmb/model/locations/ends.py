@@ -68,6 +68,8 @@ class EndGroup:
         turns: Whether the directors matter; if not, their unknowns are left out.
     """
 
+    forms_read = ("_data", "_arms", "tag", "turns", "count")
+
     def __init__(
         self, nodes: NodeMesh, ends: Sequence[End], axes: Floats, tag: str, turns: bool
     ) -> None:

@@ -1,7 +1,7 @@
 """Damping of a body: of its strains, and in proportion to its mass."""
 
 from collections.abc import Callable, Sequence
-from functools import reduce
+from functools import partial, reduce
 from typing import Any, NamedTuple, Protocol
 
 from dolfinx import fem
@@ -14,6 +14,7 @@ from shellmb.forms.steps.damping import Resistance, Straining, at_state, taken
 from shellmb.model.body import Rates, Term
 from shellmb.model.row_terms import path_terms
 from shellmb.model.row_terms import together as joined
+from shellmb.native.later import later
 from shellmb.scene import BeamSection, Section
 
 
@@ -46,28 +47,39 @@ class StrainDamping:
         """Forces in the rows of a step, with their derivatives."""
         terms = []
         for section, strain, integrate in self._parts:
-
-            def by_time(
-                densities: Sequence[Expr], on: Callable[[Sequence[Expr]], Form] = integrate
-            ) -> Form:
-                return on([density / along.dt for density in densities])
-
             common = section, self._layout, strain
-            terms.append(path_terms(*common, along.rows, tests, trial, by_time))
+            over_time = partial(_over_time, integrate, along.dt)
+            terms.append(path_terms(*common, along.rows, tests, trial, over_time))
         return reduce(joined, terms)
 
     def work(self, along: Straining) -> Form:
         """Work over the step, eq. (D2); never positive."""
-        forms = [
-            on([-density / along.dt for density in taken(section, self._layout, strain, along)])
-            for section, strain, on in self._parts
-        ]
+        forms = [_work(part, self._layout, along) for part in self._parts]
         return sum(forms[1:], forms[0])
 
     def at(self, q: Expr, v: Expr, dq: Expr) -> Form:
         """Virtual work of the forces at a state with a velocity."""
         forms = [on(at_state(section, strain, q, v, dq)) for section, strain, on in self._parts]
         return sum(forms[1:], forms[0])
+
+
+@later
+def _work(part: Resisting, layout: Layout, along: Straining) -> Form:
+    densities = taken(part.section, layout, part.strain, along)
+    return part.integrate([-density / along.dt for density in densities])
+
+
+def _over_time(
+    integrate: Callable[[Sequence[Expr]], Form], dt: Expr, densities: Sequence[Expr]
+) -> Form:
+    """Integral of densities over a time.
+
+    Args:
+        integrate: Their integral over the body.
+        dt: The time.
+        densities: The densities.
+    """
+    return integrate([density / dt for density in densities])
 
 
 def slowing(section: Section | BeamSection, mesh: Any) -> fem.Constant | None:

@@ -9,7 +9,7 @@ form stays what it is. What is reported is of `e - theta e*`.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import ufl
 from dolfinx import fem
@@ -18,6 +18,7 @@ from ufl.core.expr import Expr
 
 from shellmb.forms.measure import Measure
 from shellmb.model.body import TimeFunction
+from shellmb.native.later import later
 from shellmb.scene import BeamNaturalStrain, NaturalStrain
 from shellmb.scene.loads.loads import Load
 
@@ -45,15 +46,17 @@ class NaturalStress:
     resultants: Expr
     measure: Measure
     integrate: Callable[[Sequence[Expr]], Form]
-    time: TimeFunction | None
+    time: TimeFunction | None = field(compare=False)
     now: fem.Constant
     mean: fem.Constant
 
+    @later
     def work(self, mid: Expr, dq: Expr) -> Form:
         """Virtual work of the stress at a state, for a factor of one."""
         change = self.measure.change(mid, dq)
         return self.integrate([ufl.dot(stress, change) for stress in self.stresses])
 
+    @later
     def energy(self, q: Expr) -> Form:
         """Elastic energy of `e - theta e*` less that of `e`."""
         e = self.measure.value(q)

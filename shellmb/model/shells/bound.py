@@ -1,14 +1,13 @@
 """A shell bound to mesh, space, section, rules of its integrals, and kinematics."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import basix
 import numpy as np
 import ufl
 from dolfinx import fem, mesh
-from ufl import Form
 from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats
@@ -17,7 +16,7 @@ from shellmb.forms import shell as shell_forms
 from shellmb.forms.measure import Measure, measure
 from shellmb.forms.shell import ShellStrains
 from shellmb.forms.state import Layout
-from shellmb.forms.steps.mixed import Density, LinearMixed, vector
+from shellmb.forms.steps.mixed import LinearMixed, vector
 from shellmb.forms.surface import Surface, surface
 from shellmb.meshes.directors import gauss_curvature, reference_director
 from shellmb.meshes.mesh import SurfaceMesh
@@ -29,9 +28,10 @@ from shellmb.model.body import (
 )
 from shellmb.model.frames.floating import FloatingFrame
 from shellmb.model.frames.unit import DirectorConstraint, directors_held
-from shellmb.model.rules import BUBBLES, quadrature_rules
+from shellmb.model.rules import BUBBLES, over_lines, over_surface, quadrature_rules
 from shellmb.model.sections.natural import Distributed, NaturalStress
 from shellmb.model.sections.section import bind_mass, bind_section
+from shellmb.model.sections.strains import Integrate
 from shellmb.model.shells.direction import direction_1
 from shellmb.model.shells.positions import interpolated
 from shellmb.scene import LinearSection, Shell
@@ -156,12 +156,10 @@ class BoundShell:
         numbers = list(self.surface_mesh.edges)
         return self._ds(tuple(numbers.index(name) for name in names))
 
-    def hourglass(self, pair: tuple[Expr, Expr]) -> Form:
+    @property
+    def hourglass(self) -> Integrate:
         """Difference of the finer rules and the reduced rule of a pair of densities."""
-        assert self.rules.lines is not None
-        first, second = (self.section.hourglass * density for density in pair)
-        dx1, dx2 = self.rules.lines
-        return first * dx1 + second * dx2 - (first + second) * self.rules.reduced
+        return partial(over_lines, self.rules, self.section.hourglass)
 
     @cached_property
     def strain(self) -> Measure:
@@ -174,15 +172,16 @@ class BoundShell:
     @cached_property
     def line_strain(self) -> Measure:
         """Membrane strains along the coordinate lines of the element, for the hourglass control."""
-        jacobian = ufl.Jacobian(self.mixed.space.mesh)
-        return self.strain.mapped(lambda e: hourglass.lines(e, self.surface, jacobian))
+        surface, jacobian = self.surface, ufl.Jacobian(self.mixed.space.mesh)
+        return self.strain.mapped(lambda e: hourglass.lines(e, surface, jacobian))
 
     @cached_property
     def length(self) -> Measure:
         """The constraint of the director, shape (1,)."""
+        layout, director = self.layout, self.director
 
         def value(q: Expr) -> Expr:
-            return shell_forms.director_constraint(self.layout.part(q, "w"), self.director)
+            return shell_forms.director_constraint(layout.part(q, "w"), director)
 
         return measure(lambda q: ufl.as_vector([value(q)]))
 
@@ -209,7 +208,7 @@ class BoundShell:
             formulation.stress(e, N),
             formulation.joined(e, N),
             self.strain,
-            lambda d: self.integrate((d[0], d[1])),
+            self.integrate,
             given.time,
             fem.Constant(domain, 0.0),
             fem.Constant(domain, 0.0),
@@ -219,17 +218,19 @@ class BoundShell:
         """Strains of a state by their names."""
         return shell_forms.named(self.strain.value(q))
 
-    def integrate(self, density: Density) -> Form:
+    @property
+    def integrate(self) -> Integrate:
         """Integral of densities for the full and the reduced rule."""
-        return density[0] * self.rules.full + density[1] * self.rules.reduced
+        return partial(over_surface, self.rules)
 
     def velocities(self, v: Expr) -> tuple[Expr, Expr]:
         """Velocity of the surface and of the director in a rate of the state."""
         return self.layout.displacement(v), self.layout.director_change(v)
 
-    def straining(self, q: Expr) -> tuple[Expr, Expr]:
-        """Displacement and change of the director that strains are taken of."""
-        return self.layout.straining(q), self.layout.director_change(q)
+    @property
+    def straining(self) -> Callable[[Expr], tuple[Expr, Expr]]:
+        """Displacement and change of the director in a state that strains are taken of."""
+        return self.layout.strained
 
     @property
     def _turns(self) -> bool:

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 
 import ufl
-from ufl import Form
 from ufl.core.expr import Expr
 
 from shellmb.forms import hourglass
@@ -15,6 +14,7 @@ from shellmb.forms.measure import Measure
 from shellmb.forms.steps.mixed import LinearMixed
 from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed
 from shellmb.forms.steps.path import is_quadratic
+from shellmb.forms.surface import Surface
 from shellmb.model.sections.strains import GeneralStrains, HyperelasticStrains, Integrate, Strains
 from shellmb.model.shells.bound import BoundShell
 
@@ -25,13 +25,7 @@ def shell_strains(shell: BoundShell) -> tuple[Strains, ...]:
     Args:
         shell: The shell.
     """
-
-    def integrate(densities: Sequence[Expr]) -> Form:
-        return shell.integrate((densities[0], densities[1]))
-
-    def control(densities: Sequence[Expr]) -> Form:
-        return shell.hourglass((densities[0], densities[1]))
-
+    integrate, control = shell.integrate, shell.hourglass
     quadratic = quadratic_strains(shell)
     section, h = shell.section.formulation, shell.thickness
     weight = (1, 1, 1, h**2, h**2, h**2, 1, 1)
@@ -40,7 +34,7 @@ def shell_strains(shell: BoundShell) -> tuple[Strains, ...]:
     else:
         assert isinstance(section, NonlinearMixed)
         common = section, shell.layout, shell.strain, integrate
-        own = HyperelasticStrains(*common, quadratic, weight, partial(_product, shell))
+        own = HyperelasticStrains(*common, quadratic, weight, _product_of(shell))
     if shell.rules.lines is None:
         return (own,)
     lines = hourglass.LineSection()
@@ -59,13 +53,18 @@ def _linear(
     common = section, shell.layout, strain, integrate
     if quadratic:
         return Strains(*common)
-    return GeneralStrains(*common, weight, partial(_product, shell))
+    return GeneralStrains(*common, weight, _product_of(shell))
 
 
-def _product(shell: BoundShell, a: Expr, b: Expr) -> Expr:
-    """Product of two states, by their gradients and directors."""
-    first, second = (shell_forms.tangents(*shell.straining(q), shell.surface) for q in (a, b))
-    h = shell.thickness
+def _product_of(shell: BoundShell) -> Callable[[Expr, Expr], Expr]:
+    """Product of two states of a shell, by their gradients and directors."""
+    return partial(_product, shell.straining, shell.surface, shell.thickness)
+
+
+def _product(
+    straining: Callable[[Expr], tuple[Expr, Expr]], surface: Surface, h: Expr, a: Expr, b: Expr
+) -> Expr:
+    first, second = (shell_forms.tangents(*straining(q), surface) for q in (a, b))
     sizes = 1, 1, 1, h**2, h**2
     return sum(s * ufl.dot(x, y) for s, x, y in zip(sizes, first, second, strict=True))
 

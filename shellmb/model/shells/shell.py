@@ -19,6 +19,7 @@ from shellmb.forms.steps.path import Step
 from shellmb.forms.terms import Point
 from shellmb.model.body import Constraint, LoadFactors, Manifold, Rates, added, largest
 from shellmb.model.joints.held import Constraints
+from shellmb.model.rules import Rules
 from shellmb.model.sections.damping import StrainDamping, mass_damping, slowing
 from shellmb.model.sections.section import Arm, mass_arm
 from shellmb.model.sections.strains import HyperelasticStrains, Strains
@@ -27,6 +28,7 @@ from shellmb.model.shells.elastic import shell_strains
 from shellmb.model.shells.loads import ShellLoads
 from shellmb.model.shells.viscous import strain_damping
 from shellmb.model.user_forms import virtual_work
+from shellmb.native.later import later
 
 
 class ShellModel(BoundShell):
@@ -42,7 +44,7 @@ class ShellModel(BoundShell):
         """Directors of unit length, and what floats with the body."""
         own = Constraints(
             Held(self.length.value),
-            lambda q: self.layout.part(q, "lam"),
+            self.layout.multipliers,
             self.section.force,
             self.rules.nodes,
             self._length_errors,
@@ -58,17 +60,8 @@ class ShellModel(BoundShell):
         parts positive: the first by the full rule, the second one at the nodes. So the kinetic
         energy is continuous in the offset of the mass, and positive definite.
         """
-        mass = self.mass
-        assert mass is not None
-        if mass.s is not None:
-            assert mass.I is not None and mass.centred is not None
-            centred = Mass(mass.centred, None, None)
-            joined = mass._replace(m=mass.s**2 / mass.I)
-            return density(centred) * self.rules.full + density(joined) * self.rules.nodes
-        form = density(shell_forms.without_director(mass)) * self.rules.full
-        if mass.I is not None:
-            form += density(shell_forms.director_inertia(mass)) * self.rules.nodes
-        return form
+        assert self.mass is not None
+        return _over_mass(self.mass, self.rules, density)
 
     @property
     def jump_parts(self) -> frozenset[str]:
@@ -197,9 +190,10 @@ class ShellModel(BoundShell):
         if self.mass is None:
             return None
         x, d = self.position(q), self.director + self.layout.director_change(q)
+        velocities = self.velocities(v)
 
         def density(mass: Mass) -> Expr:
-            h, g = shell_forms.momenta(*self.velocities(v), mass)
+            h, g = shell_forms.momenta(*velocities, mass)
             return ufl.dot(ufl.cross(x, h) + ufl.cross(d, g), axis)
 
         return self._integrate_mass(density)
@@ -222,3 +216,16 @@ class ShellModel(BoundShell):
     ) -> tuple[Floats, npt.NDArray[np.intp]]:
         """Reference directors and where their changes are in a state, both of shape (n, 3)."""
         return self.node_directors()[:, 0], self.mixed.dofs["w"].reshape(-1, 3).astype(np.intp)
+
+
+@later
+def _over_mass(mass: Mass, rules: Rules, density: Callable[[Mass], Expr]) -> Form:
+    if mass.s is not None:
+        assert mass.I is not None and mass.centred is not None
+        centred = Mass(mass.centred, None, None)
+        joined = mass._replace(m=mass.s**2 / mass.I)
+        return density(centred) * rules.full + density(joined) * rules.nodes
+    form = density(shell_forms.without_director(mass)) * rules.full
+    if mass.I is not None:
+        form += density(shell_forms.director_inertia(mass)) * rules.nodes
+    return form

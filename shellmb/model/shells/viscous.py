@@ -57,11 +57,12 @@ def strain_damping(shell: BoundShell) -> StrainDamping | None:
     stretched = times[0] > 0 and shell.shell.stretching
     if shell.rules.lines is not None and stretched:
         time, lines = fem.Constant(shell.mixed.space.mesh, times[0]), shell.line_strain
+        control = shell.hourglass
         parts.append(
             Resisting(
                 hourglass.LineSection(),
                 lines,
-                lambda d: shell.hourglass((time * d[0], time * d[1])),
+                lambda d: control((time * d[0], time * d[1])),
             )
         )
     return StrainDamping(shell.layout, parts) if parts else None
@@ -82,7 +83,7 @@ def _linear(shell: BoundShell, section: LinearMixed, strain: Measure) -> list[Re
     if not (membrane or bend or shear):
         return []
     viscous = ViscousShell(section, *map(constant, (membrane, bend, shear, both)))
-    return [Resisting(viscous, strain, lambda d: shell.integrate((d[0], d[1])))]
+    return [Resisting(viscous, strain, shell.integrate)]
 
 
 def _of_rest(shell: BoundShell, section: NonlinearMixed, strain: Measure) -> list[Resisting]:
