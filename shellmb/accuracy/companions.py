@@ -6,11 +6,14 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from shellmb.scene import Scene
+from shellmb.scene.checks.control import corners
 from shellmb.scene.loads.loads import PointLoad
 from shellmb.scene.values.models import Modal
 
 # tolerances by which steps are chosen go with this power of what would be the step
 POWER = 2.0
+# distance of a corner from the end of a step, as a part of it, up to which it is there
+MET = 1e-6
 # steps in which no motion has a shape
 SHAPELESS = 2
 # elements up to which new kernels take longer than runs
@@ -108,7 +111,17 @@ def with_steps(scene: Scene, times: float) -> Scene:
     limits = {"min_dt": control.min_dt, "max_dt": control.max_dt}
     changes: dict[str, Any] = {k: v * times for k, v in limits.items() if v is not None}
     assert scene.dt is not None
+    if times > 1:
+        changes["times"] = _met(scene)
     return replace(scene, dt=scene.dt * times, step_control=replace(control, **changes))
+
+
+def _met(scene: Scene) -> tuple[float, ...]:
+    """Times at which larger steps end, too: corners of loads and motions at ends of the scene's."""
+    assert scene.dt is not None
+    steps = {t: t / scene.dt for t in corners(scene)}
+    met = {t for t, count in steps.items() if abs(count - round(count)) < MET}
+    return tuple(sorted({*scene.step_control.times, *met}))
 
 
 def degree_of(scene: Scene) -> int | None:

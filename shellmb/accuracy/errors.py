@@ -18,6 +18,7 @@ from mpi4py import MPI
 
 from shellmb.accuracy.companions import SHAPELESS, Change, degree_of, is_reduced, prefers_degree
 from shellmb.accuracy.estimates import (
+    CAUTION,
     NONE,
     RATIO,
     UNKNOWN,
@@ -44,8 +45,10 @@ from shellmb.studies.quantity import Quantity
 
 # norms in which the history of a probe is judged
 NORMS = ("l2", "end", "max", "min")
-# those of them that are points of the curve
-POINTS = NORMS[1:]
+# those of them that are points of the curve, and those that are anywhere on it
+POINTS, EXTREMES = NORMS[1:], NORMS[2:]
+# those at which a motion is not at rest
+CERTAIN = NORMS[:2]
 # steps of a motion, and of statics, that the largest steps of companions leave at least
 FEWEST, FEWEST_STATIC = 5, 2
 # steps that these leave where they are still larger, as they cost next to nothing
@@ -78,13 +81,14 @@ class Companions:
     better: bool
     others: Mapping[str, tuple[Kept, Kept, float] | None]
 
-    def find(self, quantity: Quantity, scene: Scene, order: float) -> Found:
+    def find(self, quantity: Quantity, scene: Scene, order: float, resolved: bool = True) -> Found:
         """A quantity with its error.
 
         Args:
             quantity: The quantity.
             scene: The scene.
             order: Order of its scheme.
+            resolved: Whether all curves of the run are.
         """
         parts = {"mesh": NONE, "step": NONE}
         if degree_of(scene) is not None:
@@ -92,31 +96,76 @@ class Companions:
             parts["mesh"] = mesh_error(away, self.better)
         if not scene.static or scene.path is not None:
             step = self._step(quantity, order)
-            if quantity.norm is None and scene.path is None:
-                step = replace(step, error=step.error + self.mine.between(quantity.name))
+            # what no companion changes, as a count, has no error
+            if quantity.norm is None and scene.path is None and step.error > 0:
+                step = self._result(quantity, order, resolved)
             parts["step"] = step
         for name, pair in self.others.items():
             away = None if pair is None else difference(pair[0], pair[1], quantity)
             parts[name] = UNKNOWN if pair is None else model_error(away, pair[2])
         return Found(self.mine.size(quantity), parts)
 
+    def _result(self, quantity: Quantity, order: float, resolved: bool) -> Estimate:
+        """The error of the step of a number that a function of the user's gives."""
+        found = [kept.extreme(quantity.name) for kept in self.steps]
+        extreme = found[0]
+        if extreme is not None and found.count(extreme) == len(found):
+            # the function takes it from the ends of the steps
+            away = abs(abs(self.mine.results[quantity.name]) - abs(self.mine.size(extreme)))
+            step = self._step(extreme, order)
+            return replace(step, error=step.error + away)
+        step = self._alone(quantity, order)
+        if resolved:
+            return step
+        first = step_error(self._differences(quantity)[:1], 1.0, 0.0, self.ratio)
+        return replace(step, error=max(step.error, first.error), resolved=False)
+
     def _step(self, quantity: Quantity, order: float) -> Estimate:
         """The error of the step: of a point of a curve that is not resolved, the largest alike."""
+        if quantity.norm is None:
+            return self._alone(quantity, order)
+        found = self._norm(quantity, order)
+        # schemes of order 2 damp slow motions, too, so their companions do not agree
+        if quantity.norm in CERTAIN and order > 2:
+            damped = self.mine.damped(quantity.name)
+            if damped > found.error > 0:
+                return replace(found, error=damped, damped=True)
+        return found
+
+    def _norm(self, quantity: Quantity, order: float) -> Estimate:
+        """The error of a curve or of one of its points by what its companions tell."""
         found = self._alone(quantity, order)
-        curve = self._alone(replace(quantity, norm="l2"), order) if quantity.norm else found
+        curve = self._curve(quantity.name, order)
+        if quantity.norm == "l2":
+            return curve
         # what one companion tells of a point is chance, too; the extreme at the start has no error
         told = curve.resolved and (len(self.steps) > 2 or self.ratio < 1)
-        if quantity.norm not in POINTS or told or found.error == 0:
-            return replace(found, resolved=curve.resolved or not quantity.norm)
-        alike = ("l2", "end") if quantity.norm == "end" else POINTS
+        if told or found.error == 0:
+            return replace(found, resolved=curve.resolved)
+        alike = ("end",) if quantity.norm == "end" else POINTS
         errors = [self._alone(replace(quantity, norm=norm), order).error for norm in alike]
+        if quantity.norm == "end":
+            errors.append(curve.error)
         return replace(found, error=max(errors), resolved=curve.resolved)
+
+    def _curve(self, name: str, order: float) -> Estimate:
+        """The error of a whole curve."""
+        found = self._alone(Quantity(name, "l2"), order)
+        alternating = self.mine.alternating(name)
+        if alternating > found.error > 0:
+            return replace(found, error=alternating, resolved=False)
+        return found
 
     def _alone(self, quantity: Quantity, order: float) -> Estimate:
         """The error of the step, as differences of one quantity tell it."""
+        size = abs(self.mine.size(quantity))
+        caution = 2 * CAUTION if quantity.norm in EXTREMES else CAUTION
+        return step_error(self._differences(quantity), order, size, self.ratio, caution)
+
+    def _differences(self, quantity: Quantity) -> list[float]:
+        """Differences of the runs with other steps, each from the one before it."""
         pairs = [difference(a, b, quantity) for a, b in pairwise(self.steps)]
-        known, size = [d for d in pairs if d is not None], abs(self.mine.size(quantity))
-        return step_error(known, order, size, self.ratio)
+        return [d for d in pairs if d is not None]
 
 
 def find_companions(
@@ -234,11 +283,13 @@ def judged(found: Companions, family: Family, scene: Scene, order: float) -> Err
         scene: Its scene.
         order: Order of its scheme.
     """
-    results = {name: found.find(Quantity(name), scene, order) for name in found.mine.results}
     # along a path, points of two runs are not at the same loads
     columns = [] if scene.path is not None else found.mine.columns(scene)
     quantities = [Quantity(name, norm) for name in columns for norm in NORMS]
     probes = {str(q): found.find(q, scene, order) for q in quantities}
+    resolved = all(each.step.resolved for each in probes.values())
+    named = map(Quantity, found.mine.results)
+    results = {q.name: found.find(q, scene, order, resolved) for q in named}
     said = remarks(
         found.mine, found.steps, found.mesh, family.failures, scene, {**results, **probes}
     )

@@ -12,6 +12,9 @@ scheme allows by a good deal is taken as large as that. Steps nine times as larg
 to tell anything: where they are off by more than a hundredth of the quantity, and errors seem to
 shrink faster than the scheme's order allows, a whole order less than that is believed.
 
+An extreme of a curve depends on where steps lie beside it, which is another place in each
+companion. A whole order less than observed is believed of it.
+
 A curve whose companions differ by more than a hundredth of it, and hardly less with smaller steps,
 is not resolved: its phase is one of many, as after a snap. Its end and its extremes are then right
 or wrong by chance: the end has at least the error of the curve, and each extreme the largest error
@@ -34,6 +37,8 @@ RATIO = 3.0
 # factor of safety of the extrapolation, what is taken off an observed order, the least believed,
 # and how far beyond the scheme's order differences have vanished by chance
 SAFETY, CAUTION, LOWEST, SLACK = 1.25, 0.5, 0.5, 2.0
+# error over the difference from larger steps where smaller ones do not help: both are off
+GROWING = 1.75
 # part of the quantity beyond which the differences of steps are no powers of them
 COARSE = 0.01
 # error of a mesh over its difference from a better one, of first order at least
@@ -49,12 +54,14 @@ class Estimate:
         order: The observed order; None where there is none.
         rough: Whether companions are too far from the run to tell an order.
         resolved: Whether errors of a quantity that is this far off shrink with the step.
+        damped: Whether it is that of vibrations that the scheme has damped.
     """
 
     error: float
     order: float | None = None
     rough: bool = False
     resolved: bool = True
+    damped: bool = False
 
     @property
     def believed(self) -> float:
@@ -66,7 +73,11 @@ NONE, UNKNOWN = Estimate(0.0), Estimate(inf)
 
 
 def step_error(
-    differences: Sequence[float], highest: float, size: float, ratio: float = RATIO
+    differences: Sequence[float],
+    highest: float,
+    size: float,
+    ratio: float = RATIO,
+    caution: float = CAUTION,
 ) -> Estimate:
     """Error of the step of a run.
 
@@ -76,6 +87,7 @@ def step_error(
         highest: Order of the scheme.
         size: Size of the quantity.
         ratio: Factor between steps; that of a single companion may be below 1.
+        caution: What is taken off the observed order.
 
     Returns:
         The estimate. With one difference, the order is taken as 1; where differences grow as steps
@@ -94,10 +106,10 @@ def step_error(
     rough = order > highest and coarse > COARSE * size
     resolved = order >= LOWEST or fine <= COARSE * size
     if order <= 0:
-        return Estimate(SAFETY * fine, order, resolved=resolved)
+        return Estimate(GROWING * fine, order, resolved=resolved)
     if order > possible:
         fine, order = coarse / ratio**possible, possible
-    caution = 2 * CAUTION if rough else CAUTION
+    caution += CAUTION if rough else 0.0
     believed = max(min(order, highest) - caution, min(order, 1.0), LOWEST)
     return Estimate(SAFETY * fine / (ratio**believed - 1), order, rough, resolved)
 

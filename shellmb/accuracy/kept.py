@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from shellmb.accuracy.waves import alternating, damped
 from shellmb.errors import SceneError
 from shellmb.running.execute import RunResult
 from shellmb.running.results import plain_results
@@ -62,10 +63,10 @@ class Kept:
         taken = self.take(quantity)
         return rms(taken) if quantity.is_curve else float(taken["value"])
 
-    def between(self, name: str) -> float:
-        """Distance of a result that is an extreme of steps' ends from the one of the curve.
+    def extreme(self, name: str) -> Quantity | None:
+        """The extreme of a column that a result is the value of at the end of a step; None if none.
 
-        0 if it is none: functions of users may do anything, but mostly look for an extreme.
+        Functions of users may do anything, but mostly look for an extreme.
 
         Args:
             name: The result.
@@ -77,8 +78,25 @@ class Kept:
             ends = {"max": known.max(initial=-inf), "min": known.min(initial=inf)}
             for norm, extreme in ends.items():
                 if abs(extreme) == size:
-                    return float(abs(self.take(Quantity(column, norm))["value"] - extreme))
-        return 0.0
+                    return Quantity(column, norm)
+        return None
+
+    def alternating(self, name: str) -> float:
+        """Error of a curve by vibrations in it that steps do not follow.
+
+        Args:
+            name: Its column.
+        """
+        taken = self.take(Quantity(name, "l2"))
+        return alternating(np.array(taken["t"]), np.array(taken["y"]))
+
+    def damped(self, name: str) -> float:
+        """Error of a curve by vibrations that the scheme has taken out of it.
+
+        Args:
+            name: Its column.
+        """
+        return damped(self.history, name)
 
     def columns(self, scene: Scene) -> list[str]:
         """Columns of the history that belong to probes.

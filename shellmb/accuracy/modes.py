@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,12 @@ from shellmb.running.results import measured
 from shellmb.running.standard import SUMMARY
 from shellmb.scene import Scene
 from shellmb.vibration import Modes, natural_modes
+
+# relative error up to which elements follow the waves of a mode, and the share of it that higher
+# modes have then at least
+FOLLOWED, SHARE = 0.02, 0.5
+# how much larger than what its companion tells an error is taken without a word
+ROUGH = 4.0
 
 type ModeResults = Callable[[Modes], dict[str, float]]
 
@@ -111,9 +118,41 @@ def mode_errors(
         for name, value in mine.items():
             away = abs(value - there[name]) if there is not None and name in there else None
             errors[name][part] = mesh_error(away) if part == "mesh" else model_error(away)
+    elastic = [f"f{k + 1}" for k in range(modes.rigid, len(modes.omega2))]
     for k in range(modes.rigid):
-        errors[f"f{k + 1}"] = {"mesh": NONE, "step": NONE}
+        # these are zero, and their values round-off
+        errors[f"f{k + 1}"] = {"mesh": Estimate(abs(mine[f"f{k + 1}"])), "step": NONE}
+    raised = _as_lower_ones([(abs(mine[n]), errors[n]["mesh"].error) for n in elastic])
+    doubtful = []
+    for name, error in zip(elastic, raised, strict=True):
+        if error > ROUGH * errors[name]["mesh"].error:
+            doubtful.append(name)
+        errors[name]["mesh"] = Estimate(error)
+    if doubtful:
+        remarks.append(
+            f"{', '.join(doubtful)}: the companion agrees much better than for lower frequencies, "
+            "by chance, or because these modes are of another kind; errors are taken from the "
+            "lower ones, and are rough"
+        )
     return {name: Found(value, errors[name]) for name, value in mine.items()}, remarks
+
+
+def _as_lower_ones(found: Sequence[tuple[float, float]]) -> list[float]:
+    """Errors of frequencies, none relatively smaller than a share of those of lower ones.
+
+    Shapes of higher modes have shorter waves, which fewer elements follow. That a companion agrees
+    on them is chance where it does not follow them either.
+
+    Args:
+        found: Frequencies [Hz] with the errors that the companion tells, from the lowest one up.
+    """
+    largest, errors = 0.0, []
+    for value, error in found:
+        share = 1.0 if largest > FOLLOWED else SHARE
+        errors.append(max(error, share * largest * value))
+        if value > 0 and isfinite(error):
+            largest = max(largest, error / value)
+    return errors
 
 
 def frequencies(modes: Modes) -> dict[str, float]:

@@ -60,11 +60,17 @@ def remarks(
                 "companion: errors after it are not known"
             )
     named = {k: Quantity(k) if k in mine.results else parse_quantity(k) for k in found}
-    wild = [k for k, f in found.items() if _unresolved(f, named[k], steps)]
+    wild = [named[k] for k, f in found.items() if _unresolved(f, named[k], steps)]
     if wild:
         said.append(
-            f"{_listed(wild)}: companions with larger steps are far from the run: an instability, "
+            f"{_by_name(wild)}: companions with larger steps are far from the run: an instability, "
             "an event or chaos, or because steps are too large to tell; errors are rough"
+        )
+    still = [named[k] for k, f in found.items() if f.step.damped]
+    if still:
+        said.append(
+            f"{_by_name(still)}: companions agree better than the energy that the scheme damps "
+            "allows; errors are those of vibrations that it may have taken out, and are rough"
         )
     short = mine.steps <= SHAPELESS * RATIO**2
     if len(steps) == 2 and steps[0] is mine and short and scene.path is None:
@@ -97,10 +103,20 @@ def _unresolved(found: Found, quantity: Quantity, steps: Sequence[Kept]) -> bool
     order = found.step.order
     if found.step.rough or not found.step.resolved:
         return True
-    if order is None or len(steps) < 2 or order > CHAOS:
+    if order is None or len(steps) < 2:
         return False
-    away = [difference(a, b, quantity) for a, b in pairwise(steps)]
-    return bool(away) and away[0] is not None and away[0] > UNRESOLVED * abs(found.value)
+    away = [d for d in (difference(a, b, quantity) for a, b in pairwise(steps)) if d is not None]
+    far = [d > UNRESOLVED * abs(found.value) for d in away]
+    # the largest steps tell nothing where they are as far off as two motions are apart
+    return bool(far) and (far[-1] or (far[0] and order <= CHAOS))
+
+
+def _by_name(quantities: Sequence[Quantity]) -> str:
+    """Quantities in words, all of them: norms of a curve behind its name."""
+    norms: dict[str, list[str]] = {}
+    for each in quantities:
+        norms.setdefault(each.name, []).extend([each.norm] if each.norm else [])
+    return ", ".join(f"{name} ({', '.join(n)})" if n else name for name, n in norms.items())
 
 
 def _listed(names: Sequence[str]) -> str:

@@ -424,6 +424,7 @@ class Simulation:
         self.scene, self.t_end = scene, float(scene.t_end or 0.0)
         # it reads columns of new observers
         self.control = Control(scene, self.model.signals)
+        self.landing = Landing(scene, self.model.mechanism.events)
         self.size = size or self._size()
         if self.path is not None:
             assert isinstance(self.size, ArcSize)

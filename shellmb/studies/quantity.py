@@ -168,6 +168,10 @@ def _number(t: Floats, y: Floats, norm: str) -> float:
         return float(y[-1])
     if norm == "mean":
         return float(_spline(t, y).integrate(t[0], t[-1]) / (t[-1] - t[0]))
+    k = int(y.argmax() if norm == "max" else y.argmin())
+    if k in (0, len(t) - 1):
+        # a cubic goes beyond the start of a motion from rest, which the motion does not
+        return float(y[k])
     steps = np.arange(BETWEEN * (len(t) - 1) + 1) / BETWEEN
     fine = _spline(t, y)(np.interp(steps, np.arange(len(t)), t))
     return float(fine.max() if norm == "max" else fine.min())

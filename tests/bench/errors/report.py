@@ -15,8 +15,9 @@ from tests.bench.errors.bodies import MOTIONS, OTHERS, STATICS
 from tests.bench.errors.case import Case
 from tests.bench.errors.compare import Compared, Row, compare
 from tests.bench.errors.mechanisms import MECHANISMS
+from tests.bench.errors.second import SECOND
 
-CASES: tuple[Case, ...] = (*STATICS, *MOTIONS, *MECHANISMS, *OTHERS)
+CASES: tuple[Case, ...] = (*STATICS, *MOTIONS, *MECHANISMS, *OTHERS, *SECOND)
 ROOT = Path(__file__).parents[3]
 PAGE = ROOT / "docs" / "evidence" / "accuracy.md"
 RECORDS = ROOT / "demos" / "studies" / "errors.json"
