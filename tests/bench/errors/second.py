@@ -31,9 +31,9 @@ def disc() -> Scene:
     """Clamped disc under pressure, in linear statics."""
     return Scene(
         "disc",
-        Shell("disc", sm.Disc(0.5), replace(STEEL, thickness=0.01), mesh=(3, 4)),
-        supports=sm.Clamped("top"),
-        loads=sm.Pressure(1e2),
+        (Shell("disc", sm.Disc(0.5), replace(STEEL, thickness=0.01), mesh=(3, 4)),),
+        supports=(sm.Clamped("top"),),
+        loads=(sm.Pressure(1e2),),
         probes=probes("middle", (0.0, 0.0, 0.0), "z"),
         scheme="linear-statics",
     )
@@ -57,10 +57,10 @@ def roof(**options: Any) -> Scene:
         radius * math.cos(math.radians(angle)),
     )
     section = Isotropic(4.32e8, 0.0, thickness=0.25, density=36.7)
-    given: dict[str, Any] = {"scheme": "linear-statics", "loads": sm.SurfaceForce((0, 0, -90.0))}
+    given: dict[str, Any] = {"scheme": "linear-statics", "loads": (sm.SurfaceForce((0, 0, -90.0)),)}
     return Scene(
         "roof",
-        Shell("roof", surface, section, mesh=(4, 4)),
+        (Shell("roof", surface, section, mesh=(4, 4)),),
         supports=(
             sm.SymmetryPlane("left", (1, 0, 0)),
             sm.SymmetryPlane("bottom", (0, 1, 0)),
@@ -81,9 +81,9 @@ def twisted() -> Scene:
     section = Isotropic(29e6, 0.22, thickness=0.32)
     return Scene(
         "twisted",
-        Shell("strip", sm.Parametric(helicoid), section, mesh=(6, 2)),
-        supports=sm.Clamped("left"),
-        loads=sm.EdgeForce("right", (0, 400.0 / 1.1, 0)),
+        (Shell("strip", sm.Parametric(helicoid), section, mesh=(6, 2)),),
+        supports=(sm.Clamped("left"),),
+        loads=(sm.EdgeForce("right", (0, 400.0 / 1.1, 0)),),
         probes=probes("tip", (12.0, 0.0, 0.0)),
         scheme="static",
     )
@@ -98,8 +98,8 @@ def bimetal() -> Scene:
     hot = sm.thermal_strain(section, expansions=[12e-6, 17e-6], temperature=100.0)
     return Scene(
         "bimetal",
-        Shell("strip", sm.Rectangle(0.1, 0.02), section, mesh=(4, 1), natural=hot),
-        supports=sm.Clamped("left"),
+        (Shell("strip", sm.Rectangle(0.1, 0.02), section, mesh=(4, 1), natural=hot),),
+        supports=(sm.Clamped("left"),),
         probes=probes("tip", "right-top", "xz"),
         scheme="static",
     )
@@ -121,11 +121,11 @@ def holed(**options: Any) -> Scene:
                     gmsh.model.addPhysicalGroup(1, [abs(tag)], name=name)
         gmsh.option.setNumber("Mesh.MeshSizeMax", 1 / mesh[0])
 
-    given: dict[str, Any] = {"scheme": "static", "loads": sm.EdgeForce("right", (0, 0, -10.0))}
+    given: dict[str, Any] = {"scheme": "static", "loads": (sm.EdgeForce("right", (0, 0, -10.0)),)}
     return Scene(
         "holed",
-        Shell("plate", sm.GmshModel(build), STEEL, mesh=(6, 6)),
-        supports=sm.Clamped("left"),
+        (Shell("plate", sm.GmshModel(build), STEEL, mesh=(6, 6)),),
+        supports=(sm.Clamped("left"),),
         probes=probes("tip", (1.0, 0.5, 0.0), "z"),
         **(given | options),
     )
@@ -141,8 +141,8 @@ def frame() -> Scene:
             Beam("post", line, round_bar, elements=2, up=(1, 0, 0)),
             Beam("arm", arm, round_bar, elements=2),
         ),
-        supports=sm.Clamped("start", body="post"),
-        joints=sm.Weld("corner", "post", "arm", at=(0, 0, 1)),
+        supports=(sm.Clamped("start", body="post"),),
+        joints=(sm.Weld("corner", "post", "arm", at=(0, 0, 1)),),
         loads=(sm.Gravity(), sm.PointForce("end", (0, 50.0, 0), body="arm")),
         probes=probes("tip", "end", body="arm"),
         scheme="static",
@@ -152,24 +152,24 @@ def frame() -> Scene:
 def bar(elements: int, *held: str) -> Scene:
     """Bar without loads, for its modes."""
     body = Beam("bar", sm.Line((0, 0, 0), (1, 0, 0)), BAR, elements=elements)
-    return Scene("bar", beams=body, supports=sm.Clamped(held) if held else (), **AT_REST)
+    return Scene("bar", beams=(body,), supports=(sm.Clamped(held),) if held else (), **AT_REST)
 
 
 def tube() -> Scene:
     """Thin tube that is clamped at one end, for its modes."""
     body = Shell("tube", sm.Cylinder(0.1, 0.4), Isotropic(thickness=2e-3, **LIGHT), mesh=(8, 4))
-    return Scene("tube", body, supports=sm.Clamped("bottom"), **AT_REST)
+    return Scene("tube", (body,), supports=(sm.Clamped("bottom"),), **AT_REST)
 
 
 def spinning(scheme: str, dt: float, **options: Any) -> Scene:
     """Free bar that spins about a skew axis, and is hit."""
     section = sm.RectangularSection(width=0.04, height=0.01, **LIGHT)
-    hit = sm.Table([0.0, 0.05, 0.1, 0.2], [0.0, 1.0, 0.0, 0.0])
+    hit = sm.Table((0.0, 0.05, 0.1, 0.2), (0.0, 1.0, 0.0, 0.0))
     return Scene(
         "spinning",
-        beams=Beam("bar", sm.Line((-0.5, 0, 0), (0.5, 0, 0)), section, elements=4),
-        initial=sm.InitialVelocity(spin=(0.0, 3.0, 10.0)),
-        loads=sm.PointForce("end", (0, 30.0, 0), time=hit),
+        beams=(Beam("bar", sm.Line((-0.5, 0, 0), (0.5, 0, 0)), section, elements=4),),
+        initial=(sm.InitialVelocity(spin=(0.0, 3.0, 10.0)),),
+        loads=(sm.PointForce("end", (0, 30.0, 0), time=hit),),
         probes=probes("end", "end"),
         scheme=scheme,
         dt=dt,
@@ -185,18 +185,18 @@ def four_bar(scheme: str, dt: float = 5e-3, rigid: bool = False) -> Scene:
     options: dict[str, Any] = {"model": "rigid"} if rigid else {}
     bars = (("crank", "A", "B"), ("coupler", "B", "C"), ("rocker", "D", "C"))
     return Scene(
-        "four_bar",
-        beams=[
+        "bars",
+        beams=tuple(
             Beam(name, sm.Line(points[a], points[b]), section, elements=2, up=Y, **options)
             for name, a, b in bars
-        ],
+        ),
         joints=(
             sm.Revolute("a", sm.GROUND, "crank", at=points["A"], axis=Y),
             sm.Revolute("b", "crank", "coupler", at=points["B"], axis=Y),
             sm.Spherical("c", "coupler", "rocker", at=points["C"]),
             sm.Revolute("d", sm.GROUND, "rocker", at=points["D"], axis=Y),
         ),
-        drivers=sm.Driver("drive", "a", rotation=lambda t: 12.0 * t**2 / (0.2 + t)),
+        drivers=(sm.Driver("drive", "a", rotation=lambda t: 12.0 * t**2 / (0.2 + t)),),
         probes=probes("c", points["C"], "xz", body="rocker"),
         redundant="drop" if rigid else "error",
         scheme=scheme,
