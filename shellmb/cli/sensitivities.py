@@ -36,6 +36,9 @@ def sensitivities(
     no_fields: Annotated[
         bool, typer.Option("--no-fields", help="Omit derivatives of fields.")
     ] = False,
+    at: Annotated[
+        str, typer.Option(help="Derivatives along a static path at the same 'length' or 'load'.")
+    ] = "length",
     out: Annotated[
         Path | None, typer.Option(help="Directory; default: runs/SCENE-sensitivities-TIME.")
     ] = None,
@@ -70,6 +73,7 @@ def sensitivities(
             scales={name: _number(name, text) for name, text in sizes.items()},
             columns="probes" if probes else "all",
             fields=not no_fields,
+            at=at,
             resume=resume,
             **chosen,
         )

@@ -227,7 +227,7 @@ def beside(made: Differentiated, base: Scene, parameter: Parameter) -> tuple[Sce
                 f"sensitivities: parameter '{parameter.name}' = {value!r}, next to "
                 f"{parameter.value:g}, is not possible: {error}"
             ) from error
-        for name in ("scheme_name", "alpha", "dt", "t_end", "assemble", "redundant"):
+        for name in ("scheme_name", "alpha", "dt", "t_end", "assemble", "redundant", "path"):
             ours, its = getattr(base, name), getattr(scene, name)
             if ours != its:
                 raise SceneError(

@@ -77,6 +77,7 @@ class Sensitivities:
             about = read_json(file)
             self.parameters = tuple(Parameter(**p) for p in about["parameters"])
             self.warnings = tuple(map(str, about["warnings"]))
+            self._points: Mapping[str, list[float | None]] = about.get("points", {})
         except (TypeError, KeyError) as error:
             raise SceneError(f"{file} is damaged ({error})") from None
         self.run = Run(self.directory / RUN)
@@ -133,6 +134,20 @@ class Sensitivities:
             }
         return pd.DataFrame(found)
 
+    @cached_property
+    def path(self) -> pd.DataFrame:
+        """Limit points and bifurcations of a static path, a row for each.
+
+        Columns are its kind, its load factor, and the derivative of that by each parameter. It is
+        NaN where there is none, for which `warnings` has the reason.
+        """
+        import pandas as pd
+
+        points = self.run.summary.get("path", [])
+        table = {key: [point[key] for point in points] for key in ("kind", "load_factor")}
+        slopes = {name: np.array(found, float) for name, found in self._points.items()}
+        return pd.DataFrame(table | slopes)
+
     def band(self, covariance: Any) -> Band:
         """Error bands of histories and results that follow from uncertain parameters.
 
@@ -154,18 +169,23 @@ class Sensitivities:
             parameter: Its name.
 
         Returns:
-            The results of the scene; those of the probes at the end, if it has none.
+            Load factors of limit points and bifurcations, and the results of the scene; those of
+            the probes at the end, if it has none.
         """
+        points = [
+            Row(f"{point['kind']} {k}, load factor", point["load_factor"], float(point[parameter]))
+            for k, point in enumerate(self.path.to_dict("records"), start=1)
+        ]
         if len(self.results):
             values = self.run.results
             slopes = self.results[parameter]
-            return [Row(name, float(values[name]), float(slopes[name])) for name in slopes.index]
-        last = self.run.history.iloc[-1]
-        slopes = self.history[parameter].iloc[-1]
-        probes = [p.name for p in self.run.described.probes]
-        return [
-            Row(f"{name} at the end", float(last[name]), float(slopes[name])) for name in probes
-        ]
+            found = [(name, values[name], slopes[name]) for name in slopes.index]
+        else:
+            last = self.run.history.iloc[-1]
+            slopes = self.history[parameter].iloc[-1]
+            probes = [p.name for p in self.run.described.probes]
+            found = [(f"{name} at the end", last[name], slopes[name]) for name in probes]
+        return [*points, *(Row(name, float(value), float(slope)) for name, value, slope in found)]
 
     @property
     def fields(self) -> Mapping[str, FieldDerivatives]:
@@ -189,6 +209,8 @@ class Sensitivities:
         """Write the derivatives as CSV files beside the run."""
         for p in self.parameters:
             write_text(self.directory / f"history_{p.name}.csv", self.history[p.name].to_csv())
+        if len(self.path):
+            write_text(self.directory / "path.csv", self.path.to_csv(index_label="point"))
         if len(self.results):
             table = self.results.to_csv(index_label="result")
             write_text(self.directory / "results.csv", table)

@@ -32,6 +32,8 @@ if TYPE_CHECKING:
     from shellmb.simulate.simulation import Simulation
 
 COLUMNS = ("all", "probes")
+# what both sides of a static path have in common with the run
+AT = ("length", "load")
 # communicators of a scene beside a run, those of meshes that are moved left out: seven were seen
 OWN = 20
 
@@ -46,6 +48,7 @@ def sensitivities(
     scales: Mapping[str, float] | None = None,
     columns: str = "all",
     fields: bool = True,
+    at: str = "length",
     resume: bool = False,
     comm: MPI.Comm | None = None,
     **options: Any,
@@ -65,6 +68,8 @@ def sensitivities(
         columns: "all" columns of the history, or those of "probes" only, which costs less; with
             controllers all of them.
         fields: Whether fields have derivatives, too.
+        at: On a static path, derivatives at the same arc "length", or at the same "load" factor;
+            the latter grow without bound at limit points.
         resume: Whether to go on in `out`, where this run was stopped; all else is given again.
         comm: Communicator; None: all ranks.
         **options: Choices that replace the scene's, as `shellmb run` has them.
@@ -74,7 +79,7 @@ def sensitivities(
 
     Raises:
         SceneError: If the scene, a parameter or `out` is impossible, or the scene has what has no
-            derivative here: events, static paths.
+            derivative here: events.
         ConvergenceError: If a step fails at the smallest step size.
     """
     made = differentiated(scene, values, **options)
@@ -82,7 +87,7 @@ def sensitivities(
     if columns not in COLUMNS:
         raise SceneError(f"sensitivities: columns is '{columns}'; it must be 'all' or 'probes'")
     base = made.scene()
-    _refuse(base)
+    _refuse(base, at)
     if base.controllers:
         # their sensors may read any column
         fields, columns = fields and columns == "all", "all"
@@ -109,7 +114,7 @@ def sensitivities(
 
     fields = fields and columns == "all"
     with claimed(directory, world, new=not resume):
-        _execute(made, base, scenes, directory, said, world, columns, fields, resume)
+        _execute(made, base, scenes, directory, said, world, columns, fields, resume, at)
     world.Barrier()
     found = Sensitivities(directory)
     if temporary:
@@ -117,16 +122,18 @@ def sensitivities(
     return found
 
 
-def _refuse(scene: Scene) -> None:
+def _refuse(scene: Scene, at: str) -> None:
     """Refuse what has no derivatives here.
 
     Raises:
-        SceneError: If the scene has events or follows a path; says what to do.
+        SceneError: If the scene has events, or `at` is of no use; says what to do.
     """
-    if scene.path is not None:
+    if at not in AT:
+        raise SceneError(f"sensitivities: at is '{at}'; it must be 'length' or 'load'")
+    if at != "length" and scene.path is None:
         raise SceneError(
-            f"sensitivities: scene '{scene.name}' follows a static path, whose steps are chosen by "
-            "its length; take load steps (path=None) for derivatives"
+            f"sensitivities: at is '{at}', and scene '{scene.name}' follows no static path; leave "
+            "it out"
         )
     for event in scene.all_events:
         raise SceneError(
@@ -160,10 +167,12 @@ def _execute(
     columns: str,
     fields: bool,
     resumed: bool,
+    at: str,
 ) -> None:
     """Run the scene with those beside it, and write what there is of each."""
     from shellmb.running.execute import execute
     from shellmb.running.resuming.resume import resume
+    from shellmb.sensitivity.paths.tangent import PathTangents
     from shellmb.sensitivity.saved import SavedSide
     from shellmb.sensitivity.sides import Side
     from shellmb.sensitivity.tangent import Pair, Tangents
@@ -182,7 +191,8 @@ def _execute(
             saved.extend(side.saved for side in sides[p])
         return [Pair(p, above.shadow, below.shadow) for p, (above, below) in sides.items()]
 
-    tangents = Tangents(make, saved)
+    paths = base.path is not None
+    tangents = PathTangents(make, saved, at == "load") if paths else Tangents(make, saved)
     how: dict[str, Any] = {"comm": comm, "pictures": False, "results": made.results}
     if resumed:
         result = resume(directory / RUN, [tangents], scene=base, **how)
@@ -192,6 +202,7 @@ def _execute(
         for both in sides.values():
             for side in both:
                 side.finish(result.summary, clock.perf_counter() - begin, made.results)
+    said += dict.fromkeys(tangents.said)
     for pair in tangents.pairs:
         if pair.kinks:
             first, count = pair.kinks[0], len(pair.kinks)
@@ -208,6 +219,7 @@ def _execute(
             "columns": columns,
             "fields": fields,
             "warnings": said,
+            "points": tangents.points,
             "iterations": tangents.iterations,
         }
         write_text(directory / ABOUT, json.dumps(about, indent=1) + "\n")

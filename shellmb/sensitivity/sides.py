@@ -8,6 +8,7 @@ from typing import Any
 
 from shellmb.observers.files.described import describe
 from shellmb.observers.history import History, Measuring
+from shellmb.observers.path import PathRecord, path_points
 from shellmb.observers.probes import Probes
 from shellmb.observers.summary import summarise, write_json
 from shellmb.running.directory import written
@@ -76,7 +77,7 @@ class Side:
         """
         assert self._standard is not None
         simulation, sources = self.shadow.simulation, self._standard.sources
-        own = {**summary, **summarise(simulation, sources, wall, None)}
+        own = {**summary, **summarise(simulation, sources, wall, None), **path_points(simulation)}
         energy = sources.energy
         made = RunResult(simulation.scene, simulation, sources.history.rows, own, energy, None)
         measure = results or simulation.scene.results
@@ -88,7 +89,8 @@ class Side:
 
 
 def _only_probes(folder: Path) -> dict[str, Observer]:
-    """Observers of the probes, and the history of these."""
+    """Observers of the probes, and of the load factor of a path, and the history of these."""
     probes: Measuring = Probes()
-    history = History([probes], folder / HISTORY)
-    return {"probes": probes, "history": history}  # type: ignore[dict-item]
+    path = PathRecord()
+    history = History([probes, path], folder / HISTORY)
+    return {"probes": probes, "path": path, "history": history}  # type: ignore[dict-item]

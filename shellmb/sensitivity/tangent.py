@@ -93,6 +93,7 @@ class Tangents(Silent):
     Attributes:
         pairs: They, as soon as the run begins.
         iterations: Number of iterations so far.
+        said: Sentences about what has no derivative.
     """
 
     def __init__(
@@ -101,7 +102,13 @@ class Tangents(Silent):
         self._make, self._saved = make, saved
         self.pairs: list[Pair] = []
         self.iterations = 0
+        self.said: list[str] = []
         self._kinks: dict[str, list[float]] = {}
+
+    @property
+    def points(self) -> dict[str, list[float | None]]:
+        """Derivatives of load factors of special points on a path; motions have no such points."""
+        return {}
 
     def start(self, simulation: Simulation) -> None:
         """Start both sides at states that mirror each other about that of the run."""
@@ -159,7 +166,7 @@ class Tangents(Silent):
         for count in range(1, MOST + 1):
             if count == PATIENCE:
                 # the run itself goes on with them
-                _check(linear.factorise())
+                check_solution(linear.factorise())
             rough = rough and count <= ROUGH and now * min(1.0, contraction) > NEAR
             if not (rough or central):
                 d = self._mirrored(pair, u, d)
@@ -214,7 +221,7 @@ class Tangents(Silent):
         """`J^-1` times a difference of residuals, over twice the relative distance of the sides."""
         # of the size of the unknowns: what the run corrects by the way is round-off of these
         self._given.array[:] = rest * (0.5 / STEP)
-        _check(simulation.problem.iteration.linear.solve(self._given, self._change, False))
+        check_solution(simulation.problem.iteration.linear.solve(self._given, self._change, False))
         return np.asarray(self._change.array_r)
 
     def accepted(self, simulation: Simulation) -> None:
@@ -225,15 +232,16 @@ class Tangents(Silent):
                 side.accepted(simulation)
 
     def state(self) -> dict[str, Any]:
-        """Record where sides do not mirror each other; the sides take down their states, too."""
+        """Record what was said so far; the sides take down their states, too."""
         for saved in self._saved:
             saved.remember()
         kinks = {pair.parameter.name: list(pair.kinks) for pair in self.pairs}
-        return {"iterations": self.iterations, "kinks": kinks}
+        return {"iterations": self.iterations, "kinks": kinks, "said": list(self.said)}
 
     def restore(self, state: dict[str, Any]) -> None:
         """Take up what was found so far; the scenes take up their states when they are made."""
         self.iterations, self._kinks = int(state["iterations"]), state["kinks"]
+        self.said = list(state["said"])
 
     def write(self) -> None:
         """Write the states of both sides that were taken down last."""
@@ -269,7 +277,7 @@ def _no_number(parameter: Parameter, t: float) -> ConvergenceError:
     )
 
 
-def _check(reason: str | None) -> None:
+def check_solution(reason: str | None) -> None:
     """Raise an error if the linear solution failed."""
     if reason is not None:
         raise ConvergenceError(f"sensitivities: {reason}", None, {})

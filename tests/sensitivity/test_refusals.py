@@ -74,16 +74,6 @@ def test_forces_beside_the_run_that_are_no_numbers(monkeypatch: pytest.MonkeyPat
         sm.sensitivities(scenes.plate, ("E",), columns="probes", fields=False)
 
 
-def test_static_paths() -> None:
-    def arch(force: float = 1.0) -> sm.Scene:
-        made = scenes.plate(scheme="static", frequency=0.0)
-        load = sm.EdgeForce("right", (0, 0, force))
-        return sm.Scene(**{**vars(made), "loads": load, "path": sm.PathFollowing()})
-
-    with pytest.raises(sm.SceneError, match="follows a static path, whose steps"):
-        sm.sensitivities(arch, ("force",))
-
-
 def test_scene_is_a_function() -> None:
     with pytest.raises(sm.SceneError, match="scene is a Scene; it must be a function"):
         sm.sensitivities(scenes.plate(), ("E",))  # type: ignore[arg-type]

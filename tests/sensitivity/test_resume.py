@@ -1,5 +1,6 @@
 """A run with derivatives that was stopped goes on, with the scenes beside it."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +19,15 @@ class Stop(Exception):
     """What stops a run."""
 
 
-def stopped_at(step: int, out: Path, patch: pytest.MonkeyPatch, columns: str) -> None:
+def stopped_at(
+    step: int,
+    out: Path,
+    patch: pytest.MonkeyPatch,
+    columns: str,
+    make: Callable[..., sm.Scene] = scenes.plate,
+    by: tuple[str, ...] = BY,
+    values: dict | None = None,
+) -> None:
     """A run with derivatives that ends in its step after some steps."""
     solved = Tangents.solved
 
@@ -30,7 +39,7 @@ def stopped_at(step: int, out: Path, patch: pytest.MonkeyPatch, columns: str) ->
     with patch.context() as patched:
         patched.setattr(Tangents, "solved", fail)
         with pytest.raises(Stop):
-            sensitivities(scenes.plate, BY, out, columns=columns)
+            sensitivities(make, by, out, columns=columns, values=values)
 
 
 @pytest.mark.parametrize("columns", ["all", pytest.param("probes", marks=pytest.mark.slow)])

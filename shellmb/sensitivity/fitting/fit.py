@@ -75,6 +75,11 @@ def fit(
     made = differentiated(scene, values, **options)
     chosen = parameters_of(made, parameters, scales)
     base = made.scene()
+    if base.path is not None:
+        raise SceneError(
+            f"fit: scene '{base.name}' follows a static path, whose points have no times; fit load "
+            "steps (path=None), or minimise with the derivatives of `sensitivities`"
+        )
     found = data_of(data, noise, base, len(chosen))
     sizes = np.array([p.step / STEP for p in chosen])
     low, high = _bounds(chosen, bounds or {})

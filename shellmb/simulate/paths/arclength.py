@@ -10,7 +10,7 @@ by one unit of it per unit of the load factor.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -114,16 +114,17 @@ class PathSteps:
         rate: Its derivative by the arc length there.
         unstable: Number of directions in which the accepted state is unstable; None where the
             stiffness matrix is not symmetric, or nobody asked.
-        points: Limit points and bifurcations passed so far.
+        bordered: Newton's method with the load factor as one more unknown.
+        moving: Weights of displacements among owned unknowns.
     """
 
     def __init__(self, problem: Problem, path: PathFollowing, size: ArcSize) -> None:
         self._problem, self._path, self.size = problem, path, size
         follow = problem.follow_given if _moves(problem) else None
-        self._bordered = Bordered(problem.iteration, self._set_factor, follow)
+        self.bordered = Bordered(problem.iteration, self._set_factor, follow)
         self._turns = Turns(problem)
-        self._moving = self._displacements()
-        self._branches = Branches(problem, self._bordered, self._moving, path)
+        self.moving = self._displacements()
+        self._branches = Branches(problem, self.bordered, self.moving, path)
         self._next: _Arrived | None = None
         self._cut = False
         self._scale, self.factor = 0.0, 0.0
@@ -137,6 +138,55 @@ class PathSteps:
     def points(self) -> list[PointOnPath]:
         """Limit points and bifurcations passed so far."""
         return self._branches.points
+
+    @property
+    def here(self) -> PathState:
+        """The accepted state."""
+        return self._state
+
+    @property
+    def ahead(self) -> PathState:
+        """The state last solved for."""
+        assert self._next is not None
+        return self._next.state
+
+    @property
+    def scale(self) -> float:
+        """Displacement of a unit of arc length, m."""
+        return self._scale
+
+    @property
+    def bifurcation(self) -> PointOnPath | None:
+        """The bifurcation at which the solved step ends; None: it ends elsewhere."""
+        return self._branches.found
+
+    def null_vector(self) -> Floats:
+        """Eigenvector next to zero of the state last solved for, of unit displacement."""
+        return self._branches.null_vector()
+
+    @property
+    def on_level(self) -> bool:
+        """Decide whether the solved step ends at a load level."""
+        return any(reached(self.ahead.factor, level) for level in self._levels)
+
+    @property
+    def _levels(self) -> tuple[float, ...]:
+        """Load factors at which steps end."""
+        path = self._path
+        return path.load_levels if path.load_end is None else (*path.load_levels, path.load_end)
+
+    def follow(self, state: PathState, scale: float, points: Sequence[PointOnPath]) -> None:
+        """Be at a state that another path tells.
+
+        Args:
+            state: The state.
+            scale: Displacement of a unit of arc length, m.
+            points: Limit points and bifurcations on the way.
+        """
+        self._state, self._scale = state, scale
+        self.factor, self.rate, self.unstable = state.factor, state.rate, state.negative
+        self._branches.points.extend(points)
+        self._problem.load_factor = state.factor
 
     def _displacements(self) -> Floats:
         """One over the number of nodes at unknown displacements on this rank, else zero."""
@@ -163,23 +213,23 @@ class PathSteps:
 
     def _size_of(self, change: Floats) -> float:
         """Size of a change of the unknowns: its displacements, root mean square over nodes, m."""
-        return math.sqrt(self._bordered.dot(self._moving * change, change))
+        return math.sqrt(self.bordered.dot(self.moving * change, change))
 
     def _unit(self, change: Floats) -> Floats:
         """A change of unit arc length."""
         return change * (self._scale / self._size_of(change))
 
-    def _moved(self, vector: Floats, change: Floats) -> float:
+    def moved(self, vector: Floats, change: Floats) -> float:
         """Part of a change along a vector of unit displacement."""
-        return self._bordered.dot(self._moving * vector, change)
+        return self.bordered.dot(self.moving * vector, change)
 
     def _dot(self, a: Floats, b: Floats) -> float:
         """Scalar product of changes in terms of arc length."""
-        return self._bordered.dot(self._moving * a, b) / self._scale**2
+        return self.bordered.dot(self.moving * a, b) / self._scale**2
 
     def _angle(self, a: Floats, b: Floats) -> float:
         """Angle between two directions, whichever way they point, rad."""
-        cosine = self._bordered.dot(self._moving * a, b) / (self._size_of(a) * self._size_of(b))
+        cosine = self.bordered.dot(self.moving * a, b) / (self._size_of(a) * self._size_of(b))
         return math.acos(min(abs(cosine), 1.0)) if math.isfinite(cosine) else math.pi
 
     def _look(self, factor: float, before: Floats | None, t: float) -> PathState:
@@ -194,13 +244,13 @@ class PathSteps:
             ConvergenceError: If the stiffness matrix is singular.
             SceneError: If the loads move nothing.
         """
-        self._bordered.take_load(factor)
+        self.bordered.take_load(factor)
         negative = self._branches.negative()
         if negative is None:
-            self._bordered.factorise()
+            self.bordered.factorise()
         # else, of thin bodies the reduced matrix does not know where a flat branch goes, and the
         # factors of the count are at hand
-        derivative = self._bordered.derivative(self._branches.apply_inverse)
+        derivative = self.bordered.derivative(self._branches.apply_inverse)
         sharp = math.radians(self._path.turn_deg)
         if before is not None and self._angle(before, derivative) > sharp:
             # next to a bifurcation round-off along the null vector swamps the path's own direction;
@@ -209,7 +259,7 @@ class PathSteps:
             if self._angle(before, null) < sharp:
                 along = self._unit(null) * math.copysign(1.0, self._dot(null, before))
                 return PathState(t, factor, along, 0.0, negative, self._state.sense)
-            derivative = derivative - self._moved(null, derivative) * null
+            derivative = derivative - self.moved(null, derivative) * null
         size = self._size_of(derivative)
         if not size > 0:
             raise SceneError("path following: the loads move nothing; give a load that does")
@@ -232,11 +282,11 @@ class PathSteps:
         system = problem.system
         system.gather()
         x = np.array(system.x.array_r)
-        normal = self._moving * start.tangent / self._scale**2
-        given = self._bordered.dot(normal, x) + dt
-        self._bordered.move(dt * start.tangent)
+        normal = self.moving * start.tangent / self._scale**2
+        given = self.bordered.dot(normal, x) + dt
+        self.bordered.move(dt * start.tangent)
         factor = self.factor + dt * start.rate
-        iterations, factor = self._bordered.solve(factor, normal, given)
+        iterations, factor = self.bordered.solve(factor, normal, given)
         self._turns.check(self.factor, factor - self.factor)
         # the secant tells better than the tangent at the start where the path goes on
         state = self._look(factor, system.x.array_r - x, t + dt)
@@ -259,9 +309,7 @@ class PathSteps:
 
     def _end_at_levels(self, shorter: Callable[[float], PathState], end: PathState) -> None:
         """Shorten the step solved for to where it first comes to a load level, if it does."""
-        path = self._path
-        levels = path.load_levels if path.load_end is None else (*path.load_levels, path.load_end)
-        found = crossings(self._state, end, levels)
+        found = crossings(self._state, end, self._levels)
         # the load may turn round before the first of them
         if found and not any(land(self._state, end, crossing, shorter) for crossing in found):
             shorter(end.t - self._state.t)

@@ -149,7 +149,7 @@ class Branches:
         if a.negative is None or b.negative is None:
             return False
         change = abs(b.negative - a.negative)
-        return change > 1 or change != int(_turned(a, b))
+        return change > 1 or change != int(turned(a, b))
 
     def locate(self, a: PathState, b: PathState, shorter: Callable[[float], PathState]) -> None:
         """Shorten the step until it ends at the first bifurcation.
@@ -265,6 +265,11 @@ class Branches:
         """Size of an eigenvalue with a vector of `_smallest` that is round-off."""
         return 0.0 if self._stability is None else self._stability.round_off(vector)
 
+    @property
+    def found(self) -> PointOnPath | None:
+        """The bifurcation at the end of the step not yet accepted, if there is one."""
+        return None if self._found is None else self._found.point
+
     def null_vector(self) -> Floats:
         """Eigenvector next to zero of the state last looked at, of unit displacement."""
         return self._smallest(None)[1]
@@ -293,8 +298,8 @@ class Branches:
         """
         found, self._found = self._found, None
         if found is None:
-            if _turned(a, b):
-                self.points.append(_limit_point(a, b))
+            if turned(a, b):
+                self.points.append(limit_point(a, b))
             return b, None
         point = found.point
         switches = sum(p.switched for p in self.points)
@@ -323,7 +328,7 @@ def _not_located(b: PathState) -> ConvergenceError:
     )
 
 
-def _turned(a: PathState, b: PathState) -> bool:
+def turned(a: PathState, b: PathState) -> bool:
     """Decide whether the load reverses between two states; where it stands still nobody knows."""
     return a.sense * b.sense < 0
 
@@ -340,7 +345,7 @@ def sense(factor: float, rate: float, dt: float, before: int) -> int:
     return before if abs(rate) * dt <= FLAT * abs(factor) else int(np.sign(rate))
 
 
-def _limit_point(a: PathState, b: PathState) -> PointOnPath:
+def limit_point(a: PathState, b: PathState) -> PointOnPath:
     """The limit point between two states, by the cubic that has their values and rates."""
     cubic = load_cubic(a, b)
     inside = real_between(np.polyder(cubic))

@@ -132,6 +132,64 @@ class Bordered:
         self._solve(none, self._b)
         return np.asarray(self._a.array_r - self._b.array_r)
 
+    def hold(self, x: Floats, factor: float) -> Floats:
+        """Give the fields a state; its residual, one number for each owned unknown; collective.
+
+        Args:
+            x: Owned unknowns.
+            factor: The load factor.
+        """
+        self._hold(x, factor)
+        return self._residual_now(factor)
+
+    def along(
+        self, x: Floats, factor: float, direction: Floats | None
+    ) -> tuple[Floats, Floats, Floats]:
+        """Residual at a state, and its derivative where the factor grows by one; collective.
+
+        Args:
+            x: Owned unknowns, which the fields take.
+            factor: The load factor.
+            direction: Derivative of the unknowns that are free; None: they stay.
+
+        Returns:
+            The residual, its derivative along the direction, which is zero where unknowns are
+            fixed, and that derivative of the unknowns with those of fixed ones.
+        """
+        self._hold(x, factor)
+        more = self._residual_now(factor + 1.0)
+        residual = self._residual_now(factor)
+        whole = np.zeros(len(x)) if direction is None else direction.copy()
+        whole[self.system.fixed] = self._given
+        along = more - residual
+        if direction is not None or self._set_given is not None:
+            along += self.multiply(whole)
+        along[self.system.fixed] = 0.0
+        return residual, along, whole
+
+    def _hold(self, x: Floats, factor: float) -> None:
+        self.system.x.array[:] = x
+        self.system.scatter(self.system.x)
+        if self._set_given is not None:
+            self._given = self._set_given(factor)
+
+    def _residual_now(self, factor: float) -> Floats:
+        self._set_factor(factor)
+        self.iteration.residual(self.system.x, self._residual)
+        return np.array(self._residual.array_r)
+
+    def multiply(self, direction: Floats) -> Floats:
+        """The Jacobian at the state that the fields hold, times a direction; collective.
+
+        Args:
+            direction: One number for each owned unknown.
+        """
+        system = self.system
+        self._a.array[:] = direction
+        system.jacobian(system.x, system.A)
+        system.A.mult(self._a, self._b)
+        return np.array(self._b.array_r)
+
     def move(self, change: Floats) -> None:
         """Add a change to the state that the fields hold, directors turning by finite rotations.
 

@@ -1,0 +1,1 @@
+"""Derivatives of static paths: of their points, limit loads and bifurcation loads."""
