@@ -21,8 +21,9 @@ from shellmb.native.compiling.flags import LANES
 # matrix of any size. Chains of 100 and 200 links in EP4 have 4186, and their steps take 0.92 and
 # 0.94 times as long as with MUMPS.
 OPERATIONS, EACH = 4e6, 5e3
-# moves of all unknowns in the search for a narrow band
-SWEEPS = 50
+# multiplications of each unknown up to which a band is narrow: rows of a few vectors each. And moves
+# of all unknowns in the search for such a one
+NARROW, SWEEPS = 1e3, 50
 
 
 class BandedFactors:
@@ -86,8 +87,8 @@ def narrowed(order: Int32s, rows: Int32s, columns: Int32s) -> tuple[int, Int32s]
     """Find an order of unknowns with fewer multiplications than a given one.
 
     Each unknown moves to the middle of what it is coupled with, again and again. The best order on
-    the way counts: chains by reverse Cuthill-McKee have two bodies and two joints in their band,
-    and one body less by this.
+    the way counts: chains by reverse Cuthill-McKee have two bodies and two
+    joints in their band, and a joint less by this.
 
     Args:
         order: Place of each unknown.
@@ -99,7 +100,7 @@ def narrowed(order: Int32s, rows: Int32s, columns: Int32s) -> tuple[int, Int32s]
     """
     best = _multiplications(order, rows, columns), order
     size = len(order)
-    for _ in range(SWEEPS):
+    for _ in range(SWEEPS if best[0] > NARROW else 0):
         low, high = order.copy(), order.copy()
         for a, b in ((rows, columns), (columns, rows)):
             np.minimum.at(low, a, order[b])
