@@ -21,8 +21,8 @@ from shellmb.native.compiling.flags import LANES
 # matrix of any size. Chains of 100 and 200 links in EP4 have 4186, and their steps take 0.92 and
 # 0.94 times as long as with MUMPS.
 OPERATIONS, EACH = 4e6, 5e3
-# multiplications of each unknown up to which a band is narrow: rows of a few vectors each. And moves
-# of all unknowns in the search for such a one
+# multiplications of each unknown up to which a band is narrow: rows of a few vectors each. Number
+# of moves of all unknowns in the search for such a band
 NARROW, SWEEPS = 1e3, 50
 
 
