@@ -1,5 +1,6 @@
 """Compiled expressions: values at points of cells."""
 
+import math
 from collections.abc import Callable
 
 from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
@@ -10,9 +11,14 @@ from ufl.algorithms.analysis import extract_coefficients, extract_constants
 from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats
+from shellmb.native import library as native
 from shellmb.native import reference
 from shellmb.native.assembler import is_native
 from shellmb.native.kernels import cache_folder, comm_of, compile_missing, loaded, module_name
+from shellmb.native.library import CArrays, cell_dofs, doubles
+
+# of a line
+MIDDLE = np.array([[0.5]])
 
 
 def compiled_expression(value: Expr, points: Floats) -> fem.Expression:
@@ -51,19 +57,88 @@ def evaluate(expression: fem.Expression, values: fem.Function) -> None:
         expression: The expression.
         values: The function, on the same mesh.
     """
-    evaluation(expression, values)()
-
-
-def evaluation(expression: fem.Expression, values: fem.Function) -> Callable[[], None]:
-    """Make what gives a function the values of an expression in all cells of this rank.
-
-    As `Function.interpolate`, which takes most of its time to find out what it is given.
-
-    Args:
-        expression: The expression.
-        values: The function, on the same mesh.
-    """
     cells = values.function_space.mesh.topology.index_map(values.function_space.mesh.topology.dim)
     every = np.arange(cells.size_local + cells.num_ghosts, dtype=np.int32)
-    put, made = values._cpp_object.interpolate_expr, expression._cpp_object
-    return lambda: put(made, every, every)
+    # `Function.interpolate` takes most of its time to find out what it is given
+    values._cpp_object.interpolate_expr(expression._cpp_object, every, every)
+
+
+def values_at_states(value: Expr, state: fem.Function) -> Callable[[Floats], Floats]:
+    """Make what finds an expression on a mesh of lines at many states of a function in it.
+
+    Args:
+        value: The expression, a vector without arguments.
+        state: The function, whose values the last state stays in.
+
+    Returns:
+        Gives values in the middle of the cells of this rank, shape (k, cells, n), at local arrays
+        of the function, shape (k, dofs).
+    """
+    if is_native():
+        return _AtStates(value, state)
+    expression = reference.compiled_expression(value, MIDDLE)
+    domain, size = state.function_space.mesh, int(value.ufl_shape[0])
+    every = np.arange(len(domain.geometry.dofmaps[0]), dtype=np.int32)
+
+    def find(states: Floats) -> Floats:
+        found = np.zeros((len(states), len(every), size))
+        for values, array in zip(found, states, strict=True):
+            state.x.array[:] = array
+            values[:] = expression.eval(domain, every).reshape(values.shape)
+        return found
+
+    return find
+
+
+class _AtStates:
+    def __init__(self, value: Expr, state: fem.Function) -> None:
+        item, pointer = (value, MIDDLE), CArrays()
+        compile_missing([item], comm_of(value))
+        kernel = loaded(cache_folder(), module_name(item), "expression")
+        self._lib, self._kept = native.cells().lib, (pointer, kernel)
+        self._constants = [constant.value.reshape(-1) for constant in extract_constants(value)]
+        self._packed = np.zeros(sum(map(len, self._constants)))
+        self._place, size = state.x.array, int(value.ufl_shape[0])
+        domain = state.function_space.mesh
+        geometry = np.ascontiguousarray(domain.geometry.x[domain.geometry.dofmaps[0]])
+        tables, values = [], []
+        for function in kernel.reads(extract_coefficients(value)):
+            tables.append(cell_dofs(function.function_space))
+            values.append(pointer(function.x.array))
+        sizes = [table.shape[1] for table in tables]
+        function = pointer.ffi.cast("uintptr_t", kernel.form.tabulate_tensor_float64)
+        members = {
+            "function": pointer.ffi.cast("void *", int(function)),
+            "lanes": 1,
+            "opens": True,
+            "closes": True,
+            "adds": True,
+            "constants": pointer(self._packed),
+            "rows": size,
+            "columns": 1,
+            "row_place": pointer(np.arange(size, dtype=np.int32)),
+            "coefficients": len(sizes),
+            "values": pointer.many("double *", values),
+            "dofs": pointer.many("int *", [pointer(table) for table in tables]),
+            "sizes": pointer(np.array([*sizes, 0], dtype=np.int32)),
+        }
+        cells = {
+            "cells": len(geometry),
+            "size": size,
+            "dofs": pointer(np.arange(geometry.shape[0] * size, dtype=np.int32)),
+            "geometry": pointer(geometry),
+            "geometry_size": int(np.prod(geometry.shape[1:])),
+            "coefficient_size": sum(sizes) + 1,
+            "lanes": 1,
+        }
+        self._loop = pointer.many("Cells", [cells]), pointer.many("Kernel", [members]), 1
+        self._shape = len(geometry), size
+
+    def __call__(self, states: Floats) -> Floats:
+        if self._constants:
+            np.concatenate(self._constants, out=self._packed)
+        found = np.zeros((len(states), *self._shape))
+        pointers = map(doubles, (np.ascontiguousarray(states), self._place))
+        size = math.prod(self._shape)
+        self._lib.residuals_of_states(*self._loop, *states.shape, *pointers, size, doubles(found))
+        return found

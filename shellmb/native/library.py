@@ -23,7 +23,7 @@ import cffi  # type: ignore[import-untyped]
 import numpy as np
 import numpy.typing as npt
 
-from shellmb.arrays import Floats, Ints
+from shellmb.arrays import Floats, Int32s, Ints
 from shellmb.errors import RunError
 from shellmb.native.compiling.compiler import run_compiler
 from shellmb.native.compiling.flags import COMPILER_FLAGS, FORCED_LANES, FORCED_LEVEL
@@ -118,6 +118,16 @@ def longs(array: Ints) -> Any:
 def bytes_of(array: npt.NDArray[np.uint8]) -> Any:
     """Pointer for C to an array's bytes, which the caller keeps alive."""
     return cells().ffi.from_buffer("unsigned char[]", array)
+
+
+def cell_dofs(space: Any) -> Int32s:
+    """Local dofs of all cells of a function space, blocks unrolled, shape (cells, n)."""
+    dofmap: Any = getattr(space.dofmap, "_cpp_object", space.dofmap)
+    dofs, bs = np.asarray(dofmap.map()), dofmap.index_map_bs
+    if bs == 1:
+        return np.ascontiguousarray(dofs, dtype=np.int32)
+    rolled = bs * dofs[:, :, None] + np.arange(bs)
+    return np.ascontiguousarray(rolled.reshape(len(dofs), bs * dofs.shape[1]), dtype=np.int32)
 
 
 def side_by_side[T: np.generic](table: npt.NDArray[T], lanes: int) -> npt.NDArray[T]:

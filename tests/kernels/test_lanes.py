@@ -13,10 +13,9 @@ from dolfinx import fem, mesh
 from shellmb.native import library as native
 from shellmb.native.compiling.flags import LANES
 from shellmb.native.kernels import compile_all, compiled
-from shellmb.native.library import side_by_side
+from shellmb.native.library import cell_dofs, side_by_side
 from shellmb.system.assembly.functionals import functionals, vector_of
 from shellmb.system.assembly.loops import FormLoop, LoopResiduals, MeshGeometry
-from shellmb.system.assembly.numbering import cell_dofs
 
 # another order of the same operations, as part of the largest value: 9e-15 was seen
 ROUND_OFF = 2e-13

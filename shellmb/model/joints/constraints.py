@@ -12,12 +12,11 @@ from shellmb.arrays import Bools, Floats
 from shellmb.forms.constraints.held import Held, Law
 from shellmb.forms.state import Layout
 from shellmb.meshes.nodes import NodeMesh, constant_vector, set_constants
-from shellmb.meshes.shared import space_on
 from shellmb.meshes.spaces import MixedSpace
 from shellmb.model.body import Constraint, Dofs, FixedDofs, NodeLink, PartScale
 from shellmb.model.joints.held import Constraints
 from shellmb.model.massless import Massless
-from shellmb.native.expressions import compiled_expression, evaluation
+from shellmb.native.expressions import values_at_states
 
 # a multiplier below this part of the group's force counts as zero
 SMALL_FORCE = 1e-3
@@ -150,26 +149,17 @@ class ConstraintGroup(Massless):
 
     @cached_property
     def _evaluate(self) -> Callable[[Floats], Floats]:
-        """Finds all violations, shape (local items, count), at a local array of the state."""
+        """Finds violations, shape (k, local items, count), at local arrays of some states."""
         state = fem.Function(self.mixed.space)
-        shape = (self.count,)
-        values = fem.Function(space_on(self.nodes.mesh, ("DG", 0, shape)))
-        points = values.function_space.element.interpolation_points
-        expression = compiled_expression(self.looked_at(state), points)
-        rows = values.function_space.dofmap.list[:, 0]
-        there, found = state.x.array, values.x.array.reshape(-1, self.count)
-        fill = evaluation(expression, values)
+        return values_at_states(self.looked_at(state), state)
 
-        def at(array: Floats) -> Floats:
-            there[:] = array
-            fill()
-            return np.asarray(found[rows])
+    def violations_at(self, states: Floats) -> Floats:
+        """Values of the constraints at local arrays of some states, shape (k, dofs).
 
-        return at
-
-    def violations_at(self, array: Floats) -> Floats:
-        """Values of the constraints at a local array of the state, as `all_violations`."""
-        return self._evaluate(array)
+        Returns:
+            One row per local item of each state, shape (k, local items, count).
+        """
+        return self._evaluate(states)
 
     def all_violations(self, q: fem.Function) -> Floats:
         """Values of the constraints of the local items, also of those that are off.
@@ -180,7 +170,7 @@ class ConstraintGroup(Massless):
         Returns:
             One row per local item, shape (local items, count).
         """
-        return self.violations_at(q.x.array)
+        return np.asarray(self.violations_at(q.x.array[None])[0])
 
     @property
     def acting(self) -> Bools:
@@ -214,7 +204,7 @@ class ConstraintGroup(Massless):
 
         Args:
             violations: Those of the local items, shape (..., local items, count).
-            on: Which are not switched off, of that shape; others have none.
+            on: Which are not switched off, shape (..., local items, count); others have none.
         """
         return np.where(on, np.abs(violations) / self.sizes, 0.0)
 
@@ -252,15 +242,15 @@ class ConstraintGroup(Massless):
         for step, column in zip(steps, dofs.T, strict=True):
             aside = np.zeros(len(middle))
             aside[column] = step
-            difference = self._evaluate(middle + aside) - self._evaluate(middle - aside)
-            columns.append(difference / (2 * step))
+            ahead, behind = self._evaluate(np.array([middle + aside, middle - aside]))
+            columns.append((ahead - behind) / (2 * step))
         return np.stack(columns, axis=2), dofs, np.array(steps) / small
 
     def gaps(self, states: Floats) -> Floats:
         """Largest violations of the local items over local states, shape (states, local dofs)."""
-        return np.asarray(np.max([np.abs(self._evaluate(s)) for s in states], axis=0))
+        return np.asarray(np.max(np.abs(self._evaluate(states)), axis=0))
 
     def errors(self, states: Floats) -> Floats:
         """Largest violations on this rank, relative to their sizes, of some states, shape (k,)."""
-        found = [self.relative(self.violations_at(q), self.switched_on) for q in states]
-        return np.array([np.max(apart, initial=0.0) for apart in found])
+        apart = self.relative(self.violations_at(states), self.switched_on)
+        return np.asarray(np.max(apart, axis=(1, 2), initial=0.0))

@@ -166,15 +166,15 @@ class ContactGroup(JointGroup):
         """Slips as of a small motion from the reference configuration."""
         return both(self._violation(state), self.slip(self._reference, state))
 
-    def violations_at(self, array: Floats) -> Floats:
+    def violations_at(self, states: Floats) -> Floats:
         """Values of the constraints on positions; zero for those on velocities."""
-        found = super().violations_at(array)
-        found[:, self._made.rows :] = 0.0
+        found = super().violations_at(states)
+        found[..., self._made.rows :] = 0.0
         return found
 
     def gaps(self, states: Floats) -> Floats:
         """Largest violations over local states, of positions only."""
-        found = [self._evaluate(s)[:, : self._made.rows] for s in states]
+        found = self._evaluate(states)[..., : self._made.rows]
         slips = np.zeros((len(self.nodes.item), self._made.slips))
         return np.hstack([np.max(np.abs(found), axis=0), slips])
 

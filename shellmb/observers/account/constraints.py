@@ -172,16 +172,23 @@ class _Violations:
         self._group, self._q = group, q
         joints = [group.joints[item].joint.name for item in group.nodes.item]
         self._joints = np.array([number[name] for name in joints], dtype=np.intp)
-        self._found = np.zeros((STEPS, len(joints), group.count))
+        # most have one item each; a weld along a region has many
+        self._alone = len(set(joints)) == len(joints)
+        self._states = np.zeros((STEPS, len(q)))
         self._on: list[Bools] = [group.switched_on] * STEPS
 
     def take(self, row: int) -> None:
         """Take those of the state."""
-        self._found[row] = self._group.violations_at(self._q)
+        self._states[row] = self._q
         if self._group.on is not None:
             self._on[row] = self._group.switched_on
 
     def add(self, rows: slice, worst: Floats) -> None:
         """Take the largest of each joint for some steps, shape (steps, joints), into account."""
-        apart = self._group.relative(self._found[rows], np.array(self._on[rows]))
-        np.maximum.at(worst.T, self._joints, apart.max(axis=2, initial=0.0).T)
+        on = self._on[0] if self._group.on is None else np.array(self._on[rows])
+        apart = self._group.relative(self._group.violations_at(self._states[rows]), on)
+        largest = np.maximum.reduce(apart, axis=2, initial=0.0)
+        if self._alone:
+            worst[:, self._joints] = np.maximum(worst[:, self._joints], largest)
+        else:
+            np.maximum.at(worst.T, self._joints, largest.T)

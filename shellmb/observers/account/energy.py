@@ -24,7 +24,7 @@ from shellmb.observers.booking import STEPS, Booked, Row
 from shellmb.schemes.base import Levels
 from shellmb.schemes.linearised import change, strain_energy
 from shellmb.simulate.simulation import Simulation
-from shellmb.system.assembly.functionals import functionals
+from shellmb.system.assembly.functionals import functionals, functionals_of_steps
 
 # work from outside that has columns of its own
 WORKS = ("loads", "terms")
@@ -142,7 +142,7 @@ class EnergyAccount(Booked):
         ends += [natural] if natural else []
         # what of the energy is by natural strains
         self._shift = 0.0
-        self._ends = functionals(ends, comm)
+        self._ends = functionals_of_steps(ends, comm, STEPS)
         loads, terms = (present(self._work(simulation, kind, others)) for kind in WORKS)
         self._resisting = [b for b in self._potentials if b.resists]
         losses = [present(self._work(simulation, "terms", [b])) for b in self._resisting]
@@ -153,7 +153,9 @@ class EnergyAccount(Booked):
             losing += [faces.name for faces in self._faces]
             self._values |= {f"{name}.loss": 0.0 for name in losing} | self._values
         self._names = tuple(inert)
-        self._step = functionals(steps, comm)
+        # of each step: the work of all kinds and what is lost, work of supports, and energies
+        self._works = functionals_of_steps(steps, comm, STEPS)
+        self._supports = [0.0] * STEPS
         self._dynamic, self._acting = scheme.dynamic, scheme.dynamic and any(steps)
         for name in self._names:
             self._dissipated.setdefault(name, 0.0)
@@ -162,11 +164,6 @@ class EnergyAccount(Booked):
         at_rest = ROUND_OFF_STRAIN**2 * sum(s.unit_energy for s in stiff)
         self._floor = max(self._floor, at_rest)
         self._driven = any(fixed.moving for b in bodies for fixed in b.fixed)
-        there = self._ends()
-        # of each step: the work of all kinds and what is lost, work of supports, and energies
-        self._works = np.zeros((STEPS, len(steps)))
-        self._supports = [0.0] * STEPS
-        self._energy = np.zeros((STEPS, len(there)))
         # of contacts with faces of shells, which no form knows: what is lost in the scheme, and by
         # friction and damping, and energies
         self._losses = np.zeros((STEPS, len(self._faces), 2))
@@ -175,9 +172,9 @@ class EnergyAccount(Booked):
         self._reactions, self._reach = np.zeros((STEPS, held)), np.zeros(STEPS)
         self._touch = np.zeros((STEPS, len(self._faces)))
         if natural:
-            self._shift = there.tolist()[-1]
+            self._shift = self._there_now()[-1]
         if self._initial is None:
-            self._energies(there.tolist(), self._touching())
+            self._energies(self._there_now(), self._touching())
             self._initial = self._values["total_energy"]
             self._sizes()
         self.begin(dict(self._values))
@@ -248,9 +245,15 @@ class EnergyAccount(Booked):
         """The impact at which something begins to act dissipates kinetic energy."""
         super().switched(simulation)
         before = self._values["kinetic_energy"]
-        self._energies(self._ends().tolist(), self._touching())
+        self._energies(self._there_now(), self._touching())
         self._values["dissipation"] += before - self._values["kinetic_energy"]
         self.begin(dict(self._values))
+
+    def _there_now(self) -> list[float]:
+        """Energies of the state, all steps being booked; collective."""
+        self._ends.take(0)
+        (found,) = self._ends.of(slice(0, 1)).tolist()
+        return list(found)
 
     def _reach_of(self, reactions: Floats) -> Floats:
         """Largest work of reactions, shape (..., n), on large motions for their unknowns, J."""
@@ -266,7 +269,7 @@ class EnergyAccount(Booked):
         if not self._dynamic:
             return
         if self._acting:
-            self._works[row] = self._step()
+            self._works.take(row)
         if self._faces:
             self._losses[row] = [faces.loss() for faces in self._faces]
         if self._driven:
@@ -285,7 +288,7 @@ class EnergyAccount(Booked):
         if simulation.last is not None:
             for jump in self._jumps:
                 jump.end(simulation.last.dt)
-        self._energy[row] = self._ends()
+        self._ends.take(row)
         if self._faces:
             self._touch[row] = self._touching()
 
@@ -296,7 +299,7 @@ class EnergyAccount(Booked):
             alone = self._comm.size == 1
             reach = self._reach_of(self._reactions[rows]) if alone else self._reach[rows]
             self.raise_floor(ROUND_OFF_MOTION * float(reach.max()))
-        works, energies = self._works[rows].tolist(), self._energy[rows].tolist()
+        works, energies = self._works.of(rows).tolist(), self._ends.of(rows).tolist()
         faces = zip(self._losses[rows].tolist(), self._touch[rows].tolist(), strict=True)
         for work, supports, energy, (losses, touching) in zip(
             works, self._supports[rows], energies, faces, strict=True

@@ -23,7 +23,8 @@ from shellmb.observers.account.energy import EnergyAccount, present
 from shellmb.observers.booking import STEPS, Booked, Row
 from shellmb.observers.forces.impulse import Impulse
 from shellmb.simulate.simulation import Simulation
-from shellmb.system.assembly.functionals import Functionals, functionals, vector_of
+from shellmb.system.assembly.functionals import functionals, functionals_of_steps, vector_of
+from shellmb.system.assembly.steps import OfSteps
 
 KINDS = {"momentum": "linear", "angular momentum": "angular"}
 # impulses of loads, of supports, and of impacts at which something begins to act
@@ -57,8 +58,6 @@ class Momentum(Booked):
         self._loads, self._supports, self._impacts = self._impulses
         self._largest = dict.fromkeys(KINDS, 0.0)
         self._gross = self._slowest = 0.0
-        # momenta behind each step
-        self._after = np.zeros((STEPS, 2, 3))
 
     @property
     def values(self) -> dict[str, Floats]:
@@ -91,7 +90,7 @@ class Momentum(Booked):
             self._drift.setdefault(kind, 0.0)
         self._sizes(self._vectors[:, None])
 
-    def _functionals(self, simulation: Simulation, bodies: list[Any]) -> Functionals:
+    def _functionals(self, simulation: Simulation, bodies: list[Any]) -> OfSteps:
         """Both momenta, six numbers."""
         forms: list[Form | None] = []
         for body, axes in zip(bodies, self._axes, strict=True):
@@ -99,7 +98,7 @@ class Momentum(Booked):
             # of small motions about the reference positions
             q, v = (levels.reference or levels).q, levels.rates["v"]
             forms.append(_both(body, q, v, axes))
-        return functionals([present(forms)], simulation.model.comm)
+        return functionals_of_steps([present(forms)], simulation.model.comm, STEPS)
 
     def _total_mass(self, simulation: Simulation, bodies: list[Any]) -> float:
         """Mass, as the momentum of a unit velocity along that velocity."""
@@ -113,7 +112,8 @@ class Momentum(Booked):
         return float(functionals([present(forms)], simulation.model.comm)()[0])
 
     def _take(self) -> None:
-        self._now_vectors.flat = self._momenta()
+        self._momenta.take(0)
+        self._now_vectors.flat = self._momenta.of(slice(0, 1))
         self.begin(_columns(self._now_vectors[None])[0])
 
     def _sizes(self, vectors: Floats) -> None:
@@ -149,13 +149,13 @@ class Momentum(Booked):
     def take_accepted(self, simulation: Simulation, row: int) -> None:
         """Take the momenta."""
         if self._dynamic:
-            self._after[row].flat = self._momenta()
+            self._momenta.take(row)
 
     def book_rows(self, rows: slice) -> list[Row]:
         """Add impulses up, and see what is left unexplained."""
-        after = self._after[rows]
         if not self._dynamic:
-            return [{} for _ in after]
+            return [{} for _ in range(*rows.indices(STEPS))]
+        after = self._momenta.of(rows).reshape(-1, 2, 3)
         before = [*self._loads.ravel(), *self._supports.ravel(), self._gross]
         sums = np.add.accumulate(np.vstack([before, self._impulse.of_steps(rows)]))[1:]
         self._gross = float(sums[-1, 12])

@@ -28,8 +28,8 @@ from shellmb.observers.booking import STEPS
 from shellmb.observers.forces.reactions import Arms, HeldForces, NodalForces
 from shellmb.schemes.residuals.residual import StageForms
 from shellmb.simulate.simulation import Simulation
-from shellmb.system.assembly.meshgroups import residuals_of
-from shellmb.system.assembly.residuals import Residuals
+from shellmb.system.assembly.meshgroups import residuals_of_steps
+from shellmb.system.assembly.steps import OfSteps
 
 # numbers of local dofs of all steps that are added up together: more are no quicker
 TOGETHER = 100_000
@@ -150,17 +150,16 @@ class _Acting(NodalForces):
         super().__init__(problem.system)
         # all of what potentials exert comes from outside, and what volumes exert on lids, which
         # are no bodies; residuals are against it
-        self._forces: list[tuple[float, slice, Residuals]] = []
+        self._forces: list[tuple[float, slice, OfSteps]] = []
         for body in simulation.model.bodies:
             row, outside = problem.forms[body.name][stage], body in simulation.model.outside
             forms = row.residual if outside else self._work(row, body)
             if forms:
                 number, system = problem.number(body.name, stage), problem.system
-                loops = residuals_of(system, number, compile_all(forms))
+                works = residuals_of_steps(system, number, compile_all(forms), STEPS)
                 where = system.numbering.slice(number)
-                self._forces.append((-1.0 if outside else 1.0, where, loops))
-        size = len(problem.system.numbering.local_to_global) if self._forces else 0
-        self._local = np.zeros((STEPS, size))
+                self._forces.append((-1.0 if outside else 1.0, where, works))
+        self._size = len(problem.system.numbering.local_to_global)
 
     @staticmethod
     def _work(row: StageForms, body: Body) -> list[Form]:
@@ -170,14 +169,14 @@ class _Acting(NodalForces):
 
     def take(self, step: int) -> None:
         """Take what they are now."""
-        local = self._local[step]
-        local[:] = 0.0
-        for sign, where, loops in self._forces:
-            loops.refresh()
-            loops.add(local[where])
-            if sign < 0:
-                local[where] *= sign
+        for _, _, works in self._forces:
+            works.take(step)
 
     def nodal(self, steps: slice) -> Floats | None:
         """Nodal forces on this rank in some steps; None without any; collective."""
-        return self.gathered(self._local[steps]) if self._forces else None
+        if not self._forces:
+            return None
+        local = np.zeros((len(range(*steps.indices(STEPS))), self._size))
+        for sign, where, works in self._forces:
+            local[:, where] = sign * works.of(steps)
+        return self.gathered(local)

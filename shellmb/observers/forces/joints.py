@@ -17,7 +17,7 @@ from shellmb.model.model import Model
 from shellmb.observers.booking import STEPS, Booked, Row
 from shellmb.observers.forces.freedoms import Freedoms
 from shellmb.observers.forces.locations import Places
-from shellmb.observers.forces.reactions import Assembled, resistance
+from shellmb.observers.forces.reactions import Assembled, resistance, resistance_of_steps
 from shellmb.schemes.base import END
 from shellmb.simulate.simulation import Simulation
 
@@ -64,8 +64,8 @@ class JointForces(Booked):
         self._joints, self._names = list(mechanism.joints), column_names(mechanism)
         self._found = np.zeros((len(self._joints), 4, 3))
         self._middles = [simulation.problem.steps[loop.name].middle for loop in self._loops]
-        # of each step: states and work of the groups, forces where ranks share them
-        self._states = [np.zeros((2, STEPS, loop.size)) for loop in self._loops]
+        # of each step: states of the groups, forces where ranks share them
+        self._states = [np.zeros((STEPS, loop.size)) for loop in self._loops]
         self._forces = np.zeros((STEPS, *self._found.shape))
         columns: Row = dict.fromkeys(self._names, float("nan"))
         self._freedoms.start(simulation)
@@ -86,11 +86,9 @@ class JointForces(Booked):
 
     def take_solved(self, simulation: Simulation, row: int) -> None:
         """Take the forces of the step."""
-        for loop, middle, (states, work) in zip(
-            self._loops, self._middles, self._states, strict=True
-        ):
+        for loop, middle, states in zip(self._loops, self._middles, self._states, strict=True):
             states[row] = middle()
-            loop.work(work[row])
+            loop.take(row)
         read: Row = {}
         for group, residuals, r in self._elements:
             r[:] = 0.0
@@ -106,8 +104,8 @@ class JointForces(Booked):
     def _act(self, rows: slice) -> None:
         """Forces of some steps on this rank."""
         self._forces[rows] = 0.0
-        for loop, (states, work) in zip(self._loops, self._states, strict=True):
-            loop.add(self._forces[rows], states[rows], work[rows])
+        for loop, states in zip(self._loops, self._states, strict=True):
+            loop.add(self._forces[rows], states[rows], rows)
 
     @property
     def acting(self) -> dict[str, Floats]:
@@ -173,9 +171,8 @@ def joint_forces(model: Model, groups: list[GroupForces], state: Callable[[str],
     """
     found = np.zeros((len(model.mechanism.joints), 4, 3))
     for group in groups:
-        q, work = state(group.name), np.zeros(group.size)
-        group.work(work)
-        group.add(found[None], q[None], work[None])
+        group.take(0)
+        group.add(found[None], state(group.name)[None], slice(0, 1))
     if model.comm.size > 1:
         model.comm.Allreduce(MPI.IN_PLACE, found)
     return found
@@ -215,8 +212,8 @@ class GroupForces:
 
     def __init__(self, problem: Assembled, group: JointGroup, number: Mapping[str, int]) -> None:
         self.name = group.name
-        self._residuals, work = resistance(problem, group.name)
-        self.size = len(work)
+        self._work = resistance_of_steps(problem, group.name, STEPS)
+        self.size = problem.fields[problem.number(group.name, problem.last)].size_all
         items: dict[tuple[int, bool], list[tuple[int, BoundJoint]]] = {}
         for row, item in enumerate(group.nodes.item.tolist()):
             joint = group.joints[item]
@@ -228,20 +225,23 @@ class GroupForces:
             for (second, _), some in items.items()
         ]
 
-    def work(self, to: Floats) -> None:
-        """Fill in the virtual work of the forces now, for each dof."""
-        to[:] = 0.0
-        self._residuals.refresh()
-        self._residuals.add(to)
+    def take(self, row: int) -> None:
+        """Take the forces of a step; collective.
 
-    def add(self, found: Floats, q: Floats, work: Floats) -> None:
+        Args:
+            row: Which of the steps.
+        """
+        self._work.take(row)
+
+    def add(self, found: Floats, q: Floats, rows: slice) -> None:
         """Add forces and moments in the joints' frames and in the scene's.
 
         Args:
             found: Shape (steps, joints, 4, 3).
             q: States of the group at which its forces act, shape (steps, dofs).
-            work: Their work, shape (steps, dofs).
+            rows: Which of the steps that were taken.
         """
+        work = self._work.of(rows)
         for part in self._parts:
             # a weld along a region has an item for each of its nodes
             np.add.at(found.swapaxes(0, 1), part.numbers, part.values(q, work).swapaxes(0, 1))

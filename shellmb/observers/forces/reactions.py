@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import NamedTuple, Protocol
 
 import numpy as np
+from dolfinx import fem
 
 from shellmb.arrays import Bools, Floats
 from shellmb.model.model import Model
@@ -13,8 +14,9 @@ from shellmb.model.reduced.onframe import OnArms
 from shellmb.observers.fields.nodal import NodalBody, Nodes, nodal_bodies
 from shellmb.system.assembly.blocks import BlockSystem
 from shellmb.system.assembly.fields import Field
-from shellmb.system.assembly.meshgroups import residuals_of
+from shellmb.system.assembly.meshgroups import residuals_of, residuals_of_steps
 from shellmb.system.assembly.residuals import Residuals
+from shellmb.system.assembly.steps import OfSteps
 
 
 class Assembled(Protocol):
@@ -44,9 +46,26 @@ def resistance(problem: Assembled, name: str, stage: str | None = None) -> tuple
         name: Name of the group.
         stage: The row; None: that of the state at the end of a step.
     """
-    number, system = problem.number(name, stage or problem.last), problem.system
-    forms = [form for form, rows in system.residual_forms if rows == (number,)]
-    return residuals_of(system, number, forms), np.zeros(problem.fields[number].size_all)
+    number, forms = _row(problem, name, stage)
+    residuals = residuals_of(problem.system, number, forms)
+    return residuals, np.zeros(problem.fields[number].size_all)
+
+
+def resistance_of_steps(problem: Assembled, name: str, steps: int) -> OfSteps:
+    """Virtual work of a group's forces in the row of the state at the end, in many steps.
+
+    Args:
+        problem: The system.
+        name: Name of the group.
+        steps: How many steps are kept.
+    """
+    return residuals_of_steps(problem.system, *_row(problem, name), steps)
+
+
+def _row(problem: Assembled, name: str, stage: str | None = None) -> tuple[int, list[fem.Form]]:
+    """Number of a row of a group, and the forms in it."""
+    number = problem.number(name, stage or problem.last)
+    return number, [form for form, rows in problem.system.residual_forms if rows == (number,)]
 
 
 class Arms(NamedTuple):

@@ -8,8 +8,9 @@ from petsc4py import PETSc
 import numpy as np
 import numpy.typing as npt
 
+from shellmb.native.library import cell_dofs
 from shellmb.system.assembly.fields import Field
-from shellmb.system.assembly.numbering import Numbering, cell_dofs
+from shellmb.system.assembly.numbering import Numbering
 
 
 def most_entries(

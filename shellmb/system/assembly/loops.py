@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from copy import copy
 from itertools import chain
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -16,9 +16,8 @@ from dolfinx.fem import IntegralType
 from shellmb.arrays import Bools, Floats, Int32s, Ints
 from shellmb.native import library as native
 from shellmb.native.compiling.flags import LANES
-from shellmb.native.library import CArrays, side_by_side
+from shellmb.native.library import CArrays, cell_dofs, side_by_side
 from shellmb.system.assembly.fields import Field
-from shellmb.system.assembly.numbering import cell_dofs
 
 # a compiled form with the numbers of its row fields and of its column field, see `FormLoop`
 PlacedForm = tuple[fem.Form, tuple[int, ...], int]
@@ -151,6 +150,30 @@ class MeshCells(MeshGeometry):
         return np.asarray(inner[table].all(axis=0))
 
 
+class Inputs(Protocol):
+    """Place that kernels read numbers from."""
+
+    def coefficient(self, array: Floats) -> Floats:
+        """Place for the local array of a coefficient."""
+        ...
+
+    def constants(self, form: Any) -> Floats:
+        """Place for the constants of a form of C++, one behind the other."""
+        ...
+
+
+class InPlace:
+    """Coefficients where they are, and constants beside them."""
+
+    def coefficient(self, array: Floats) -> Floats:
+        """Give the array itself."""
+        return array
+
+    def constants(self, form: Any) -> Floats:
+        """Pack them."""
+        return np.asarray(cpp.fem.pack_constants(form))
+
+
 class FormLoop:
     """Compiled forms over the cells of one mesh, as C wants them.
 
@@ -159,14 +182,20 @@ class FormLoop:
         forms: Forms with the numbers of the fields whose rows they have, and of a bilinear form its
             column field (-1 of another form), among the fields of the mesh. A scalar form has one
             row.
+        inputs: Where kernels read coefficients and constants; None: where they are.
 
     Attributes:
         count: Number of kernels.
         lanes: How many cells are taken at once.
+        mesh: The cells, the kernels and their number, as C takes them, once they are bound.
     """
 
-    def __init__(self, cells: MeshGeometry, forms: Sequence[PlacedForm]) -> None:
-        self._forms = [form for form, _, _ in forms]
+    mesh: tuple[Any, Any, int]
+
+    def __init__(
+        self, cells: MeshGeometry, forms: Sequence[PlacedForm], inputs: Inputs | None = None
+    ) -> None:
+        self._forms, self._inputs = [form for form, _, _ in forms], inputs or InPlace()
         self.pointer = CArrays()
         self.coefficient_size = 1
         self._constants: list[tuple[Any, Floats]] = []
@@ -186,10 +215,10 @@ class FormLoop:
             space = function.function_space
             assert not space.element.needs_dof_transformations
             tables.append(cell_dofs(space)[: cells.count])
-            values.append(pointer(function.x.array))
+            values.append(pointer(self._inputs.coefficient(function.x.array)))
             sizes.append(tables[-1].shape[1])
         self.coefficient_size = max(self.coefficient_size, sum(sizes))
-        constants = cpp.fem.pack_constants(bare)
+        constants = self._inputs.constants(bare)
         self._constants.append((bare, constants))
         rows = np.concatenate([cells.places[k] for k in row])
         columns = np.zeros(1, dtype=np.int32) if column < 0 else cells.places[column]
@@ -249,6 +278,15 @@ class FormLoop:
         start, end = (pointer.many("double *", places) for places in (sources, targets))
         return len(sizes), start, lengths, end
 
+    def bind(self, cells: MeshGeometry, **more: Any) -> None:
+        """Prepare the arguments of calls.
+
+        Args:
+            cells: The cells.
+            **more: Further members of these in C.
+        """
+        self.mesh = cells.struct(self, **more), self.kernels, self.count
+
     def refresh(self) -> None:
         """Take the values of the constants, after they changed."""
         self._lib.copy_pieces(*self._pieces)
@@ -306,19 +344,21 @@ class LoopResiduals:
 
     Args:
         parts: The cells of each mesh with its forms.
+        inputs: As of `FormLoop`.
 
     Attributes:
+        loops: The loops over the cells of each mesh.
         meshes: Arguments of `residual` in C, of each mesh.
     """
 
-    def __init__(self, parts: Iterable[Rows]) -> None:
+    def __init__(self, parts: Iterable[Rows], inputs: Inputs | None = None) -> None:
         self._lib = native.cells().lib
-        self._loops = []
+        self.loops = []
         for cells, forms in parts:
             if forms:
-                loop = FormLoop(cells, forms)
-                self._loops.append((loop, cells.struct(loop)))
-        self.meshes = [(struct, loop.kernels, loop.count) for loop, struct in self._loops]
+                self.loops.append(loop := FormLoop(cells, forms, inputs))
+                loop.bind(cells)
+        self.meshes = [loop.mesh for loop in self.loops]
 
     def add(self, local: Floats) -> None:
         """Add them to the concatenated local arrays."""
@@ -327,5 +367,5 @@ class LoopResiduals:
 
     def refresh(self) -> None:
         """Take the values of all constants, after they changed."""
-        for loop, _ in self._loops:
+        for loop in self.loops:
             loop.refresh()

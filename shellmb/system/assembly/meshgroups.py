@@ -7,10 +7,12 @@ from dataclasses import dataclass
 
 from dolfinx import fem
 
+from shellmb.arrays import Floats
 from shellmb.native.assembler import is_native
 from shellmb.system.assembly.blocks import BlockSystem
-from shellmb.system.assembly.loops import LoopResiduals, MeshCells, PlacedForm, Rows
+from shellmb.system.assembly.loops import Inputs, LoopResiduals, MeshCells, PlacedForm, Rows
 from shellmb.system.assembly.residuals import DolfinxResiduals, Residuals
+from shellmb.system.assembly.steps import AtOnce, OfSteps, Together, tape_of
 
 
 @dataclass(frozen=True)
@@ -76,8 +78,37 @@ def residuals_of(system: BlockSystem, number: int, forms: Sequence[fem.Form]) ->
         number: Number of the field.
         forms: Compiled residuals.
     """
-    field = system.fields[number]
-    if not is_native():
-        return DolfinxResiduals([(form, (0,)) for form in forms], [field], [0])
-    cells = MeshCells([field], [0], [system.held[number]])
-    return LoopResiduals([(cells, [(form, (0,), -1) for form in forms])])
+    if is_native():
+        return _loops_of(system, number, forms)
+    return DolfinxResiduals([(form, (0,)) for form in forms], [system.fields[number]], [0])
+
+
+def _loops_of(
+    system: BlockSystem, number: int, forms: Sequence[fem.Form], inputs: Inputs | None = None
+) -> LoopResiduals:
+    cells = MeshCells([system.fields[number]], [0], [system.held[number]])
+    return LoopResiduals([(cells, [(form, (0,), -1) for form in forms])], inputs)
+
+
+def residuals_of_steps(
+    system: BlockSystem, number: int, forms: Sequence[fem.Form], steps: int
+) -> OfSteps:
+    """Make what assembles residuals of one field alone in many steps.
+
+    Args:
+        system: The system.
+        number: Number of the field.
+        forms: Compiled residuals.
+        steps: How many steps are kept.
+    """
+    size = system.fields[number].size_all
+    if is_native() and system.comm.size == 1 and (tape := tape_of(forms, steps)) is not None:
+        loops = _loops_of(system, number, forms, tape).loops
+        return Together(tape, loops, "residuals_of_states", size)
+    residuals = residuals_of(system, number, forms)
+
+    def find(to: Floats) -> None:
+        residuals.refresh()
+        residuals.add(to)
+
+    return AtOnce(find, size, steps)

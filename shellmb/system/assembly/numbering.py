@@ -6,14 +6,13 @@ linked dofs take the number of their target. This is the local-to-global map thr
 everything is assembled, so nothing else in the system needs to know about links.
 """
 
-from typing import Any
 
 from mpi4py import MPI
 
 import numpy as np
 from dolfinx import la
 
-from shellmb.arrays import Int32s, Ints
+from shellmb.arrays import Ints
 from shellmb.system.assembly.fields import Field
 
 
@@ -69,16 +68,6 @@ class Numbering:
     def slice(self, k: int) -> slice:
         """Place of field `k` in the concatenated local arrays."""
         return slice(int(self.offsets[k]), int(self.offsets[k + 1]))
-
-
-def cell_dofs(space: Any) -> Int32s:
-    """Local dofs of all cells of a function space, blocks unrolled, shape (cells, n)."""
-    dofmap: Any = getattr(space.dofmap, "_cpp_object", space.dofmap)
-    dofs, bs = np.asarray(dofmap.map()), dofmap.index_map_bs
-    if bs == 1:
-        return np.ascontiguousarray(dofs, dtype=np.int32)
-    rolled = bs * dofs[:, :, None] + np.arange(bs)
-    return np.ascontiguousarray(rolled.reshape(len(dofs), bs * dofs.shape[1]), dtype=np.int32)
 
 
 def _look_up(comm: MPI.Comm, numbers: Ints, index_map, targets: Ints) -> Ints:  # type: ignore[no-untyped-def]

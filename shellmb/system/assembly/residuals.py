@@ -8,8 +8,8 @@ import numpy as np
 from dolfinx import fem
 
 from shellmb.arrays import Floats, Ints
+from shellmb.native.library import cell_dofs
 from shellmb.system.assembly.fields import Field
-from shellmb.system.assembly.numbering import cell_dofs
 
 # a compiled residual with the numbers of the fields whose rows it has
 RowForm = tuple[fem.Form, tuple[int, ...]]

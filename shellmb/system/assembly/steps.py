@@ -1,0 +1,143 @@
+"""Values of compiled forms in many steps: what they are made of is taken, they are found together.
+
+Between two solutions a call from Python takes longer than the kernels of a small mesh.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any, Protocol
+
+import numpy as np
+from dolfinx import fem
+
+from shellmb.arrays import Floats
+from shellmb.native import library as native
+from shellmb.native.library import CArrays
+from shellmb.system.assembly.loops import FormLoop
+
+# numbers that forms read up to which a copy of them is cheaper than what is made of them
+SMALL = 4000
+
+
+class OfSteps(Protocol):
+    """Numbers of many steps."""
+
+    def take(self, row: int) -> None:
+        """Take what they are now; collective.
+
+        Args:
+            row: Which of the steps.
+        """
+        ...
+
+    def of(self, rows: slice) -> Floats:
+        """Numbers of some steps that were taken, shape (k, n); not collective."""
+        ...
+
+
+class AtOnce:
+    """Numbers that are found in each step.
+
+    Args:
+        find: Fills them in, into zeros of shape (n,).
+        size: How many they are.
+        steps: How many steps are kept.
+    """
+
+    def __init__(self, find: Callable[[Floats], None], size: int, steps: int) -> None:
+        self._find, self._found = find, np.zeros((steps, size))
+
+    def take(self, row: int) -> None:
+        """Find them."""
+        found = self._found[row]
+        found[:] = 0.0
+        self._find(found)
+
+    def of(self, rows: slice) -> Floats:
+        """Give those of some steps."""
+        return self._found[rows]
+
+
+class Tape:
+    """What compiled forms read, kept for many steps; the place where their kernels read it.
+
+    Args:
+        forms: The forms.
+        steps: How many steps are kept.
+    """
+
+    def __init__(self, forms: Iterable[fem.Form], steps: int) -> None:
+        self._lib, pointer = native.cells().lib, CArrays()
+        self._places: dict[int, slice] = {}
+        pieces: list[Floats] = []
+        size = 0
+        for form in (form._cpp_object for form in forms):
+            arrays = [function.x.array for function in form.coefficients]
+            for array in arrays:
+                key = array.ctypes.data
+                if key not in self._places:
+                    self._places[key] = slice(size, size := size + len(array))
+                    pieces.append(array)
+            # views of the constants' own numbers, which keep them alive
+            values = [constant.value.reshape(-1) for constant in form.constants]
+            self._places[id(form)] = slice(size, size := size + sum(map(len, values)))
+            pieces += values
+        self._kept, self._place = np.zeros((steps, size)), np.zeros(size)
+        sizes = pointer(np.array([*map(len, pieces), 0], dtype=np.int32))
+        pointers = pointer.many("double *", [pointer(piece) for piece in pieces])
+        self._take = len(pieces), pointers, sizes, pointer(self._kept), size
+        self._alive = pointer
+
+    def coefficient(self, array: Floats) -> Floats:
+        """Place for the local array of a coefficient."""
+        return self._place[self._places[array.ctypes.data]]
+
+    def constants(self, form: Any) -> Floats:
+        """Place for the constants of a form of C++, one behind the other."""
+        return self._place[self._places[id(form)]]
+
+    def take(self, row: int) -> None:
+        """Take what is read now."""
+        self._lib.take_pieces(*self._take, row)
+
+    def states(self, rows: slice) -> tuple[Any, ...]:
+        """Number of some steps, size of what is read in one, and where it is kept and read."""
+        kept, doubles = self._kept[rows], native.doubles
+        return *kept.shape, doubles(kept), doubles(self._place)
+
+
+class Together:
+    """Numbers that are found for many steps by one call for each mesh.
+
+    Args:
+        tape: What they are made of.
+        loops: What gives them, of each mesh.
+        function: Name of the function of C that adds what these give in some steps.
+        size: How many numbers there are.
+    """
+
+    def __init__(self, tape: Tape, loops: Sequence[FormLoop], function: str, size: int) -> None:
+        self.take, self._tape, self._loops, self._size = tape.take, tape, loops, size
+        self._function = getattr(native.cells().lib, function)
+
+    def of(self, rows: slice) -> Floats:
+        """Find those of some steps."""
+        states = self._tape.states(rows)
+        found = np.zeros((states[0], self._size))
+        for loop in self._loops:
+            self._function(*loop.mesh, *states, self._size, native.doubles(found))
+        return found
+
+
+def tape_of(forms: Iterable[fem.Form], steps: int) -> Tape | None:
+    """A tape of what forms read, one that is used in one process; None if that is too much.
+
+    Args:
+        forms: The forms.
+        steps: How many steps are kept.
+    """
+    every = list(forms)
+    arrays = [function.x.array for form in every for function in form._cpp_object.coefficients]
+    read = {array.ctypes.data: len(array) for array in arrays}
+    return Tape(every, steps) if sum(read.values()) <= SMALL else None
