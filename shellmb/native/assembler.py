@@ -46,8 +46,12 @@ def assembled_as[**P, R](
     def decorate(function: Callable[P, R]) -> Callable[P, R]:
         @wraps(function)
         def call(*args: P.args, **kwargs: P.kwargs) -> R:
-            with assembled_by(solver(*args, **kwargs).assembler):
+            # as `assembled_by`, without a context that is made anew for each step
+            token = _CHOSEN.set(solver(*args, **kwargs).assembler)
+            try:
                 return function(*args, **kwargs)
+            finally:
+                _CHOSEN.reset(token)
 
         return call
 

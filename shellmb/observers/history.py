@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import math
 import time as clock
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -75,7 +76,7 @@ class History(Silent):
         self._measuring, self._path = list(measuring), path
         self._rows: list[dict[str, float]] = []
         # the beginnings of rows that are not complete yet, and their times
-        self._steps: list[tuple[dict[str, float], float]] = []
+        self._steps: list[tuple[tuple[float, ...], float]] = []
         later = [hasattr(observer, "collect") for observer in measuring]
         self._sources: list[Any] = [
             observer if there else _EachStep(observer)
@@ -95,7 +96,8 @@ class History(Silent):
         count = len(self._steps)
         if count:
             columns = [source.collect(count) for source in self._sources]
-            for (row, wall), *found in zip(self._steps, *columns, strict=True):
+            for (first, wall), *found in zip(self._steps, *columns, strict=True):
+                row = dict(zip(STEP_COLUMNS, first, strict=True))
                 for each in found:
                     row |= each
                 row[WALL] = wall
@@ -117,7 +119,7 @@ class History(Silent):
             self._begin -= self._rows[-1][WALL]
         if not self._rows:
             self._check_names()
-            row = _first_columns(simulation)
+            row = dict(zip(STEP_COLUMNS, _first_columns(simulation), strict=True))
             for observer in self._measuring:
                 row |= {name: float(value) for name, value in observer.measure().items()}
             self._rows.append(row | {WALL: self._wall()})
@@ -213,18 +215,13 @@ class History(Silent):
         self._kept = int(state["rows"])
 
 
-def _first_columns(simulation: Simulation) -> dict[str, float]:
+def _first_columns(simulation: Simulation) -> tuple[float, ...]:
+    """Values of `STEP_COLUMNS`."""
     last = simulation.last
     # a run that is resumed at its end has made no step of its own
-    jump = float("nan") if last is None or last.jump is None else last.jump
-    return {
-        "step": simulation.step,
-        "t": simulation.t,
-        "dt": last.dt if last else 0.0,
-        "iterations": last.iterations if last else 0,
-        "rejected": simulation.size.rejected,
-        "jump": jump,
-    }
+    jump = math.nan if last is None or last.jump is None else last.jump
+    made = (last.dt, last.iterations) if last else (0.0, 0)
+    return simulation.step, simulation.t, *made, simulation.size.rejected, jump
 
 
 def read_history(path: Path) -> list[dict[str, float]]:

@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Hashable
 from dataclasses import replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 from dolfinx import fem
 
-from shellmb.arrays import Floats, Ints
+from shellmb.arrays import Bools, Floats, Ints
 from shellmb.bodyfields import (
     body_directors,
     body_field,
@@ -54,6 +54,12 @@ DIVERGED = 1e3
 SEARCHES = 8
 # step of the load factor in derivatives of what is prescribed by it: of fourth order
 FACTOR_STEP = 1e-3
+
+
+@lru_cache
+def _rounded(dt: float) -> float:
+    """A step without what round-off makes of steps of one length, s."""
+    return float(f"{dt:.12g}")
 
 
 class Arrays:
@@ -110,7 +116,10 @@ class Problem:
         ]
         self._index = {key: k for k, key in enumerate(names)}
         self._bodies = {b.name: b for b in model.bodies}
+        # given values that do not change in time, by body and stage
+        self._still: dict[tuple[str, str], Floats] = {}
         self._kinematic_dofs = {b.name: kinematic_dofs(b) for b in model.bodies}
+        self._moving = {b.name: self._marked(b) for b in model.bodies}
         self._resultant_dofs = {b.name: resultant_dofs(b) for b in model.bodies}
         self._tangents = {b.name: b.manifold.tangent_values for b in model.bodies}
         self._arrays = {name: Arrays(levels) for name, levels in self.levels.items()}
@@ -127,6 +136,12 @@ class Problem:
         self.iteration = Iteration(self.system, settings, new_prefix(self), reduction)
         self.newton = NEWTON[solver.backend](self.iteration)
 
+    def _marked(self, body: Body) -> Bools:
+        """Mark the kinematic dofs among the local ones of a body."""
+        marked = np.zeros(len(self.levels[body.name].q.x.array), dtype=bool)
+        marked[self._kinematic_dofs[body.name]] = True
+        return marked
+
     def _couplings(self) -> list[FacesCoupling]:
         """Contacts with faces of shells, by the pieces of the scheme's steps."""
         if not self.model.faces:
@@ -140,7 +155,7 @@ class Problem:
     def key(self, dt: float) -> tuple[Hashable, ...]:
         """Steps with the same one have nearly the same Jacobian; in linear statics all have it."""
         linear = self.scheme.linear and not self.scheme.dynamic
-        return self.switches if linear else (float(f"{dt:.12g}"), *self.switches)
+        return self.switches if linear else (_rounded(dt), *self.switches)
 
     @property
     def switches(self) -> tuple[Hashable, ...]:
@@ -342,15 +357,20 @@ class Problem:
         return rates
 
     def _prescribe(self, name: str, stage: str, t: float, dt: float) -> None:
-        now, values = self._arrays[name], []
-        for fixed in self._bodies[name].fixed:
-            if fixed.moving:
-                rates = {k: v[fixed.dofs] for k, v in now.rates.items()}
-                values.append(self.scheme.prescribed(stage, fixed.value, t, dt, rates))
-            else:
-                values.append(fixed.value(t) * (stage not in self.scheme.scaled))
-        if values:
+        given = self._still.get((name, stage))
+        if given is None:
+            now, values = self._arrays[name], [np.zeros(0)]
+            every = self._bodies[name].fixed
+            for fixed in every:
+                if fixed.moving:
+                    rates = {k: v[fixed.dofs] for k, v in now.rates.items()}
+                    values.append(self.scheme.prescribed(stage, fixed.value, t, dt, rates))
+                else:
+                    values.append(fixed.value(t) * (stage not in self.scheme.scaled))
             given = np.concatenate(values)
+            if not any(fixed.moving for fixed in every):
+                self._still[name, stage] = given
+        if len(given):
             # behind these come the parts of a jump that have no equations: zero
             self.fields[self.number(name, stage)].values[: len(given)] = given
 
@@ -436,10 +456,10 @@ class Problem:
     def advance(self, dt: float) -> None:
         """Put the state at the end of the step in place of that at its start."""
         for name, now in self._arrays.items():
-            kinematic = self._kinematic_dofs[name]
+            kinematic = self._moving[name]
             new = self.steps[name].advance(now.q, now.rates, now.unknown, dt, self._tangents[name])
             for key, values in new.items():
-                now.rates[key][kinematic] = values[kinematic]
+                np.copyto(now.rates[key], values, where=kinematic)
             # the unknown ones stay: they may be means over the step
             dofs = self._resultant_dofs[name]
             rows = {stage: values[dofs] for stage, values in now.unknown.items()}

@@ -180,25 +180,23 @@ class _Weight:
 
     def __init__(self, body: RigidBodies) -> None:
         self._body = body
-        self._loads = []
+        self._loads = list[tuple[Expr, fem.Constant]]()
+        self._given = list[tuple[TimeFunction | None, Floats, Floats]]()
         for load, names in body._gravity:
             masses = [[b.mass if b.name in names else 0.0] for b in body.bodies]
-            self._loads.append(
-                (
-                    load,
-                    body._constant([np.array(m) for m in masses], "weighed"),
-                    fem.Constant(body.node_mesh.mesh, np.zeros(3)),
-                )
-            )
+            mass = body._constant([np.array(m) for m in masses], "weighed")
+            self._loads.append((mass, fem.Constant(body.node_mesh.mesh, np.zeros(3))))
+            # DOLFINx looks numbers of a Constant up anew whenever it is asked
+            values = np.asarray(self._loads[-1][1].value)
+            self._given.append((load.time, np.asarray(load.acceleration), values))
 
     def update(self, average) -> None:  # type: ignore[no-untyped-def]
         """Set the accelerations from the loads' time functions."""
-        for load, _, acceleration in self._loads:
-            time: TimeFunction | None = load.time
-            acceleration.value[:] = average(time) * np.asarray(load.acceleration)
+        for time, acceleration, values in self._given:
+            values[:] = average(time) * acceleration
 
     def virtual_work(self, mid: Expr, dq: Expr) -> Form | None:
         """Virtual work of the weights."""
         du = self._body.layout.part(dq, "u")
-        forms = [dead_force(mass * g, du) * self._body.nodes for _, mass, g in self._loads]
+        forms = [dead_force(mass * g, du) * self._body.nodes for mass, g in self._loads]
         return sum(forms[1:], forms[0])

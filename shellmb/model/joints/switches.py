@@ -168,7 +168,7 @@ class Switches:
     @property
     def key(self) -> tuple[bytes, ...]:
         """Key of what acts now, for comparison."""
-        return tuple(item.acting.tobytes() for item in self.items)
+        return tuple([item.acting.tobytes() for item in self.items])
 
     def state(self) -> list[dict[str, Any]]:
         """State for a restart."""

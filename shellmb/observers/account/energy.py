@@ -7,6 +7,7 @@ run.
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -176,7 +177,7 @@ class EnergyAccount(Booked):
         if self._initial is None:
             self._energies(self._there_now(), self._touching())
             self._initial = self._values["total_energy"]
-            self._sizes()
+            self._sizes([self._values])
         self.begin(dict(self._values))
 
     def _work(self, simulation: Simulation, kind: str, bodies: list[Body]) -> list[Form | None]:
@@ -312,6 +313,9 @@ class EnergyAccount(Booked):
             if self._dynamic:
                 self._close(self._shift - shift)
             found.append(dict(self._values))
+        if self._dynamic:
+            self._error = max(self._error, *(abs(row["energy_balance"]) for row in found))
+            self._sizes(found)
         return found
 
     def _work_of(self, works: list[float], supports: float, losses: list[list[float]]) -> None:
@@ -346,19 +350,19 @@ class EnergyAccount(Booked):
             - values["work_supports"]
             + values["dissipation"]
         )
-        self._error = max(self._error, abs(values["energy_balance"]))
-        self._sizes()
 
-    def _sizes(self) -> None:
-        values = self._values
-        self._largest = max(self._largest, abs(values["total_energy"]))
-        self._fastest = max(self._fastest, values["kinetic_energy"])
+    def _sizes(self, rows: Sequence[Row]) -> None:
+        """Largest and smallest values so far, by those of some steps."""
         ports = ("work_loads", "work_terms", "work_supports", "dissipation")
+        names = ("total_energy", "kinetic_energy", *ports)
+        total, kinetic, *others = ([row[name] for row in rows] for name in names)
+        self._largest = max(self._largest, *map(abs, total))
+        self._fastest = max(self._fastest, *kinetic)
         # what potentials below zero give to bodies is energy that was seen, though the sum is not
         seen = max(self._largest, self._fastest)
-        self._exchanged = max(self._exchanged, seen, *(abs(values[p]) for p in ports))
-        self._there = max(self._there, values["total_energy"] + values["dissipation"])
-        self._lowest = min(self._lowest, values["total_energy"])
+        self._exchanged = max(self._exchanged, seen, *(abs(x) for each in others for x in each))
+        self._there = max(self._there, *map(operator.add, total, others[-1]))
+        self._lowest = min(self._lowest, *total)
 
     def raise_floor(self, energy: float) -> None:
         """Energies below this one are round-off, J."""

@@ -57,6 +57,21 @@ class Turn:
         if self.angle > self.largest:
             self.largest, self.t, self.dt = self.angle, t, dt
 
+    def add_whole(self, angles: list[float], when: list[list[float]]) -> None:
+        """Add steps of a rigid body, no part of which turns by more.
+
+        Args:
+            angles: Angles of some steps, rad.
+            when: Times at their ends and their lengths, s.
+        """
+        self.angle = self.mean = angles[-1]
+        self.radius = 0.0
+        for angle in angles:
+            self.total += angle
+        if (most := max(angles)) > self.largest:
+            self.largest = most
+            self.t, self.dt = when[angles.index(most)]
+
 
 class BodyRotations(Booked):
     """Follows how all bodies of a dynamic scene turn."""
@@ -139,9 +154,7 @@ class BodyRotations(Booked):
                 self._chords[rows] = self._rigid.chords(self._changes[rows])
             chords = self._chords[rows].T.tolist()
             for name, each in zip(self._rigid.names if self._rigid else (), chords, strict=True):
-                turn = self._turns[name]
-                for angle, (t, dt) in zip(map(_angle, each), when, strict=True):
-                    turn.add(angle, angle, 0.0, t, dt)
+                self._turns[name].add_whole([_angle(chord) for chord in each], when)
         return [{} for _ in when]
 
     def kept(self) -> dict[str, Any]:

@@ -76,13 +76,18 @@ class Sample:
             dt: Its length, s.
             factor: Factor of a load with a time function at an instant.
         """
-        self.time.value = t + self.tau * dt  # type: ignore[assignment]
+        self._now[...] = t + self.tau * dt
         if self.loads is not None:
             self.loads.update(
                 lambda function: float(
-                    sum(weight * factor(t + tau * dt, function) for tau, weight in self.instants)
+                    sum([weight * factor(t + tau * dt, function) for tau, weight in self.instants])
                 )
             )
+
+    @cached_property
+    def _now(self) -> Values:
+        """The number of `time`, which DOLFINx looks up anew whenever it is asked."""
+        return np.asarray(self.time.value)
 
     def of_loads(self, dq: Expr) -> Form | None:
         """Virtual work of the loads."""

@@ -6,7 +6,6 @@ linked dofs take the number of their target. This is the local-to-global map thr
 everything is assembled, so nothing else in the system needs to know about links.
 """
 
-
 from mpi4py import MPI
 
 import numpy as np
