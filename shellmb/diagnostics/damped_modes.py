@@ -35,6 +35,7 @@ class DampedModes(Silent):
         damped = [d for d in model.modal if d.relaxing is not None and d.relaxing.any()]
         rates = "v" in simulation.scheme.rates
         self._bodies = [(data, ModalState(model, data)) for data in damped] if rates else []
+        self.idle = not self._bodies
 
     def accepted(self, simulation: Simulation) -> None:
         """Take the step."""

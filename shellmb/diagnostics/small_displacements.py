@@ -47,10 +47,12 @@ class SmallDisplacements(Silent):
         # by body of the system the largest change of a director on this rank, and when
         self._largest: dict[str, tuple[float, float]] = {}
 
+    def start(self, simulation: Simulation) -> None:
+        """See whether forms are linearised."""
+        self.idle = not simulation.scheme.linear
+
     def accepted(self, simulation: Simulation) -> None:
         """Take the rotations of the step."""
-        if not simulation.scheme.linear:
-            return
         for body in nodal_bodies(simulation.model).values():
             change = simulation.problem.state(body.name).x.array[body.mixed.dofs["w"]]
             size = float(np.sqrt(np.max(np.sum(change.reshape(-1, 3) ** 2, axis=1), initial=0.0)))
@@ -259,6 +261,7 @@ class ReducedBodies(_AboutFrames):
         """Find the bodies, how much each mode turns their directors at most, and its forces."""
         model = simulation.model
         self._bodies = [(data, ModalState(model, data)) for data in model.modal]
+        self.idle = not self._bodies
         self._most = {
             data.name: np.sqrt(np.max(np.sum(data.slopes**2, axis=1), axis=0, initial=0.0))
             for data in model.modal
@@ -313,6 +316,7 @@ class LinearBodies(_AboutFrames):
         meshed, state = simulation.model.meshed.values(), simulation.problem.state
         comm = simulation.model.comm
         self._bodies = [(body, body.node_directors()) for body in meshed if body.ties]
+        self.idle = not self._bodies
         self._forces = [
             (
                 GeometricStiffness(body),

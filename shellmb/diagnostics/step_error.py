@@ -33,10 +33,12 @@ class StepErrors(Silent):
     def __init__(self, sources: Sources) -> None:
         self._reach = 0.0
 
+    def start(self, simulation: Simulation) -> None:
+        """See whether steps follow their error."""
+        self.idle = not isinstance(simulation.size, ErrorSize)
+
     def accepted(self, simulation: Simulation) -> None:
         """Take how far bodies are from where they were described, relative to their size."""
-        if not isinstance(simulation.size, ErrorSize):
-            return
         for body in simulation.model.bodies:
             for part in body.parts:
                 if part.name in body.kinematic and part.name in ("u", "w"):

@@ -50,17 +50,17 @@ class StiffSpin(Silent):
         }
         for name in self._speed:
             self._dissipated.setdefault(name, 0.0)
+        self._loss = simulation.scheme.rotations.stiff_loss
+        self.idle = self._loss == 0
 
     def accepted(self, simulation: Simulation) -> None:
         """Add the step."""
-        loss = simulation.scheme.rotations.stiff_loss
-        if loss == 0 or simulation.last is None:
-            return
+        assert simulation.last is not None
         for name, speed in self._speed.items():
             turn = self._rotations.turns[name]
             if turn.radius > 0 and speed > 0:
                 soft = turn.radius / (speed * simulation.last.dt)
-                self._dissipated[name] += loss * turn.mean**2 / (1 + HALF_STIFF * soft**2)
+                self._dissipated[name] += self._loss * turn.mean**2 / (1 + HALF_STIFF * soft**2)
 
     def cautions(self, simulation: Simulation) -> Iterator[Caution]:
         """A sentence for each body that spins and is stiff."""

@@ -39,22 +39,20 @@ class _EachStep:
 
     def __init__(self, measuring: Measuring) -> None:
         self._measuring, self._rows = measuring, list[dict[str, float]]()
-        self._has = True
+        self.has = True
 
     def begin(self) -> None:
         """See whether the observer has numbers at all."""
-        self._has = bool(self._measuring.measure())
+        self.has = bool(self._measuring.measure())
 
     def ask(self) -> None:
-        """Measure now."""
-        if not self._has:
-            return
+        """Measure now, if it has numbers."""
         numbers = self._measuring.measure()
         self._rows.append({name: float(value) for name, value in numbers.items()})
 
     def collect(self, count: int) -> list[dict[str, float]]:
         """Hand over the numbers of so many steps."""
-        if not self._has:
+        if not self.has:
             return [{} for _ in range(count)]
         found, self._rows = self._rows[:count], self._rows[count:]
         return found
@@ -125,6 +123,7 @@ class History(Silent):
             self._rows.append(row | {WALL: self._wall()})
         for source in self._requested:
             source.begin()
+        self._requested = [source for source in self._requested if source.has]
         for source in self._sources:
             # it keeps from now on what is to be collected
             source.collect(0)

@@ -22,6 +22,7 @@ class PathRecord(Silent):
 
     def start(self, simulation: Simulation) -> None:
         """Take the values at the start."""
+        self.idle = simulation.path is None
         self.accepted(simulation)
 
     def accepted(self, simulation: Simulation) -> None:

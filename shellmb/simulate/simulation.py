@@ -80,7 +80,14 @@ class Observer(Protocol):
 
 
 class Silent:
-    """An observer that does nothing; to inherit from."""
+    """An observer that does nothing; to inherit from.
+
+    Attributes:
+        idle: Whether it has nothing to do in the steps of a run, which it knows when it has started
+            and has not been called yet. It is not called in these.
+    """
+
+    idle = False
 
     def start(self, simulation: Simulation) -> None:
         """Do nothing."""
@@ -103,6 +110,30 @@ class Silent:
 
     def restore(self, state: dict[str, Any]) -> None:
         """Restore nothing."""
+
+
+class _Called:
+    """Observers by what they do in a step: between two solutions each call takes its time.
+
+    Args:
+        observers: All of them, which have started.
+
+    Attributes:
+        observers: They, as they were given.
+        count: Their number.
+        solved: Those that take a step that is solved.
+        accepted: Those that take a state that is accepted.
+    """
+
+    def __init__(self, observers: Sequence[Observer]) -> None:
+        self.observers, self.count = observers, len(observers)
+        acting = [observer for observer in observers if not getattr(observer, "idle", False)]
+        self.solved = [o for o in acting if _of(o.solved) is not Silent.solved]
+        self.accepted = [o for o in acting if _of(o.accepted) is not Silent.accepted]
+
+
+def _of(method: Any) -> Any:
+    return getattr(method, "__func__", method)
 
 
 class Simulation:
@@ -174,6 +205,7 @@ class Simulation:
         self.dropped = DroppedConstraints(self.problem)
         self.landing = Landing(scene, self.model.mechanism.events)
         self.control = Control(scene, self.model.signals)
+        self._calls = _Called(())
         self.setup_seconds = now() - begin - self.problem.system.jit_seconds
         self.step_seconds = 0.0
 
@@ -206,6 +238,7 @@ class Simulation:
         error: BaseException | None = None
         for observer in observers:
             observer.start(self)
+        self._calls = _Called(observers)
         begin = now()
         before = self.step_seconds
         try:
@@ -265,7 +298,8 @@ class Simulation:
             break
         self.dropped.check(self.t)
         self.last = StepInfo(self.t, dt, attempt.iterations, jump, attempt.error)
-        for observer in observers:
+        called = self._called(observers)
+        for observer in called.solved:
             observer.solved(self)
         self.stepping.accept(dt)
         self.t = end if lands else self.t + dt
@@ -276,8 +310,14 @@ class Simulation:
         self.step += 1
         self.iterations += attempt.iterations
         self.size.accept(measured, dt)
-        for observer in observers:
+        for observer in called.accepted:
             observer.accepted(self)
+
+    def _called(self, observers: Sequence[Observer]) -> _Called:
+        """Observers that have something to do in steps, found once."""
+        if self._calls.observers is not observers or self._calls.count != len(observers):
+            self._calls = _Called(observers)
+        return self._calls
 
     def begin_step(self, observers: Sequence[Observer] = ()) -> None:
         """Ask controllers, and switch what begins or ends to act at the current time.

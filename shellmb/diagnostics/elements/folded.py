@@ -105,6 +105,7 @@ class Folded(Silent):
         if not simulation.scheme.linear:
             bodies: dict[str, ShellModel | BeamModel] = {**model.shells, **model.beams}
             self._bodies = {name: _Neighbours(body) for name, body in bodies.items()}
+        self.idle = not self._bodies
 
     def accepted(self, simulation: Simulation) -> None:
         """Look at every tenth step."""

@@ -48,6 +48,7 @@ class Locked(Silent):
             mesh = places(body)
             if mesh is not None:
                 self._meshes[name] = mesh
+        self.idle = not self._meshes
 
     def accepted(self, simulation: Simulation) -> None:
         """Look at every tenth step."""

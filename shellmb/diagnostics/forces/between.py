@@ -40,6 +40,7 @@ class Between(Silent):
                 segments = group.points.segments()
                 if len(segments):
                     self._groups.append((group, segments))
+        self.idle = not self._groups
         self.accepted(simulation)
 
     def accepted(self, simulation: Simulation) -> None:

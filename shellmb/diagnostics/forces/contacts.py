@@ -46,6 +46,7 @@ class Contacts(Silent):
             name = group.item.name
             self._before[name] = _positions(simulation, group)
             self._impacts.begin(name, self._stored(name))
+        self.idle = not self._before
 
     def _stored(self, name: str) -> float:
         return self._energy.values.get(f"{name}.energy", 0.0)

@@ -35,6 +35,7 @@ class TouchingFaces(Silent):
         """Take the start."""
         for faces in simulation.problem.couplings:
             self._impacts.begin(faces.name, self._energy.values[f"{faces.name}.energy"])
+        self.idle = not simulation.problem.couplings
         self._look(simulation)
 
     def accepted(self, simulation: Simulation) -> None:

@@ -37,11 +37,15 @@ class Lifting(Silent):
         self._press: dict[str, float] = {}
         self._pull: dict[str, list[float]] = {}
 
+    def start(self, simulation: Simulation) -> None:
+        """Find the joints."""
+        groups = simulation.model.mechanism.groups
+        self._groups = [group for group in groups if isinstance(group, ContactGroup)]
+        self.idle = not self._groups
+
     def accepted(self, simulation: Simulation) -> None:
         """Take the forces of the step."""
-        for group in simulation.model.mechanism.groups:
-            if not isinstance(group, ContactGroup):
-                continue
+        for group in self._groups:
             found = np.zeros(len(group.joints))
             q = simulation.problem.levels[group.name].q.x.array
             for row in range(group.nodes.mesh.topology.index_map(1).size_local):

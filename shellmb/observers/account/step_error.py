@@ -19,6 +19,7 @@ class StepError(Silent):
     def start(self, simulation: Simulation) -> None:
         """See whether there is one."""
         self._controlled = simulation.scene.step_control.tolerance is not None
+        self.idle = not self._controlled
 
     def accepted(self, simulation: Simulation) -> None:
         """Take it."""

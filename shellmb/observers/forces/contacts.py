@@ -62,6 +62,7 @@ class ContactForces(Silent):
         for faces in self._faces:
             names = (*AXES, *CONTACT)
             self.values.update({f"{faces.name}.{name}": float("nan") for name in names})
+        self.idle = not self._loops and not self._faces
         self._depths(simulation)
 
     def solved(self, simulation: Simulation) -> None:

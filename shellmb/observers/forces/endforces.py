@@ -38,7 +38,8 @@ class EndForceColumns(Silent):
 
     def start(self, simulation: Simulation) -> None:
         """Compile the equations, and list the columns."""
-        if not (simulation.scene.output.end_forces and simulation.scheme.dynamic):
+        self.idle = not (simulation.scene.output.end_forces and simulation.scheme.dynamic)
+        if self.idle:
             return
         self._solution = EndForces(simulation.problem)
         self._loops = group_loops(self._solution, simulation.model.mechanism)

@@ -19,6 +19,7 @@ class Volumes(Silent):
 
     def start(self, simulation: Simulation) -> None:
         """Take the volumes at the start."""
+        self.idle = not simulation.model.volumes
         self.accepted(simulation)
         for volume in simulation.model.volumes:
             if volume.item.gas is None and simulation.last is None:

@@ -26,11 +26,11 @@ from shellmb.native.kernels import compile_with_derivatives
 from shellmb.system.assembly.entries import most_entries
 from shellmb.system.assembly.fields import Field, Followers
 from shellmb.system.assembly.following import following
-from shellmb.system.assembly.general import general_position
 from shellmb.system.assembly.numbering import Numbering
 from shellmb.system.assembly.residuals import DolfinxResiduals, Residuals, RowForm
 from shellmb.system.assembly.scatter import exchange
 from shellmb.system.couplings import Coupled, Coupling
+from shellmb.system.general import general_position
 
 BlockForms = dict[tuple[int, int], list[fem.Form]]
 

@@ -60,7 +60,7 @@ class AtOnce:
 
 
 class Tape:
-    """What compiled forms read, kept for many steps; the place where their kernels read it.
+    """Inputs of compiled forms, kept for many steps, and the place where kernels read them.
 
     Args:
         forms: The forms.

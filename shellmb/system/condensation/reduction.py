@@ -22,7 +22,6 @@ import numpy as np
 
 from shellmb.arrays import Floats
 from shellmb.clock import now
-from shellmb.system.assembly.general import general_position
 from shellmb.system.assembly.loops import LoopResiduals
 from shellmb.system.assembly.meshgroups import MeshGroup, mesh_groups
 from shellmb.system.assembly.scatter import SerialExchange
@@ -33,6 +32,7 @@ from shellmb.system.condensation.substitution import SerialPasses, passes
 from shellmb.system.couplings import CoupledEntries
 from shellmb.system.direct.linear import refresh_cost
 from shellmb.system.direct.solver import DirectSolver, Purpose
+from shellmb.system.general import general_position
 from shellmb.system.newton.convergence import unknown_scales
 from shellmb.system.nullspace.directornodes import DirectorNodes
 from shellmb.system.nullspace.nodes import SystemNodes
