@@ -81,6 +81,7 @@ class Probes(Booked):
             SceneError: If there is no node at a probe's point.
         """
         self._comm = simulation.model.comm
+        self._alone = self._comm.size == 1
         self._resultants: dict[str, Resultants] = {}
         probes = simulation.scene.probes
         for probe in probes:
@@ -90,6 +91,8 @@ class Probes(Booked):
         self._names = [probe.name for probe in probes]
         sizes = [0 if spot.later is None else spot.later.size for spot in self._spots]
         self._numbers = [np.zeros((STEPS, size)) for size in sizes]
+        both = zip(self._spots, self._numbers, strict=True)
+        self._later = [(spot.later, to) for spot, to in both if spot.later is not None]
         self._at_once = {k: spot for k, spot in enumerate(self._spots) if spot.later is None}
         # of each step: vectors, and the turns so far, which the next vectors have to be next to
         self._vectors = np.zeros((STEPS, len(probes), 3))
@@ -135,11 +138,12 @@ class Probes(Booked):
 
     def take_accepted(self, simulation: Simulation, row: int) -> None:
         """Take the vectors."""
-        for spot, taken in zip(self._spots, self._numbers, strict=True):
-            if spot.later is not None:
-                taken[row] = spot.later.take()
+        for later, taken in self._later:
+            later.take(taken[row])
+        if not self._at_once:
+            return
         sums = [[read() for read in spot.sums] for spot in self._at_once.values()]
-        if self._comm.size > 1 and sums:
+        if not self._alone:
             flat = np.concatenate([[*total, count] for pair in sums for total, count in pair])
             self._comm.Allreduce(MPI.IN_PLACE, flat)
             rest = iter(flat)

@@ -166,6 +166,13 @@ void take_pieces(int count, double **from, const int *sizes, double *table, int 
         memcpy(to, from[k], sizeof(double) * sizes[k]);
 }
 
+/* Copy arrays into a row of a table of each. */
+void take_rows(int count, double **from, const int *sizes, double **tables, int row)
+{
+    for (int k = 0; k < count; ++k)
+        memcpy(tables[k] + (size_t)row * sizes[k], from[k], sizeof(double) * sizes[k]);
+}
+
 /* Sums at some states: `wide` numbers of each in turn come to the place that kernels read. */
 void functionals_of_states(const Cells *g, const Kernel *kernels, int count, int states, int wide,
                            const double *taken, double *place, int size, double *sums)

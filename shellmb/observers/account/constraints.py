@@ -12,7 +12,7 @@ import numpy as np
 from shellmb.arrays import Bools, Floats
 from shellmb.model.body import Body, constraint_errors
 from shellmb.model.joints.joints import JointGroup
-from shellmb.observers.booking import STEPS, Booked, Row
+from shellmb.observers.booking import STEPS, Booked, Kept, Row
 from shellmb.observers.fields.nodal import nodal_bodies
 from shellmb.simulate.simulation import Simulation
 
@@ -70,9 +70,17 @@ class Constraints(Booked):
             _Violations(group, levels[group.name].q.x.array, number)
             for group in model.mechanism.groups
         ]
+        self._large = [body for body in self._bodies if not body.small]
+        self._switched_groups = [group for group in self._groups if group.switched]
+        kept: list[_Errors | _Violations] = [body for body in self._bodies if body.small]
+        kept += self._groups
+        self._kept = Kept([each.q for each in kept])
+        for each, states in zip(kept, self._kept.tables, strict=True):
+            each.states = states
         # of each step: of directors, of all constraints, and of each joint
         self._worst = np.zeros((STEPS, 2 + len(number)))
         self._measured, self._comm = not simulation.scheme.linear, model.comm
+        self._alone = model.comm.size == 1
         if self._measured:
             self.take_accepted(simulation, 0)
             self.begin(*self.book_rows(slice(0, 1)))
@@ -81,11 +89,12 @@ class Constraints(Booked):
         """Take the errors."""
         if not self._measured:
             return
-        for body in self._bodies:
+        self._kept.take(row)
+        for body in self._large:
             body.take(row)
-        for group in self._groups:
+        for group in self._switched_groups:
             group.take(row)
-        if self._comm.size > 1:
+        if not self._alone:
             # booking is not collective
             self._add(slice(row, row + 1))
             self._comm.Allreduce(MPI.IN_PLACE, self._worst[row], op=MPI.MAX)
@@ -104,7 +113,7 @@ class Constraints(Booked):
         """See which are the largest."""
         if not self._measured:
             return [{} for _ in self._worst[rows]]
-        if self._comm.size == 1:
+        if self._alone:
             self._add(rows)
         worst = self._worst[rows]
         director, every, *joints = worst.max(axis=0).tolist()
@@ -137,24 +146,27 @@ class _Errors:
         body: The body.
         q: Local array of its state.
         nodal: Whether it has nodes, with directors.
+
+    Attributes:
+        small: Whether states are kept.
+        states: The states, if they are.
     """
 
+    states: Floats
+
     def __init__(self, body: Body, q: Floats, nodal: bool) -> None:
-        self._body, self._q, self._nodal = body, q, nodal
-        self._states = np.zeros((STEPS, len(q) if nodal and len(q) <= SMALL else 0))
+        self._body, self.q, self._nodal = body, q, nodal
+        self.small = nodal and len(q) <= SMALL
         self._found = np.zeros(STEPS)
 
     def take(self, row: int) -> None:
-        """Take those of the state."""
-        if self._states.size:
-            self._states[row] = self._q
-        else:
-            self._found[row : row + 1] = constraint_errors(self._body, self._q[None])
+        """Find those of the state, where states are not kept."""
+        self._found[row : row + 1] = constraint_errors(self._body, self.q[None])
 
     def add(self, rows: slice, worst: Floats) -> None:
         """Take them into account, of directors and of all, in the first columns of `worst`."""
-        if self._states.size:
-            self._found[rows] = constraint_errors(self._body, self._states[rows])
+        if self.small:
+            self._found[rows] = constraint_errors(self._body, self.states[rows])
         for k in range(0 if self._nodal else 1, 2):
             np.maximum(worst[:, k], self._found[rows], out=worst[:, k])
 
@@ -166,27 +178,30 @@ class _Violations:
         group: The group.
         q: Local array of its state.
         number: Place of each joint, by its name.
+
+    Attributes:
+        states: The states.
+        switched: Whether some joints may be switched off.
     """
 
+    states: Floats
+
     def __init__(self, group: JointGroup, q: Floats, number: Mapping[str, int]) -> None:
-        self._group, self._q = group, q
+        self._group, self.q, self.switched = group, q, group.on is not None
         joints = [group.joints[item].joint.name for item in group.nodes.item]
         self._joints = np.array([number[name] for name in joints], dtype=np.intp)
         # most have one item each; a weld along a region has many
         self._alone = len(set(joints)) == len(joints)
-        self._states = np.zeros((STEPS, len(q)))
         self._on: list[Bools] = [group.switched_on] * STEPS
 
     def take(self, row: int) -> None:
-        """Take those of the state."""
-        self._states[row] = self._q
-        if self._group.on is not None:
-            self._on[row] = self._group.switched_on
+        """Take which constraints act."""
+        self._on[row] = self._group.switched_on
 
     def add(self, rows: slice, worst: Floats) -> None:
         """Take the largest of each joint for some steps, shape (steps, joints), into account."""
-        on = self._on[0] if self._group.on is None else np.array(self._on[rows])
-        apart = self._group.relative(self._group.violations_at(self._states[rows]), on)
+        on = np.array(self._on[rows]) if self.switched else self._on[0]
+        apart = self._group.relative(self._group.violations_at(self.states[rows]), on)
         largest = np.maximum.reduce(apart, axis=2, initial=0.0)
         if self._alone:
             worst[:, self._joints] = np.maximum(worst[:, self._joints], largest)

@@ -170,6 +170,7 @@ class EnergyAccount(Booked):
         self._losses = np.zeros((STEPS, len(self._faces), 2))
         # reactions, of which the largest tell what round-off works, or where ranks share them that
         self._comm, held = comm, len(problem.system.reactions)
+        self._alone = comm.size == 1
         self._reactions, self._reach = np.zeros((STEPS, held)), np.zeros(STEPS)
         self._touch = np.zeros((STEPS, len(self._faces)))
         if natural:
@@ -276,7 +277,7 @@ class EnergyAccount(Booked):
         if self._driven:
             self._supports[row] = simulation.problem.support_work()
         reactions = simulation.problem.system.reactions
-        if self._comm.size == 1:
+        if self._alone:
             self._reactions[row] = reactions
         else:
             # booking is not collective
@@ -297,7 +298,7 @@ class EnergyAccount(Booked):
         """Add steps up, and see whether the account closes."""
         found = []
         if self._dynamic:
-            alone = self._comm.size == 1
+            alone = self._alone
             reach = self._reach_of(self._reactions[rows]) if alone else self._reach[rows]
             self.raise_floor(ROUND_OFF_MOTION * float(reach.max()))
         works, energies = self._works.of(rows).tolist(), self._ends.of(rows).tolist()

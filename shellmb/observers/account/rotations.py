@@ -57,7 +57,7 @@ class Turn:
         if self.angle > self.largest:
             self.largest, self.t, self.dt = self.angle, t, dt
 
-    def add_whole(self, angles: list[float], when: list[list[float]]) -> None:
+    def add_whole(self, angles: list[float], when: list[tuple[float, float]]) -> None:
         """Add steps of a rigid body, no part of which turns by more.
 
         Args:
@@ -92,7 +92,7 @@ class BodyRotations(Booked):
         self._flexible: list[_Flexible] = []
         self._rigid: _Frames | None = None
         # of each step its end and length
-        self._when = np.zeros((STEPS, 2))
+        self._when = [(0.0, 0.0)] * STEPS
         if "v" not in simulation.scheme.rates:
             return
         for name, body in nodal_bodies(model).items():
@@ -123,26 +123,28 @@ class BodyRotations(Booked):
 
     def take_solved(self, simulation: Simulation, row: int) -> None:
         """Take what turns in the step: both of its ends are at hand."""
-        last, comm = simulation.last, simulation.model.comm
+        last = simulation.last
         if last is None or not self._turns:
             return
         self._when[row] = last.t + last.dt, last.dt
-        for body, sums in zip(self._flexible, self._sums[row], strict=True):
+        for k, body in enumerate(self._flexible):
+            sums = self._sums[row, k]
             sums[0] = body.sum(*self._ends[body.name], sums[1:])
-            if comm.size > 1:
+            if not self._serial:
+                comm = simulation.model.comm
                 comm.Allreduce(MPI.IN_PLACE, sums[1:])
                 sums[0] = comm.allreduce(sums[0], op=MPI.MAX)
         if self._rigid is not None:
             changes, (start, end) = self._changes[row], self._ends[self._rigid.name]
             np.subtract(end, start, out=changes)
-            if comm.size > 1:
+            if not self._serial:
                 # booking is not collective
                 self._chords[row] = self._rigid.chords(changes[None])
-                comm.Allreduce(MPI.IN_PLACE, self._chords[row], op=MPI.MAX)
+                simulation.model.comm.Allreduce(MPI.IN_PLACE, self._chords[row], op=MPI.MAX)
 
     def book_rows(self, rows: slice) -> list[Row]:
         """Add the angles of the steps."""
-        when = self._when[rows].tolist()
+        when = self._when[rows]
         if self._turns:
             for k, body in enumerate(self._flexible):
                 turn = self._turns[body.name]

@@ -280,9 +280,9 @@ class Reading:
         self._places = np.concatenate(parts).astype(np.intp)
         self.size = len(self._places)
 
-    def take(self) -> Floats:
+    def take(self, to: Floats) -> None:
         """Take the numbers that it is made of, shape (size,)."""
-        return self._array[self._places]
+        self._array.take(self._places, out=to, mode="clip")
 
     def of(self, taken: Floats) -> Floats:
         """Vectors from numbers that were taken, shape (..., n, 3) from (..., size)."""
@@ -295,4 +295,4 @@ class Reading:
 
     def __call__(self) -> Floats:
         """Vectors now."""
-        return self.of(self.take())
+        return self.of(self._array[self._places])

@@ -16,7 +16,7 @@ import numpy as np
 from shellmb.arrays import Floats
 from shellmb.model.joints.columns import COLUMN
 from shellmb.model.joints.joints import BoundJoint, JointGroup
-from shellmb.observers.booking import STEPS
+from shellmb.observers.booking import STEPS, Kept
 from shellmb.observers.forces.locations import Places
 from shellmb.simulate.simulation import Simulation
 
@@ -50,8 +50,9 @@ class Freedoms:
         counts = not simulation.scheme.linear
         self._counting = {name for name in names.values() if counts and name.endswith(ending)}
         self._comm, self._linear = simulation.model.comm, simulation.scheme.linear
-        # of each step: states of the groups, and values where ranks share them
-        self._states: dict[str, tuple[Floats, Floats]] = {}
+        self._shared = self._comm.size > 1
+        arrays: dict[str, Floats] = {}
+        # of each step: values where ranks share them
         self._found = np.zeros((STEPS, len(names)))
         self._read = []
         for group in mechanism.groups if names else []:
@@ -64,8 +65,10 @@ class Freedoms:
                 ]
                 if here:
                     self._read.append(_Like(kind, group, *zip(*here, strict=True)))
-                    q = np.asarray(simulation.problem.state(group.name).x.array)
-                    self._states[group.name] = q, np.zeros((STEPS, len(q)))
+                    arrays[group.name] = simulation.problem.state(group.name).x.array
+        # and states of the groups
+        self._kept = Kept(list(arrays.values()))
+        self._states = dict(zip(arrays, self._kept.tables, strict=True))
         if self.values:
             self.take(0)
             self.count(slice(0, 1))
@@ -76,9 +79,10 @@ class Freedoms:
         Args:
             row: Which of the steps that are counted together.
         """
-        for q, states in self._states.values():
-            states[row] = q
-        if self._comm.size > 1 and self.values:
+        if not self.values:
+            return
+        self._kept.take(row)
+        if self._shared:
             self._evaluate(slice(row, row + 1))
             self._comm.Allreduce(MPI.IN_PLACE, self._found[row])
 
@@ -86,7 +90,7 @@ class Freedoms:
         """Values of some steps on this rank, up to whole turns."""
         self._found[rows] = 0.0
         for like in self._read:
-            states = self._states[like.group][1]
+            states = self._states[like.group]
             self._found[rows, like.numbers] = like.values(states[rows], self._linear)
 
     def count(self, rows: slice) -> list[dict[str, float]]:
@@ -95,7 +99,7 @@ class Freedoms:
         Args:
             rows: The steps.
         """
-        if self._comm.size == 1:
+        if not self._shared:
             self._evaluate(rows)
         found = []
         for row in self._found[rows].tolist():

@@ -49,6 +49,7 @@ class Impulse:
 
     def __init__(self, simulation: Simulation) -> None:
         self._comm = simulation.model.comm
+        self._alone = self._comm.size == 1
         self._rows = [
             _BalanceRow(simulation, stage, first=number == 0)
             for number, stage in enumerate(simulation.scheme.balance)
@@ -68,7 +69,7 @@ class Impulse:
         for row in self._rows:
             row.take(step)
         self._dt[step] = dt
-        if self._comm.size > 1:
+        if not self._alone:
             self._evaluate(slice(step, step + 1))
             self._comm.Allreduce(MPI.IN_PLACE, self._means[step])
 
@@ -87,7 +88,7 @@ class Impulse:
         Args:
             steps: Which of those taken.
         """
-        if self._comm.size == 1:
+        if self._alone:
             first, last, _ = steps.indices(STEPS)
             for begin in range(first, last, self._together):
                 self._evaluate(slice(begin, min(begin + self._together, last)))

@@ -60,6 +60,7 @@ class JointForces(Booked):
         """Prepare the loops that assemble the forces, and list the columns."""
         problem, mechanism = simulation.problem, simulation.model.mechanism
         self._comm = simulation.model.comm
+        self._alone = self._comm.size == 1
         self._loops = group_loops(problem, mechanism)
         self._joints, self._names = list(mechanism.joints), column_names(mechanism)
         self._found = np.zeros((len(self._joints), 4, 3))
@@ -96,7 +97,7 @@ class JointForces(Booked):
             residuals.add(r)
             read |= element_columns(group, group.acted(r))
         self._read[row] = read
-        if self._comm.size > 1:
+        if not self._alone:
             # booking is not collective
             self._act(slice(row, row + 1))
             self._comm.Allreduce(MPI.IN_PLACE, self._forces[row])
@@ -124,7 +125,7 @@ class JointForces(Booked):
 
     def book_rows(self, rows: slice) -> list[Row]:
         """Find forces in the axes of the joints, and count turns."""
-        if self._comm.size == 1:
+        if self._alone:
             self._act(rows)
         forces = self._forces[rows]
         self._found = forces[-1].copy()
