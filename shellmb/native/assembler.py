@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from functools import wraps
@@ -192,6 +192,18 @@ class Operations(Protocol):
             dofs: Of vectors of three: positions and what turns with the body, shape (n, 3).
             reference: Their values where the dofs are zero, shape (n, 3).
             positions: How many of them are positions.
+        """
+        ...
+
+    def copies(self, arrays: Sequence[Floats], tables: Sequence[Floats]) -> Callable[[int], None]:
+        """Make what copies arrays into a row of tables.
+
+        Args:
+            arrays: The arrays, whose numbers stay where they are.
+            tables: A table for each, shape (rows, n).
+
+        Returns:
+            Does so, by the number of the row.
         """
         ...
 

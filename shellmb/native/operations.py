@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+
 import numpy as np
 
 from shellmb.arrays import Floats, Ints
@@ -66,6 +68,18 @@ class Loops:
     def node_sums(self, dofs: Ints, reference: Floats, positions: int) -> NodeSums:
         """Sums over nodes."""
         return _NodeSums(dofs, reference, positions)
+
+    def copies(self, arrays: Sequence[Floats], tables: Sequence[Floats]) -> Callable[[int], None]:
+        """Make what copies arrays into a row of tables."""
+        pointer, copy = native.CArrays(), self._lib.take_rows
+        sizes = pointer(np.array([*map(len, arrays), 0], dtype=np.int32))
+        both = [pointer.many("double *", [*map(pointer, some)]) for some in (arrays, tables)]
+
+        # the pointers live as long as it
+        def take(row: int, _kept: native.CArrays = pointer) -> None:
+            copy(len(arrays), both[0], sizes, both[1], row)
+
+        return take
 
     def rotation(self, sums: Floats, tiny: float) -> tuple[float, float]:
         """Twice the tangent of half the angle of a rotation, and the radius about its axis."""

@@ -6,7 +6,7 @@ Nothing here is of the room around it: no C of ours, no language of FFCx's, no v
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -109,6 +109,15 @@ class Reference:
     def node_sums(self, dofs: Ints, reference: Floats, positions: int) -> NodeSums:
         """Sums over nodes."""
         return _NodeSums(dofs, reference, positions)
+
+    def copies(self, arrays: Sequence[Floats], tables: Sequence[Floats]) -> Callable[[int], None]:
+        """Make what copies arrays into a row of tables."""
+
+        def take(row: int) -> None:
+            for array, table in zip(arrays, tables, strict=True):
+                table[row] = array
+
+        return take
 
     def rotation(self, sums: Floats, tiny: float) -> tuple[float, float]:
         """Twice the tangent of half the angle of a rotation, and the radius about its axis."""

@@ -9,16 +9,13 @@ steps of a run in which nobody asks are booked `STEPS` at a time.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
-
-from mpi4py import MPI as _MPI  # noqa: F401  (before what loads PETSc)
 
 import numpy as np
 
 from shellmb.arrays import Floats
-from shellmb.native.assembler import is_native
-from shellmb.native.library import CArrays, cells
+from shellmb.native.operations import operations
 from shellmb.simulate.simulation import Silent, Simulation
 
 # steps that are booked together
@@ -35,30 +32,12 @@ class Kept:
 
     Attributes:
         tables: Copies of each array in the steps that are booked together, shape (steps, n).
+        take: Copies them into a row of these.
     """
 
     def __init__(self, arrays: Sequence[Floats]) -> None:
-        self._arrays = list(arrays)
         self.tables = [np.zeros((STEPS, len(array))) for array in arrays]
-        self.take = self._native() if is_native() else self._copy
-
-    def _native(self) -> Callable[[int], None]:
-        pointer, lib = CArrays(), cells().lib
-        sizes = pointer(np.array([*map(len, self._arrays), 0], dtype=np.int32))
-        both = [
-            pointer.many("double *", [pointer(array) for array in arrays])
-            for arrays in (self._arrays, self.tables)
-        ]
-        given = len(self._arrays), both[0], sizes, both[1]
-
-        def take(row: int, pointer: CArrays = pointer) -> None:
-            lib.take_rows(*given, row)
-
-        return take
-
-    def _copy(self, row: int) -> None:
-        for array, table in zip(self._arrays, self.tables, strict=True):
-            table[row] = array
+        self.take = operations().copies(arrays, self.tables)
 
 
 class Booked(Silent):
