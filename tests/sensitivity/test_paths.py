@@ -164,6 +164,13 @@ def test_at_a_load_the_curve_has_the_derivatives_of_its_closed_form() -> None:
     assert found.path["rise"][0] == pytest.approx(slope(limit_load, "rise", SHALLOW), rel=1e-7)
 
 
+def test_derivatives_at_a_load_next_to_the_limit_are_named() -> None:
+    near = limit_load(**SHALLOW) * (1 - 1e-6)
+    found = sm.sensitivities(truss, ("rise",), values={"load_end": near}, columns="probes", **TIGHT)
+    (said,) = found.warnings
+    assert "0.0429143 is next to a limit point: derivatives by 'rise' at that load" in said
+
+
 def test_taylor_remainder_is_of_second_order() -> None:
     def head(rise: float) -> float:
         scene = truss(rise, load_end=0.03)

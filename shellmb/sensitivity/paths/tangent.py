@@ -50,6 +50,9 @@ ALONG = 1.0 - 1e-6
 # rate of the load by the arc length, relative to that at the start, below which a load factor that
 # is held has no derivative
 FLAT = 1e-6
+# change of the load rate within the distance of the sides, relative to it, beyond which derivatives
+# at a given load are named: their error is the square of it
+NEAR = 1e-2
 # part of the residual's derivative along a null vector, relative to both, that is no round-off: the
 # parameter is an imperfection
 BREAKS = 1e-6
@@ -210,7 +213,13 @@ class PathTangents(Tangents):
         d = self._mirrored(pair, u, d)
         t = 0.5 * (above.here.t - below.here.t)
         t += dot(normal, d - d_start) + dot(tilt, u - u_start)
-        self._ahead[name] = self._look(pair, d, ahead, t, delta, path)
+        self._ahead[name] = states = self._look(pair, d, ahead, t, delta, path)
+        curved = abs(0.5 * (states[0].rate - states[1].rate) / ahead.rate) if ahead.rate else 0.0
+        if held and curved > NEAR:
+            self.said.append(
+                f"the load factor {ahead.factor:g} is next to a limit point: derivatives by "
+                f"'{name}' at that load are known to {curved**2:.0e} of them"
+            )
         if self._kinked:
             same = self._inverse(self._sum)
             same = same - (dot(normal, same) / dot(normal, self._v)) * self._v
