@@ -3,13 +3,21 @@
 A steel strip carries a small mass at its free end, and is pulled to the side by a sudden force.
 What is measured is the deflection of the tip and of the middle, each with noise. The record is made
 by a run with known values, so that the fit can be judged.
+
+`python -m shellmb.demos.identify_plate 20` fits twenty records with other noise, and judges by
+statistics whether the fitted values are as far off as their standard deviations say.
 """
 
 # KIND: vibrations and motion
 # CI: shellmb run identify_plate --check --no-pictures
 # CI: python -m shellmb.demos.identify_plate
 
+import sys
+from collections.abc import Sequence
+from functools import cache
+
 import numpy as np
+from scipy import stats
 
 import shellmb as sm
 
@@ -20,6 +28,10 @@ GUESS = {"E": 215e9, "damping": 2e-3, "mass": 0.06}
 NOISE = 1e-4
 # a normal distribution has 95 % within two deviations, and all of a few hundred within five
 WITHIN, ALL = 2.0, 5.0
+# runs that a fit takes at most
+RUNS = 12
+# a test rejects what would be found so seldom if deviations were right
+SELDOM = 1e-3
 
 
 def scene(
@@ -64,20 +76,26 @@ def scene(
     )
 
 
+@cache
+def exact():
+    """The record without noise."""
+    return sm.run(scene(), pictures=False).history[["t", "tip", "middle"]].iloc[1:]
+
+
 def record(seed: int):
     """A record of both sensors with noise.
 
     Args:
         seed: Which noise.
     """
-    history = sm.run(scene(), pictures=False).history[["t", "tip", "middle"]].iloc[1:]
+    history = exact()
     noise = NOISE * np.random.default_rng(seed).standard_normal((len(history), 2))
     return history.assign(tip=history.tip + noise[:, 0], middle=history.middle + noise[:, 1])
 
 
-def identify(seed: int) -> sm.Fit:
-    """Fit the three parameters to a record."""
-    return sm.fit(scene, record(seed), tuple(GUESS), noise=NOISE, values=GUESS)
+def identify(seed: int, start: dict[str, float] = GUESS) -> sm.Fit:
+    """Fit the three parameters to a record, from a start."""
+    return sm.fit(scene, record(seed), tuple(start), noise=NOISE, values=start)
 
 
 def off(fitted: sm.Fit) -> dict[str, float]:
@@ -85,6 +103,67 @@ def off(fitted: sm.Fit) -> dict[str, float]:
     return {
         name: (fitted.values[name] - true) / fitted.deviations[name] for name, true in TRUTH.items()
     }
+
+
+def independent(fitted: sm.Fit) -> np.ndarray:
+    """Distances from the truth in uncorrelated directions, in their deviations."""
+    apart = np.array([fitted.values[name] - true for name, true in TRUTH.items()])
+    covariance = fitted.covariance.loc[list(TRUTH), list(TRUTH)].to_numpy()
+    units = np.sqrt(np.diag(covariance))
+    return np.linalg.solve(np.linalg.cholesky(covariance / np.outer(units, units)), apart / units)
+
+
+def judge(far: np.ndarray, normal: np.ndarray) -> dict[str, float]:
+    """Judge values of many records, each with other noise.
+
+    Args:
+        far: Distances of values from the truth in their deviations, shape (records, parameters).
+        normal: As of `independent`, of the same shape.
+
+    Returns:
+        `within`: how many are within two deviations; `largest`: the largest distance; and how
+        probable results are that fit worse: `coverage` with fewer or more values within two
+        deviations, `chi_square` with another sum of squares, `normality` with another distribution
+        (Kolmogorov and Smirnov).
+    """
+    numbers, count = normal.ravel(), normal.size
+    inside = int(np.sum(np.abs(numbers) < WITHIN))
+    share = stats.norm.cdf(WITHIN) - stats.norm.cdf(-WITHIN)
+    squares = float(numbers @ numbers)
+    side = stats.chi2.cdf(squares, count)
+    return {
+        "within": int(np.sum(np.abs(far) < WITHIN)),
+        "largest": float(np.abs(far).max()),
+        "coverage": float(stats.binomtest(inside, count, share).pvalue),
+        "chi_square": float(2 * min(side, 1 - side)),
+        "normality": float(stats.kstest(numbers, "norm").pvalue),
+    }
+
+
+def study(seeds: Sequence[int], start: dict[str, float] = GUESS, tell=print) -> dict[str, float]:
+    """Fit records with other noise, and judge the values.
+
+    Args:
+        seeds: Noise of each.
+        start: Where fits begin. Their ends do not depend on it; near the truth they are fewer runs.
+        tell: Takes a line for each record.
+    """
+    far, normal = [], []
+    for seed in seeds:
+        fitted = identify(seed, start)
+        assert fitted.converged and fitted.runs <= RUNS
+        far.append(list(off(fitted).values()))
+        normal.append(independent(fitted))
+        tell(f"{seed:4} {fitted.runs:4} runs " + " ".join(f"{x:+.2f}" for x in far[-1]))
+    found = judge(np.array(far), np.array(normal))
+    tell(f"{found['within']} of {3 * len(far)} values within two deviations; " + str(found))
+    return found
+
+
+def check_study(found: dict[str, float]) -> None:
+    """Values are as far off as deviations say."""
+    assert found["largest"] < ALL
+    assert min(found[test] for test in ("coverage", "chi_square", "normality")) > SELDOM
 
 
 def results(run):
@@ -100,11 +179,14 @@ def check(results):
 
 
 def main() -> None:
-    """Identify, and judge what was found."""
+    """Identify, and judge what was found; with a number of records by statistics."""
+    if sys.argv[1:]:
+        check_study(study(range(int(sys.argv[1]))))
+        return
     fitted = identify(seed=1)
     print(fitted)
     assert fitted.converged and not fitted.warnings
-    assert fitted.runs <= 12
+    assert fitted.runs <= RUNS
     assert all(abs(far) < WITHIN for far in off(fitted).values()), off(fitted)
     fitted.plot().savefig("identify_plate.png")
 
