@@ -146,12 +146,23 @@ def by_shares(form: Form, functions: Sequence[Any], shares: Sequence[Any], trial
         shares: Theirs.
         trial: Direction.
     """
+    return by_directions(form, functions, [share * trial for share in shares])
+
+
+def by_directions(form: Form, functions: Sequence[Any], directions: Sequence[Any]) -> Form:
+    """Derivative by several functions, each in a direction of its own.
+
+    Args:
+        form: The form.
+        functions: The functions.
+        directions: A direction for each, linear in an argument.
+    """
     # gradients are derived in directions that stand by themselves
-    directions = tuple(ufl.Coefficient(trial.ufl_function_space()) for _ in functions)
-    put = {d: share * trial for d, share in zip(directions, shares, strict=True)}
+    alone = tuple(ufl.Coefficient(f.ufl_function_space()) for f in functions)
+    put = dict(zip(alone, directions, strict=True))
 
     def take(value: Any) -> Any:
-        derivative = ufl.derivative(value, tuple(functions), directions)
+        derivative = ufl.derivative(value, tuple(functions), alone)
         return ufl.replace(apply_derivatives(apply_algebra_lowering(derivative)), put)
 
     return through(form, take)

@@ -7,18 +7,20 @@ state, node by node. The combinations are found by asking the scheme for units.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from shellmb.arrays import Floats
 from shellmb.bodyfields import kinematic_dofs, resultant_dofs
 from shellmb.model.body import Body
-from shellmb.schemes.base import END, Tangent
+from shellmb.schemes.base import END
 from shellmb.sensitivity.adjoint.differences import FOURTH
 from shellmb.sensitivity.adjoint.transposed import Covector
 from shellmb.simulate.problem import Problem
 
+# a state, rates by name, and unknown states by stage
+Given = tuple[Floats, dict[str, Floats], dict[str, Floats]]
+# shares of states, by their kind and name, and that of a jump
+Shares = tuple[dict[tuple[str, str], tuple[Floats, ...]], Floats | None]
 # distance of differences: directors are of unit size, so that error and round-off are both near
 # 1e-13
 APART = 1e-3
@@ -37,10 +39,13 @@ class Advance:
         self._scheme, self._forms = problem.scheme, problem.steps[body.name]
         self._kinematic, self._resultants = kinematic_dofs(body), resultant_dofs(body)
         self._tangent = body.manifold.tangent_values
+        self._kept: dict[str, tuple[float, Shares]] = {}
         dofs = [body.mixed.dofs[p] for p in ("u", "w") if p in body.mixed.dofs]
         # of directors only: triples have unknown jumps, which are tangent already
         shell = len({len(d) for d in dofs}) == 1
         self._nodes = [d.reshape(-1, 3) for d in dofs] if shell else []
+        # tangent spaces depend on directors alone, not on places
+        self._directors = self._nodes[-1:] if "w" in body.mixed.dofs else []
 
     def __call__(
         self, ends: Covector, starts: Covector, unknown: dict[str, Floats], dt: float
@@ -73,49 +78,68 @@ class Advance:
     def _of_rate(
         self, rate: str, w: Floats, starts: Covector, unknown: dict[str, Floats], dt: float
     ) -> None:
-        name, levels = self._name, self._levels
-        q, size = levels.q.x.array, len(w)
-        zeros: dict[str, Any] = {
-            "q": np.zeros(size),
-            "rates": {k: np.zeros(size) for k in levels.rates},
-            "unknown": {s: np.zeros(size) for s in levels.unknown},
-        }
-        targets: list[tuple[Floats, dict[str, Any]]] = [
-            (starts[name, "q"], zeros | {"q": np.ones(size)})
-        ]
-        for k in levels.rates:
-            given = zeros["rates"] | {k: np.ones(size)}
-            targets.append((starts[name, k], zeros | {"rates": given}))
-        for s in levels.unknown:
-            given = zeros["unknown"] | {s: np.ones(size)}
-            targets.append((unknown[s], zeros | {"unknown": given}))
-
-        def advanced(given: dict[str, Any], tangent: Tangent) -> Floats:
-            made = self._forms.advance(given["q"], given["rates"], given["unknown"], dt, tangent)
-            return np.asarray(made[rate])
-
-        seen: list[tuple[Floats, Floats]] = []
-
-        def unseen(b: Floats, mid: Floats) -> Floats:
-            seen.append((b, mid))
-            return np.zeros(size)
-
+        shares, weight = self._shares(rate, dt)
         by_jump = by_middle = np.zeros(0)
-        state = {
-            "q": q,
-            "rates": {k: f.x.array for k, f in levels.rates.items()},
-            "unknown": {s: f.x.array for s, f in levels.unknown.items()},
-        }
-        advanced(state, unseen)
-        if seen:
-            jump, middle = seen.pop()
-            weight = advanced(zeros, lambda b, mid: np.ones(size))
-            by_jump, by_middle = self._of_tangent(jump, middle, weight * w)
-        for target, given in targets:
-            target += advanced(given, unseen) * w
-            if seen:
-                share, there = seen.pop()
-                target += share * by_jump + there * by_middle
+        if weight is not None:
+            levels, seen = self._levels, list[tuple[Floats, Floats]]()
+            rates = {k: f.x.array for k, f in levels.rates.items()}
+            states = {s: f.x.array for s, f in levels.unknown.items()}
+            self._advanced(rate, (levels.q.x.array, rates, states), dt, seen)
+            by_jump, by_middle = self._of_tangent(*seen.pop(), weight * w)
+        for (kind, name), (plain, jump, middle) in shares.items():
+            target = unknown[name] if kind == "unknown" else starts[self._name, name]
+            target += plain * w
+            if weight is not None:
+                target += jump * by_jump + middle * by_middle
+
+    def _advanced(
+        self, rate: str, given: Given, dt: float, seen: list[tuple[Floats, Floats]]
+    ) -> Floats:
+        """A rate at the end without jumps of velocities, which `seen` gets with their middles."""
+
+        def unseen(b: Floats, middle: Floats) -> Floats:
+            seen.append((b, middle))
+            return np.zeros_like(b)
+
+        return np.asarray(self._forms.advance(*given, dt, unseen)[rate])
+
+    def _shares(self, rate: str, dt: float) -> Shares:
+        """Shares of all states in a rate at the end, in the jump and in the middle state of that.
+
+        They are linear combinations, of which units tell the shares; kept as long as the step is.
+
+        Returns:
+            Them by kind and name of the state; and the share of the jump in the rate, if there is.
+        """
+        kept = self._kept.get(rate)
+        if kept is not None and kept[0] == dt:
+            return kept[1]
+        levels, size = self._levels, len(self._levels.q.x.array)
+        zero, one = np.zeros(size), np.ones(size)
+
+        def only(kind: str, name: str) -> Given:
+            rates, states = (
+                {k: one if (kind, name) == (of, k) else zero for k in names}
+                for of, names in (("rate", levels.rates), ("unknown", levels.unknown))
+            )
+            return one if kind == "q" else zero, rates, states
+
+        found: dict[tuple[str, str], tuple[Floats, ...]] = {}
+        keys = [("q", "q")]
+        keys += [("rate", k) for k in levels.rates] + [("unknown", k) for k in levels.unknown]
+        seen: list[tuple[Floats, Floats]] = []
+        for key in keys:
+            plain = self._advanced(rate, only(*key), dt, seen)
+            found[key] = (plain, *(seen.pop() if seen else (zero, zero)))
+        jumps: list[Floats] = []
+
+        def jump(b: Floats, middle: Floats) -> Floats:
+            jumps.append(b)
+            return one
+
+        made = np.asarray(self._forms.advance(*only("", ""), dt, jump)[rate])
+        self._kept[rate] = dt, (found, made if jumps else None)
+        return self._kept[rate][1]
 
     def _of_tangent(self, jump: Floats, middle: Floats, w: Floats) -> tuple[Floats, Floats]:
         """Covectors of a jump of velocities and of the middle state that its tangent is at."""
@@ -134,6 +158,10 @@ class Advance:
                 unit = np.zeros_like(w)
                 unit[dofs[:, k]] = 1.0
                 by_jump[dofs[:, k]] += gathered(self._tangent(unit, middle))
+        for dofs in self._directors:
+            for k in range(3):
+                unit = np.zeros_like(w)
+                unit[dofs[:, k]] = 1.0
                 change = np.zeros_like(w)
                 for offset, weight in FOURTH:
                     change += weight / APART * self._tangent(jump, middle + offset * APART * unit)

@@ -13,13 +13,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
+from mpi4py import MPI
+
 import numpy as np
 from dolfinx import fem
 
 from shellmb.arrays import Floats, Int32s
-from shellmb.errors import ConvergenceError
 from shellmb.schemes.base import Scheme
 from shellmb.sensitivity.adjoint.advance import Advance
+from shellmb.sensitivity.adjoint.multipliers import Multipliers
 from shellmb.sensitivity.adjoint.steps import State, Step, put, starts, unknowns
 from shellmb.sensitivity.adjoint.transposed import Change, Covector, Refreshed, Transposed
 from shellmb.sensitivity.shadow import Shadow
@@ -89,7 +91,10 @@ class Sweep:
         self._refreshed = Refreshed(problem)
         self._linear = self._solver(weighing)
         self._advances = {b.name: Advance(problem, b) for b in simulation.model.bodies}
-        self._right, self._mu = system.x.duplicate(), system.x.duplicate()
+        self.multipliers = Multipliers(
+            system, self._transposed, self._linear, self._linear is problem.iteration.linear
+        )
+        self._right = system.x.duplicate()
         self._weighing, self.kept = weighing, list[Kept]()
         self.covector: Covector = {k: np.zeros_like(a) for k, a in starts(problem).items()}
         cells = [problem.levels[body].q.function_space.dofmap.list for body, _ in fields]
@@ -118,6 +123,9 @@ class Sweep:
             dt: Its length, s.
         """
         problem, system, simulation = self._problem, self._system, self._simulation
+        if not system.comm.allreduce(any(map(np.any, self.covector.values())), op=MPI.LOR):
+            # of a static step in which nothing is read
+            return
         put(step.start, starts(problem))
         simulation.model.mechanism.refresh(problem.levels)
         problem.prepare(t, dt)
@@ -125,20 +133,17 @@ class Sweep:
         system.gather()
         system.follow()
         system.update_fixed_values()
-        system.residuals.refresh()
+        self._transposed.refresh()
         before = {key: np.zeros_like(a) for key, a in self.covector.items()}
         for body, levels in problem.levels.items():
             for rate in levels.scaled:
                 before[body, f"{rate} dt"] = np.zeros_like(levels.q.x.array)
         self._solve(before, dt)
         if self._weighing:
-            unknowns_, mu = (np.array(v.array_r) for v in (system.x, self._mu))
-            self.kept.append(Kept(step.start, unknowns_, mu, t, dt))
+            own = system.global_values(self.multipliers.by_field())
+            self.kept.append(Kept(step.start, np.array(system.x.array_r), own, t, dt))
         self._given(before, t, dt)
-        mu = self._mu.copy()
-        mu.array[system.fixed] = 0.0
-        self._transposed.take(system.local_values(mu))
-        self._transposed.add_by_start(before, -1.0)
+        self._transposed.add_start(before, -1.0)
         self._transposed.add_by_fields(self.by_fields, -1.0)
         self._scaled(before, dt)
         self._refreshed.add(before)
@@ -156,15 +161,12 @@ class Sweep:
             }
             self._advances[body](self.covector, before, of, dt)
         system.exchange.collect(self._right)
-        failed = self._linear.factorise()
-        failed = failed or self._linear.solve_transposed(self._right, self._mu)
-        if failed is not None:
-            raise ConvergenceError(f"adjoint: {failed}", None, {})
+        self.multipliers.solve(self._right)
 
     def _given(self, before: Covector, t: float, dt: float) -> None:
         """Prescribed values that depend on rates at the start."""
         problem, system = self._problem, self._system
-        local = system.local_values(self._mu)
+        local = self.multipliers.local
         for body in self._simulation.model.bodies:
             levels = problem.levels[body.name]
             for fixed in (f for f in body.fixed if f.moving):

@@ -1,27 +1,31 @@
-"""Derivatives of the residuals of a step by its start and by fields, transposed.
+"""Derivatives of the residuals of a step by its states and by fields, transposed.
 
-With multipliers `mu` of the equations of a step these are `(dR/ds)^T mu` for the state `s` at its
-start, and `(dR/dp)^T mu` for a number `p` in each element: derivatives of `mu.R` in UFL, one kernel
-each.
+With multipliers `mu` of the equations of a step these are `(dR/du)^T mu` for its unknowns `u`,
+`(dR/ds)^T mu` for the state `s` at its start, and `(dR/dp)^T mu` for a number `p` in each element:
+derivatives of `mu.R` in UFL. A form has one kernel for all states, which differ in their shares of
+what the form takes, and a pass of it over the cells costs about as much as a residual.
 """
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping, Sequence
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
 import ufl
 from dolfinx import fem, la
 from ufl import Form
-from ufl.algorithms.apply_algebra_lowering import apply_algebra_lowering
-from ufl.algorithms.apply_derivatives import apply_derivatives
 
 from shellmb.arrays import Floats
-from shellmb.native.derivatives import by_shares, through
-from shellmb.native.kernels import compile_all
-from shellmb.schemes.residuals.rows import PathStates
+from shellmb.native.assembler import is_native
+from shellmb.native.derivatives import CachedDerivative, by_directions
+from shellmb.native.kernels import compile_all, compile_with_derivatives
 from shellmb.simulate.problem import Problem
+from shellmb.system.assembly.fields import Field
+from shellmb.system.assembly.loops import LoopResiduals, MeshCells, Rows
+from shellmb.system.assembly.residuals import DolfinxResiduals, Residuals
 
 # covectors of the functions at the start of a step by body and name: "q" and those of rates
 Covector = dict[tuple[str, str], Floats]
@@ -39,30 +43,51 @@ class Change(NamedTuple):
     derivative: fem.Function
 
 
-class _ByStart(NamedTuple):
-    """`mu.R` of one form, derived by the functions at the start.
+class _Weighed(CachedDerivative):
+    """`mu.R` of one form, derived by functions that it depends on.
 
     Args:
-        body: The body.
-        form: The kernel.
-        shares: Constant in it: shares of a function of the start in what the form depends on.
-        of: Those shares by the name of the function.
-        target: A function that takes what is assembled.
+        form: The form.
+        mu: Multipliers of its rows, in the place of test functions.
+        functions: What it is derived by.
+        directions: Changes of these, linear in a test function.
+        space: Of that test function.
+        more: Functions and constants in the directions.
+        label: What tells it from other derivatives.
     """
 
-    body: str
-    form: fem.Form
-    shares: fem.Constant
-    of: Mapping[str, Floats]
-    target: fem.Function
+    def __init__(
+        self,
+        form: Form,
+        mu: Sequence[fem.Function],
+        functions: Sequence[fem.Function],
+        directions: Sequence[Any],
+        space: fem.FunctionSpace,
+        more: Sequence[fem.Function | fem.Constant],
+        label: str,
+    ) -> None:
+        self._mu, self._functions, self._directions = mu, functions, directions
+        own = form.coefficients()
+        label += "-".join(str(own.index(f)) for f in functions)
+        coefficients = [item for item in more if isinstance(item, fem.Function)]
+        constants = [item for item in more if isinstance(item, fem.Constant)]
+        both = (*own, *mu, *coefficients), (*form.constants(), *constants)
+        super().__init__(form, [space], *both, label)
+
+    def form(self) -> Form:
+        """The derivative in UFL; it may be empty."""
+        (test,) = self.of.arguments()
+        parts = [m[n] for m in self._mu for n in range(m.ufl_shape[0])]
+        put = self._mu[0] if len(self._mu) == 1 else ufl.as_vector(parts)
+        weighed = ufl.replace(self.of, {test: put})
+        return by_directions(weighed, self._functions, self._directions)
 
 
-class _ByField(NamedTuple):
-    """`mu.R` of one form, derived by a number in each element."""
+class _Placed(NamedTuple):
+    """A derivative with the function whose dofs its rows are."""
 
-    number: int
-    form: fem.Form
-    target: fem.Function
+    derivative: _Weighed
+    function: fem.Function
 
 
 class Transposed:
@@ -76,54 +101,46 @@ class Transposed:
     def __init__(self, problem: Problem, fields: Sequence[tuple[str, Sequence[Change]]]) -> None:
         self._system = system = problem.system
         self._mu = [fem.Function(f.function.function_space) for f in system.fields]
-        bodies = {
-            problem.number(body, stage): body
-            for body, levels in problem.levels.items()
-            for stage in levels.unknown
-        }
-        starts: list[tuple[str, list[Any], dict[str, Floats], fem.Constant]] = []
-        found: list[Form] = []
-        by_field: list[tuple[int, Any]] = []
-        later: list[Form] = []
-        for k, field in enumerate(system.fields):
-            body, space = bodies[k], field.function.function_space
-            made = problem.forms[body].values()
-            states = [forms.states for forms in made if forms.states is not None]
-            rows: list[tuple[Form, tuple[int, ...]]] = [(f, (k,)) for f in field.residual]
-            rows += [(term.residual, term.rows) for term in field.terms]
-            for form, numbers in rows:
-                weighed = self._weighed(form, numbers)
-                functions, shares = _at_start(form, problem.levels[body], states)
-                if functions:
-                    constant = fem.Constant(space.mesh, np.zeros(len(functions)))
-                    components = [constant[n] for n in range(len(functions))]
-                    by = by_shares(weighed, functions, components, ufl.TestFunction(space))
-                    if not by.empty():
-                        found.append(by)
-                        starts.append((body, functions, shares, constant))
-                for number, (name, changes) in enumerate(fields):
-                    there = [c for c in changes if c.coefficient in form.coefficients()]
-                    if name == body and there:
-                        later.append(_by_number(weighed, there))
-                        by_field.append((number, space.mesh))
-        compiled = compile_all([*found, *later])
-        self._starts = [
-            _ByStart(body, form, constant, shares, fem.Function(functions[0].function_space))
-            for form, (body, functions, shares, constant) in zip(compiled, starts, strict=False)
-        ]
-        self._fields = [
-            _ByField(number, form, fem.Function(fem.functionspace(mesh, ("DG", 0))))
-            for form, (number, mesh) in zip(compiled[len(found) :], by_field, strict=True)
-        ]
+        shares = _shares(problem)
+        unknown = {field.function for field in system.fields}
+        self._starts = {f: key for f, key in _starts(problem).items() if f not in unknown}
+        self._numbers = [fem.Function(_constants_on(changes)) for _, changes in fields]
+        placed: list[list[_Placed]] = [[], [], []]
+        for form, rows in self._forms():
+            mu = [self._mu[k] for k in rows]
+            for function, of in shares.items():
+                if there := [f for f in form.coefficients() if f in of]:
+                    every = [f for f in form.coefficients() if _alike(f, function, shares)]
+                    by = _by_state(form, mu, every, [of.get(f, 0.0) for f in every])
+                    placed[function not in unknown].append(_Placed(by, function))
+                    assert set(there) <= set(every)
+            for number, (_, changes) in zip(self._numbers, fields, strict=True):
+                found = [c for c in changes if c.coefficient in form.coefficients()]
+                if found:
+                    by = _by_number(form, mu, found, number.function_space)
+                    placed[2].append(_Placed(by, number))
+        kernels = iter(compile_with_derivatives([p.derivative for some in placed for p in some]))
+        by_unknown, by_start, by_number = (
+            [(made, p.function) for p in some if (made := next(kernels)) is not None]
+            for some in placed
+        )
+        functions = [field.function for field in system.fields]
+        self._by_unknown = _Sums(functions, by_unknown)
+        self._by_start = _Sums(list(self._starts), by_start)
+        self._by_number = _Sums(self._numbers, by_number)
 
-    def _weighed(self, form: Form, numbers: Sequence[int]) -> Form:
-        """`mu.R`: multipliers in the place of test functions."""
-        (test,) = form.arguments()
-        mu = [self._mu[k] for k in numbers]
-        if len(mu) == 1:
-            return ufl.replace(form, {test: mu[0]})
-        parts = [m[n] for m in mu for n in range(m.ufl_shape[0])]
-        return ufl.replace(form, {test: ufl.as_vector(parts)})
+    def _forms(self) -> list[tuple[Form, tuple[int, ...]]]:
+        """Residuals with the numbers of the fields whose rows they have."""
+        found: list[tuple[Form, tuple[int, ...]]] = []
+        for k, field in enumerate(self._system.fields):
+            found += [(form, (k,)) for form in field.residual]
+            found += [(term.residual, term.rows) for term in field.terms]
+        return found
+
+    def refresh(self) -> None:
+        """Take the values of constants, after they changed."""
+        for sums in (self._by_unknown, self._by_start, self._by_number):
+            sums.loops.refresh()
 
     def take(self, local: Floats) -> None:
         """Take multipliers.
@@ -132,20 +149,147 @@ class Transposed:
             local: One number for each local dof of all fields; zero where values are given.
         """
         offsets = self._system.numbering.offsets
-        for mu, first, last in zip(self._mu, offsets, offsets[1:], strict=False):
-            mu.x.array[:] = local[first:last]
+        for mu, first, last in zip(self._arrays, offsets, offsets[1:], strict=False):
+            mu[:] = local[first:last]
 
-    def add_by_start(self, covector: Covector, factor: float) -> None:
+    @cached_property
+    def _arrays(self) -> list[Floats]:
+        """Numbers of the multipliers: DOLFINx looks them up anew whenever it is asked."""
+        return [np.asarray(mu.x.array) for mu in self._mu]
+
+    def add_unknown(self, local: Floats) -> None:
+        """Add `(dR/du)^T mu` to local values of all fields.
+
+        Args:
+            local: One number for each local dof of all fields.
+        """
+        self._by_unknown.loops.add(local)
+
+    def add_start(self, covector: Covector, factor: float) -> None:
         """Add `(dR/ds)^T mu` times a factor; collective."""
-        for part in self._starts:
-            for name, shares in part.of.items():
-                part.shares.value[:] = shares
-                covector[part.body, name] += factor * _assembled(part.form, part.target)
+        for function, values in self._by_start().items():
+            covector[self._starts[function]] += factor * values
 
     def add_by_fields(self, gradients: Sequence[Floats], factor: float) -> None:
         """Add `(dR/dp)^T mu` times a factor to the derivatives by each field; collective."""
-        for part in self._fields:
-            gradients[part.number][:] += factor * _assembled(part.form, part.target)
+        found = self._by_number()
+        for gradient, number in zip(gradients, self._numbers, strict=True):
+            gradient += factor * found[number]
+
+
+class _Sums:
+    """Assembles linear forms, each with the dofs of a function.
+
+    Args:
+        functions: Functions whose dofs the sums have, one after the other.
+        forms: Compiled forms with the function of each.
+
+    Attributes:
+        loops: What adds them.
+    """
+
+    def __init__(
+        self, functions: Sequence[fem.Function], forms: Sequence[tuple[fem.Form, fem.Function]]
+    ) -> None:
+        self._functions = functions
+        ends = np.cumsum([0, *(len(f.x.array) for f in functions)])
+        fields = [Field(f.name, f, (), ()) for f in functions]
+        self._places = [slice(*pair) for pair in itertools.pairwise(ends.tolist())]
+        self._local = np.zeros(ends[-1])
+        self.loops: Residuals
+        if not is_native():
+            placed = [(form, (functions.index(f),)) for form, f in forms]
+            self.loops = DolfinxResiduals(placed, fields, ends[:-1].tolist())
+            return
+        meshes: dict[int, list[int]] = {}
+        for k, f in enumerate(functions):
+            meshes.setdefault(id(f.function_space.mesh), []).append(k)
+        parts: list[Rows] = []
+        for numbers in meshes.values():
+            held = [np.zeros(len(functions[k].x.array), np.int8) for k in numbers]
+            cells = MeshCells([fields[k] for k in numbers], [int(ends[k]) for k in numbers], held)
+            here = [functions[k] for k in numbers]
+            parts.append((cells, [(form, (here.index(f),), -1) for form, f in forms if f in here]))
+        self.loops = LoopResiduals(parts)
+
+    def __call__(self) -> dict[fem.Function, Floats]:
+        """Sums over all ranks by their functions, zero at ghosts; collective."""
+        self._local[:] = 0.0
+        self.loops.add(self._local)
+        return {
+            f: _summed(f.function_space, self._local[place])
+            for f, place in zip(self._functions, self._places, strict=True)
+        }
+
+
+def _starts(problem: Problem) -> dict[fem.Function, tuple[str, str]]:
+    """Functions at the start of a step, with their body and name."""
+    found: dict[fem.Function, tuple[str, str]] = {}
+    for body, levels in problem.levels.items():
+        found |= {f: (body, name) for name, f in {"q": levels.q, **levels.rates}.items()}
+        found |= {f: (body, f"{name} dt") for name, f in levels.scaled.items()}
+    return found
+
+
+def _shares(problem: Problem) -> dict[fem.Function, dict[fem.Function, float]]:
+    """Functions of the start and of the unknown states, with their shares in what forms take."""
+    shares = {f: {f: 1.0} for f in _starts(problem)}
+    shares |= {field.function: {field.function: 1.0} for field in problem.fields}
+    for stages in problem.forms.values():
+        for states in (forms.states for forms in stages.values() if forms.states is not None):
+            for f, weights in zip(states.functions, states.weights, strict=True):
+                for source, weight in zip(states.sources, weights, strict=True):
+                    if weight:
+                        shares[source][f] = float(weight)
+    return shares
+
+
+def _alike(
+    f: Any, function: fem.Function, shares: Mapping[fem.Function, Mapping[fem.Function, float]]
+) -> bool:
+    """Decide whether a coefficient is a state of the body that a function is of."""
+    known = any(f in of for of in shares.values())
+    return known and f.function_space == function.function_space
+
+
+def _by_state(
+    form: Form,
+    mu: Sequence[fem.Function],
+    functions: Sequence[fem.Function],
+    shares: Sequence[float],
+) -> _Weighed:
+    """`mu.R` derived by what functions of one space have shares of."""
+    space = functions[0].function_space
+    constant, test = fem.Constant(space.mesh, np.array(shares)), ufl.TestFunction(space)
+    directions = [constant[k] * test for k in range(len(functions))]
+    return _Weighed(form, mu, functions, directions, space, [constant], "weighed")
+
+
+def _by_number(
+    form: Form, mu: Sequence[fem.Function], changes: Sequence[Change], space: fem.FunctionSpace
+) -> _Weighed:
+    """`mu.R` derived by a number in each element."""
+    number, more = ufl.TestFunction(space), [c.derivative for c in changes]
+    functions = [c.coefficient for c in changes]
+    return _Weighed(form, mu, functions, [d * number for d in more], space, more, "number")
+
+
+def _constants_on(changes: Sequence[Change]) -> fem.FunctionSpace:
+    """Numbers of the elements of the mesh on which coefficients change."""
+    return fem.functionspace(changes[0].coefficient.function_space.mesh, ("DG", 0))
+
+
+def _summed(space: fem.FunctionSpace, values: Floats) -> Floats:
+    """Local values summed over ranks; zero at ghosts; collective."""
+    index_map = space.dofmap.index_map
+    if space.mesh.comm.size == 1:
+        return values
+    owned = index_map.size_local * space.dofmap.index_map_bs
+    vector = la.vector(index_map, space.dofmap.index_map_bs)
+    vector.array[:] = values
+    vector.scatter_reverse(la.InsertMode.add)
+    vector.array[owned:] = 0.0
+    return np.asarray(vector.array)
 
 
 class Refreshed:
@@ -190,45 +334,3 @@ def _assembled(form: fem.Form, target: fem.Function) -> Floats:
     owned = space.dofmap.index_map.size_local * space.dofmap.index_map_bs
     target.x.array[owned:] = 0.0
     return np.asarray(target.x.array)
-
-
-def _at_start(
-    form: Form, levels: Any, states: Sequence[PathStates]
-) -> tuple[list[fem.Function], dict[str, Floats]]:
-    """Find what a form depends on that depends on the start, and its functions' shares in it."""
-    names = {"q": levels.q, **levels.rates, **{f"{k} dt": f for k, f in levels.scaled.items()}}
-    coefficients = set(form.coefficients())
-    functions: list[fem.Function] = []
-    rows: list[dict[str, float]] = []
-    for some in states:
-        for function, weights in zip(some.functions, some.weights, strict=True):
-            of = {
-                name: float(w)
-                for name, f in names.items()
-                for source, w in zip(some.sources, weights, strict=True)
-                if source is f and w
-            }
-            if function in coefficients and of:
-                functions.append(function)
-                rows.append(of)
-    for name, function in names.items():
-        if function in coefficients:
-            functions.append(function)
-            rows.append({name: 1.0})
-    used = dict.fromkeys(name for row in rows for name in row)
-    return functions, {n: np.array([row.get(n, 0.0) for row in rows]) for n in used}
-
-
-def _by_number(form: Form, changes: Sequence[Change]) -> Form:
-    """Derivative of `mu.R` by a number in each element."""
-    mesh = changes[0].coefficient.function_space.mesh
-    number = ufl.TestFunction(fem.functionspace(mesh, ("DG", 0)))
-    functions = tuple(c.coefficient for c in changes)
-    directions = tuple(ufl.Coefficient(f.ufl_function_space()) for f in functions)
-    put = {d: c.derivative * number for d, c in zip(directions, changes, strict=True)}
-
-    def take(value: Any) -> Any:
-        derivative = ufl.derivative(value, functions, directions)
-        return ufl.replace(apply_derivatives(apply_algebra_lowering(derivative)), put)
-
-    return through(form, take)

@@ -14,13 +14,14 @@ what they are for. The solution is that of the unreduced system, multipliers inc
 from __future__ import annotations
 
 from contextlib import ExitStack
+from functools import cached_property
 
 from mpi4py import MPI
 from petsc4py import PETSc
 
 import numpy as np
 
-from shellmb.arrays import Floats
+from shellmb.arrays import Floats, Ints
 from shellmb.clock import now
 from shellmb.system.assembly.loops import LoopResiduals
 from shellmb.system.assembly.meshgroups import MeshGroup, mesh_groups
@@ -50,7 +51,11 @@ class Reduction:
 
     Attributes:
         A: The reduced matrix.
+        tests: Last transposed solution: reduced multipliers that this rank sees, then those of
+            unknowns that are eliminated cell by cell.
     """
+
+    tests: Floats
 
     def __init__(self, nodes: SystemNodes, prefix: str) -> None:
         self.system = system = nodes.system
@@ -208,38 +213,49 @@ class Reduction:
         self.seconds["reduction"] += now() - start - inside
         return reason
 
-    def solve_transposed(self, b: PETSc.Vec, x: PETSc.Vec) -> str | None:
-        """Solve `J^T x = b` for all but the equations of lengths and angles at nodes; zero there.
+    def solve_transposed(self, b: PETSc.Vec) -> str | None:
+        """Solve `J^T x = b` for all but the equations of lengths and angles at nodes.
 
         It takes the factors and the reduced matrix, rows and columns exchanged. Forces of
-        multipliers at nodes must be zero in `b`, and factors exact.
+        multipliers at nodes must be zero in `b`. `tests` gets the solution.
 
         Args:
             b: Right-hand side.
-            x: Takes the solution; zero where values are given, too.
         """
-        numbers, parts = self.numbers, self.parts
-        local = numbers.full.seen(b.array_r)
-        change = np.zeros_like(local)
-        for part in parts:
-            part.reduce_transposed(local, change)
-        reduced = numbers.right.transposed(b.array_r + numbers.full.summed(change))
-        r = numbers.right.numbers.seen(reduced)
-        rest = np.zeros_like(r)
-        for part in parts:
-            part.reduce_inner_transposed(r, rest)
-        self._rhs.array[:] = (reduced + numbers.right.numbers.summed(rest))[numbers.outer]
+        self._passes.before_transposed(b.array_r, self._rhs.array)
         reason = self.solver.solve_transposed(self._rhs, self._solution)
-        reduced[:] = 0.0
-        reduced[numbers.outer] = self._solution.array_r
-        seen = numbers.left.seen(reduced)
-        for part in parts:
-            part.expand_inner_transposed(r, seen)
-        values = numbers.left.times(seen)
-        for part in parts:
-            part.expand_transposed(values)
-        x.array[:] = values[numbers.own]
+        seen, values = self._passes.after_transposed(self._solution.array_r)
+        self.tests = np.concatenate([seen, values[self._elementwise]])
         return reason
+
+    def follow(self) -> None:
+        """Take tangent spaces at the state that the fields hold, and keep the factors."""
+        self.numbers.update()
+
+    def expand_tests(self, tests: Floats) -> Floats:
+        """Multipliers of all local dofs at the state that was followed last.
+
+        Args:
+            tests: As `solve_transposed` leaves them, or combinations of such.
+        """
+        count = len(tests) - len(self._elementwise)
+        values = self.numbers.left.times(tests[:count])
+        values[self._elementwise] = tests[count:]
+        return values
+
+    def tests_of(self, local: Floats) -> Floats:
+        """Numbers of all local dofs at the places of `tests` that these are made of."""
+        left = self.numbers.left
+        found = np.zeros(len(left.numbers.wanted) + 1)
+        # what has a place in several dofs is of the first one: parts do not share any
+        found[left.places[::-1]] = local[::-1, None]
+        return np.concatenate([found[:-1], local[self._elementwise]])
+
+    @cached_property
+    def _elementwise(self) -> Ints:
+        """Local dofs that are eliminated cell by cell."""
+        found = [part.cells.dofs[:, part.cells.shared :].ravel() for part in self.parts]
+        return np.unique(np.concatenate([*found, np.zeros(0, np.int64)])).astype(np.int64)
 
     @property
     def covers(self) -> bool:

@@ -41,6 +41,18 @@ class Passes(Protocol):
         """
         ...
 
+    def before_transposed(self, b: Floats, rhs: Floats) -> None:
+        """Fill the right-hand side of the transposed reduced system; arguments as of `before`."""
+        ...
+
+    def after_transposed(self, solution: Floats) -> tuple[Floats, Floats]:
+        """Multipliers of the reduced system that this rank sees, and those of the local dofs.
+
+        Args:
+            solution: Of the reduced system, owned entries.
+        """
+        ...
+
 
 def passes(numbers: ReducedNumbers, parts: Sequence[MeshReduction], single: bool) -> Passes:
     """Passes of a reduction: one call each where one process has all unknowns.
@@ -103,6 +115,33 @@ class ParallelPasses:
         x += values.times(values.seen(forces))
         dx[:] = x[numbers.own]
 
+    def before_transposed(self, b: Floats, rhs: Floats) -> None:
+        """Fill the right-hand side of the transposed reduced system."""
+        numbers = self.numbers
+        local = numbers.full.seen(b)
+        change = np.zeros_like(local)
+        for part in self.parts:
+            part.reduce_transposed(local, change)
+        reduced = numbers.right.transposed(b + numbers.full.summed(change))
+        self._r = numbers.right.numbers.seen(reduced)
+        rest = np.zeros_like(self._r)
+        for part in self.parts:
+            part.reduce_inner_transposed(self._r, rest)
+        rhs[:] = (reduced + numbers.right.numbers.summed(rest))[numbers.outer]
+
+    def after_transposed(self, solution: Floats) -> tuple[Floats, Floats]:
+        """Multipliers of the reduced system, and those of the local dofs."""
+        numbers = self.numbers
+        reduced = np.zeros(numbers.count)
+        reduced[numbers.outer] = solution
+        seen = numbers.left.seen(reduced)
+        for part in self.parts:
+            part.expand_inner_transposed(self._r, seen)
+        values = numbers.left.times(seen)
+        for part in self.parts:
+            part.expand_transposed(values)
+        return seen, values
+
 
 class SerialPasses:
     """Passes in one process, by one call of `unknowns.c` each.
@@ -116,7 +155,7 @@ class SerialPasses:
         self._lib, self._arrays = native.cells().lib, CArrays()
         pointer = self._arrays
         seen = len(numbers.forces.numbers.wanted)
-        local = len(numbers.full.wanted)
+        self._sizes = numbers.count, len(numbers.full.wanted)
 
         def zeros(size: int) -> Any:
             return pointer(np.zeros(size))
@@ -128,7 +167,7 @@ class SerialPasses:
                 {
                     "parts": len(parts),
                     "owned": len(numbers.own),
-                    "local": local,
+                    "local": self._sizes[1],
                     "reduced": numbers.count,
                     "outer": len(numbers.outer),
                     "multipliers": seen,
@@ -140,8 +179,8 @@ class SerialPasses:
                     "right": numbers.right.members,
                     "force": numbers.forces.members,
                     "multiplier": numbers.multiplier_values.members,
-                    "b": zeros(local),
-                    "change": zeros(local),
+                    "b": zeros(self._sizes[1]),
+                    "change": zeros(self._sizes[1]),
                     "reaction": zeros(len(numbers.own)),
                     **{name: zeros(seen) for name in ("forces", "rows")},
                     **{name: zeros(numbers.count) for name in ("r", "seen", "rest")},
@@ -156,6 +195,16 @@ class SerialPasses:
     def after(self, single: bool, solution: Floats, given: Floats, dx: Floats) -> None:
         """Fill in the solution for all unknowns."""
         self._lib.after(self._solution, single, *map(native.doubles, (solution, given, dx)))
+
+    def before_transposed(self, b: Floats, rhs: Floats) -> None:
+        """Fill the right-hand side of the transposed reduced system."""
+        self._lib.before_transposed(self._solution, native.doubles(b), native.doubles(rhs))
+
+    def after_transposed(self, solution: Floats) -> tuple[Floats, Floats]:
+        """Multipliers of the reduced system, and those of the local dofs."""
+        found = np.empty(self._sizes[0]), np.empty(self._sizes[1])
+        self._lib.after_transposed(self._solution, *map(native.doubles, (solution, *found)))
+        return found
 
     def take_vectors(self, rhs: PETSc.Vec, solution: PETSc.Vec) -> None:
         """Take vectors of the reduced system, for `solve` to work with."""

@@ -1,0 +1,257 @@
+"""Multipliers of the equations of a step, by iteration with factors of another step.
+
+A sweep backwards solves one transposed system for each step, whose matrices differ little from step
+to step. So factors are kept over steps, as Newton's method keeps them, and precondition the method
+of conjugate residuals (GCR: Eisenstat, Elman and Schultz, SIAM J. Numer. Anal. 20 (1983) 345-357).
+The matrix itself is not assembled: its transposed product is a pass of `Transposed`.
+"""
+
+from __future__ import annotations
+
+from typing import Any, Protocol
+
+from mpi4py import MPI
+from petsc4py import PETSc
+
+import numpy as np
+
+from shellmb.arrays import Floats, Ints
+from shellmb.errors import ConvergenceError
+from shellmb.sensitivity.adjoint.transposed import Transposed
+from shellmb.system.assembly.blocks import BlockSystem
+from shellmb.system.direct.solver import Purpose
+
+# error at which the iteration ends, of each part of the multipliers relative to its largest one
+TOLERANCE = 1e-10
+# the same where round-off ends it before: an iteration leaves more than this share of the error
+USELESS, STALLED = 1e-8, 0.5
+# iterations with old factors, and with new ones
+PATIENCE, MOST = 12, 40
+
+
+class Transposable(Protocol):
+    """Solves transposed linear systems.
+
+    Attributes:
+        tests: Last solution in the unknowns of the system that is factorised.
+    """
+
+    tests: Floats
+
+    @property
+    def cost(self) -> float: ...  # noqa: D102
+
+    def factorise(self, purpose: Purpose = Purpose.EXACT) -> str | None:
+        """Assemble and factorise at the state that the fields hold; returns why that failed."""
+        ...
+
+    def follow(self) -> None:
+        """Take tests at the state that the fields hold, without new factors."""
+        ...
+
+    def solve_transposed(self, b: PETSc.Vec) -> str | None:
+        """Solve `J^T x = b` with the last factors; returns why that failed."""
+        ...
+
+    def expand_tests(self, tests: Floats) -> Floats:
+        """Multipliers of all local dofs that such `tests` stand for."""
+        ...
+
+    def tests_of(self, local: Floats) -> Floats:
+        """Numbers of all local dofs at the places of `tests` that these are made of."""
+        ...
+
+
+class Multipliers:
+    """Solves the transposed systems of the steps of a sweep.
+
+    Args:
+        system: The block system.
+        transposed: Derivatives of its residuals.
+        linear: What factorises.
+        ready: Whether it has factors of a state near the first one.
+
+    Attributes:
+        local: Multipliers of the step that was solved last, one for each local dof.
+        iterations: Number of solutions with factors so far.
+        factorisations: Number of factorisations so far.
+    """
+
+    def __init__(
+        self, system: BlockSystem, transposed: Transposed, linear: Transposable, ready: bool
+    ) -> None:
+        self._system, self._transposed, self._linear = system, transposed, linear
+        self._product = system.x.duplicate()
+        fixed = np.zeros(system.numbering.owned)
+        fixed[system.fixed] = 1.0
+        self._product.array[:] = fixed
+        # local dofs with given values, and one for each of these
+        self._given = np.flatnonzero(system.local_values(self._product))
+        unknowns = system.numbering.local_to_global[self._given] - system.numbering.start
+        mine = (unknowns >= 0) & (unknowns < system.numbering.owned)
+        self._own_given = self._given[mine][np.unique(unknowns[mine], return_index=True)[1]]
+        self._parts: list[Ints] = []
+        self._purpose = Purpose.LAGGED
+        # steps that the factors served, their cost in iterations, and that of the last step
+        self._served, self._spent, self._last = int(ready), linear.cost, 0
+        self.iterations = self.factorisations = 0
+
+    def solve(self, right: PETSc.Vec) -> None:
+        """Solve at the state that the fields hold; `local` and `Transposed` take it; collective.
+
+        Args:
+            right: Right-hand side.
+
+        Raises:
+            ConvergenceError: If there is no solution.
+        """
+        before = self.iterations
+        # factors serve as long as that lessens their mean cost
+        fresh = not self._served or self._last * self._served > self._spent
+        if fresh:
+            self._factorise()
+        else:
+            self._linear.follow()
+        while (tests := self._iterate(right, MOST if fresh else PATIENCE)) is None:
+            if fresh and self._purpose is Purpose.EXACT:
+                raise ConvergenceError(
+                    "adjoint: the transposed system of a step has no solution to eight digits; its "
+                    "stiffness is nearly singular there",
+                    None,
+                    {},
+                )
+            self._purpose = Purpose.EXACT if fresh else self._purpose
+            self._factorise()
+            fresh = True
+        self._last = self.iterations - before
+        self._served, self._spent = self._served + 1, self._spent + self._last
+        self._take(tests)
+
+    def by_field(self) -> list[Floats]:
+        """Multipliers of the last step, an array of local dofs for each field."""
+        slices = map(self._system.numbering.slice, range(len(self._system.fields)))
+        return [self.local[place] for place in slices]
+
+    def _factorise(self) -> None:
+        """Factorise at this state.
+
+        Raises:
+            ConvergenceError: If that fails.
+        """
+        _check(self._linear.factorise(self._purpose))
+        self.factorisations += 1
+        self._served, self._spent = 0, self._linear.cost
+
+    def _precondition(self, rest: PETSc.Vec) -> Floats:
+        """A solution with the factors as they are."""
+        _check(self._linear.solve_transposed(rest))
+        self.iterations += 1
+        return self._linear.tests
+
+    def _take(self, tests: Floats) -> None:
+        """Take multipliers that tests stand for, where no values are given."""
+        self.local = self._linear.expand_tests(tests)
+        free = self.local
+        if len(self._given):
+            free = free.copy()
+            free[self._given] = 0.0
+        self._transposed.take(free)
+
+    def _times(self, tests: Floats) -> PETSc.Vec:
+        """Transposed matrix times multipliers."""
+        local = self._system.exchange.local
+        self._take(tests)
+        # equations of given values; linked dofs are one unknown
+        local[:] = 0.0
+        local[self._own_given] = self.local[self._own_given]
+        self._transposed.add_unknown(local)
+        self._system.exchange.collect(self._product)
+        return self._product
+
+    def _iterate(self, right: PETSc.Vec, most: int) -> Floats | None:
+        """Tests by conjugate residuals; None if that does not converge."""
+        rest = self._precondition(right).copy()
+        sizes = self._sizes(rest)
+        rest /= sizes
+        found = np.zeros_like(rest)
+        ways, changes, errors = list[Floats](), list[Floats](), [self._largest(rest)]
+        while errors[-1] > 0.0:
+            if _ends(errors):
+                # the error left contracts as the last ones did
+                found += rest
+                break
+            if len(errors) > most or not np.isfinite(errors[-1]):
+                return None
+            change = self._precondition(self._times(rest * sizes)) / sizes
+            way = rest.copy()
+            if ways:
+                shares = self._sums([other @ change for other in changes])
+                for share, other_way, other in zip(shares, ways, changes, strict=True):
+                    way -= share * other_way
+                    change -= share * other
+            square, step = self._sums([change @ change, change @ rest])
+            if square == 0.0:
+                return None
+            size = np.sqrt(square)
+            way /= size
+            change /= size
+            ways.append(way)
+            changes.append(change)
+            found += (step / size) * way
+            rest -= (step / size) * change
+            errors.append(self._largest(rest))
+        found *= sizes
+        return found
+
+    def _sizes(self, tests: Floats) -> Floats:
+        """Largest number of each part, at all places of the part."""
+        if not self._parts:
+            self._parts = self._find_parts()
+        largest = np.array([np.abs(tests[e]).max(initial=0.0) for e in self._parts])
+        if self._system.comm.size > 1:
+            self._system.comm.Allreduce(MPI.IN_PLACE, largest, op=MPI.MAX)
+        sizes = np.ones(len(tests))
+        for entries, size in zip(self._parts, largest, strict=True):
+            sizes[entries] = size or 1.0
+        return sizes
+
+    def _find_parts(self) -> list[Ints]:
+        """Places of each named part of the fields among the tests."""
+        numbering, count = self._system.numbering, 0
+        labels = np.zeros(int(numbering.offsets[-1]))
+        for k, field in enumerate(self._system.fields):
+            for part in field.parts:
+                count += 1
+                labels[numbering.slice(k)][part.dofs] = count
+        found = np.rint(self._linear.tests_of(labels)).astype(int)
+        return [np.flatnonzero(found == label) for label in range(1, count + 1)]
+
+    def _largest(self, values: Floats) -> float:
+        """Largest absolute number over all ranks."""
+        largest = float(np.abs(values).max(initial=0.0))
+        comm = self._system.comm
+        return largest if comm.size == 1 else float(comm.allreduce(largest, op=MPI.MAX))
+
+    def _sums(self, values: list[Any]) -> Floats:
+        """Sums over all ranks."""
+        sums = np.array(values, dtype=float)
+        if self._system.comm.size > 1:
+            self._system.comm.Allreduce(MPI.IN_PLACE, sums)
+        return sums
+
+
+def _ends(errors: list[float]) -> bool:
+    """Decide whether one more update leaves an error that is small enough."""
+    now = errors[-1]
+    if len(errors) == 1:
+        return False
+    # every other one contracts less
+    contraction = now / errors[-2] if len(errors) == 2 else np.sqrt(now / errors[-3])
+    contraction = min(1.0, contraction)
+    return bool(now * contraction <= TOLERANCE or (now > STALLED * errors[-2] and now <= USELESS))
+
+
+def _check(failed: str | None) -> None:
+    """Raise an error if a linear solution failed."""
+    if failed is not None:
+        raise ConvergenceError(f"adjoint: {failed}", None, {})
