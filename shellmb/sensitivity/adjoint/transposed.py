@@ -22,6 +22,7 @@ from shellmb.arrays import Floats
 from shellmb.native.assembler import is_native
 from shellmb.native.derivatives import CachedDerivative, by_directions
 from shellmb.native.kernels import compile_all, compile_with_derivatives
+from shellmb.native.later import plain
 from shellmb.simulate.problem import Problem
 from shellmb.system.assembly.fields import Field
 from shellmb.system.assembly.loops import LoopResiduals, MeshCells, Rows
@@ -71,15 +72,16 @@ class _Weighed(CachedDerivative):
         label += "-".join(str(own.index(f)) for f in functions)
         coefficients = [item for item in more if isinstance(item, fem.Function)]
         constants = [item for item in more if isinstance(item, fem.Constant)]
-        both = (*own, *mu, *coefficients), (*form.constants(), *constants)
-        super().__init__(form, [space], *both, label)
+        self.coefficients = (*own, *mu, *coefficients)
+        self.constants = (*form.constants(), *constants)
+        super().__init__(form, [space], label)
 
     def form(self) -> Form:
         """The derivative in UFL; it may be empty."""
         (test,) = self.of.arguments()
         parts = [m[n] for m in self._mu for n in range(m.ufl_shape[0])]
         put = self._mu[0] if len(self._mu) == 1 else ufl.as_vector(parts)
-        weighed = ufl.replace(self.of, {test: put})
+        weighed = ufl.replace(plain(self.of), {test: put})
         return by_directions(weighed, self._functions, self._directions)
 
 
