@@ -1,5 +1,6 @@
 """Steps that are booked together give what they give one by one, to the last bit."""
 
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -7,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from shellmb.native.assembler import assembled_by
 from shellmb.observers import booking
 from shellmb.observers.account.energy import EnergyAccount
 from shellmb.observers.forces.reactions import ArmCarrier, Arms
@@ -165,3 +167,41 @@ def test_a_state_is_of_one_step(tmp_path: Path, step: int) -> None:
     ends = [read_saved(run.out, run.simulation.model.comm).observers for run in (straight, resumed)]
     for name in ("energy", "momentum", "constraints", "turning", "probes", "joints"):
         assert ends[0][name] == ends[1][name], name
+
+
+@pytest.mark.parametrize("assembler", ["native", "reference"])
+def test_copies_are_of_the_step_they_were_taken_in(assembler) -> None:
+    """Both assemblers copy into one row and leave the others; without arrays there is nothing."""
+    rng = np.random.default_rng(1)
+    arrays = [np.zeros(3), np.zeros(0), np.zeros(5)]
+    with assembled_by(assembler):
+        kept, none = booking.Kept(arrays), booking.Kept([])
+    expected = [np.zeros((booking.STEPS, len(array))) for array in arrays]
+    for row in (4, 0, 31, 4):
+        for array, table in zip(arrays, expected, strict=True):
+            array[:] = table[row] = rng.normal(size=len(array))
+        kept.take(row)
+        none.take(row)
+    for table, right in zip(kept.tables, expected, strict=True):
+        assert np.array_equal(table, right)
+
+
+def test_only_observers_with_something_to_do_are_called() -> None:
+    """Idle ones are not; what somebody gives an observer in place of a method is."""
+    calls: list[str] = []
+
+    class Looks(Silent):
+        def __init__(self, name: str, idle: bool) -> None:
+            self.name, self._will = name, idle
+
+        def start(self, simulation: Simulation) -> None:
+            self.idle = self._will
+
+        def accepted(self, simulation: Simulation) -> None:
+            calls.append(self.name)
+
+    given = Silent()
+    given.solved = lambda simulation: calls.append("given")  # type: ignore[method-assign]
+    scene = replace(swing(), t_end=0.02)
+    Simulation(scene).run([Looks("idle", True), Looks("busy", False), Silent(), given])
+    assert calls == ["given", "busy"] * 2
