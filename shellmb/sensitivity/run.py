@@ -105,7 +105,13 @@ def sensitivities(
 
     world = MPI.COMM_WORLD if comm is None else comm
     directory, temporary = place(out, world)
-    if resume and not world.bcast((directory / RUN).is_dir()):
+    begun = world.bcast((directory / RUN).is_dir())
+    if begun and not resume:
+        raise SceneError(
+            f"sensitivities: out is {out}, in which a run with derivatives was begun; give another "
+            "directory, or go on with it by resume=True (--resume)"
+        )
+    if resume and not begun:
         raise SceneError(
             f"sensitivities: out is {out}, in which no run with derivatives was begun; give the "
             "directory of the one that was stopped, or resume=False"

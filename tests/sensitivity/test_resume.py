@@ -75,6 +75,8 @@ def test_what_does_not_fit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> N
         sm.sensitivities(scenes.plate, BY, tmp_path / "nothing", resume=True)
     out = tmp_path / "stopped"
     stopped_at(1, out, monkeypatch, "probes")
+    with pytest.raises(sm.SceneError, match=r"was begun; give another .* by resume=True"):
+        sm.sensitivities(scenes.plate, BY, out, columns="probes")
     more = {"columns": "probes", "resume": True}
     with pytest.raises(sm.SceneError, match="the state is not of the scene 'plate' as it is now"):
         sm.sensitivities(scenes.plate, BY, out, values={"E": 70e9}, **more)
