@@ -99,6 +99,11 @@ class Companions:
             # what no companion changes, as a count, has no error
             if quantity.norm is None and scene.path is None and step.error > 0:
                 step = self._result(quantity, order, resolved)
+            # schemes of order 2 damp slow motions, too, so their companions do not agree
+            if quantity.norm in CERTAIN and order > 2 and degree_of(scene) is not None:
+                damped = self.mine.damped(quantity.name)
+                if damped > step.error > 0:
+                    step = replace(step, error=damped, damped=True)
             parts["step"] = step
         for name, pair in self.others.items():
             away = None if pair is None else difference(pair[0], pair[1], quantity)
@@ -124,16 +129,6 @@ class Companions:
         """The error of the step: of a point of a curve that is not resolved, the largest alike."""
         if quantity.norm is None:
             return self._alone(quantity, order)
-        found = self._norm(quantity, order)
-        # schemes of order 2 damp slow motions, too, so their companions do not agree
-        if quantity.norm in CERTAIN and order > 2:
-            damped = self.mine.damped(quantity.name)
-            if damped > found.error > 0:
-                return replace(found, error=damped, damped=True)
-        return found
-
-    def _norm(self, quantity: Quantity, order: float) -> Estimate:
-        """The error of a curve or of one of its points by what its companions tell."""
         found = self._alone(quantity, order)
         curve = self._curve(quantity.name, order)
         if quantity.norm == "l2":

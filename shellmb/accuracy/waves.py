@@ -10,7 +10,7 @@ so twice the square: their root mean square times the root of two.
 which therefore agree. What tells is the energy `D` that the scheme has taken. In vibrations, that
 is a velocity of `v sqrt(D/T)` where the motion has the velocity `v` and the kinetic energy `T`.
 What a scheme damps within a run has a few radians to a step, so displacements are this velocity
-times a part of the step.
+times a part of the step. Rigid bodies alone have no such vibrations.
 """
 
 from __future__ import annotations
