@@ -5,6 +5,7 @@ from petsc4py import PETSc
 import numpy as np
 import pytest
 
+from shellmb.system.direct import banded
 from shellmb.system.direct.banded import BandedFactors
 from shellmb.system.direct.solver import DirectSolver, Factors, Purpose
 
@@ -95,3 +96,18 @@ def test_chains_of_blocks_have_the_band_of_neighbours() -> None:
 def test_matrices_without_a_band_are_left_to_others() -> None:
     A, values = sparse(RANDOM.normal(size=(200, 200)))
     assert not BandedFactors(A, values).pays
+
+
+def test_matrices_of_surfaces_are_not_searched(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A search takes longer than the model of a plate, and no order of a surface is in a band."""
+    size = 3600
+    places = np.arange(size, dtype=np.int32)
+    # each unknown is coupled with those of the row of nodes beside it
+    rows, columns = places[:-700], places[700:]
+    asked = []
+    counted = banded._multiplications
+    monkeypatch.setattr(banded, "_multiplications", lambda *a: asked.append(a) or counted(*a))
+    each, order = banded.narrowed(places, rows, columns)
+    assert each > banded.EACH
+    assert order is places
+    assert len(asked) == 1

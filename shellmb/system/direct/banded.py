@@ -24,6 +24,8 @@ OPERATIONS, EACH = 4e6, 5e3
 # multiplications of each unknown up to which a band is narrow: rows of a few vectors each. Number
 # of moves of all unknowns in the search for such a band
 NARROW, SWEEPS = 1e3, 50
+# a search takes off half of the multiplications at most: from so many times too many it is vain
+VAIN = 4
 
 
 class BandedFactors:
@@ -100,7 +102,8 @@ def narrowed(order: Int32s, rows: Int32s, columns: Int32s) -> tuple[int, Int32s]
     """
     best = _multiplications(order, rows, columns), order
     size = len(order)
-    for _ in range(SWEEPS if best[0] > NARROW else 0):
+    vain = best[0] > VAIN * max(EACH, OPERATIONS / size)
+    for _ in range(SWEEPS if best[0] > NARROW and not vain else 0):
         low, high = order.copy(), order.copy()
         for a, b in ((rows, columns), (columns, rows)):
             np.minimum.at(low, a, order[b])
