@@ -31,9 +31,6 @@ class Sizes:
     Args:
         system: The block system of the run.
         untested: Titles of parts that are not compared.
-
-    Attributes:
-        weight: One over the unit of each unknown that this rank owns; zero where there is none.
     """
 
     def __init__(self, system: BlockSystem, untested: Container[str] = ()) -> None:
@@ -45,16 +42,14 @@ class Sizes:
         scales = np.array([p.scale for p, _ in found])
         bounds = np.array([p.bound for p, _ in found])
         # sizes are compared in the units of each
-        self._units = 1.0 / scales
-        self._moves = np.isfinite(bounds).astype(float)
-        self._share = np.where(np.isfinite(bounds), 1.0, FORCES)
-        self._share[[p.name in untested for p, _ in found]] = 0.0
+        moves = np.isfinite(bounds)
+        shares = np.where(moves, 1.0, FORCES)
+        shares[[p.name in untested for p, _ in found]] = 0.0
+        self._compared = list(zip(*((v / scales).tolist() for v in (shares, moves)), strict=True))
+        self._units = (1.0 / scales).tolist()
         ends = np.append(0, np.cumsum(counts)).astype(np.int64)
         self._parts = operations().part_sizes(ends, entries, scales, bounds)
         self._table = np.zeros((2, len(found)))
-        self._both = np.zeros((2, system.numbering.owned))
-        self.weight = np.zeros(system.numbering.owned)
-        self.weight[entries] = 1.0 / np.repeat(scales, counts)
 
     def relative(self, change: Floats, whole: Floats) -> float:
         """Largest change of a part relative to the whole of it; the same on all ranks.
@@ -66,13 +61,16 @@ class Sizes:
         Returns:
             The change; infinite where one of both is no number.
         """
-        both, table = self._both, self._table
-        both[0], both[1] = change, whole
-        self._parts.largest(both, table)
+        table = self._table
+        self._parts.largest(change, table[0])
+        self._parts.largest(whole, table[1])
         if self._comm.size > 1:
             self._comm.Allreduce(MPI.IN_PLACE, table, op=MPI.MAX)
-        if not table.sum() < np.inf:
+        changes, sizes = table.tolist()
+        if not sum(changes) + sum(sizes) < np.inf:
             return np.inf
-        changes, sizes = table * self._units
-        least = max(SMALL, LEAST * float((sizes * self._moves).max()))
-        return float((self._share * changes / np.maximum(sizes, least)).max())
+        compared = list(zip(changes, sizes, self._units, self._compared, strict=True))
+        least = max(SMALL, *(LEAST * moves * size for _, size, _, (_, moves) in compared))
+        return max(
+            share * change / max(unit * size, least) for change, size, unit, (share, _) in compared
+        )

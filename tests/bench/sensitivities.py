@@ -33,6 +33,7 @@ CASES = (
     ((6, 2), 200, "ep", "auto", ("thickness",), "all"),
     ((6, 2), 200, "ep4", "auto", ("thickness",), "probes"),
     ((32, 32), 20, "ep", "auto", ("thickness",), "probes"),
+    ((32, 32), 20, "ep", "auto", ("thickness", "force"), "probes"),
     ((32, 32), 20, "ep", "full", ("thickness",), "probes"),
 )
 ROUNDS = 3
