@@ -21,10 +21,13 @@ from shellmb.sensitivity.adjoint.transposed import Transposed
 from shellmb.system.assembly.blocks import BlockSystem
 from shellmb.system.direct.solver import Purpose
 
-# error at which the iteration ends, of each part of the multipliers relative to its largest one
-TOLERANCE = 1e-10
+# error at which the iteration ends, of each part of the multipliers relative to its largest one;
+# with parameters of the scene, which may act on small ones alone, such as those normal to a slide
+TOLERANCE, ROUND_OFF = 1e-10, 1e-14
 # the same where round-off ends it before: an iteration leaves more than this share of the error
 USELESS, STALLED = 1e-8, 0.5
+# share of an error that an update with old factors leaves at most
+FAR = 0.7
 # iterations with old factors, and with new ones
 PATIENCE, MOST = 12, 40
 
@@ -70,6 +73,7 @@ class Multipliers:
         transposed: Derivatives of its residuals.
         linear: What factorises.
         ready: Whether it has factors of a state near the first one.
+        tolerance: Error at which the iteration ends.
 
     Attributes:
         local: Multipliers of the step that was solved last, one for each local dof.
@@ -78,8 +82,14 @@ class Multipliers:
     """
 
     def __init__(
-        self, system: BlockSystem, transposed: Transposed, linear: Transposable, ready: bool
+        self,
+        system: BlockSystem,
+        transposed: Transposed,
+        linear: Transposable,
+        ready: bool,
+        tolerance: float = TOLERANCE,
     ) -> None:
+        self._tolerance = tolerance
         self._system, self._transposed, self._linear = system, transposed, linear
         self._product = system.x.duplicate()
         fixed = np.zeros(system.numbering.owned)
@@ -112,7 +122,7 @@ class Multipliers:
             self._factorise()
         else:
             self._linear.follow()
-        while (tests := self._iterate(right, MOST if fresh else PATIENCE)) is None:
+        while (tests := self._iterate(right, fresh)) is None:
             if fresh and self._purpose is Purpose.EXACT:
                 raise ConvergenceError(
                     "adjoint: the transposed system of a step has no solution to eight digits; its "
@@ -168,22 +178,30 @@ class Multipliers:
         self._system.exchange.collect(self._product)
         return self._product
 
-    def _iterate(self, right: PETSc.Vec, most: int) -> Floats | None:
-        """Tests by conjugate residuals; None if that does not converge."""
+    def _iterate(self, right: PETSc.Vec, fresh: bool) -> Floats | None:
+        """Tests by conjugate residuals; None if that does not converge.
+
+        Old factors are not used where errors do not contract by themselves, as where a contact has
+        opened: what is left then does not tell how large the error is.
+        """
+        most = MOST if fresh else PATIENCE
         rest = self._precondition(right).copy()
         sizes = self._sizes(rest)
         rest /= sizes
         found = np.zeros_like(rest)
         ways, changes, errors = list[Floats](), list[Floats](), [self._largest(rest)]
         while errors[-1] > 0.0:
-            if _ends(errors):
+            if _ends(errors, self._tolerance):
                 # the error left contracts as the last ones did
                 found += rest
                 break
             if len(errors) > most or not np.isfinite(errors[-1]):
                 return None
             change = self._precondition(self._times(rest * sizes)) / sizes
-            way = rest.copy()
+            way, apart = rest.copy(), change - rest
+            left, before = self._sums([apart @ apart, rest @ rest])
+            if not (fresh or left <= FAR**2 * before):
+                return None
             if ways:
                 shares = self._sums([other @ change for other in changes])
                 for share, other_way, other in zip(shares, ways, changes, strict=True):
@@ -240,7 +258,7 @@ class Multipliers:
         return sums
 
 
-def _ends(errors: list[float]) -> bool:
+def _ends(errors: list[float], tolerance: float) -> bool:
     """Decide whether one more update leaves an error that is small enough."""
     now = errors[-1]
     if len(errors) == 1:
@@ -248,7 +266,7 @@ def _ends(errors: list[float]) -> bool:
     # every other one contracts less
     contraction = now / errors[-2] if len(errors) == 2 else np.sqrt(now / errors[-3])
     contraction = min(1.0, contraction)
-    return bool(now * contraction <= TOLERANCE or (now > STALLED * errors[-2] and now <= USELESS))
+    return bool(now * contraction <= tolerance or (now > STALLED * errors[-2] and now <= USELESS))
 
 
 def _check(failed: str | None) -> None:

@@ -21,7 +21,7 @@ from dolfinx import fem
 from shellmb.arrays import Floats, Int32s
 from shellmb.schemes.base import Scheme
 from shellmb.sensitivity.adjoint.advance import Advance
-from shellmb.sensitivity.adjoint.multipliers import Multipliers
+from shellmb.sensitivity.adjoint.multipliers import ROUND_OFF, TOLERANCE, Multipliers
 from shellmb.sensitivity.adjoint.steps import State, Step, put, starts, unknowns
 from shellmb.sensitivity.adjoint.transposed import Change, Covector, Refreshed, Transposed
 from shellmb.sensitivity.shadow import Shadow
@@ -91,9 +91,10 @@ class Sweep:
         self._refreshed = Refreshed(problem)
         self._linear = self._solver(weighing)
         self._advances = {b.name: Advance(problem, b) for b in simulation.model.bodies}
-        self.multipliers = Multipliers(
-            system, self._transposed, self._linear, self._linear is problem.iteration.linear
-        )
+        ready = self._linear is problem.iteration.linear
+        tolerance = ROUND_OFF if weighing else TOLERANCE
+        solver = Multipliers(system, self._transposed, self._linear, ready, tolerance)
+        self.multipliers = solver
         self._right = system.x.duplicate()
         self._weighing, self.kept = weighing, list[Kept]()
         self.covector: Covector = {k: np.zeros_like(a) for k, a in starts(problem).items()}
