@@ -13,6 +13,7 @@ from shellmb.accuracy.companions import Change, degree_of, is_reduced, prefers_d
 from shellmb.accuracy.estimates import NONE, Estimate, mesh_error, model_error
 from shellmb.accuracy.found import Found
 from shellmb.errors import ShellmbError, Stopped
+from shellmb.native.later import known_forms
 from shellmb.observers.summary import write_json
 from shellmb.running.directory import written
 from shellmb.running.results import measured
@@ -164,6 +165,7 @@ def frequencies(modes: Modes) -> dict[str, float]:
     return {f"f{k}": float(f) for k, f in enumerate(modes.frequencies, start=1)}
 
 
+@known_forms()
 def _companion(
     scene: Scene,
     modes: Modes,

@@ -4,7 +4,7 @@ A form is what a function of UFL makes of its arguments: states, Constants, meas
 other functions that hold such. The key has all of this but the identity of meshes, functions and
 Constants, of which it has the pattern: what is one in two places here is one there. What is not
 known to be harmless, functions and objects of a user above all, has no key. Functions of ours are
-taken as their files have them: who puts others in their place in a process has to `later.forget`.
+taken as they were when the model was begun (`later.begin_model`).
 """
 
 from __future__ import annotations

@@ -5,11 +5,16 @@ a small scene. Much of it is done again and again: for each of several bodies th
 companions of a run with other elements, for each scene of a study. So a form here is a function
 with its arguments. If a form with the same key (`native.alike`) was written before, its kernel,
 its functions and its Constants are known, and it is not written at all.
+
+What is known holds for one model and its companions (`known_forms`). The next model begins with
+nothing: who has changed an equation sees it act, in one process, too.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass, field
 from functools import cached_property, wraps
 from typing import Any
@@ -51,11 +56,28 @@ class Facts:
 
 
 _KNOWN: dict[bytes, Facts] = {}
+_COMPANION = ContextVar("companion", default=False)
 
 
 def forget() -> None:
     """Forget all facts of forms, as a new process has none."""
     _KNOWN.clear()
+
+
+@contextmanager
+def known_forms() -> Iterator[None]:
+    """Context of models that are companions of the last one: what is known of its forms holds."""
+    before = _COMPANION.set(True)
+    try:
+        yield
+    finally:
+        _COMPANION.reset(before)
+
+
+def begin_model() -> None:
+    """Forget facts of forms of earlier models, unless the one that begins is their companion."""
+    if not _COMPANION.get():
+        forget()
 
 
 class Later(Form):

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
+from shellmb.native.later import known_forms
 from shellmb.observers.files.described import describe
 from shellmb.observers.history import History, Measuring
 from shellmb.observers.path import PathRecord, path_points
@@ -49,7 +50,8 @@ class Side:
         if comm.rank == 0:
             folder.mkdir(parents=True, exist_ok=True)
         comm.Barrier()
-        simulation = Simulation(scene, comm, run)
+        with known_forms():
+            simulation = Simulation(scene, comm, run)
         self._standard: StandardObservers | None = None
         if columns == "all":
             self._standard = StandardObservers(folder)

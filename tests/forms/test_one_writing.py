@@ -19,7 +19,6 @@ from ufl.domain import extract_unique_domain
 from shellmb.forms import beam, contact, frame, shell
 from shellmb.forms.constraints import elements, joints
 from shellmb.model.body import constraint_error
-from shellmb.native import later
 from shellmb.observers.account.energy import EnergyAccount
 from shellmb.scene import (
     GROUND,
@@ -99,12 +98,6 @@ def found(scene: Scene, report: Callable[[Any, fem.Function, fem.Function], Expr
         np.array(fem.assemble_scalar(read)),
         account.relative_error,
     )
-
-
-@pytest.fixture(autouse=True)
-def _nothing_known(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Forms are written each time: what is known of them is of functions as the files have them."""
-    monkeypatch.setattr(later, "inputs", lambda *of: None)
 
 
 def resultants(body: Any, q: fem.Function, v: fem.Function) -> Expr:

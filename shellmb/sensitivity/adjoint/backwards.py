@@ -10,6 +10,7 @@ from mpi4py import MPI
 
 import numpy as np
 
+from shellmb.native.later import known_forms
 from shellmb.observers.probes import plain_spot
 from shellmb.running.execute import RunResult, execute
 from shellmb.running.results import Results
@@ -89,7 +90,8 @@ def _by_parameter(run: Simulation, sweep: Sweep, parameter: Parameter, *scenes: 
     """
     work, ends = [], []
     for scene in scenes:
-        simulation = Simulation(scene, run.model.comm, run)
+        with known_forms():
+            simulation = Simulation(scene, run.model.comm, run)
         check_alike(run, simulation, parameter.name)
         ends.append(copied(starts(simulation.problem)))
         work.append(weighed(Shadow(simulation, [], forces=False), sweep.kept))
