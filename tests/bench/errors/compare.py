@@ -14,7 +14,6 @@ from shellmb.accuracy.errors import execute_with_errors
 from shellmb.accuracy.kept import Kept, keep
 from shellmb.accuracy.modes import frequencies, mode_errors
 from shellmb.measuring.stepping import free
-from shellmb.native.later import forget
 from shellmb.running.execute import execute
 from shellmb.running.loader import demos, load
 from shellmb.running.results import Results
@@ -101,11 +100,11 @@ def compare(case: Case) -> Compared:
     results = _results_of(scene)
     # kernels are compiled, libraries loaded
     execute_with_errors(scene, pictures=False, results=results)
-    begin_anew()
+    free()
     clock = time.process_time()
     execute(scene, pictures=False, results=results)
     bare = time.process_time() - clock
-    begin_anew()
+    free()
     clock = time.process_time()
     run = execute_with_errors(scene, pictures=False, results=results)
     with_errors = time.process_time() - clock
@@ -122,12 +121,6 @@ def compare(case: Case) -> Compared:
         true = _true(mine, fine, quantity, case.exact.get(name))
         rows.append(_row(case, name, stated[name], true, bool(said)))
     return Compared(tuple(rows), bare, with_errors, said)
-
-
-def begin_anew() -> None:
-    """Free what is left, and forget forms: commands begin so, and loops of one process do not."""
-    free()
-    forget()
 
 
 def _results_of(scene: Scene) -> Results | None:
@@ -154,7 +147,7 @@ def _row(case: Case, name: str, found: Mapping[str, Any], true: float, said: boo
 def _compare_modes(case: Case, scene: Scene) -> Compared:
     count = max(int(name.removeprefix("f")) for name in case.quantities)
     mode_errors(scene, natural_modes(scene, MPI.COMM_WORLD, count), {}, False, None)
-    begin_anew()
+    free()
     clock = time.process_time()
     modes = natural_modes(scene, MPI.COMM_WORLD, count)
     bare = time.process_time() - clock

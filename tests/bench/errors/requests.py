@@ -13,10 +13,10 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 import shellmb as sm
+from shellmb.measuring.stepping import free
 from shellmb.measuring.tables import replaced
 from shellmb.scene import Scene
 from tests.bench.errors.bodies import plate, rod, strip
-from tests.bench.errors.compare import begin_anew
 from tests.bench.errors.mechanisms import chain
 from tests.bench.errors.report import PAGE
 
@@ -41,13 +41,13 @@ def ask(scene: Scene, of: str, accuracy: float) -> tuple[dict[str, Any], float]:
         of: The probe that is judged.
         accuracy: The relative error asked for.
     """
-    begin_anew()
+    free()
     run = sm.run(scene, accuracy=accuracy, of=of, budget=BUDGET)
     found: dict[str, Any] = json.loads((run.directory / "accuracy.json").read_text())
     last = run.scene
     del run
     # the models of levels know forms from those before, as a run alone does not
-    begin_anew()
+    free()
     clock = time.process_time()
     sm.run(last)
     return found, time.process_time() - clock
