@@ -53,8 +53,9 @@ FLAT = 1e-6
 # change of the load rate within the distance of the sides, relative to it, beyond which derivatives
 # at a given load are named: their error is the square of it
 NEAR = 1e-2
-# part of the residual's derivative along a null vector, relative to both, beyond which the parameter
-# is an imperfection; null vectors are found beside the bifurcation, and 3e-6 was seen by symmetry
+# part of the residual's derivative along a null vector, relative to both, beyond which the
+# parameter is an imperfection; null vectors are found beside the bifurcation, and 3e-6 was seen by
+# symmetry
 BREAKS = 1e-4
 # both sides: above and below
 SIGNS = 1.0, -1.0
