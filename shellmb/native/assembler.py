@@ -195,12 +195,12 @@ class Operations(Protocol):
         """
         ...
 
-    def copies(self, arrays: Sequence[Floats], tables: Sequence[Floats]) -> Callable[[int], None]:
-        """Make what copies arrays into a row of tables.
+    def copies(self, arrays: Sequence[Floats], table: Floats) -> Callable[[int], None]:
+        """Make what copies arrays, one behind the other, into a row of a table.
 
         Args:
             arrays: The arrays, whose numbers stay where they are.
-            tables: A table for each, shape (rows, n).
+            table: The table, shape (rows, numbers of all arrays).
 
         Returns:
             Does so, by the number of the row.

@@ -69,15 +69,16 @@ class Loops:
         """Sums over nodes."""
         return _NodeSums(dofs, reference, positions)
 
-    def copies(self, arrays: Sequence[Floats], tables: Sequence[Floats]) -> Callable[[int], None]:
-        """Make what copies arrays into a row of tables."""
-        pointer, copy = native.CArrays(), self._lib.take_rows
+    def copies(self, arrays: Sequence[Floats], table: Floats) -> Callable[[int], None]:
+        """Make what copies arrays, one behind the other, into a row of a table."""
+        pointer, copy = native.CArrays(), self._lib.take_arrays
         sizes = pointer(np.array([*map(len, arrays), 0], dtype=np.int32))
-        both = [pointer.many("double *", [*map(pointer, some)]) for some in (arrays, tables)]
+        sources = pointer.many("double *", [*map(pointer, arrays)])
+        where = len(arrays), sources, sizes, pointer(table), table.shape[1]
 
         # the pointers live as long as it
         def take(row: int, _kept: native.CArrays = pointer) -> None:
-            copy(len(arrays), both[0], sizes, both[1], row)
+            copy(*where, row)
 
         return take
 

@@ -110,12 +110,11 @@ class Reference:
         """Sums over nodes."""
         return _NodeSums(dofs, reference, positions)
 
-    def copies(self, arrays: Sequence[Floats], tables: Sequence[Floats]) -> Callable[[int], None]:
-        """Make what copies arrays into a row of tables."""
+    def copies(self, arrays: Sequence[Floats], table: Floats) -> Callable[[int], None]:
+        """Make what copies arrays, one behind the other, into a row of a table."""
 
         def take(row: int) -> None:
-            for array, table in zip(arrays, tables, strict=True):
-                table[row] = array
+            table[row] = np.concatenate([*arrays, np.zeros(0)])
 
         return take
 

@@ -36,8 +36,10 @@ class Kept:
     """
 
     def __init__(self, arrays: Sequence[Floats]) -> None:
-        self.tables = [np.zeros((STEPS, len(array))) for array in arrays]
-        self.take = operations().copies(arrays, self.tables)
+        ends = np.cumsum([0, *map(len, arrays)])
+        table = np.zeros((STEPS, ends[-1]))
+        self.tables = np.split(table, ends[1:-1], axis=1) if arrays else []
+        self.take = operations().copies(arrays, table)
 
 
 class Booked(Silent):

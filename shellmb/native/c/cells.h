@@ -186,8 +186,7 @@ int band_factorise(const Band *, const double *);
 void band_solve(const Band *, int, const double *, double *);
 void residual(const Cells *, const Kernel *, int, double *);
 void functionals(const Cells *, const Kernel *, int, double *);
-void take_pieces(int, double **, const int *, double *, int, int);
-void take_rows(int, double **, const int *, double **, int);
+void take_arrays(int, double **, const int *, double *, int, int);
 void functionals_of_states(const Cells *, const Kernel *, int, int, int, const double *, double *,
                            int, double *);
 void residuals_of_states(const Cells *, const Kernel *, int, int, int, const double *, double *,

@@ -158,19 +158,12 @@ void residual(const Cells *g, const Kernel *kernels, int count, double *b)
     }
 }
 
-/* Take numbers piece by piece, one behind the other, into a row of a table. */
-void take_pieces(int count, double **from, const int *sizes, double *table, int wide, int row)
+/* Copy arrays, one behind the other, into a row of a table. */
+void take_arrays(int count, double **from, const int *sizes, double *table, int wide, int row)
 {
     double *to = table + (size_t)row * wide;
     for (int k = 0; k < count; to += sizes[k++])
         memcpy(to, from[k], sizeof(double) * sizes[k]);
-}
-
-/* Copy arrays into a row of a table of each. */
-void take_rows(int count, double **from, const int *sizes, double **tables, int row)
-{
-    for (int k = 0; k < count; ++k)
-        memcpy(tables[k] + (size_t)row * sizes[k], from[k], sizeof(double) * sizes[k]);
 }
 
 /* Sums at some states: `wide` numbers of each in turn come to the place that kernels read. */

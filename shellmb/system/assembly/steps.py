@@ -5,7 +5,8 @@ Between two solutions a call from Python takes longer than the kernels of a smal
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from itertools import chain
 from typing import Any, Protocol
 
 import numpy as np
@@ -13,7 +14,7 @@ from dolfinx import fem
 
 from shellmb.arrays import Floats
 from shellmb.native import library as native
-from shellmb.native.library import CArrays
+from shellmb.native.operations import operations
 from shellmb.system.assembly.loops import FormLoop
 
 # numbers that forms read up to which a copy of them is cheaper than what is made of them
@@ -63,31 +64,22 @@ class Tape:
     """Inputs of compiled forms, kept for many steps, and the place where kernels read them.
 
     Args:
-        forms: The forms.
+        forms: The forms of C++.
+        arrays: Local arrays of their coefficients, by the addresses of these.
         steps: How many steps are kept.
+
+    Attributes:
+        take: Takes what is read now, by the number of the step.
     """
 
-    def __init__(self, forms: Iterable[fem.Form], steps: int) -> None:
-        self._lib, pointer = native.cells().lib, CArrays()
-        self._places: dict[int, slice] = {}
-        pieces: list[Floats] = []
-        size = 0
-        for form in (form._cpp_object for form in forms):
-            arrays = [function.x.array for function in form.coefficients]
-            for array in arrays:
-                key = array.ctypes.data
-                if key not in self._places:
-                    self._places[key] = slice(size, size := size + len(array))
-                    pieces.append(array)
-            # views of the constants' own numbers, which keep them alive
-            values = [constant.value.reshape(-1) for constant in form.constants]
-            self._places[id(form)] = slice(size, size := size + sum(map(len, values)))
-            pieces += values
-        self._kept, self._place = np.zeros((steps, size)), np.zeros(size)
-        sizes = pointer(np.array([*map(len, pieces), 0], dtype=np.int32))
-        pointers = pointer.many("double *", [pointer(piece) for piece in pieces])
-        self._take = len(pieces), pointers, sizes, pointer(self._kept), size
-        self._alive = pointer
+    def __init__(self, forms: Iterable[Any], arrays: Mapping[int, Floats], steps: int) -> None:
+        pieces = {key: [array] for key, array in arrays.items()}
+        # views of the constants' own numbers, which keep them alive
+        pieces |= {id(form): [c.value.reshape(-1) for c in form.constants] for form in forms}
+        ends = np.cumsum([0, *(sum(map(len, some)) for some in pieces.values())])
+        self._places = dict(zip(pieces, map(slice, ends[:-1], ends[1:]), strict=True))
+        self._kept, self._place = np.zeros((steps, ends[-1])), np.zeros(ends[-1])
+        self.take = operations().copies([*chain(*pieces.values())], self._kept)
 
     def coefficient(self, array: Floats) -> Floats:
         """Place for the local array of a coefficient."""
@@ -96,10 +88,6 @@ class Tape:
     def constants(self, form: Any) -> Floats:
         """Place for the constants of a form of C++, one behind the other."""
         return self._place[self._places[id(form)]]
-
-    def take(self, row: int) -> None:
-        """Take what is read now."""
-        self._lib.take_pieces(*self._take, row)
 
     def states(self, rows: slice) -> tuple[Any, ...]:
         """Number of some steps, size of what is read in one, and where it is kept and read."""
@@ -137,7 +125,7 @@ def tape_of(forms: Iterable[fem.Form], steps: int) -> Tape | None:
         forms: The forms.
         steps: How many steps are kept.
     """
-    every = list(forms)
-    arrays = [function.x.array for form in every for function in form._cpp_object.coefficients]
-    read = {array.ctypes.data: len(array) for array in arrays}
-    return Tape(every, steps) if sum(read.values()) <= SMALL else None
+    every = [form._cpp_object for form in forms]
+    read = [function.x.array for form in every for function in form.coefficients]
+    arrays = {array.ctypes.data: array for array in read}
+    return Tape(every, arrays, steps) if sum(map(len, arrays.values())) <= SMALL else None
