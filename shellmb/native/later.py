@@ -27,8 +27,6 @@ from shellmb.native.alike import Inputs, inputs
 
 # slots of a form of UFL
 _SLOTS = tuple(Form.__slots__)
-# forms that are known at most; each takes a few hundred bytes
-MOST = 20_000
 
 Places = tuple[int, ...]
 
@@ -59,11 +57,6 @@ _KNOWN: dict[bytes, Facts] = {}
 _COMPANION = ContextVar("companion", default=False)
 
 
-def forget() -> None:
-    """Forget all facts of forms, as a new process has none."""
-    _KNOWN.clear()
-
-
 @contextmanager
 def known_forms() -> Iterator[None]:
     """Context of models that are companions of the last one: what is known of its forms holds."""
@@ -77,7 +70,7 @@ def known_forms() -> Iterator[None]:
 def begin_model() -> None:
     """Forget facts of forms of earlier models, unless the one that begins is their companion."""
     if not _COMPANION.get():
-        forget()
+        _KNOWN.clear()
 
 
 class Later(Form):
@@ -124,8 +117,6 @@ class Later(Form):
             return None
         found = _KNOWN.get(self._inputs.key)
         if found is None and (found := _facts_of(self.written, self._inputs)) is not None:
-            if len(_KNOWN) >= MOST:
-                _KNOWN.clear()
             _KNOWN[self._inputs.key] = found
         return found
 
