@@ -171,6 +171,7 @@ def compile_missing(items: Sequence[Item], comm: MPI.Comm, flags: Sequence[str] 
     if comm.rank == 0:
         try:
             folder, named = cache_folder(), {module_name(item, flags): item for item in items}
+            # what is damaged is made anew
             new = {k: item for k, item in named.items() if not is_whole(library(folder, k))}
             written = {k: plain(i) if isinstance(i, Form) else i for k, i in new.items()}
             wanted = {k: (item, flags_for(item, flags)) for k, item in written.items()}

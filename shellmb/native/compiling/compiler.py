@@ -44,10 +44,10 @@ NAME = "it must name a C compiler, as gcc does"
 
 
 def compile_new(items: Wanted, folder: Path, tell: Tell) -> None:
-    """Compile those of some forms and expressions that are not in the cache; on one rank.
+    """Compile forms and expressions into the cache; on one rank.
 
     Args:
-        items: Forms that are not empty, and expressions.
+        items: Forms that are not empty, and expressions, which are not in the cache.
         folder: The cache.
         tell: Called with the number of a kernel and how many there are, before each.
 
@@ -56,11 +56,9 @@ def compile_new(items: Wanted, folder: Path, tell: Tell) -> None:
     """
     with writing(folder):
         folder.mkdir(parents=True, exist_ok=True)
-    # what is damaged is made anew
-    new = [name for name in items if not is_whole(library(folder, name))]
     # the largest first, so that its compiler is not the one that all wait for in the end
-    new.sort(key=lambda name: -_size(items[name][0]))
-    left = _compile({name: items[name] for name in new}, folder, tell, wait=False)
+    names = sorted(items, key=lambda name: -_size(items[name][0]))
+    left = _compile({name: items[name] for name in names}, folder, tell, wait=False)
     # one by one: who waits holds nothing that the other might wait for
     for name in left:
         _compile({name: items[name]}, folder, tell, wait=True)
