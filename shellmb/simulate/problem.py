@@ -118,7 +118,6 @@ class Problem:
         self._bodies = {b.name: b for b in model.bodies}
         # given values that do not change in time, by body and stage
         self._still: dict[tuple[str, str], Floats] = {}
-        self._kinematic_dofs = {b.name: kinematic_dofs(b) for b in model.bodies}
         self._moving = {b.name: self._marked(b) for b in model.bodies}
         self._resultant_dofs = {b.name: resultant_dofs(b) for b in model.bodies}
         self._tangents = {b.name: b.manifold.tangent_values for b in model.bodies}
@@ -139,7 +138,7 @@ class Problem:
     def _marked(self, body: Body) -> Bools:
         """Mark the kinematic dofs among the local ones of a body."""
         marked = np.zeros(len(self.levels[body.name].q.x.array), dtype=bool)
-        marked[self._kinematic_dofs[body.name]] = True
+        marked[kinematic_dofs(body)] = True
         return marked
 
     def _couplings(self) -> list[FacesCoupling]:
@@ -175,8 +174,8 @@ class Problem:
         for (name, stage), rate in self._index.items():
             if stage in self.scheme.scaled:
                 fields = self.number(name, self.last), rate
-                dofs = self._kinematic_dofs[name]
-                found.append(np.array([numbering.by_field[k][dofs] for k in fields]))
+                moving = self._moving[name]
+                found.append(np.array([numbering.by_field[k][moving] for k in fields]))
         both = np.unique(np.hstack(found) - numbering.start, axis=1)
         mine = ((both >= 0) & (both < numbering.owned)).all(axis=0)
         states, rates = (np.ascontiguousarray(places[mine]) for places in both)
@@ -456,10 +455,10 @@ class Problem:
     def advance(self, dt: float) -> None:
         """Put the state at the end of the step in place of that at its start."""
         for name, now in self._arrays.items():
-            kinematic = self._moving[name]
+            moving = self._moving[name]
             new = self.steps[name].advance(now.q, now.rates, now.unknown, dt, self._tangents[name])
             for key, values in new.items():
-                np.copyto(now.rates[key], values, where=kinematic)
+                np.copyto(now.rates[key], values, where=moving)
             # the unknown ones stay: they may be means over the step
             dofs = self._resultant_dofs[name]
             rows = {stage: values[dofs] for stage, values in now.unknown.items()}
