@@ -89,8 +89,8 @@ def narrowed(order: Int32s, rows: Int32s, columns: Int32s) -> tuple[int, Int32s]
     """Find an order of unknowns with fewer multiplications than a given one.
 
     Each unknown moves to the middle of what it is coupled with, again and again. The best order on
-    the way counts: chains by reverse Cuthill-McKee have two bodies and two
-    joints in their band, and a joint less by this.
+    the way counts: chains by reverse Cuthill-McKee have two bodies and two joints in their band,
+    and a joint less by this.
 
     Args:
         order: Place of each unknown.
