@@ -322,17 +322,7 @@ class Refreshed:
             dofs = group.mixed.dofs["x"]
             weight.x.array[:] = 0.0
             weight.x.array[dofs] = covector[group.name, "v"][dofs]
-            target = fem.Function(weight.function_space)
             for name, form in zip(("q", "v"), forms, strict=True):
-                covector[group.name, name] -= _assembled(form, target)
-
-
-def _assembled(form: fem.Form, target: fem.Function) -> Floats:
-    """A linear form, summed over ranks; zero at ghosts."""
-    target.x.array[:] = 0.0
-    fem.assemble_vector(target.x.array, form)  # type: ignore[arg-type]
-    target.x.scatter_reverse(la.InsertMode.add)
-    space = target.function_space
-    owned = space.dofmap.index_map.size_local * space.dofmap.index_map_bs
-    target.x.array[owned:] = 0.0
-    return np.asarray(target.x.array)
+                values = np.zeros_like(weight.x.array)
+                fem.assemble_vector(values, form)
+                covector[group.name, name] -= _summed(weight.function_space, values)

@@ -13,7 +13,8 @@ from collections.abc import Callable
 import numpy as np
 
 from shellmb.arrays import Floats
-from shellmb.simulate.paths.branches import PathState, limit_point
+from shellmb.simulate.paths.arclength import PathSteps
+from shellmb.simulate.paths.branches import cubic, limit_point
 
 # rate of the load, relative to those at both ends, at which a point is the limit point: its
 # derivative is off by as much
@@ -28,32 +29,27 @@ Linearise = Callable[[Floats, float], tuple[Floats, Floats]]
 
 
 def locate(
-    ends: tuple[PathState, PathState],
+    path: PathSteps,
     unknowns: tuple[Floats, Floats],
-    normal: Floats,
-    weight: Floats,
-    dot: Callable[[Floats, Floats], float],
     linearise: Linearise,
     inverse: Callable[[Floats], Floats],
 ) -> tuple[Floats, float, Floats] | None:
-    """Locate the limit point between two states; its Jacobian is the last that is factorised.
+    """Locate the limit point in the solved step; its Jacobian is the last that is factorised.
 
     Args:
-        ends: The states.
-        unknowns: Their unknowns.
-        normal: Normal of planes across the path.
-        weight: Weights of displacements among the unknowns.
-        dot: Scalar product over all ranks.
+        path: The path of the run.
+        unknowns: Unknowns at the start and at the end of the step.
         linearise: Factorises at unknowns and a load factor.
         inverse: Multiplies with the inverse of the Jacobian last factorised.
 
     Returns:
         Unknowns, load factor, and the derivative of the unknowns by it; None if there is none.
     """
-    a, b = ends
+    a, b, normal, dot = path.here, path.ahead, path.normal, path.bordered.dot
     h, point = b.t - a.t, limit_point(a, b)
     s, factor = (point.t - a.t) / h, point.load_factor
-    u = _between(s, unknowns, (h * a.tangent, h * b.tangent))
+    between = cubic(unknowns, (h * a.tangent, h * b.tangent))
+    u = np.asarray(np.polyval(between, s), dtype=np.float64)
     # how the rate changes, and the last move with the rate before it
     steep: float = (b.rate - a.rate) / h
     last: tuple[float, float] | None = None
@@ -66,11 +62,8 @@ def locate(
         rate = 1.0 / along
         if not (math.isfinite(rate) and math.isfinite(change)):
             return None
-        wrong = abs(dot(normal, correction)) + np.sqrt(
-            dot(normal * correction, normal * correction)
-        )
-        size = np.sqrt(dot(normal * v, normal * v)) * abs(rate) * abs(h)
-        if abs(rate) <= STILL * reference and wrong <= NEAR * size:
+        step = path.size_of(v) * abs(rate * h)
+        if abs(rate) <= STILL * reference and path.size_of(correction) <= NEAR * step:
             return u, factor, v
         if last is not None and rate != last[1]:
             steep = (rate - last[1]) / last[0]
@@ -83,12 +76,3 @@ def locate(
             (move, rate),
         )
     return None
-
-
-def _between(s: float, values: tuple[Floats, Floats], slopes: tuple[Floats, Floats]) -> Floats:
-    """Cubic that has two values and slopes, at a part of the way."""
-    rest = 1.0 - s
-    return np.asarray(
-        rest**2 * ((1.0 + 2.0 * s) * values[0] + s * slopes[0])
-        + s**2 * ((1.0 + 2.0 * rest) * values[1] - rest * slopes[1])
-    )

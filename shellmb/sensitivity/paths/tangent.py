@@ -137,13 +137,13 @@ class PathTangents(Tangents):
         path, problem, last = _path(simulation), simulation.problem, simulation.last
         assert last is not None
         held = [problem.state(body.name).x.array for body in simulation.model.bodies]
-        start, normal = problem.system.global_values(held), _normal(path)
-        ends, dot = (path.here, path.ahead), path.bordered.dot
+        start, normal = problem.system.global_values(held), path.normal
+        dot = path.bordered.dot
 
         def linearise(u: Floats, factor: float) -> tuple[Floats, Floats]:
             return self._linearise(simulation, u, factor)
 
-        found = locate(ends, (start, u), normal, path.moving, dot, linearise, self._inverse)
+        found = locate(path, (start, u), linearise, self._inverse)
         for pair in self.pairs:
             name = pair.parameter.name
             self._slope[name] = math.nan
@@ -176,12 +176,8 @@ class PathTangents(Tangents):
         ahead, dot = path.ahead, path.bordered.dot
         u_start, d_start = _between(pair)
         above, below = (_path(side.simulation) for side in pair.sides)
-        normal, tilt = _normal(path), 0.5 * (_normal(above) - _normal(below))
-        held = path.on_level or self._holds(ahead)
-
-        def size(change: Floats) -> float:
-            return math.sqrt(dot(path.moving * change, change))
-
+        normal, tilt = path.normal, 0.5 * (above.normal - below.normal)
+        held, size = path.on_level or self._holds(ahead), path.size_of
         # derivatives smaller than this are round-off of displacements
         least = STEP * size(u)
         assert simulation.last is not None
@@ -372,11 +368,6 @@ def _between(pair: Pair) -> tuple[Floats, Floats]:
         side.system.gather()
         held.append(np.array(side.system.x.array_r))
     return 0.5 * (held[0] + held[1]), 0.5 * (held[0] - held[1])
-
-
-def _normal(path: PathSteps) -> Floats:
-    """Normal of the plane in which the step from the accepted state ends."""
-    return np.asarray(path.moving * path.here.tangent / path.scale**2)
 
 
 def _path(simulation: Simulation) -> PathSteps:

@@ -160,6 +160,11 @@ class PathSteps:
         """The bifurcation at which the solved step ends; None: it ends elsewhere."""
         return self._branches.found
 
+    @property
+    def normal(self) -> Floats:
+        """Normal of the plane in which the step from the accepted state ends."""
+        return np.asarray(self.moving * self._state.tangent / self._scale**2)
+
     def null_vector(self) -> Floats:
         """Eigenvector next to zero of the state last solved for, of unit displacement."""
         return self._branches.null_vector()
@@ -211,13 +216,13 @@ class PathSteps:
                         sample.loads.update(lambda function: factor)
         self._problem.system.residuals.refresh()
 
-    def _size_of(self, change: Floats) -> float:
+    def size_of(self, change: Floats) -> float:
         """Size of a change of the unknowns: its displacements, root mean square over nodes, m."""
         return math.sqrt(self.bordered.dot(self.moving * change, change))
 
     def _unit(self, change: Floats) -> Floats:
         """A change of unit arc length."""
-        return change * (self._scale / self._size_of(change))
+        return change * (self._scale / self.size_of(change))
 
     def moved(self, vector: Floats, change: Floats) -> float:
         """Part of a change along a vector of unit displacement."""
@@ -229,7 +234,7 @@ class PathSteps:
 
     def _angle(self, a: Floats, b: Floats) -> float:
         """Angle between two directions, whichever way they point, rad."""
-        cosine = self.bordered.dot(self.moving * a, b) / (self._size_of(a) * self._size_of(b))
+        cosine = self.bordered.dot(self.moving * a, b) / (self.size_of(a) * self.size_of(b))
         return math.acos(min(abs(cosine), 1.0)) if math.isfinite(cosine) else math.pi
 
     def _look(self, factor: float, before: Floats | None, t: float) -> PathState:
@@ -260,7 +265,7 @@ class PathSteps:
                 along = self._unit(null) * math.copysign(1.0, self._dot(null, before))
                 return PathState(t, factor, along, 0.0, negative, self._state.sense)
             derivative = derivative - self.moved(null, derivative) * null
-        size = self._size_of(derivative)
+        size = self.size_of(derivative)
         if not size > 0:
             raise SceneError("path following: the loads move nothing; give a load that does")
         self._scale = self._scale or size
@@ -282,7 +287,7 @@ class PathSteps:
         system = problem.system
         system.gather()
         x = np.array(system.x.array_r)
-        normal = self.moving * start.tangent / self._scale**2
+        normal = self.normal
         given = self.bordered.dot(normal, x) + dt
         self.bordered.move(dt * start.tangent)
         factor = self.factor + dt * start.rate

@@ -361,8 +361,19 @@ def load_cubic(a: PathState, b: PathState) -> Floats:
     It has their load factors and rates.
     """
     h = b.t - a.t
-    rise, begin, end = b.factor - a.factor, h * a.rate, h * b.rate
-    return np.array([begin + end - 2 * rise, 3 * rise - 2 * begin - end, begin, a.factor])
+    return cubic((a.factor, b.factor), (h * a.rate, h * b.rate))
+
+
+def cubic(values: tuple[Any, Any], slopes: tuple[Any, Any]) -> Floats:
+    """Cubic of the part of the way between two ends, highest power first.
+
+    Args:
+        values: Its values at the ends, numbers or arrays.
+        slopes: Its derivatives there, by the part of the way.
+    """
+    (first, last), (begin, end) = values, slopes
+    rise = last - first
+    return np.array([begin + end - 2 * rise, 3 * rise - 2 * begin - end, begin, first])
 
 
 def real_between(polynomial: npt.ArrayLike) -> list[float]:

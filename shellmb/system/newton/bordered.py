@@ -61,29 +61,28 @@ class Bordered:
 
     def _take(self, factor: float) -> None:
         """Residual and its derivative by the factor at the current state."""
-        x = self.system.x
         if self._set_given is not None:
             self._given = self._set_given(factor)
-        self._set_factor(factor + 1.0)
-        self.iteration.residual(x, self._derivative)
-        self._set_factor(factor)
-        self.iteration.residual(x, self._residual)
-        # exact, the residual being linear in the factor
-        self._derivative.axpy(-1.0, self._residual)
+        _, derivative = self._by_load(factor)
         if self._set_given is not None:
-            self._constrain()
+            # forces of the given motion of fixed unknowns
+            self.system.scatter(self.system.x)
+            derivative += self.multiply(self._motion(None))
+            derivative[self.system.fixed] = 0.0
+        self._derivative.array[:] = derivative
 
-    def _constrain(self) -> None:
-        """Add the forces of the given motion of fixed unknowns to the derivative."""
-        system, motion = self.system, self._a
-        motion.set(0.0)
-        motion.array[system.fixed] = self._given
-        system.scatter(system.x)
-        system.jacobian(system.x, system.A)
-        system.A.mult(motion, self._b)
-        self._b.array[system.fixed] = 0.0
-        self._derivative.array[system.fixed] = 0.0
-        self._derivative.axpy(1.0, self._b)
+    def _by_load(self, factor: float) -> tuple[Floats, Floats]:
+        """Residual at the state that the fields hold, and its derivative by the loads' factor."""
+        more = self._residual_now(factor + 1.0)
+        residual = self._residual_now(factor)
+        # exact, the residual being linear in the factor
+        return residual, more - residual
+
+    def _motion(self, free: Floats | None) -> Floats:
+        """Derivative of all unknowns by the factor, from that of free ones; None: they stay."""
+        whole = np.zeros(self._residual.local_size) if free is None else free.copy()
+        whole[self.system.fixed] = self._given
+        return whole
 
     def _linearise(self, factor: float) -> None:
         """Residual and its derivative by the factor, Jacobian factorised, at the current state.
@@ -157,11 +156,8 @@ class Bordered:
             fixed, and that derivative of the unknowns with those of fixed ones.
         """
         self._hold(x, factor)
-        more = self._residual_now(factor + 1.0)
-        residual = self._residual_now(factor)
-        whole = np.zeros(len(x)) if direction is None else direction.copy()
-        whole[self.system.fixed] = self._given
-        along = more - residual
+        residual, along = self._by_load(factor)
+        whole = self._motion(direction)
         if direction is not None or self._set_given is not None:
             along += self.multiply(whole)
         along[self.system.fixed] = 0.0
