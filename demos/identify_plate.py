@@ -30,6 +30,8 @@ NOISE = 1e-4
 WITHIN, ALL = 2.0, 5.0
 # runs that a fit takes at most
 RUNS = 12
+# records at most: of these values all are within five deviations as seldom as a test rejects
+RECORDS = 500
 # a test rejects what would be found so seldom if deviations were right
 SELDOM = 1e-3
 
@@ -180,8 +182,11 @@ def check(results):
 
 def main() -> None:
     """Identify, and judge what was found; with a number of records by statistics."""
-    if sys.argv[1:]:
-        check_study(study(range(int(sys.argv[1]))))
+    if given := " ".join(sys.argv[1:]):
+        count = int(given) if given.isdecimal() else 0
+        if not 1 <= count <= RECORDS:
+            sys.exit(f"records are '{given}'; they must be a whole number from 1 to {RECORDS}")
+        check_study(study(range(count)))
         return
     fitted = identify(seed=1)
     print(fitted)

@@ -19,7 +19,7 @@ from shellmb.errors import RunError, SceneError, ShellmbError
 from shellmb.guarding.writing import write_text
 from shellmb.options.described import takes
 from shellmb.running.error_origin import in_words
-from shellmb.running.loader import check_names, check_values, scene_of
+from shellmb.running.loader import check_function, check_names, check_values, scene_of
 from shellmb.scene import Scene
 
 if TYPE_CHECKING:
@@ -181,12 +181,8 @@ def _cases(scene: SceneFunction, parameters: Any) -> list[dict[str, Any]]:
         from shellmb.running.loader import load
 
         make: Callable[..., Scene] = load(scene).module.scene
-    elif isinstance(scene, Scene) or not callable(scene):
-        raise SceneError(
-            f"sweep: scene is a {type(scene).__name__}; it must be a function that makes a Scene "
-            "from the parameters, the name of a bundled scene, or the path of a Python file"
-        )
     else:
+        check_function(scene, "sweep")
         make = scene
     check_names(make, dict.fromkeys(itertools.chain(*cases)), "sweep: the scene")
     for case in cases:

@@ -240,6 +240,23 @@ def given(scene: Scene | Callable[..., Scene], parameters: Mapping[str, Any]) ->
     return found
 
 
+def check_function(scene: Any, who: str) -> None:
+    """Check that what is no name of a scene is a function that may make one.
+
+    Args:
+        scene: What is given.
+        who: Start of an error.
+
+    Raises:
+        SceneError: If it is a scene that is made already, or cannot be called.
+    """
+    if isinstance(scene, Scene) or not callable(scene):
+        raise SceneError(
+            f"{who}: scene is a {type(scene).__name__}; it must be a function that makes a Scene "
+            "from its parameters, the name of a bundled scene, or the path of a Python file"
+        )
+
+
 def parameters_by_name(make: Callable[..., Any], who: str) -> dict[str, inspect.Parameter]:
     """Parameters of a function that can be given by name.
 

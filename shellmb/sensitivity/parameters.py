@@ -5,14 +5,21 @@ from __future__ import annotations
 import inspect
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from numbers import Real
 from typing import Any
 
 from shellmb.errors import SceneError
 from shellmb.options.described import read
 from shellmb.options.run import Options
-from shellmb.running.loader import check_names, check_values, load, parameters_by_name, scene_of
+from shellmb.running.loader import (
+    check_function,
+    check_names,
+    check_values,
+    load,
+    parameters_by_name,
+    scene_of,
+)
 from shellmb.scene import FromMode, Modal, Scene
 from shellmb.scene.checks.control import jumps
 from shellmb.scene.fingerprint import fingerprint
@@ -114,11 +121,7 @@ def differentiated(
         )
         _check_known(made, known)
         return made
-    if isinstance(scene, Scene) or not callable(scene):
-        raise SceneError(
-            f"sensitivities: scene is a {type(scene).__name__}; it must be a function that makes a "
-            "Scene from its parameters, the name of a bundled scene, or the path of a Python file"
-        )
+    check_function(scene, "sensitivities")
     made = Differentiated(scene, getattr(scene, "__name__", "scene"), values, chosen)
     _check_known(made, values)
     return made
@@ -227,8 +230,9 @@ def beside(made: Differentiated, base: Scene, parameter: Parameter) -> tuple[Sce
                 f"sensitivities: parameter '{parameter.name}' = {value!r}, next to "
                 f"{parameter.value:g}, is not possible: {error}"
             ) from error
-        for name in ("scheme_name", "alpha", "dt", "t_end", "assemble", "redundant", "path"):
-            ours, its = getattr(base, name), getattr(scene, name)
+        held = _held(scene)
+        for name, ours in _held(base).items():
+            its = held.get(name)
             if ours != its:
                 raise SceneError(
                     f"sensitivities: parameter '{parameter.name}' changes {name} from {ours} to "
@@ -243,6 +247,16 @@ def beside(made: Differentiated, base: Scene, parameter: Parameter) -> tuple[Sce
                 )
         found.append(scene)
     return found[0], found[1]
+
+
+def _held(scene: Scene) -> dict[str, Any]:
+    """Steps and choices of a run, which no parameter may change, by their names."""
+    names = ("scheme_name", "alpha", "dt", "t_end", "assemble", "redundant")
+    path = scene.path
+    found = {name: getattr(scene, name) for name in names} | {"path": type(path).__name__}
+    if path is None:
+        return found
+    return found | {f"{f.name} of path": getattr(path, f.name) for f in fields(path)}
 
 
 def independent(above: Scene, below: Scene) -> bool:

@@ -390,7 +390,7 @@ def test_a_path_keeps_its_levels() -> None:
     def make(end: float = 0.5) -> sm.Scene:
         return truss(load_end=end)
 
-    with pytest.raises(sm.SceneError, match="parameter 'end' changes path from"):
+    with pytest.raises(sm.SceneError, match="parameter 'end' changes load_end of path from 0.5 to"):
         sm.sensitivities(make, ("end",))
 
 
