@@ -95,9 +95,9 @@ def record(seed: int):
     return history.assign(tip=history.tip + noise[:, 0], middle=history.middle + noise[:, 1])
 
 
-def identify(seed: int, start: dict[str, float] = GUESS) -> sm.Fit:
-    """Fit the three parameters to a record, from a start."""
-    return sm.fit(scene, record(seed), tuple(start), noise=NOISE, values=start)
+def identify(seed: int) -> sm.Fit:
+    """Fit the three parameters to a record."""
+    return sm.fit(scene, record(seed), tuple(GUESS), noise=NOISE, values=GUESS)
 
 
 def off(fitted: sm.Fit) -> dict[str, float]:
@@ -120,7 +120,7 @@ def judge(far: np.ndarray, normal: np.ndarray) -> dict[str, float]:
 
     Args:
         far: Distances of values from the truth in their deviations, shape (records, parameters).
-        normal: As of `independent`, of the same shape.
+        normal: Distances in uncorrelated directions (`independent`), of the same shape.
 
     Returns:
         `within`: how many are within two deviations; `largest`: the largest distance; and how
@@ -142,23 +142,21 @@ def judge(far: np.ndarray, normal: np.ndarray) -> dict[str, float]:
     }
 
 
-def study(seeds: Sequence[int], start: dict[str, float] = GUESS, tell=print) -> dict[str, float]:
-    """Fit records with other noise, and judge the values.
+def study(seeds: Sequence[int]) -> dict[str, float]:
+    """Fit records with other noise, print a line for each, and judge the values.
 
     Args:
         seeds: Noise of each.
-        start: Where fits begin. Their ends do not depend on it; near the truth they are fewer runs.
-        tell: Takes a line for each record.
     """
     far, normal = [], []
     for seed in seeds:
-        fitted = identify(seed, start)
+        fitted = identify(seed)
         assert fitted.converged and fitted.runs <= RUNS
         far.append(list(off(fitted).values()))
         normal.append(independent(fitted))
-        tell(f"{seed:4} {fitted.runs:4} runs " + " ".join(f"{x:+.2f}" for x in far[-1]))
+        print(f"{seed:4} {fitted.runs:4} runs " + " ".join(f"{x:+.2f}" for x in far[-1]))
     found = judge(np.array(far), np.array(normal))
-    tell(f"{found['within']} of {3 * len(far)} values within two deviations; " + str(found))
+    print(f"{found['within']} of {3 * len(far)} values within two deviations; " + str(found))
     return found
 
 

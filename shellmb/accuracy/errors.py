@@ -129,18 +129,19 @@ class Companions:
         """The error of the step: of a point of a curve that is not resolved, the largest alike."""
         if quantity.norm is None:
             return self._alone(quantity, order)
-        found = self._alone(quantity, order)
         curve = self._curve(quantity.name, order)
         if quantity.norm == "l2":
             return curve
+        found = self._alone(quantity, order)
         # what one companion tells of a point is chance, too; the extreme at the start has no error
         told = curve.resolved and (len(self.steps) > 2 or self.ratio < 1)
         if told or found.error == 0:
             return replace(found, resolved=curve.resolved)
-        alike = ("end",) if quantity.norm == "end" else POINTS
-        errors = [self._alone(replace(quantity, norm=norm), order).error for norm in alike]
         if quantity.norm == "end":
-            errors.append(curve.error)
+            errors = [found.error, curve.error]
+        else:
+            points = (replace(quantity, norm=norm) for norm in POINTS)
+            errors = [self._alone(point, order).error for point in points]
         return replace(found, error=max(errors), resolved=curve.resolved)
 
     def _curve(self, name: str, order: float) -> Estimate:

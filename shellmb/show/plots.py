@@ -203,6 +203,17 @@ def _path_curve(
         axes.plot(at, point["load_factor"], mark, color=line.get_color(), mfc="white")
 
 
+def column_label(scene: Described, name: str) -> str:
+    """Label of the axis of a column: its name, with the unit of a probe.
+
+    Args:
+        scene: The scene.
+        name: The column.
+    """
+    found = next((p.quantity for p in scene.probes if p.name == name), None)
+    return name if found is None else scene.labels.label(name, QUANTITIES[found])
+
+
 def _label(scene: Described, quantity: str) -> str:
     return scene.labels.label(quantity.replace("_", " "), QUANTITIES[quantity])
 

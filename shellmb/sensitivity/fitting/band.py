@@ -92,6 +92,7 @@ class Band:
             SceneError: If there is no such column.
         """
         from shellmb.observers.drawing import figure
+        from shellmb.show.plots import column_label
 
         run, described = self._found.run.history, self._found.run.described
         wanted = [columns] if isinstance(columns, str) else list(columns or ())
@@ -108,7 +109,8 @@ class Band:
             ax.fill_between(run["t"], value - wide, value + wide, alpha=0.3, label="2 deviations")
             ax.plot(run["t"], value, label=name)
             ax.set_xlabel(described.time_label)
-            ax.set_ylabel(name)
+            ax.set_ylabel(column_label(described, name))
+            ax.legend()
         return made
 
 

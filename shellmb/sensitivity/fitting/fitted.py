@@ -181,21 +181,23 @@ class Fit:
     def plot(self) -> Figure:
         """Plot data and run over time, and below them the residuals over the noise."""
         from shellmb.observers.drawing import figure
+        from shellmb.show.plots import column_label
 
         run, names = self.sensitivities.run.history, list(self._data.values)
+        described = self.sensitivities.run.described
         made = figure(7.0, 4.5 * len(names))
         axes = made.subplots(2 * len(names), 1, squeeze=False, height_ratios=[2, 1] * len(names))
         for k, name in enumerate(names):
             above, below = axes[2 * k, 0], axes[2 * k + 1, 0]
             above.plot(self._data.times, self._data.values[name], ".", ms=3, label="data")
             above.plot(run["t"], run[name], lw=1, label="run")
-            above.set_ylabel(name)
+            above.set_ylabel(column_label(described, name))
             above.legend()
             left = self.residuals[name] / (self._data.noise[name] * self.noise_factor)
             below.plot(self._data.times, left, ".", ms=3)
             below.axhline(0, lw=0.5)
-            below.set_ylabel("run - data, over noise")
-            below.set_xlabel(self.sensitivities.run.described.time_label)
+            below.set_ylabel("run - data\n/ noise [-]")
+            below.set_xlabel(described.time_label)
         return made
 
     def __repr__(self) -> str:
