@@ -75,7 +75,7 @@ class Steps(Silent):
     def accepted(self, simulation: Simulation) -> None:
         k = simulation.step
         if k < len(self._lengths):
-            simulation.size.dt = self._lengths[k] * (1.3 if k in self._early else 1.0)
+            simulation.size.dt = self._lengths[k] * (2.0 if k in self._early else 1.0)
 
 
 def assert_exact(
@@ -107,7 +107,8 @@ def assert_exact(
         exact = {c: ((a[c] - b[c]) / (above - below)).to_numpy() for c in a}
         compared = 0
         for column in found.history[p.name].columns:
-            if column in NOISE:
+            # what a path that ignores branches does not count has no number
+            if column in NOISE or run[column].isna().all():
                 continue
             wrong, size = (
                 largest(found.history[p.name][column] - exact[column]),
