@@ -79,7 +79,11 @@ class Steps(Silent):
 
 
 def assert_exact(
-    make: Callable[..., sm.Scene], names: tuple, within: float = EXACT, tangents: float = 0.0
+    make: Callable[..., sm.Scene],
+    names: tuple,
+    within: float = EXACT,
+    tangents: float = 0.0,
+    apart: float = 1e-4,
 ) -> sm.Sensitivities:
     """Derivatives of all columns are those of whole paths with these steps.
 
@@ -88,8 +92,8 @@ def assert_exact(
         names: Parameters.
         within: Largest relative difference.
         tangents: Error of the tangents of the runs compared with, from which their rates follow.
+        apart: Relative change of a parameter in the runs compared with.
     """
-    apart = 1e-4
     found = sm.sensitivities(make, names, fields=False, **TIGHT)
     run, path = found.run.history, make().path
     levels = [*path.load_levels, path.load_end]
@@ -274,17 +278,18 @@ def test_roofs_in_other_units_have_the_same_derivatives() -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("make", "names", "within"),
+    ("make", "names", "within", "apart"),
     [
         # the reference: runs know these paths to 1e-9, over differences of 2e-4
-        (bent, ("thickness", "angle", "length"), 1e-5),
-        (frame, ("E", "width", "length"), 1e-4),
+        (bent, ("thickness", "angle", "length"), 1e-5, 1e-4),
+        # steep at its end: differences are off by the square of `apart`, 1.7e-4 at 1e-4
+        (frame, ("E", "width", "length"), 1e-4, 1e-5),
     ],
 )
 def test_other_paths_have_exact_derivatives(
-    make: Callable[..., sm.Scene], names: tuple, within: float
+    make: Callable[..., sm.Scene], names: tuple, within: float, apart: float
 ) -> None:
-    assert_exact(make, names, within)
+    assert_exact(make, names, within, apart=apart)
 
 
 @pytest.mark.slow
