@@ -26,8 +26,9 @@ from shellmb.system.direct.solver import Purpose
 TOLERANCE, ROUND_OFF = 1e-10, 1e-14
 # the same where round-off ends it before: an iteration leaves more than this share of the error
 USELESS, STALLED = 1e-8, 0.5
-# share of an error that an update with old factors leaves at most
-FAR = 0.7
+# share of an error that a product and a solution with old factors give back along it at least: of
+# where the matrix is far softer than the factors, what is left does not tell how large the error is
+SOFT = 0.3
 # iterations with old factors, and with new ones
 PATIENCE, MOST = 12, 40
 
@@ -181,8 +182,7 @@ class Multipliers:
     def _iterate(self, right: PETSc.Vec, fresh: bool) -> Floats | None:
         """Tests by conjugate residuals; None if that does not converge.
 
-        Old factors are not used where errors do not contract by themselves, as where a contact has
-        opened: what is left then does not tell how large the error is.
+        Old factors are not used where the matrix is far softer, as where a contact has opened.
         """
         most = MOST if fresh else PATIENCE
         rest = self._precondition(right).copy()
@@ -198,9 +198,9 @@ class Multipliers:
             if len(errors) > most or not np.isfinite(errors[-1]):
                 return None
             change = self._precondition(self._times(rest * sizes)) / sizes
-            way, apart = rest.copy(), change - rest
-            left, before = self._sums([apart @ apart, rest @ rest])
-            if not (fresh or left <= FAR**2 * before):
+            way = rest.copy()
+            back, before = self._sums([change @ rest, rest @ rest])
+            if not (fresh or back >= SOFT * before):
                 return None
             if ways:
                 shares = self._sums([other @ change for other in changes])
