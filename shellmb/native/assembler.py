@@ -8,6 +8,9 @@ from contextvars import ContextVar
 from functools import wraps
 from typing import Any, Literal, Protocol
 
+from mpi4py import MPI as _MPI  # noqa: F401  (before petsc4py)
+from petsc4py import PETSc
+
 from shellmb.arrays import Floats, Ints
 
 Assembler = Literal["native", "reference"]
@@ -80,7 +83,7 @@ class PartSizes(Protocol):
         """
         ...
 
-    def judge(self, x: Floats, dx: Floats) -> None:
+    def judge(self, x: PETSc.Vec, dx: PETSc.Vec) -> None:
         """Fill table and `found` from unknowns and their changes, all in one process."""
         ...
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
+from petsc4py import PETSc
+
 import numpy as np
 
 from shellmb.arrays import Floats, Ints
@@ -105,9 +107,9 @@ class _PartSizes:
         pointers = native.doubles(values), native.doubles(out)
         self._lib.largest_of_each(count, size, *self._where, *pointers)
 
-    def judge(self, x: Floats, dx: Floats) -> None:
+    def judge(self, x: PETSc.Vec, dx: PETSc.Vec) -> None:
         """Fill table and `found`."""
-        self._lib.judge(*self._where, native.doubles(x), native.doubles(dx), *self._relate[1:])
+        self._lib.judge(*self._where, native.entries(x), native.entries(dx), *self._relate[1:])
 
     def relate(self) -> None:
         """Fill `found` from the table."""

@@ -9,6 +9,8 @@ import itertools
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from petsc4py import PETSc
+
 import numpy as np
 from dolfinx import fem
 from ufl import Form
@@ -181,9 +183,9 @@ class _PartSizes:
             size = np.abs(values[..., part]).max(axis=-1, initial=0.0)
             out[..., k] = np.where(np.isnan(size), np.inf, size)
 
-    def judge(self, x: Floats, dx: Floats) -> None:
+    def judge(self, x: PETSc.Vec, dx: PETSc.Vec) -> None:
         """Fill table and `found`."""
-        self.largest(np.stack([dx, x]), self.table)
+        self.largest(np.stack([dx.array_r, x.array_r]), self.table)
         self.relate()
 
     def _relative(self, sizes: Floats, changes: Floats) -> Floats:

@@ -303,7 +303,7 @@ class Problem:
             natural.now.value = self.start_factor(t, natural.time)  # type: ignore[assignment]
 
     def prepare(self, t: float, dt: float) -> None:
-        """Set times, load factors, prescribed values and the first guess for a step."""
+        """Set times, load factors and prescribed values for a step."""
         for natural in self._natural:
             instants = zip(GAUSS_TIMES, GAUSS_WEIGHTS, strict=True)
             mean = sum(w * self.start_factor(t + tau * dt, natural.time) for tau, w in instants)
@@ -322,7 +322,6 @@ class Problem:
         for coupling in self.couplings:
             coupling.look(dt)
         self._renew()
-        self._start_from_state()
 
     @cached_property
     def _scaled_rates(self) -> ScaledRates:
@@ -331,7 +330,7 @@ class Problem:
         links = [self._bodies[name].links for name, _ in self._index]
         return ScaledRates(self.system, fields, links)
 
-    def _start_from_state(self) -> None:
+    def start_from_state(self) -> None:
         """Take the first guess of the scheme, from the state at the start of the step."""
         for now in self._arrays.values():
             for stage, unknown in now.unknown.items():
@@ -374,13 +373,14 @@ class Problem:
             self.fields[self.number(name, stage)].values[: len(given)] = given
 
     def warm_up(self, dt: float) -> None:
-        """Assemble once and order the factorisation, at the state the functions hold.
+        """Assemble once and order the factorisation, at the state at the start of a step.
 
         A resumed run does the same at the same state: it orders its unknowns as the first did.
 
         Args:
             dt: Length of the first step, s.
         """
+        self.start_from_state()
         self.iteration.warm_up(self.key(dt))
 
     def solve(self, dt: float) -> int:
@@ -405,7 +405,6 @@ class Problem:
                     lacking[0],
                 )
             self._renew()
-            self._start_from_state()
             iterations += self._solve(dt)
         for coupling in self.couplings:
             coupling.check()
@@ -431,19 +430,17 @@ class Problem:
         """
         key = self.key(dt)
         guess = self.predictor.guess(self.switches, dt) if self.scheme.dynamic else None
-        if guess is not None:
-            self.system.scatter(guess)
-            for field, array in zip(self.fields, self.system.arrays, strict=True):
-                array[field.fixed] = field.values
+        if guess is None:
+            self.start_from_state()
         self.iteration.guessed = guess is not None
         try:
-            return self.newton.solve(key)
+            return self.newton.solve(key, guess=guess)
         except ConvergenceError:
             if guess is None and not self.iteration.lags:
                 raise
         self.predictor.clear()
         self.iteration.guessed = False
-        self._start_from_state()
+        self.start_from_state()
         return self.newton.solve(full=True)
 
     def accept(self, dt: float) -> None:

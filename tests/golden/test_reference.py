@@ -11,6 +11,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from mpi4py import MPI  # noqa: F401  (before dolfinx)
+from petsc4py import PETSc
 
 import numpy as np
 import pytest
@@ -138,7 +139,7 @@ def test_sizes_of_parts_are_alike(spoilt: float) -> None:
         sizes.table[:] = table[2], table[0]
         sizes.relate()
         apart = [sizes.table.copy(), sizes.found.copy()]
-        sizes.judge(values[0], values[1])
+        sizes.judge(*(PETSc.Vec().createWithArray(each) for each in values[:2]))
         return [table, *apart, sizes.table, sizes.found, sizes.relative(table[0], table[1:])]
 
     parts = [ops.part_sizes(ends, entries, scales, bounds) for ops in (Loops(), Reference())]

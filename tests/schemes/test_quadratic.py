@@ -271,6 +271,7 @@ def test_the_tangent_of_the_rows(scene: Callable[..., Scene], scheme: str, alpha
     )
     problem, system = simulation.problem, simulation.problem.system
     problem.prepare(0.0, 0.2)
+    problem.start_from_state()
     system.gather()
     x = system.x.duplicate()
     x.array[:] = system.x.array + 1e-2 * GENERAL.normal(size=x.array.size)

@@ -284,6 +284,7 @@ class PathSteps:
         problem, start = self._problem, self._state
         problem.load_factor = self.factor
         problem.prepare(t, dt)
+        problem.start_from_state()
         system = problem.system
         system.gather()
         x = np.array(system.x.array_r)

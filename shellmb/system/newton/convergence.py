@@ -49,7 +49,7 @@ class Convergence:
             ConvergenceError: If the iteration diverges.
         """
         if self._serial:
-            self._sizes.judge(x.array_r, dx.array_r)
+            self._sizes.judge(x, dx)
         else:
             self._sizes.largest(dx.array_r, self._sizes.table[0])
             self._sizes.largest(x.array_r, self._sizes.table[1])

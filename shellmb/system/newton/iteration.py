@@ -93,8 +93,8 @@ class Iteration:
         """Number of factorisations so far."""
         return self.linear.factorisations
 
-    def begin(self, key: Hashable, full: bool) -> None:
-        """Before the first iteration."""
+    def begin(self, key: Hashable, full: bool, guess: PETSc.Vec | None = None) -> None:
+        """Before the first iteration; arguments as of `Nonlinear.solve`."""
         self.refresh = self._full if full else self._refresh
         if full:
             # it factorises at states of its own
@@ -104,10 +104,13 @@ class Iteration:
         self.roundoff.begin()
         self.nodes.begin()
         self.failure = None
-        self.system.gather()
-        self.system.follow()
+        if guess is None:
+            self.system.gather()
+            self.system.follow()
+        else:
+            guess.copy(self.system.x)
         self.system.update_fixed_values()
-        if self.refresh.lasts:
+        if guess is not None or self.refresh.lasts:
             # an old factorisation knows no forces of given values that an update changes
             self.system.x.array[self.system.fixed] = self.system.fixed_values()
         self.system.residuals.refresh()

@@ -23,7 +23,7 @@ log.set_log_level(log.LogLevel.ERROR)  # type: ignore[attr-defined]
 
 
 class Nonlinear(Protocol):
-    """Solves a block system from the fields' current values.
+    """Solves a block system.
 
     Attributes:
         iteration: What it iterates.
@@ -31,12 +31,15 @@ class Nonlinear(Protocol):
 
     iteration: Iteration
 
-    def solve(self, key: Hashable = None, full: bool = False) -> int:
+    def solve(
+        self, key: Hashable = None, full: bool = False, guess: PETSc.Vec | None = None
+    ) -> int:
         """Solve, leave the solution in the fields, return the number of iterations.
 
         Args:
             key: What tells whether an old factorisation may still be of use: the step size, say.
             full: Factorise in each iteration, whatever the settings.
+            guess: Unknowns to begin with, but for given ones; None: those that the fields hold.
 
         Raises:
             ConvergenceError: Names the field that did not converge.
@@ -157,17 +160,15 @@ class LoopNewton:
         # here and not in the check, which DOLFINx leaves out after the first iteration
         self._converged = self.iteration.converged(x, dx)
 
-    def solve(self, key: Hashable = None, full: bool = False) -> int:
-        """Solve from the fields' current values.
-
-        Args:
-            key: What tells whether an old factorisation may still be of use.
-            full: Factorise in each iteration.
+    def solve(
+        self, key: Hashable = None, full: bool = False, guess: PETSc.Vec | None = None
+    ) -> int:
+        """Solve; arguments as of `Nonlinear`.
 
         Raises:
             ConvergenceError: Names the field that did not converge.
         """
-        self.iteration.begin(key, full)
+        self.iteration.begin(key, full, guess)
         if self.iteration.refresh.exact:
             # its loop would go round twice at least
             self.iteration.update()
@@ -221,17 +222,15 @@ class SnesNewton:
                 self._error = error
         return reasons.DIVERGED_DTOL
 
-    def solve(self, key: Hashable = None, full: bool = False) -> int:
-        """Solve from the fields' current values.
-
-        Args:
-            key: What tells whether an old factorisation may still be of use.
-            full: Factorise in each iteration.
+    def solve(
+        self, key: Hashable = None, full: bool = False, guess: PETSc.Vec | None = None
+    ) -> int:
+        """Solve; arguments as of `Nonlinear`.
 
         Raises:
             ConvergenceError: Names the field that did not converge.
         """
-        self.iteration.begin(key, full)
+        self.iteration.begin(key, full, guess)
         self._error = None
         with self._running(self):
             self._snes.solve(None, self.system.x)
