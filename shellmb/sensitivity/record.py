@@ -96,14 +96,17 @@ class Sensitivities:
     def history(self) -> pd.DataFrame:
         """Derivatives of the history over time, columns by parameter and column of the history.
 
-        `history["thickness"]["tip_z"]` is that of the column `tip_z` by the thickness.
+        `history["thickness"]["tip_z"]` is that of the column `tip_z` by the thickness. All rows are
+        at fixed times, but those of events: their column `t` has the derivative of the time.
         """
         import pandas as pd
 
-        found = {}
+        found, left = {}, set(OF_STEPS)
+        if self.run.summary.get("events"):
+            left.remove("t")
         for p in self.parameters:
             above, below = (side.history for side in self._sides(p))
-            columns = [c for c in above.columns if c not in OF_STEPS]
+            columns = [c for c in above.columns if c not in left]
             found[p.name] = (above[columns] - below[columns]) / p.width
         table = pd.concat(found, axis=1, names=["parameter", "column"])
         return table.set_index(pd.Index(self.run.history["t"], name="t"))
@@ -148,6 +151,26 @@ class Sensitivities:
         slopes = {name: np.array(found, float) for name, found in self._points.items()}
         return pd.DataFrame(table | slopes)
 
+    @cached_property
+    def events(self) -> pd.DataFrame:
+        """Times at which events went on and off, a row for each.
+
+        Columns are the event, whether it went "on" or "off", its time in s, and the derivative of
+        that by each parameter.
+        """
+        import pandas as pd
+
+        def times(run: Run) -> list[tuple[str, str, float]]:
+            named = run.summary.get("events", {}).items()
+            found = [(name, k, t) for name, e in named for k, t in enumerate(e["times"])]
+            return [(name, "off" if k % 2 else "on", t) for name, k, t in found]
+
+        table = pd.DataFrame(times(self.run), columns=["event", "goes", "time"])
+        for p in self.parameters:
+            above, below = (np.array([t for *_, t in times(side)]) for side in self._sides(p))
+            table[p.name] = (above - below) / p.width
+        return table.sort_values("time", ignore_index=True, kind="stable")
+
     def band(self, covariance: Any) -> Band:
         """Error bands of histories and results that follow from uncertain parameters.
 
@@ -169,12 +192,16 @@ class Sensitivities:
             parameter: Its name.
 
         Returns:
-            Load factors of limit points and bifurcations, and the results of the scene; those of
-            the probes at the end, if it has none.
+            Load factors of limit points and bifurcations, times of events, and the results of the
+            scene; those of the probes at the end, if it has none.
         """
         points = [
             Row(f"{point['kind']} {k}, load factor", point["load_factor"], float(point[parameter]))
             for k, point in enumerate(self.path.to_dict("records"), start=1)
+        ]
+        points += [
+            Row(f"{event['event']} {event['goes']}, time", event["time"], float(event[parameter]))
+            for event in self.events.to_dict("records")
         ]
         if len(self.results):
             values = self.run.results
@@ -190,7 +217,7 @@ class Sensitivities:
     @property
     def fields(self) -> Mapping[str, FieldDerivatives]:
         """Derivatives of fields by the names of parameters, and then of bodies."""
-        return {p.name: FieldDerivatives(self._sides(p), p) for p in self.parameters}
+        return {p.name: FieldDerivatives(self.run, self._sides(p), p) for p in self.parameters}
 
     def is_round_off(self, parameter: Parameter) -> bool:
         """Decide whether derivatives of all results and probes by a parameter are round-off.
@@ -209,6 +236,8 @@ class Sensitivities:
         """Write the derivatives as CSV files beside the run."""
         for p in self.parameters:
             write_text(self.directory / f"history_{p.name}.csv", self.history[p.name].to_csv())
+        if len(self.events):
+            write_text(self.directory / "events.csv", self.events.to_csv(index=False))
         if len(self.path):
             write_text(self.directory / "path.csv", self.path.to_csv(index_label="point"))
         if len(self.results):
@@ -224,12 +253,13 @@ class FieldDerivatives(Mapping[str, "xr.Dataset"]):
     """Derivatives of the fields of all bodies by one parameter, computed when they are used.
 
     Args:
+        run: The run.
         sides: Runs at both sides of the parameter.
         parameter: The parameter.
     """
 
-    def __init__(self, sides: tuple[Run, Run], parameter: Parameter) -> None:
-        self._above, self._below = (side.fields for side in sides)
+    def __init__(self, run: Run, sides: tuple[Run, Run], parameter: Parameter) -> None:
+        self._run, self._above, self._below = (one.fields for one in (run, *sides))
         self._parameter = parameter
 
     def __iter__(self) -> Iterator[str]:
@@ -239,7 +269,9 @@ class FieldDerivatives(Mapping[str, "xr.Dataset"]):
         return len(self._above)
 
     def __getitem__(self, name: str) -> xr.Dataset:
-        above, below = self._above[name], self._below[name]
+        # those at an event are at other times
+        times = self._run[name].coords["t"]
+        above, below = (side[name].assign_coords(t=times) for side in (self._above, self._below))
         numbers = [key for key, data in above.data_vars.items() if data.dtype.kind == "f"]
         made = (above[numbers] - below[numbers]) / self._parameter.width
         return made.assign_attrs(by=self._parameter.name)

@@ -78,9 +78,9 @@ def sensitivities(
         The run and its derivatives.
 
     Raises:
-        SceneError: If the scene, a parameter or `out` is impossible, or the scene has what has no
-            derivative here: events.
-        ConvergenceError: If a step fails at the smallest step size.
+        SceneError: If the scene, a parameter or `out` is impossible.
+        ConvergenceError: If a step fails at the smallest step size, or a step that ends with an
+            event is too short for the differences.
     """
     made = differentiated(scene, values, **options)
     chosen = parameters_of(made, parameters, scales)
@@ -88,7 +88,7 @@ def sensitivities(
         raise SceneError(f"sensitivities: columns is '{columns}'; it must be 'all' or 'probes'")
     base = made.scene()
     _refuse(base, at)
-    if base.controllers:
+    if base.controllers or base.all_events:
         # their sensors may read any column
         fields, columns = fields and columns == "all", "all"
     scenes = {p: beside(made, base, p) for p in widened(chosen, base)}
@@ -132,7 +132,7 @@ def _refuse(scene: Scene, at: str) -> None:
     """Refuse what has no derivatives here.
 
     Raises:
-        SceneError: If the scene has events, or `at` is of no use; says what to do.
+        SceneError: If `at` is of no use; says what to do.
     """
     if at not in AT:
         raise SceneError(f"sensitivities: at is '{at}'; it must be 'length' or 'load'")
@@ -140,12 +140,6 @@ def _refuse(scene: Scene, at: str) -> None:
         raise SceneError(
             f"sensitivities: at is '{at}', and scene '{scene.name}' follows no static path; leave "
             "it out"
-        )
-    for event in scene.all_events:
-        raise SceneError(
-            f"sensitivities: event '{event.name}' of scene '{scene.name}' happens at a time that "
-            "moves with parameters, which these derivatives do not follow; remove it, or compare "
-            "runs (`sweep`)"
         )
 
 

@@ -6,6 +6,7 @@ This is the only module of the room that touches the steps of a simulation.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from mpi4py import MPI
 from petsc4py import PETSc
@@ -15,7 +16,7 @@ import numpy.typing as npt
 
 from shellmb.errors import SceneError
 from shellmb.simulate.simulation import Observer, Simulation
-from shellmb.simulate.stepping import StepInfo
+from shellmb.simulate.stepping import Attempt, StepInfo
 from shellmb.system.nullspace.directors import any_pseudo_inverse, constraint, pseudo_inverse
 
 Floats = npt.NDArray[np.float64]
@@ -31,6 +32,10 @@ class Shadow:
         simulation: The simulation, at its start.
         observers: What looks at it.
         forces: Whether they look at forces, too.
+
+    Attributes:
+        since: By how much later than that of the run its present step begins, s: events move.
+        until: By how much later it ends, s.
     """
 
     def __init__(
@@ -39,6 +44,8 @@ class Shadow:
         self.simulation, self.observers, self.forces = simulation, list(observers), forces
         self.problem, self.system = simulation.problem, simulation.problem.system
         self.iteration = self.problem.iteration
+        self.since = self.until = 0.0
+        self._length = 0.0
         sets = self.iteration.nodes.sets
         self._others = {k: s for k, s in sets.items() if s.partial or s.declared.linear}
         self._any_others = bool(self.system.comm.allreduce(len(self._others)))
@@ -56,7 +63,18 @@ class Shadow:
             dt: Its length, s.
         """
         self.simulation.begin_step(self.observers)
-        self.problem.prepare(t, dt)
+        self.prepare(t, dt)
+
+    def prepare(self, t: float, dt: float, until: float = 0.0) -> None:
+        """Set the time of a step that has begun, or another end of it; collective.
+
+        Args:
+            t: Time at the start of the step of the run, s.
+            dt: Its length, s.
+            until: By how much later than that of the run the step of this scene ends, s.
+        """
+        self.until, self._length = until, dt + until - self.since
+        self.problem.prepare(t + self.since, self._length)
         self.iteration.begin(None, True)
 
     def take_pairs(self, run: Simulation) -> None:
@@ -111,27 +129,62 @@ class Shadow:
         self.system.x.array[:] = unknowns
         self.system.scatter(self.system.x)
 
-    def solved(self, step: StepInfo) -> None:
-        """The unknowns that the fields hold are the solution of a step of the run."""
-        self.simulation.last = step
+    def ahead(self) -> Floats:
+        """State at the end of the step whose solution the fields hold, which is not taken."""
+        start = self._state()
+        self.problem.advance(self._length)
+        found = self._state()
+        self._take(start)
+        return found
+
+    def _state(self) -> Floats:
+        """State of all bodies, one array behind the other."""
+        return np.concatenate(list(self.simulation.live().values()))
+
+    def _take(self, state: Floats) -> None:
+        """Be at a state."""
+        arrays = list(self.simulation.live().values())
+        ends = np.cumsum([len(array) for array in arrays])[:-1]
+        for array, values in zip(arrays, np.split(state, ends), strict=True):
+            array[:] = values
+
+    def solved(self, step: StepInfo, end: Floats | None = None) -> None:
+        """The unknowns that the fields hold are the solution of a step of the run.
+
+        Args:
+            step: The step.
+            end: State at its end; None: that which follows from its solution.
+        """
+        self.simulation.last = replace(step, t=step.t + self.since, dt=self._length)
         for observer in self.observers:
             observer.solved(self.simulation)
-        self.problem.advance(step.dt)
+        if end is None:
+            self.problem.advance(self._length)
+        else:
+            self._take(end)
+
+    def margins(self) -> Floats:
+        """Margins of all events at the end of the step that the fields hold; collective."""
+        own = self.simulation
+        return own.control.margins(own.t, Attempt(0, self._length))
 
     def accepted(self, run: Simulation) -> None:
         """Go with the run, whose step is accepted."""
         own = self.simulation
-        assert run.last is not None
-        own.t, own.step, own.iterations = run.t, run.step, run.iterations
+        own.step, own.iterations = run.step, run.iterations
+        # an event may have ended the run
+        own.t, own.t_end = run.t + self.until, run.t_end + self.until
+        self.since = self.until
         own.problem.arrive(own.t)
-        own.control.accept(run.last.dt, run.t)
+        own.control.follow(run.control)
+        own.control.accept(self._length, own.t)
         for observer in self.observers:
             observer.accepted(own)
 
     def finish(self, run: Simulation, error: BaseException | None) -> None:
         """End as the run ends."""
         own = self.simulation
-        own.t_end, own.step_seconds = run.t_end, run.step_seconds
+        own.step_seconds = run.step_seconds
         for observer in reversed(self.observers):
             observer.finish(own, error)
 

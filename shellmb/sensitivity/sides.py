@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from shellmb.native.later import known_forms
+from shellmb.observers.control import control_summary
 from shellmb.observers.files.described import describe
 from shellmb.observers.history import History, Measuring
 from shellmb.observers.path import PathRecord, path_points
@@ -66,6 +67,7 @@ class Side:
         if run.step:
             self.saved.take_up(run)
         self.shadow = Shadow(simulation, list(chosen.values()), forces=columns == "all")
+        self.shadow.since = simulation.t - run.t
 
     def finish(
         self, summary: Mapping[str, Any], wall: float, results: Callable[..., Any] | None
@@ -79,7 +81,8 @@ class Side:
         """
         assert self._standard is not None
         simulation, sources = self.shadow.simulation, self._standard.sources
-        own = {**summary, **summarise(simulation, sources, wall, None), **path_points(simulation)}
+        own = {**summary, **summarise(simulation, sources, wall, None)}
+        own |= path_points(simulation) | control_summary(simulation)
         energy = sources.energy
         made = RunResult(simulation.scene, simulation, sources.history.rows, own, energy, None)
         measure = results or simulation.scene.results

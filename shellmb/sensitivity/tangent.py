@@ -25,6 +25,7 @@ import numpy as np
 import numpy.typing as npt
 
 from shellmb.errors import ConvergenceError
+from shellmb.sensitivity.events import check_begun, ends
 from shellmb.sensitivity.guess import Guess
 from shellmb.sensitivity.parameters import STEP, Parameter
 from shellmb.sensitivity.saved import SavedSide
@@ -148,10 +149,44 @@ class Tangents(Silent):
             for side in pair.sides:
                 side.begin(step.t, step.dt)
                 side.take_pairs(simulation)
+            if simulation.control.watches and self._between_events(simulation, pair, unknowns):
+                continue
             found = self._solve(simulation, pair, unknowns)
             pair.guess.found(found, step.dt)
             for side in pair.sides:
                 side.solved(step)
+
+    def _between_events(self, simulation: Simulation, pair: Pair, u: Floats) -> bool:
+        """Take a step whose length depends on the parameter; whether it does."""
+        if simulation.step == 0:
+            check_begun(simulation, pair)
+        if not (simulation.control.crossed or pair.above.since):
+            return False
+        step, kinks = simulation.last, len(pair.kinks)
+        assert step is not None
+
+        def prepare(until: float) -> None:
+            for side, later in zip(pair.sides, (until, -until), strict=True):
+                side.prepare(step.t, step.dt, later)
+                side.take_pairs(simulation)
+
+        def solve(until: float) -> Floats:
+            prepare(until)
+            del pair.kinks[kinks:]
+            # that of a step of another length tells nothing
+            pair.contraction = 1.0
+            return self._solve(simulation, pair, u)
+
+        found = ends(simulation, pair, solve)
+        prepare(found.until)
+        for side, sign, states in zip(pair.sides, (1, -1), found.states, strict=True):
+            # what observers read of forces is evaluated there, too
+            side.residual(u + sign * STEP * found.found)
+            side.solved(step, states)
+        self.said += found.said
+        # steps of other lengths tell little
+        pair.guess, pair.contraction = Guess(), 1.0
+        return True
 
     def _solve(self, simulation: Simulation, pair: Pair, u: Floats) -> Floats:
         """Derivatives of the unknowns, times the size of the parameter."""

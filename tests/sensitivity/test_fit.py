@@ -110,6 +110,15 @@ def test_residuals_that_are_no_noise_are_doubted() -> None:
     assert any("larger than the noise by a factor of" in said for said in fitted.warnings)
 
 
+def test_rows_in_any_order_are_the_same_data() -> None:
+    """Neighbours in time tell whether residuals are noise: rows in another order hid a motion."""
+    t = np.linspace(0, 1, 40)
+    table = pd.DataFrame({"t": t, "y": np.sin(t)}).sample(frac=1.0, random_state=3)
+    data = data_of(table, 1.0, SimpleNamespace(t_end=1.0), 1)  # type: ignore[arg-type]
+    np.testing.assert_array_equal(data.times, t)
+    np.testing.assert_array_equal(data.values["y"], np.sin(t))
+
+
 GOOD = pd.DataFrame({"t": [0.0, 2e-3, 4e-3], "tip": [0.0, 0.1, 0.2]})
 
 
@@ -127,6 +136,7 @@ GOOD = pd.DataFrame({"t": [0.0, 2e-3, 4e-3], "tip": [0.0, 0.1, 0.2]})
         (GOOD, ("E",), {"bounds": {"E": 3}}, "bounds of 'E' are 3; they must be two numbers"),
         (GOOD, ("E",), {"bounds": {"E": ("a", 1)}}, "bounds of 'E' are .* must be two numbers"),
         (GOOD.assign(tip=[0, np.inf, 0]), ("E",), {}, "'tip' of data has an infinite value"),
+        (GOOD.assign(end=np.nan), ("E",), {}, "column 'end' of data has no value; leave it out"),
         (GOOD, ("width",), {}, "has no parameter 'width'"),
     ],
 )

@@ -79,16 +79,6 @@ def test_scene_is_a_function() -> None:
         sm.sensitivities(scenes.plate(), ("E",))  # type: ignore[arg-type]
 
 
-def test_events_move() -> None:
-    def scene(force: float = 1.0) -> sm.Scene:
-        made = scenes.plate(force=force)
-        event = sm.Event("far", when=sm.Sensor("tip") >= 0.1)
-        return sm.Scene(**{**vars(made), "events": event})
-
-    with pytest.raises(sm.SceneError, match=r"event 'far' .* moves with parameters"):
-        sm.sensitivities(scene, ("force",))
-
-
 def jumping(start: float = 2.5e-3, phase: float = 0.0) -> sm.Scene:
     """A load that begins at once, or without a jump."""
     made, time = scenes.plate(), sm.Sine(30.0, phase, start) if phase < 1 else sm.Step(start)

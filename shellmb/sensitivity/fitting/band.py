@@ -95,6 +95,10 @@ class Band:
         from shellmb.show.plots import column_label
 
         run, described = self._found.run.history, self._found.run.described
+        # rows of events are at times that move
+        fixed = np.ones(len(run), bool)
+        if "t" in self.history:
+            fixed = self.history["t"].to_numpy() == 0
         wanted = [columns] if isinstance(columns, str) else list(columns or ())
         wanted = wanted or [p.name for p in described.probes]
         for name in wanted:
@@ -106,7 +110,8 @@ class Band:
         axes = made.subplots(len(wanted), 1, squeeze=False)
         for ax, name in zip(axes[:, 0], wanted, strict=True):
             value, wide = run[name].to_numpy(dtype=float), WIDTH * self.history[name].to_numpy()
-            ax.fill_between(run["t"], value - wide, value + wide, alpha=0.3, label="2 deviations")
+            low, high = (value - wide)[fixed], (value + wide)[fixed]
+            ax.fill_between(run["t"][fixed], low, high, alpha=0.3, label="2 deviations")
             ax.plot(run["t"], value, label=name)
             ax.set_xlabel(described.time_label)
             ax.set_ylabel(column_label(described, name))

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -43,33 +44,52 @@ class Data:
         """Number of values."""
         return sum(int(np.sum(~np.isnan(v))) for v in self.values.values())
 
-    def at(self, t: Floats, column: Floats) -> Floats:
-        """A column of a run at the times of the data, by cubic splines.
+    def at(
+        self,
+        t: Floats,
+        column: Floats,
+        cuts: Sequence[int] = (),
+        slopes: tuple[Floats, Floats] | None = None,
+    ) -> Floats:
+        """A column of a run at the times of the data, by cubic splines between its events.
 
         Args:
             t: Times of the run, s, shape (m,).
             column: Its values, shape (m,).
+            cuts: Rows at which the motion has a kink.
+            slopes: Derivatives of the values and of the times of the rows by a parameter; then the
+                derivative of the column is found, at fixed times.
         """
         from scipy.interpolate import make_interp_spline
 
-        # what is not known at the start, as forces, is continued
-        there = ~np.isnan(column)
-        degree = min(3, int(there.sum()) - 1)
-        spline = make_interp_spline(t[there], column[there], k=degree)
-        return np.asarray(spline(np.clip(self.times, t[there][0], t[there][-1])))
+        found, ends = np.full(len(self.times), np.nan), [0, *cuts, len(t) - 1]
+        for first, last in pairwise(ends):
+            rows = np.arange(first, last + 1)
+            # what is not known at the start, as forces, is continued
+            rows = rows[~np.isnan(column[rows])]
+            inside = (self.times >= t[first]) | (first == 0)
+            if not inside.any() or not len(rows):
+                continue
+            degree = min(3, len(rows) - 1)
+            spline = make_interp_spline(t[rows], column[rows], k=degree)
+            if slopes is not None:
+                by, moved = (each[rows] for each in slopes)
+                if moved.any():
+                    by = by - spline.derivative()(t[rows]) * moved
+                spline = make_interp_spline(t[rows], by, k=degree)
+            found[inside] = spline(np.clip(self.times[inside], t[rows][0], t[rows][-1]))
+        return found
 
-    def weighted(self, t: Floats, columns: Mapping[str, Floats], measured: bool) -> Floats:
-        """Columns of a run at all measured values over their noise, one after the other.
+    def weighted(self, columns: Mapping[str, Floats], measured: bool) -> Floats:
+        """Columns at all measured values over their noise, one after the other.
 
         Args:
-            t: Times of the run, s.
-            columns: Columns of the run, or their derivatives.
+            columns: Columns of the run, or their derivatives, at the times of the data.
             measured: Whether the measured values are subtracted.
         """
         found = []
         for name, values in self.values.items():
-            there = ~np.isnan(values)
-            column = self.at(t, columns[name])
+            there, column = ~np.isnan(values), columns[name]
             found.append(((column - values) if measured else column)[there] / self.noise[name])
         return np.concatenate(found)
 
@@ -90,6 +110,8 @@ def data_of(
     """
     try:
         table = given.set_index("t") if "t" in given.columns else given
+        # neighbours in time are neighbours in the table
+        table = table.sort_index(kind="stable")
         times = np.asarray(table.index, dtype=float)
         values = {str(name): np.asarray(table[name], dtype=float) for name in table.columns}
     except (AttributeError, TypeError, ValueError) as error:
@@ -105,6 +127,8 @@ def data_of(
                 f"fit: column '{name}' of data has an infinite value; it must be numbers, or NaN "
                 "where nothing was measured"
             )
+        if np.isnan(column).all():
+            raise SceneError(f"fit: column '{name}' of data has no value; leave it out")
     assert scene.t_end is not None
     wrong = times[~((times >= 0) & (times <= scene.t_end * (1 + END)))]
     if len(wrong):

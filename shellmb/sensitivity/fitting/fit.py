@@ -13,7 +13,7 @@ from shellmb.options.described import options_of, takes
 from shellmb.options.run import Options
 from shellmb.scene import Scene
 from shellmb.scene.lookup import listed
-from shellmb.sensitivity.fitting.data import Data, data_of
+from shellmb.sensitivity.fitting.data import END, Data, data_of
 from shellmb.sensitivity.fitting.fitted import Fit
 from shellmb.sensitivity.parameters import STEP, Parameter, differentiated, parameters_of
 from shellmb.sensitivity.run import sensitivities
@@ -175,13 +175,26 @@ class _Search:
                     f"fit: data has the column '{name}', which the run does not find; its history "
                     f"has {listed(history.columns)}"
                 )
-        run = {name: history[name].to_numpy(dtype=float) for name in self._data.values}
-        residual = self._data.weighted(t, run, measured=True)
+        last = float(self._data.times.max())
+        if last > t[-1] * (1 + END):
+            raise SceneError(
+                f"fit: run {self.count} with {self._said(x)} ends with an event at t = {t[-1]:g}, "
+                f"and data go on to {last:g}; leave such rows out, or give the parameters bounds"
+            )
+        data = self._data
+        cuts = [k for k in range(1, len(t) - 1) if t[k] in set(made.events["time"])]
+        run = {name: history[name].to_numpy(dtype=float) for name in data.values}
+        there = {name: data.at(t, column, cuts) for name, column in run.items()}
+        residual = data.weighted(there, measured=True)
         slopes = []
         for p, size in zip(self._parameters, self._sizes, strict=True):
             table = made.history[p.name]
-            by = {name: table[name].to_numpy(dtype=float) for name in run}
-            slopes.append(size * self._data.weighted(t, by, measured=False))
+            moved = table["t"].to_numpy(dtype=float) if "t" in table else np.zeros(len(t))
+            by = {
+                name: data.at(t, run[name], cuts, (table[name].to_numpy(dtype=float), moved))
+                for name in run
+            }
+            slopes.append(size * data.weighted(by, measured=False))
         if self._tell is not None:
             self._tell(
                 f"run {self.count}: {self._said(x)}, misfit {np.sqrt(np.mean(residual**2)):.4g}"

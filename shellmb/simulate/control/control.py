@@ -141,12 +141,7 @@ class Control:
         start = np.array([watch.margin(read, t) for watch in self.watches])
 
         def behind(made: Attempt) -> Floats:
-            assert self._readings is not None
-            with self._readings.after(made):
-                now = self._readings.now(read, made.dt)
-            end = t + made.dt
-            found = [watch.margin(now, end) for watch in self.watches]
-            return np.where(armed, found, -np.inf)
+            return np.where(armed, self.margins(t, made), -np.inf)
 
         def margins(dt: float) -> Floats:
             nonlocal last
@@ -173,6 +168,31 @@ class Control:
                 return self.locate(simulation, last, False) if np.any(found >= 0) else last
         self._crossed = [w for w, c in zip(self.watches, crossing, strict=True) if c]
         return last
+
+    def margins(self, t: float, made: Attempt) -> Floats:
+        """Margins of all conditions that are waited for, behind a step that is solved; collective.
+
+        Args:
+            t: Time at its start, s.
+            made: The step.
+
+        Raises:
+            ControlError: If a condition is no number.
+        """
+        read, readings = self._now(), self._readings
+        assert readings is not None
+        with readings.after(made):
+            now = readings.now(read, made.dt)
+        return np.array([watch.margin(now, t + made.dt) for watch in self.watches])
+
+    @property
+    def crossed(self) -> list[int]:
+        """Events that happen at the end of the step that was located last, by their positions."""
+        return [k for k, watch in enumerate(self.watches) if watch in self._crossed]
+
+    def follow(self, other: Control) -> None:
+        """Take the events of another run of these controls, for the step that it has located."""
+        self._crossed = [self.watches[k] for k in other.crossed]
 
     def _inner_time(self, start: Floats, end: Floats, t: float, dt: float) -> float | None:
         """Find where in a step a condition may be true between ends where it is not, s."""

@@ -1,0 +1,161 @@
+"""Times of events, which move with parameters: steps beside the run end at their own events.
+
+In a step of the run that an event has cut, the margin `g` of its condition is zero at the end. So
+it is at both sides, whose steps then have other lengths:
+
+    g(u(h); s, p, h) = 0,       h' = -g' at the same length / (dg/dh)
+
+The next step ends where that of the run does: rows behind an event are at fixed times. Both steps
+are found from three solutions, with the length of the run and with two others: all derivatives are
+linear in the change of the length, and its cube, by which short steps are nonlinear, drops out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from shellmb.arrays import Floats
+from shellmb.errors import ConvergenceError, SceneError
+from shellmb.scene.lookup import listed
+from shellmb.sensitivity.parameters import Parameter
+from shellmb.sensitivity.shadow import Shadow
+from shellmb.simulate.control.watching import LEAST
+from shellmb.simulate.simulation import Simulation
+from shellmb.simulate.stepsize.landing import ROUND_OFF
+
+# changes of a step's length, in parts of it, and weights with which they give what is linear in it
+UNIT, WEIGHTS = 1e-3, {1: 8 / 6, 2: -1 / 6}
+# largest difference of a step's length between the run and a side, in parts of it
+MOST = 0.5
+# relative difference of two rates of time that are one
+SAME = 1e-3
+
+
+class Sides(Protocol):
+    """Scenes at both sides of a parameter (`sensitivity.tangent.Pair`)."""
+
+    @property
+    def sides(self) -> tuple[Shadow, Shadow]: ...  # noqa: D102
+    @property
+    def parameter(self) -> Parameter: ...  # noqa: D102
+
+
+@dataclass(frozen=True)
+class Ends:
+    """Both sides at the ends of a step whose length depends on the parameter.
+
+    Args:
+        until: By how much later than the run the upper side ends, s.
+        found: Derivatives of the unknowns.
+        states: States of the upper side and of the lower one.
+        said: Sentences about events whose time does not move.
+    """
+
+    until: float
+    found: Floats
+    states: tuple[Floats, Floats]
+    said: Sequence[str] = ()
+
+
+def check_begun(run: Simulation, pair: Sides) -> None:
+    """Refuse a condition that is true at the start on one side only.
+
+    Args:
+        run: The run, in its first step.
+        pair: Both sides.
+
+    Raises:
+        SceneError: If there is one; names the event.
+    """
+    for side in pair.sides:
+        for own, its in zip(run.control.watches, side.simulation.control.watches, strict=True):
+            if own.times != its.times:
+                raise SceneError(
+                    f"sensitivities: event '{own.event.name}' is true at the start on one side of "
+                    f"'{pair.parameter.name}' only, so that nothing has a derivative by it; begin "
+                    "where the condition is clearly true or false"
+                )
+
+
+def ends(run: Simulation, pair: Sides, solve: Callable[[float], Floats]) -> Ends:
+    """Find the ends of a step of the run that begins or ends with events; collective.
+
+    Args:
+        run: The run, which has solved the step.
+        pair: Both sides.
+        solve: Finds derivatives of the unknowns where the upper side ends later than the run by a
+            time [s], and the lower one earlier.
+
+    Raises:
+        ConvergenceError: If the length of the step changes by half of it.
+    """
+    step, crossed = run.last, run.control.crossed
+    assert step is not None
+    since, unit = pair.sides[0].since, UNIT * step.dt
+    here = _ahead(pair, solve(since), crossed)
+    # change of what is found there for each unit
+    slopes = [0.0 * part for part in here]
+    for count, weight in WEIGHTS.items():
+        beyond = _ahead(pair, solve(since + count * unit), crossed)
+        slopes = [s + weight * (b - h) for s, b, h in zip(slopes, beyond, here, strict=True)]
+    until, said = 0.0, list[str]()
+    if crossed:
+        margins, rates = here[-1], slopes[-1][0] - slopes[-1][1]
+        until, said = _time(run, since, margins, rates / (2 * unit))
+    moved = until - since
+    if abs(moved) > MOST * step.dt:
+        raise ConvergenceError(
+            f"sensitivities: the step from t = {step.t:g} begins or ends with an event, and its "
+            f"length of {step.dt:.3g} s changes by {abs(moved):.3g} s within the distance of the "
+            f"differences of '{pair.parameter.name}'; choose another dt, a smaller size of it by "
+            "scales=..., or a condition that the motion does not touch so slowly",
+            None,
+            {},
+        )
+    found, *states, _ = (h + moved / unit * s for h, s in zip(here, slopes, strict=True))
+    return Ends(until, found, (states[0], states[1]), said)
+
+
+def _ahead(pair: Sides, found: Floats, crossed: Sequence[int]) -> list[Floats]:
+    """Derivatives, states of both sides that follow from them, and margins of events there."""
+    margins = [side.margins()[crossed] if crossed else np.zeros(0) for side in pair.sides]
+    return [found.copy(), *(side.ahead() for side in pair.sides), np.array(margins)]
+
+
+def _apart(margins: Floats) -> Floats:
+    return np.asarray(margins[0] - margins[1])
+
+
+def _time(run: Simulation, since: float, margins: Floats, rates: Floats) -> tuple[float, list[str]]:
+    """By how much later than the run the upper side ends at its events, s, and what to say."""
+    assert run.last is not None
+    names = [run.control.watches[k].event.name for k in run.control.crossed]
+    end = run.last.t + run.last.dt
+    fixed = [run.control.next, *run.landing.times]
+    if any(abs(end - t) <= ROUND_OFF * run.size.nominal for t in fixed):
+        return 0.0, [_held(name, end, "a step has to end at this time") for name in names]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        over, until = margins.mean(axis=0) / rates, since - _apart(margins) / (2 * rates)
+    moves = (rates > 0) & (over <= 2 * LEAST * run.size.nominal)
+    there = zip(names, moves, strict=True)
+    said = [_held(name, end, "its condition jumps there") for name, moved in there if not moved]
+    if not moves.any():
+        return 0.0, said
+    first = float(until[moves][np.argmax(over[moves])])
+    if np.abs(until[moves] - first).max() > SAME * abs(first) + ROUND_OFF * run.last.dt:
+        said.append(
+            f"events {listed(names)} happen at once at t = {end:g}, and one after the other with "
+            "other parameters; derivatives after it are those of one side at best"
+        )
+    return first, said
+
+
+def _held(name: str, t: float, why: str) -> str:
+    return (
+        f"event '{name}' at t = {t:g}: {why}; derivatives after it are those with the event at "
+        "this time"
+    )
