@@ -18,6 +18,8 @@ typedef int64_t order __attribute__((vector_size(8 * LANES)));
 #define ALL(of, n) {of(0, n), of(1, n)}
 #endif
 
+#define ALWAYS inline __attribute__((always_inline))
+
 /* A loop without one, whose vectors stay in registers. */
 #define EACH(i) _Pragma("GCC unroll 8") for (int i = 0; i < LANES; ++i)
 
@@ -34,7 +36,7 @@ typedef int64_t order __attribute__((vector_size(8 * LANES)));
     }
 
 /* Numbers l of vectors k become numbers k of vectors l. */
-static inline __attribute__((always_inline)) void transpose(lanes *v)
+static ALWAYS void transpose(lanes *v)
 {
 #if LANES > 1
     EXCHANGE(v, 1)

@@ -2,8 +2,6 @@
  * what makes multipliers of forces (directors.py, directorpath.py). All matrices are row-major. */
 #include <math.h>
 
-#define ALWAYS inline __attribute__((always_inline))
-
 enum { MOST_ROWS = 6, MOST_SIZE = 9, PATH_STATES = 7, PATH_TANGENT = 7, PATH_BASES = 11 };
 
 static const int PAIRS[MOST_ROWS][2] = {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}};

@@ -37,11 +37,11 @@ static void multiply(int m, int n, int k, double alpha, double *A, int lda, doub
     gemm(&no, &no, &n, &m, &k, &alpha, B, &ldb, A, &lda, &beta, C, &ldc);
 }
 
-/* Eliminate the element-wise unknowns of one cell, and keep what solutions need of them; `blocks`
- * has its K_EE^-1 and K_EE. */
-static int eliminate(const Cells *g, double *K, double *blocks, double *kept, double *work)
+/* Eliminate the element-wise unknowns of one cell, whose rows are `n` apart, and keep what solutions
+ * need of them; `blocks` has its K_EE^-1 and K_EE. */
+static int eliminate(const Cells *g, double *K, int n, double *blocks, double *kept, double *work)
 {
-    int n = g->size, info = 0;
+    int info = 0;
     int pivots[256];
     for (int s = 0; s < g->chunks; ++s) {
         int E = g->chunk_start[s], e = g->chunk_width[s];
@@ -114,7 +114,7 @@ static int eliminate_inner(const Projection *p, int cell, double *K, double *kep
     int q = p->inner_size[cell], info = 0, pivots[256];
     if (q == 0)
         return 0;
-    int rows = p->outer_rows[cell], columns = p->outer_columns[cell], n = p->columns;
+    int rows = p->outer_rows[cell], columns = p->outer_columns[cell], n = p->right.rows;
     double *inverse = work + 32 * q, *right = inverse + q * q, *left = right + q * columns;
     for (int i = 0; i < q; ++i)
         memcpy(inverse + i * q, K + (size_t)(rows + i) * n + columns, sizeof(double) * q);
@@ -140,82 +140,101 @@ static int eliminate_inner(const Projection *p, int cell, double *K, double *kep
     return 0;
 }
 
-/* Most unknowns that one of a cell is a combination of, or that it is combined in. */
-static int widest(const Projection *p)
+/* Coefficients of the terms of a cell; returns the first term of its first row. */
+static int take_coefficients(const Terms *t, int cell, double *c)
 {
-    int width = p->right_width > p->left_width ? p->right_width : p->left_width;
-    return width > p->multiplier_width ? width : p->multiplier_width;
+    const int *begin = t->begin + (size_t)cell * t->rows;
+    for (int k = begin[0]; k < begin[t->rows]; ++k)
+        *c++ = t->values[t->at[k]];
+    return begin[0];
 }
 
-/* What the unknowns of a cell are combined of: which goes to which of the `places`, and how much. */
-static int list_terms(int count, const int *dofs, const int *places, const double *values, int width,
-                      int *from, int *to, double *c)
+/* Sums of `some` vectors or rows at a time, which is a constant for the compiler: loops over them are
+ * unrolled, and sums stay in registers. */
+enum { MANY = 8 };
+#define SOME(k) _Pragma("GCC unroll 8") for (int k = 0; k < some; ++k)
+#define CASE(some, call)                                                                           \
+    case some:                                                                                     \
+        call;                                                                                      \
+        break;
+#define CASES(of)                                                                                  \
+    CASE(1, of(1)) CASE(2, of(2)) CASE(3, of(3)) CASE(4, of(4)) CASE(5, of(5)) CASE(6, of(6))      \
+    CASE(7, of(7)) CASE(8, of(8))
+
+/* Vectors of a sum of rows of A, which are `n` apart, each times a coefficient; `width` numbers of
+ * them are put. */
+static ALWAYS void sum_of_rows(int some, int terms, const int *from, const double *c, const double *A,
+                               int n, double *out, int width)
 {
-    int terms = 0;
-    for (int i = 0; i < count; ++i) {
-        const double *own = values + (size_t)dofs[i] * width;
-        for (int q = 0; q < width; ++q) {
-            int at = places[i * width + q];
-            if (at >= 0 && own[q] != 0.0) {
-                from[terms] = i;
-                to[terms] = at;
-                c[terms++] = own[q];
-            }
-        }
+    lanes sums[MANY];
+    SOME(k) sums[k] = (lanes){0.0};
+    for (int q = 0; q < terms; ++q) {
+        const double *a = A + (size_t)from[q] * n;
+        SOME(k) sums[k] += c[q] * *(const anywhere *)(a + k * LANES);
     }
-    return terms;
+    if (width < some * LANES)
+        memcpy(out, sums, sizeof(double) * width);
+    else
+        SOME(k) *(anywhere *)(out + k * LANES) = sums[k];
 }
 
-/* Sums of rows of `width` numbers, of a matrix of `n` columns, each times a coefficient: so many terms
- * with the row that it goes to and the one that it comes from. All rows of `out` get their sums, of
- * a few vectors of the processor at a time; `work` has room for three integers of each term and one
- * of each row of `out`. */
-static void add_rows(int terms, const int *to, const int *from, const double *c, int rows, int width,
-                     const double *A, int n, double *out, int *work)
+/* Rows of combinations: `width` numbers of rows of A, which are `n` apart and have room for whole
+ * vectors. `c` has room for the coefficients. */
+static void combine_rows(const Terms *t, int cell, int width, const double *A, int n, double *out,
+                         double *c)
 {
-    enum { FEW = 4 };
-    int *ends = work, *order = work + rows + 1;
-    memset(ends, 0, sizeof(int) * (rows + 1));
-    for (int t = 0; t < terms; ++t)
-        ++ends[to[t] + 1];
-    for (int row = 0; row < rows; ++row)
-        ends[row + 1] += ends[row];
-    /* by the row that they go to; `ends` moves to where each ends */
-    for (int t = 0; t < terms; ++t)
-        order[ends[to[t]]++] = t;
-    for (int row = 0, first = 0; row < rows; first = ends[row++]) {
-        double *sum = out + (size_t)row * width;
-        int j = 0;
-        for (; j + FEW * LANES <= width; j += FEW * LANES) {
-            lanes sums[FEW] = {{0.0}};
-            for (int t = first; t < ends[row]; ++t) {
-                const double *a = A + (size_t)from[order[t]] * n + j;
-                for (int k = 0; k < FEW; ++k)
-                    sums[k] += c[order[t]] * *(const anywhere *)(a + k * LANES);
+    const int *begin = t->begin + (size_t)cell * t->rows;
+    const int *from = t->from + take_coefficients(t, cell, c);
+    for (int row = 0; row < t->rows; ++row, out += width) {
+        int terms = begin[row + 1] - begin[row];
+        for (int j = 0; j < width; j += MANY * LANES) {
+            int left = width - j < MANY * LANES ? width - j : MANY * LANES;
+            int some = (left + LANES - 1) / LANES;
+            /* what is behind a row is overwritten by the next ones */
+            int whole = (t->rows - row) * width - j >= some * LANES;
+            int put = whole ? some * LANES : left;
+#define ROWS(some) sum_of_rows(some, terms, from, c, A + j, n, out + j, put)
+            switch (some) {
+                CASES(ROWS)
             }
-            for (int k = 0; k < FEW; ++k)
-                *(anywhere *)(sum + j + k * LANES) = sums[k];
         }
-        while (j < width) {
-            /* the last ones once more with those before, where they fill no vector */
-            int whole = width >= LANES;
-            j = whole && j + LANES > width ? width - LANES : j;
-            lanes part = {0.0};
-            double one = 0.0;
-            for (int t = first; t < ends[row]; ++t) {
-                const double *a = A + (size_t)from[order[t]] * n + j;
-                if (whole)
-                    part += c[order[t]] * *(const anywhere *)a;
-                else
-                    one += c[order[t]] * *a;
-            }
-            if (whole)
-                *(anywhere *)(sum + j) = part;
-            else
-                sum[j] = one;
-            j += whole ? LANES : 1;
+        from += terms;
+        c += terms;
+    }
+}
+
+/* Columns of combinations of some rows of A, which are `n` apart. */
+static ALWAYS void sums_of_columns(int some, int columns, const int *begin, const int *from,
+                                   const double *c, const double *A, size_t n, double *out)
+{
+    for (int j = 0; j < columns; ++j) {
+        double sums[MANY];
+        SOME(k) sums[k] = 0.0;
+        for (int q = begin[j]; q < begin[j + 1]; ++q, ++c) {
+            const double *x = A + *from++;
+            SOME(k) sums[k] += x[k * n] * *c;
+        }
+        SOME(k) out[k * columns + j] = sums[k];
+    }
+}
+
+/* Columns of combinations; `c` has room for the coefficients. */
+static void combine_columns(const Terms *t, int cell, int rows, const double *A, int n, double *out,
+                            double *c)
+{
+    const int *begin = t->begin + (size_t)cell * t->rows;
+    const int *from = t->from + take_coefficients(t, cell, c);
+    for (int i = 0; i < rows; i += MANY, A += MANY * (size_t)n, out += MANY * (size_t)t->rows) {
+#define COLUMNS(some) sums_of_columns(some, t->rows, begin, from, c, A, n, out)
+        switch (rows - i < MANY ? rows - i : MANY) {
+            CASES(COLUMNS)
         }
     }
+}
+
+static int larger(int a, int b)
+{
+    return a > b ? a : b;
 }
 
 /* Jacobian of all cells, reduced.
@@ -229,25 +248,25 @@ static void add_rows(int terms, const int *to, const int *from, const double *c,
 int jacobian(const Cells *g, const Kernel *kernels, int count, const Projection *p, int first,
              int last, double *blocks, double *values, const double *shift, double *load)
 {
-    int n = g->size, P = g->shared, bad = 0;
-    size_t square = (size_t)n * n;
-    size_t product = (size_t)P * p->rows, result = (size_t)p->rows * p->columns;
-    size_t kept_size = g->kept_size, most = p->rows > p->columns ? p->rows : p->columns;
-    size_t listed = P * (size_t)widest(p), some = 64 * (size_t)n + 64 + listed + 3 * most * most;
-    size_t places_size = listed + 1 + (most > (size_t)g->multipliers ? most : g->multipliers);
+    /* rows are whole vectors */
+    int size = g->size, n = (size + LANES - 1) / LANES * LANES, P = g->shared, bad = 0;
+    size_t square = (size_t)size * n;
+    int rows = p->left.rows, columns = p->right.rows;
+    size_t product = (size_t)P * rows, result = (size_t)rows * columns;
+    size_t kept_size = g->kept_size, most = larger(rows, columns);
+    size_t listed = larger(larger(p->left.most, p->right.most), p->multiplier.most);
+    size_t some = 64 * (size_t)n + 64 + listed + 3 * most * most;
     const Inner *inner = p->inner;
     size_t inner_size = inner ? inner_kept(inner->most_rows, inner->most_columns, inner->most) : 0;
     Work work = work_of(g, square, square * g->lanes + product + result + some +
-                                       LANES * (kept_size + inner_size) + 2 * listed + places_size);
+                                       LANES * (kept_size + inner_size));
     double *all = work.more, *LK = all + square * g->lanes, *LKR = LK + product;
     double *scratch = LKR + result, *kept = scratch + some, *kept_inner = kept + LANES * kept_size;
-    int *from = (int *)(kept_inner + LANES * inner_size), *to_one = from + listed;
-    int *places = to_one + listed;
     double *to = values;
     for (int cell = first; cell < last; ++cell) {
         int lane = cell % g->lanes, start = cell - lane;
         if (lane == 0 || cell == first)
-            matrices(g, kernels, count, start, taken(g, start), work, all);
+            matrices(g, kernels, count, start, taken(g, start), work, all, n);
         double *K = all + lane * square;
         double *mine = kept + cell % LANES * kept_size;
         /* cells that are missing in the last group have zeros, as has what others have more */
@@ -258,11 +277,11 @@ int jacobian(const Cells *g, const Kernel *kernels, int count, const Projection 
             inner_size = inner_kept(w.rows, w.columns, w.own);
             memset(kept_inner, 0, sizeof(double) * LANES * inner_size);
         }
-        if (eliminate(g, K, blocks + (size_t)cell * g->block_size, mine, scratch)) {
+        if (eliminate(g, K, n, blocks + (size_t)cell * g->block_size, mine, scratch)) {
             bad = cell + 1;
             break;
         }
-        const int *dofs = g->dofs + (size_t)cell * n;
+        const int *dofs = g->dofs + (size_t)cell * size;
         if (shift) {
             for (int j = 0; j < P; ++j)
                 scratch[j] = shift[dofs[j]];
@@ -274,30 +293,8 @@ int jacobian(const Cells *g, const Kernel *kernels, int count, const Projection 
             }
         }
         /* rows first: they are combined whole, and few are left for the columns */
-        const int *left = p->left + (size_t)cell * P * p->left_width;
-        int terms = list_terms(P, dofs, left, p->left_values, p->left_width, from, to_one, scratch);
-        add_rows(terms, to_one, from, scratch, p->rows, P, K, n, LK, places);
-        /* columns: for four rows at a time: sums of one alone would wait for one another */
-        const int *right = p->right + (size_t)cell * P * p->right_width;
-        terms = list_terms(P, dofs, right, p->right_values, p->right_width, from, to_one, scratch);
-        memset(LKR, 0, sizeof(double) * result);
-        int i = 0, width = p->columns;
-        for (; i + 4 <= p->rows; i += 4) {
-            const double *row = LK + (size_t)i * P;
-            double *out = LKR + (size_t)i * width;
-            for (int q = 0; q < terms; ++q) {
-                double c = scratch[q];
-                const double *x = row + from[q];
-                double *y = out + to_one[q];
-                y[0] += x[0] * c;
-                y[width] += x[P] * c;
-                y[2 * width] += x[2 * P] * c;
-                y[3 * width] += x[3 * P] * c;
-            }
-        }
-        for (; i < p->rows; ++i)
-            for (int q = 0; q < terms; ++q)
-                LKR[(size_t)i * width + to_one[q]] += LK[(size_t)i * P + from[q]] * scratch[q];
+        combine_rows(&p->left, cell, P, K, n, LK, scratch);
+        combine_columns(&p->right, cell, rows, LK, P, LKR, scratch);
         double *inner_of_mine = kept_inner + cell % LANES * inner_size;
         if (inner && eliminate_inner(p, cell, LKR, inner_of_mine, scratch)) {
             bad = cell + 1;
@@ -324,11 +321,7 @@ int jacobian(const Cells *g, const Kernel *kernels, int count, const Projection 
             to += result;
         }
         /* rows of the multipliers at the nodes */
-        const int *multiplier = p->multiplier + (size_t)cell * P * p->multiplier_width;
-        terms = list_terms(P, dofs, multiplier, p->multiplier_values, p->multiplier_width, from, to_one,
-                           scratch);
-        add_rows(terms, to_one, from, scratch, g->multipliers, P, K, n, mine + g->multiplier_place,
-                 places);
+        combine_rows(&p->multiplier, cell, P, K, n, mine + g->multiplier_place, scratch);
         if (p->kept && (cell % LANES == LANES - 1 || cell == last - 1)) {
             size_t place = cell / LANES * kept_size * LANES;
             float *single = p->kept_single ? p->kept_single + place : NULL;

@@ -57,12 +57,18 @@ typedef struct {
     float *kept_single;        /* the same, or NULL */
 } Inner;
 
-/* Places in the reduced matrix of a cell, -1 where there is none. */
+/* Combinations of the shared unknowns of each cell: of each row its terms, one after the other, and
+ * of each term which of the unknowns it has and where its coefficient is. */
 typedef struct {
-    int rows, columns;                       /* of the reduced matrix of a cell, at most */
-    int right_width, left_width, multiplier_width;
-    const int *right, *left, *multiplier;    /* (cells, shared, width) */
-    const double *right_values, *left_values, *multiplier_values; /* (local dofs, width) */
+    int rows, most;            /* of a cell; terms of a cell at most */
+    const int *begin;          /* first term of each row, (cells rows + 1,) */
+    const int *from, *at;      /* (terms,) */
+    const double *values;
+} Terms;
+
+/* What is reduced of a cell: rows and columns of its reduced matrix, and multipliers at its nodes. */
+typedef struct {
+    Terms left, right, multiplier;
     /* entries that are not always zero, one of two ways: in their order, cells that have the same
      * sharing a list; or as runs (from, to, length) that follow one another in a cell's matrix and
      * among all values, for each cell those that are the first there, then those to be added */

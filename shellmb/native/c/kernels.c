@@ -28,6 +28,16 @@ static Work work_of(const Cells *g, size_t entries, size_t more)
     return (Work){room, room + w, room + w + A};
 }
 
+/* Add so many numbers, by the processor's vectors. */
+static void add_line(int count, const double *from, double *to)
+{
+    int j = 0;
+    for (; j + LANES <= count; j += LANES)
+        *(anywhere *)(to + j) += *(const anywhere *)(from + j);
+    for (; j < count; ++j)
+        to[j] += from[j];
+}
+
 /* Element tensors of a kernel over the cells that it takes at once, `count` of them, each put or
  * added at its own `out` (row-major, `stride` columns), which is `apart` from that before. */
 static void tabulate_group(const Kernel *k, const Cells *g, int cell, int count, Work work,
@@ -72,8 +82,7 @@ static void tabulate_group(const Kernel *k, const Cells *g, int cell, int count,
         const double *restrict from = work.A + i * width;
         double *restrict to = out + (size_t)rows[i] * stride;
         if (side_by_side)
-            for (int j = 0; j < width; ++j)
-                to[columns[0] + j] += from[j];
+            add_line(width, from, to + columns[0]);
         else
             for (int j = 0; j < width; ++j)
                 to[columns[j]] += from[j];
@@ -91,15 +100,15 @@ static void tabulate(const Kernel *k, const Cells *g, int cell, int count, Work 
     }
 }
 
-/* Matrices of some cells as they are, shape (some, size, size). */
+/* Matrices of some cells as they are, shape (some, size, stride). */
 static void matrices(const Cells *g, const Kernel *kernels, int count, int cell, int some,
-                     Work work, double *K)
+                     Work work, double *K, int stride)
 {
-    size_t square = (size_t)g->size * g->size;
+    size_t square = (size_t)g->size * stride;
     if (!g->covered)
         memset(K, 0, sizeof(double) * square * some);
     for (int k = 0; k < count; ++k)
-        tabulate(kernels + k, g, cell, some, work, K, square, g->size);
+        tabulate(kernels + k, g, cell, some, work, K, square, stride);
 }
 
 /* How many cells are taken at once from one on. */
@@ -113,7 +122,7 @@ void all_matrices(const Cells *g, const Kernel *kernels, int count, double *K)
 {
     Work work = work_of(g, (size_t)g->size * g->size, 0);
     for (int cell = 0; cell < g->cells; cell += g->lanes)
-        matrices(g, kernels, count, cell, taken(g, cell), work, K);
+        matrices(g, kernels, count, cell, taken(g, cell), work, K, g->size);
 }
 
 /* Largest entries of the matrices of all cells, shape (size, size). */
@@ -124,7 +133,7 @@ void largest_entries(const Cells *g, const Kernel *kernels, int count, double *f
     double *K = work.more;
     for (int cell = 0; cell < g->cells; cell += g->lanes) {
         int some = taken(g, cell);
-        matrices(g, kernels, count, cell, some, work, K);
+        matrices(g, kernels, count, cell, some, work, K, g->size);
         for (size_t i = 0; i < square * some; ++i) {
             double size = K[i] < 0 ? -K[i] : K[i];
             if (size > found[i % square])

@@ -11,7 +11,7 @@ import numpy as np
 from shellmb.arrays import Bools, Floats, Int32s, Ints
 from shellmb.native import library as native
 from shellmb.native.compiling.flags import LANES
-from shellmb.native.library import whole_lines
+from shellmb.native.library import CArrays, whole_lines
 from shellmb.system.assembly.loops import FormLoop, MeshCells, PlacedForm
 from shellmb.system.condensation.eliminated import elimination, find_chunks
 from shellmb.system.condensation.kept import InnerKept, Kept, groups_of, places_of_groups
@@ -53,18 +53,14 @@ class MeshReduction:
         p = self.pointer
         self.row_numbers, self.column_numbers = _numbers(rows), _numbers(columns)
         self._multiplier_rows = p(places_of_groups(_numbers(seen)))
-        self._projection = {
-            "rows": rows.shape[1],
-            "columns": columns.shape[1],
-            "right_width": right.shape[2],
-            "left_width": left.shape[2],
-            "multiplier_width": forces.shape[2],
-            "right": p(right),
-            "left": p(left),
-            "multiplier": p(forces),
-            "right_values": p(numbers.right.values),
-            "left_values": p(numbers.left.values),
-            "multiplier_values": p(numbers.forces.values),
+        combined = {
+            "left": (left, rows, numbers.left),
+            "right": (right, columns, numbers.right),
+            "multiplier": (forces, seen, numbers.forces),
+        }
+        self._projection: dict[str, Any] = {
+            name: _terms(places, of.shape[1], table.values, shared, p)
+            for name, (places, of, table) in combined.items()
         }
         self.inner: InnerKept | None = None
         if np.any(rows >= LAST):
@@ -265,6 +261,33 @@ def _keys(rows: RowMap, shared: Int32s, inner: Bools | None = None) -> Ints:
     if inner is not None:
         keys = keys + LAST * np.append(inner, False)[places]
     return np.asarray(keys)
+
+
+def _terms(
+    places: Int32s, rows: int, values: Floats, shared: Int32s, pointer: CArrays
+) -> dict[str, Any]:
+    """Combinations of each cell's unknowns for C, without what is always zero.
+
+    Args:
+        places: Rows that each unknown of each cell is in, -1: none, shape (cells, n, width).
+        rows: Number of rows of a cell.
+        values: Coefficients of the local dofs in general position, shape (local dofs, width).
+        shared: Local dofs of each cell, shape (cells, n).
+        pointer: Makes pointers.
+    """
+    cell, own, k = np.nonzero((places >= 0) & (values[shared] != 0.0))
+    row = cell * rows + places[cell, own, k]
+    # stable: the order of the unknowns stays
+    order = np.argsort(row, kind="stable")
+    begin = np.cumsum(np.bincount(row + 1, minlength=len(shared) * rows + 1))
+    at = shared[cell, own].astype(np.int64) * values.shape[1] + k
+    lists = {"begin": begin, "from": own[order], "at": at[order]}
+    return {
+        "rows": rows,
+        "most": int(np.bincount(cell).max(initial=0)),
+        "values": pointer(values),
+        **{name: pointer(np.append(one, 0).astype(np.int32)) for name, one in lists.items()},
+    }
 
 
 def _numbers(keys: Ints) -> Int32s:

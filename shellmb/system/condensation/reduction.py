@@ -102,9 +102,9 @@ class Reduction:
     def _allocate(self, groups: list[MeshGroup]) -> None:
         """Find out which entries are not always zero, at a state in general position."""
         numbers = self.numbers
+        numbers.update()
         self.parts = [MeshReduction(g.cells, g.jacobians(), numbers) for g in groups]
         self._refresh()
-        numbers.update()
         self._coupled = None
         if self.system.couplings:
             places = numbers.matrix_places(numbers.kept)
