@@ -23,7 +23,7 @@ from shellmb.system.direct.solver import Purpose
 
 # error at which the iteration ends, of each part of the multipliers relative to its largest one;
 # with parameters of the scene, which may act on small ones alone, such as those normal to a slide
-TOLERANCE, ROUND_OFF = 1e-10, 1e-14
+TOLERANCE, ROUND_OFF = 1e-11, 1e-14
 # the same where round-off ends it before: an iteration leaves more than this share of the error
 USELESS, STALLED = 1e-8, 0.5
 # share of an error that a product and a solution with old factors give back along it at least: of
@@ -153,9 +153,10 @@ class Multipliers:
         self.factorisations += 1
         self._served, self._spent = 0, self._linear.cost
 
-    def _precondition(self, rest: PETSc.Vec) -> Floats:
+    def _precondition(self, rest: Floats) -> Floats:
         """A solution with the factors as they are."""
-        _check(self._linear.solve_transposed(rest))
+        self._product.array[:] = rest
+        _check(self._linear.solve_transposed(self._product))
         self.iterations += 1
         return self._linear.tests
 
@@ -168,7 +169,7 @@ class Multipliers:
             free[self._given] = 0.0
         self._transposed.take(free)
 
-    def _times(self, tests: Floats) -> PETSc.Vec:
+    def _times(self, tests: Floats) -> Floats:
         """Transposed matrix times multipliers."""
         local = self._system.exchange.local
         self._take(tests)
@@ -177,49 +178,49 @@ class Multipliers:
         local[self._own_given] = self.local[self._own_given]
         self._transposed.add_unknown(local)
         self._system.exchange.collect(self._product)
-        return self._product
+        return np.array(self._product.array_r)
 
     def _iterate(self, right: PETSc.Vec, fresh: bool) -> Floats | None:
         """Tests by conjugate residuals; None if that does not converge.
 
+        What is left of the right-hand side is updated, and its solution taken anew in each
+        iteration: so what elimination of resultants loses of round-off is lost of what is left.
         Old factors are not used where the matrix is far softer, as where a contact has opened.
         """
         most = MOST if fresh else PATIENCE
-        rest = self._precondition(right).copy()
-        sizes = self._sizes(rest)
-        rest /= sizes
-        found = np.zeros_like(rest)
-        ways, changes, errors = list[Floats](), list[Floats](), [self._largest(rest)]
+        rest = np.array(right.array_r)
+        error = self._precondition(rest)
+        sizes = self._sizes(error)
+        count = len(sizes)
+        state = np.concatenate([np.zeros(count), error / sizes, rest])
+        found, error, rest = state[:count], state[count : 2 * count], state[2 * count :]
+        # what each iteration took from these, its change of the error of size one
+        taken = np.empty((most, len(state)))
+        changes = taken[:, count : 2 * count]
+        errors = [self._largest(error)]
         while errors[-1] > 0.0:
             if _ends(errors, self._tolerance):
                 # the error left contracts as the last ones did
-                found += rest
+                found += error
                 break
-            if len(errors) > most or not np.isfinite(errors[-1]):
+            k = len(errors) - 1
+            if k == most or not np.isfinite(errors[-1]):
                 return None
-            change = self._precondition(self._times(rest * sizes)) / sizes
-            way = rest.copy()
-            back, before = self._sums([change @ rest, rest @ rest])
+            force = self._times(error * sizes)
+            change = error - self._precondition(rest - force) / sizes
+            back, before = self._sums([change @ error, error @ error])
             if not (fresh or back >= SOFT * before):
                 return None
-            if ways:
-                shares = self._sums([other @ change for other in changes])
-                for share, other_way, other in zip(shares, ways, changes, strict=True):
-                    way -= share * other_way
-                    change -= share * other
-            square, step = self._sums([change @ change, change @ rest])
+            taken[k] = np.concatenate([-error, change, force])
+            if k:
+                taken[k] -= self._sums(changes[:k] @ change) @ taken[:k]
+            square, step = self._sums([changes[k] @ changes[k], changes[k] @ error])
             if square == 0.0:
                 return None
-            size = np.sqrt(square)
-            way /= size
-            change /= size
-            ways.append(way)
-            changes.append(change)
-            found += (step / size) * way
-            rest -= (step / size) * change
-            errors.append(self._largest(rest))
-        found *= sizes
-        return found
+            state -= (step / square) * taken[k]
+            taken[k] /= np.sqrt(square)
+            errors.append(self._largest(error))
+        return found * sizes
 
     def _sizes(self, tests: Floats) -> Floats:
         """Largest number of each part, at all places of the part."""
@@ -250,7 +251,7 @@ class Multipliers:
         comm = self._system.comm
         return largest if comm.size == 1 else float(comm.allreduce(largest, op=MPI.MAX))
 
-    def _sums(self, values: list[Any]) -> Floats:
+    def _sums(self, values: Any) -> Floats:
         """Sums over all ranks."""
         sums = np.array(values, dtype=float)
         if self._system.comm.size > 1:

@@ -109,8 +109,7 @@ class Sweep:
         """
         linear, bodies = self._problem.iteration.linear, self._simulation.model.bodies
         moved = any(fixed.moving for body in bodies for fixed in body.fixed)
-        plain = self._problem.scheme.dynamic and not (differenced or moved)
-        # without inertia elimination of resultants loses three more digits
+        plain = not (differenced or moved)
         if plain and isinstance(linear, Reduction) and linear.covers:
             return linear
         return Unreduced(self._system, new_prefix(self))
