@@ -3,7 +3,8 @@
 `python -m tests.bench.sensitivities`. Processor time of steps, set-up excluded, the shortest of
 several rounds in turn. Then what the sweep backwards costs, for the thickness of each element, in
 runs, and what is spent before it, once: forms in UFL and kernels from the cache.
-`python -m tests.bench.sensitivities back` prints the latter only.
+`python -m tests.bench.sensitivities back` prints the latter only; `forward` and `paths`, along
+static paths, are the others.
 """
 
 from __future__ import annotations
@@ -20,10 +21,17 @@ from shellmb.sensitivity.adjoint.elementwise import changes
 from shellmb.sensitivity.adjoint.places import Place, varying
 from shellmb.sensitivity.adjoint.steps import Steps
 from shellmb.sensitivity.adjoint.sweep import Sweep
-from shellmb.sensitivity.parameters import beside, differentiated, parameters_of
+from shellmb.sensitivity.parameters import (
+    Differentiated,
+    beside,
+    differentiated,
+    parameters_of,
+)
+from shellmb.sensitivity.paths.tangent import PathTangents
 from shellmb.sensitivity.shadow import Shadow
 from shellmb.sensitivity.tangent import Pair, Tangents
 from shellmb.simulate.simulation import Observer, Simulation
+from tests.sensitivity.path_scenes import roof
 
 # mesh, steps, scheme, Newton's method, parameters, columns
 CASES = (
@@ -37,6 +45,12 @@ CASES = (
     ((32, 32), 20, "ep", "full", ("thickness",), "probes"),
 )
 ROUNDS = 3
+# mesh and steps along the path of a hinged roof, and parameters
+PATHS = (
+    ((8, 8), 12, ("thickness",)),
+    ((8, 8), 12, ("thickness", "E", "radius")),
+    ((16, 16), 8, ("thickness",)),
+)
 # mesh, steps, scheme, Newton's method of runs that go backwards
 BACK = (
     ((6, 2), 100, "ep", "auto"),
@@ -75,6 +89,11 @@ def seconds(
     made = differentiated(
         "sudden_load", None, mesh=mesh, scheme=scheme, newton=newton, t_end=steps * 1e-3
     )
+    return beside_it(made, steps, names, columns)
+
+
+def beside_it(made: Differentiated, steps: int, names: Sequence[str], columns: str) -> float:
+    """Processor time of some steps of a scene with derivatives by some parameters, s."""
     base = made.scene()
 
     def make(run: Simulation) -> list[Pair]:
@@ -88,12 +107,14 @@ def seconds(
         return made_pairs
 
     run = Simulation(base)
-    every: list[Observer] = [*StandardObservers(None).named.values(), Tangents(make)]
-    for observer in every if names else every[:-1]:
+    every: list[Observer] = list(StandardObservers(None).named.values())
+    if names:
+        every.append(PathTangents(make, (), False) if base.path else Tangents(make))
+    for observer in every:
         observer.start(run)
     begin = time.process_time()
     while run.step < steps:
-        run.advance(every if names else every[:-1])
+        run.advance(every)
     return time.process_time() - begin
 
 
@@ -140,6 +161,22 @@ def forward() -> None:
         )
 
 
+def along() -> None:
+    """Print a line for each case of derivatives along a static path."""
+    print("mesh   parameters               run [ms/step]  share per parameter")
+    for mesh, steps, names in PATHS:
+        made = differentiated(roof, None, mesh=mesh)
+        rounds = [
+            [beside_it(made, steps, by, "probes") for by in ((), names)] for _ in range(ROUNDS)
+        ]
+        alone, together = map(min, zip(*rounds, strict=True))
+        print(
+            f"{mesh[0]}x{mesh[1]:<4} {','.join(names):24} {1e3 * alone / steps:13.3f}  "
+            f"{(together / alone - 1) / len(names):.2f}",
+            flush=True,
+        )
+
+
 def backward() -> None:
     """Print a line for each case of a sweep backwards."""
     print("mesh   scheme newton  run [ms/step]  sweep [runs]  before it [s]")
@@ -155,9 +192,9 @@ def backward() -> None:
 
 def main() -> None:
     """Print a line for each case."""
-    if sys.argv[1:] != ["back"]:
-        forward()
-    backward()
+    parts = {"forward": forward, "paths": along, "back": backward}
+    for name in sys.argv[1:] or parts:
+        parts[name]()
 
 
 if __name__ == "__main__":

@@ -93,6 +93,18 @@ def bent(
     return replace(made, supports=supports, loads=(), path=path, dt=0.2, t_end=10.0)
 
 
+def pressed(
+    thickness: float = 4e-3, stiffness: float = 1e5, gap: float = 8e-3, force: float = 30.0
+) -> sm.Scene:
+    """A strip whose end is pressed to a plane."""
+    made = scenes.plate("static", thickness=thickness)
+    floor = sm.Plane(normal=UP, point=(0, 0, -gap))
+    touch = sm.Contact("floor", floor, stiffness, body="strip", smoothing=1e-3)
+    loads = sm.EdgeForce("right", (0, 0, -force))
+    path = sm.PathFollowing()
+    return replace(made, loads=loads, contacts=touch, path=path, dt=0.1, t_end=2.0)
+
+
 def followed(thickness: float = 4e-3, length: float = 1.0, E: float = 210e9) -> sm.Scene:
     """A strip under a load that follows its edge, beside which nothing is known of stability."""
     made = scenes.plate("static", thickness=thickness, length=length, E=E)

@@ -19,7 +19,7 @@ from shellmb.options.run import Options
 from shellmb.running.execute import RunResult, execute
 from shellmb.simulate.simulation import Silent, Simulation
 from tests.sensitivity import scenes
-from tests.sensitivity.path_scenes import bent, followed, frame, roof, truss
+from tests.sensitivity.path_scenes import bent, followed, frame, pressed, roof, truss
 from tests.sensitivity.test_exact import NOISE, TIGHT, ZERO, largest, stem
 from tests.sensitivity.test_resume import stopped_at
 
@@ -282,6 +282,8 @@ def test_roofs_in_other_units_have_the_same_derivatives() -> None:
     [
         # the reference: runs know these paths to 1e-9, over differences of 2e-4
         (bent, ("thickness", "angle", "length"), 1e-5, 1e-4),
+        # contact begins on the way
+        (pressed, ("thickness", "stiffness", "gap", "force"), 1e-5, 1e-4),
         # steep at its end: differences are off by the square of `apart`, 1.7e-4 at 1e-4
         (frame, ("E", "width", "length"), 1e-4, 1e-5),
     ],
