@@ -9,6 +9,7 @@ import pytest
 import shellmb as sm
 from shellmb.demos import identify_plate
 from shellmb.sensitivity.fitting.data import data_of
+from shellmb.sensitivity.fitting.fit import _Search
 from shellmb.sensitivity.fitting.fitted import Fit
 from shellmb.sensitivity.parameters import Parameter
 from tests.sensitivity import scenes
@@ -122,6 +123,22 @@ def test_rows_in_any_order_are_the_same_data() -> None:
 GOOD = pd.DataFrame({"t": [0.0, 2e-3, 4e-3], "tip": [0.0, 0.1, 0.2]})
 
 
+def test_the_search_turns_where_a_scene_is_impossible() -> None:
+    """A combination that data do not determine leads it anywhere; the start must be possible."""
+
+    def run(x: np.ndarray) -> sm.Sensitivities:
+        raise sm.SceneError(f"E is {x[0]:g}")
+
+    data = data_of(GOOD, 1.0, SimpleNamespace(t_end=1.0), 1)  # type: ignore[arg-type]
+    search = _Search(run, data, [Parameter("E", 1.0, 1e-5)], np.ones(1), 5, None)
+    with pytest.raises(sm.SceneError, match="E is -1"):
+        search.residual(np.array([-1.0]))
+    search.count = 1
+    # from which SciPy's trust region goes back
+    assert np.isnan(search.residual(np.array([-1.0]))).tolist() == 3 * [True]
+    assert "run 2 with E = -1 is impossible: E is -1" in str(search.impossible)
+
+
 @pytest.mark.parametrize(
     ("data", "names", "more", "said"),
     [
@@ -136,6 +153,7 @@ GOOD = pd.DataFrame({"t": [0.0, 2e-3, 4e-3], "tip": [0.0, 0.1, 0.2]})
         (GOOD, ("E",), {"bounds": {"E": 3}}, "bounds of 'E' are 3; they must be two numbers"),
         (GOOD, ("E",), {"bounds": {"E": ("a", 1)}}, "bounds of 'E' are .* must be two numbers"),
         (GOOD.assign(tip=[0, np.inf, 0]), ("E",), {}, "'tip' of data has an infinite value"),
+        (pd.concat([GOOD, GOOD[["tip"]]], axis=1), ("E",), {}, "has the column 'tip' twice"),
         (GOOD.assign(end=np.nan), ("E",), {}, "column 'end' of data has no value; leave it out"),
         (GOOD, ("width",), {}, "has no parameter 'width'"),
     ],

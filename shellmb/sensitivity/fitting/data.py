@@ -119,6 +119,11 @@ def data_of(
             f"fit: data is no table of numbers ({error}); it must be a pandas DataFrame of columns "
             "of the history over times, in its column t or its index"
         ) from None
+    if not table.columns.is_unique:
+        twice = table.columns[table.columns.duplicated()][0]
+        raise SceneError(
+            f"fit: data has the column '{twice}' twice; give all of its values in one column"
+        )
     if not values:
         raise SceneError("fit: data has no column; it must have some of the run's history")
     for name, column in values.items():

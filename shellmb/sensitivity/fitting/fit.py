@@ -110,6 +110,8 @@ def fit(
         gtol=1e-12,
         max_nfev=runs,
     )
+    if search.impossible is not None and solution.status <= 0:
+        raise search.impossible
     best, residual, jacobian = search.at(solution.x)
     return Fit(
         best,
@@ -136,6 +138,7 @@ class _Search:
 
     Attributes:
         count: Number of runs.
+        impossible: Error of the last one that was impossible; None: none was.
     """
 
     def __init__(
@@ -151,6 +154,7 @@ class _Search:
         self._sizes, self._most, self._tell = sizes, most, tell
         self._kept: list[tuple[Floats, tuple[Sensitivities, Floats, Floats]]] = []
         self.count = 0
+        self.impossible: SceneError | None = None
 
     def at(self, x: Floats) -> tuple[Sensitivities, Floats, Floats]:
         """The run at some parameters, its residuals, and derivatives by parameters over sizes."""
@@ -209,8 +213,17 @@ class _Search:
         return ", ".join(f"{p.name} = {v:.6g}" for p, v in both)
 
     def residual(self, x: Floats) -> Floats:
-        """Misfits over their noise."""
-        return self.at(x)[1]
+        """Misfits over their noise; NaN where the scene is impossible, from where the search turns.
+
+        A combination that the data do not determine leads it anywhere.
+        """
+        try:
+            return self.at(x)[1]
+        except SceneError as error:
+            if not self.count:
+                raise
+            self.impossible = error
+            return np.full(self._data.count, np.nan)
 
     def jacobian(self, x: Floats) -> Floats:
         """Their derivatives."""
