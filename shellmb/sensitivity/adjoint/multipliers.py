@@ -102,6 +102,7 @@ class Multipliers:
         mine = (unknowns >= 0) & (unknowns < system.numbering.owned)
         self._own_given = self._given[mine][np.unique(unknowns[mine], return_index=True)[1]]
         self._parts: list[Ints] = []
+        self._taken = np.empty((0, 0))
         self._purpose = Purpose.LAGGED
         # steps that the factors served, their cost in iterations, and that of the last step
         self._served, self._spent, self._last = int(ready), linear.cost, 0
@@ -195,8 +196,9 @@ class Multipliers:
         state = np.concatenate([np.zeros(count), error / sizes, rest])
         found, error, rest = state[:count], state[count : 2 * count], state[2 * count :]
         # what each iteration took from these, its change of the error of size one
-        taken = np.empty((most, len(state)))
-        changes = taken[:, count : 2 * count]
+        if self._taken.shape[1] != len(state):
+            self._taken = np.empty((MOST, len(state)))
+        taken, changes = self._taken, self._taken[:, count : 2 * count]
         errors = [self._largest(error)]
         while errors[-1] > 0.0:
             if _ends(errors, self._tolerance):
