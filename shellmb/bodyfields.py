@@ -8,9 +8,8 @@ import numpy as np
 from dolfinx import fem
 from ufl import Form
 
-from shellmb.arrays import Int32s, Ints
+from shellmb.arrays import Int32s
 from shellmb.model.body import Body, Dofs, Term
-from shellmb.system.assembly.blocks import BlockSystem
 from shellmb.system.assembly.fields import Directors, Field, Link, Part, ResidualTerm
 
 # thickness over length below which resultants are not eliminated: round-off leaves
@@ -68,14 +67,6 @@ def residual_terms(terms: Iterable[Term], numbers: Sequence[int]) -> tuple[Resid
         )
         for term in terms
     )
-
-
-def owned_places(system: BlockSystem, fields: Sequence[int]) -> Ints:
-    """Places of the unknowns of some fields, by their numbers, among those of this rank."""
-    numbering = system.numbering
-    found = [numbering.by_field[k] - numbering.start for k in fields]
-    places = np.unique(np.concatenate([*found, np.zeros(0, np.int64)]))
-    return places[(places >= 0) & (places < numbering.owned)]
 
 
 def elementwise_dofs(body: Body) -> Dofs:

@@ -6,12 +6,12 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from functools import wraps
-from typing import Any, Literal, Protocol
+from typing import Any, Literal, NamedTuple, Protocol
 
 from mpi4py import MPI as _MPI  # noqa: F401  (before petsc4py)
 from petsc4py import PETSc
 
-from shellmb.arrays import Floats, Ints
+from shellmb.arrays import Bools, Floats, Ints
 
 Assembler = Literal["native", "reference"]
 
@@ -123,6 +123,24 @@ class NodeSums(Protocol):
         ...
 
 
+class Pairs(NamedTuple):
+    """Unknowns of which some tell the slope in time of others.
+
+    Args:
+        values: These others, by their places.
+        slopes: Unknowns that tell their slopes.
+        times: Change in a step at that slope over the unknown that tells it.
+    """
+
+    values: Ints
+    slopes: Ints
+    times: Floats
+
+    def some(self, which: Bools) -> Pairs:
+        """Some of them, as a mask says."""
+        return Pairs(self.values[which], self.slopes[which], self.times[which])
+
+
 class Operations(Protocol):
     """Operations on arrays that have a loop in C, beside assembly and elimination."""
 
@@ -150,7 +168,6 @@ class Operations(Protocol):
         first: int,
         weights: Floats,
         past: Floats,
-        rates: tuple[Ints, float],
         less: Floats | None,
         to: Floats,
     ) -> None:
@@ -160,7 +177,6 @@ class Operations(Protocol):
             first: Lowest degree that is requested.
             weights: Of each state for the polynomials of degree 0, 1, ..., lower triangular.
             past: The states, shape (k, n).
-            rates: Unknowns that are velocities times the step, and its length, s.
             less: What is subtracted.
             to: Gets them, shape (degrees, n).
         """
@@ -170,18 +186,18 @@ class Operations(Protocol):
         self,
         weights: tuple[Floats, Floats],
         past: Floats,
-        pairs: tuple[Ints, Ints],
+        pairs: Pairs,
         dt: float,
         less: Floats | None,
         to: Floats,
     ) -> None:
-        """Extrapolate values and velocities by polynomials through both.
+        """Extrapolate values and slopes by polynomials through both.
 
         Args:
-            weights: Of values and of velocities a step ahead: of the values of all states, then of
-                their velocities times the step, shape (p, 2 k) each.
-            past: The states, shape (k, n).
-            pairs: Unknowns that are values, and those that are their velocities.
+            weights: Of values and of slopes a step ahead: of the values of all states, then of
+                their slopes times the step, shape (p, 2 k) each.
+            past: The states, shape (k, n), slopes over the lengths of their steps.
+            pairs: Unknowns that are values, and those that are their slopes.
             dt: Length of the step, s.
             less: What is subtracted.
             to: Gets them, shape (p, n); what is in no pair stays.

@@ -10,7 +10,7 @@ import numpy as np
 
 from shellmb.arrays import Floats, Ints
 from shellmb.native import library as native
-from shellmb.native.assembler import NodeSums, Operations, PartSizes, is_native
+from shellmb.native.assembler import NodeSums, Operations, Pairs, PartSizes, is_native
 from shellmb.native.reference import Reference
 
 
@@ -43,29 +43,27 @@ class Loops:
         first: int,
         weights: Floats,
         past: Floats,
-        rates: tuple[Ints, float],
         less: Floats | None,
         to: Floats,
     ) -> None:
         """Extrapolate states by polynomials."""
-        pointer = native.doubles
-        sizes, places = (first, len(to), *past.shape), (len(rates[0]), native.longs(rates[0]))
-        states = pointer(past), pointer(weights)
-        self._lib.foresee(*sizes, *states, *places, rates[1], pointer(less), pointer(to))
+        pointers = map(native.doubles, (past, weights, less, to))
+        self._lib.foresee(first, len(to), *past.shape, *pointers)
 
     def foresee_pairs(
         self,
         weights: tuple[Floats, Floats],
         past: Floats,
-        pairs: tuple[Ints, Ints],
+        pairs: Pairs,
         dt: float,
         less: Floats | None,
         to: Floats,
     ) -> None:
-        """Extrapolate values and velocities by polynomials through both."""
-        pointer = native.doubles
-        known = *map(pointer, (past, *weights)), len(pairs[0]), *map(native.longs, pairs)
-        self._lib.foresee_pairs(len(to), *past.shape, *known, dt, pointer(less), pointer(to))
+        """Extrapolate values and slopes by polynomials through both."""
+        pointer, (values, slopes, times) = native.doubles, pairs
+        known = *map(pointer, (past, *weights)), len(values), *map(native.longs, (values, slopes))
+        ends = pointer(times), dt, pointer(less), pointer(to)
+        self._lib.foresee_pairs(len(to), *past.shape, *known, *ends)
 
     def node_sums(self, dofs: Ints, reference: Floats, positions: int) -> NodeSums:
         """Sums over nodes."""

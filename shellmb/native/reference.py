@@ -17,7 +17,7 @@ from ufl import Form
 from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats, Ints
-from shellmb.native.assembler import NodeSums, PartSizes
+from shellmb.native.assembler import NodeSums, Pairs, PartSizes
 
 # `sum a x b` of `sum a b`
 AXIAL = np.zeros((3, 3, 3))
@@ -82,13 +82,11 @@ class Reference:
         first: int,
         weights: Floats,
         past: Floats,
-        rates: tuple[Ints, float],
         less: Floats | None,
         to: Floats,
     ) -> None:
         """Extrapolate states by polynomials."""
         to[:] = weights[first : first + len(to)] @ past
-        to[:, rates[0]] *= rates[1]
         if less is not None:
             to -= less
 
@@ -96,17 +94,18 @@ class Reference:
         self,
         weights: tuple[Floats, Floats],
         past: Floats,
-        pairs: tuple[Ints, Ints],
+        pairs: Pairs,
         dt: float,
         less: Floats | None,
         to: Floats,
     ) -> None:
-        """Extrapolate values and velocities by polynomials through both."""
-        known = np.concatenate([past[:, pairs[0]], past[:, pairs[1]] * dt])
-        for places, rows in zip(pairs, weights, strict=True):
-            to[:, places] = rows @ known
-            if less is not None:
-                to[:, places] -= less[places]
+        """Extrapolate values and slopes by polynomials through both."""
+        values, slopes, times = pairs
+        known = np.concatenate([past[:, values], past[:, slopes] * dt * times])
+        to[:, values], to[:, slopes] = weights[0] @ known, weights[1] @ known / times
+        if less is not None:
+            both = np.concatenate([values, slopes])
+            to[:, both] -= less[both]
 
     def node_sums(self, dofs: Ints, reference: Floats, positions: int) -> NodeSums:
         """Sums over nodes."""

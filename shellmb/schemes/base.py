@@ -232,6 +232,8 @@ class Scheme(Protocol):
         stages: Names of the stages; `END` is the state at the end of the step.
         rates: Names of the rates that it keeps from step to step.
         scaled: Those of them that its rows take times the step, as what is unknown.
+        slopes: Change of stresses, and of forces of constraints, in a step whose forces are linear
+            in time, over their unknowns beside `scaled`; zeros where there are none.
         balance: Stages whose rows balance the momentum of a step: with the mean of the forces, and
             with their first moment in time where there is such a row.
         conserves: Any of "energy", "momentum", "angular momentum".
@@ -256,6 +258,8 @@ class Scheme(Protocol):
     def rates(self) -> tuple[str, ...]: ...  # noqa: D102
     @property
     def scaled(self) -> tuple[str, ...]: ...  # noqa: D102
+    @property
+    def slopes(self) -> tuple[float, float]: ...  # noqa: D102
     @property
     def balance(self) -> tuple[str, ...]: ...  # noqa: D102
     @property

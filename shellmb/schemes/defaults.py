@@ -30,6 +30,7 @@ class Defaults:
     """
 
     scaled: tuple[str, ...] = ()
+    slopes: tuple[float, float] = (0.0, 0.0)
     balance: tuple[str, ...] = (END,)
     linear: bool = False
     jumps: bool = False

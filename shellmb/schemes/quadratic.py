@@ -111,6 +111,8 @@ class QuadraticInTime(Defaults):
     rates: tuple[str, ...] = ("v",)
     scaled: tuple[str, ...] = ("v",)
     balance: tuple[str, ...] = (END, RATE)
+    # of `S_0 + S_1 P1` and `lambda_0 + 3 lambda_1 P1` from tau = 0 to 1
+    slopes: tuple[float, float] = (2.0, 6.0)
 
     @property
     def title(self) -> str:

@@ -10,12 +10,11 @@ from functools import cached_property, lru_cache
 import numpy as np
 from dolfinx import fem
 
-from shellmb.arrays import Bools, Floats, Ints
+from shellmb.arrays import Bools, Floats
 from shellmb.bodyfields import (
     body_directors,
     body_field,
     kinematic_dofs,
-    owned_places,
     residual_terms,
     resultant_dofs,
     without_impulse,
@@ -24,7 +23,7 @@ from shellmb.errors import ConvergenceError
 from shellmb.model.body import Body, TimeFunction
 from shellmb.model.model import Model
 from shellmb.model.sections.natural import NaturalStress
-from shellmb.native.assembler import is_native
+from shellmb.native.assembler import Pairs, is_native
 from shellmb.schemes.base import END, GAUSS_TIMES, GAUSS_WEIGHTS, Levels, Scheme, StepForms
 from shellmb.schemes.linearised import at_reference
 from shellmb.schemes.residuals.residual import StageForms
@@ -164,22 +163,25 @@ class Problem:
     @cached_property
     def predictor(self) -> Predictor:
         """Extrapolates the steps before."""
-        rates = [k for (_, stage), k in self._index.items() if stage in self.scheme.scaled]
-        places = owned_places(self.system, rates)
-        return Predictor(self.iteration, places, self._with_velocities())
+        return Predictor(self.iteration, self._pairs())
 
-    def _with_velocities(self) -> tuple[Ints, Ints]:
-        """Places of the owned unknowns at the end of a step that move, and of their velocities."""
-        numbering, found = self.system.numbering, [np.zeros((2, 0), np.int64)]
+    def _pairs(self) -> Pairs:
+        """Owned unknowns whose slopes in time others tell, as the scheme says."""
+        numbering, found = self.system.numbering, [np.zeros((3, 0))]
+        stresses, reactions = self.scheme.slopes
         for (name, stage), rate in self._index.items():
             if stage in self.scheme.scaled:
-                fields = self.number(name, self.last), rate
-                moving = self._moving[name]
-                found.append(np.array([numbering.by_field[k][moving] for k in fields]))
-        both = np.unique(np.hstack(found) - numbering.start, axis=1)
-        mine = ((both >= 0) & (both < numbering.owned)).all(axis=0)
-        states, rates = (np.ascontiguousarray(places[mine]) for places in both)
-        return states, rates
+                times = np.where(self._moving[name], 1.0, reactions)
+                times[self._resultant_dofs[name]] = stresses
+                fields = (self.number(name, self.last), rate)
+                places = [numbering.by_field[k] - numbering.start for k in fields]
+                found.append(np.array([*places, times]))
+        every = np.unique(np.hstack(found), axis=1)
+        # of nodes that joints see, too, the first one is as of their own body: it has the least
+        values, first = np.unique(every[0], return_index=True)
+        mine = first[(values >= 0) & (values < numbering.owned)]
+        states, rates = (rows[mine].astype(np.int64) for rows in every[:2])
+        return Pairs(states, rates, every[2, mine])
 
     def _add(self, body: Body) -> None:
         space = body.mixed.space

@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 
 from shellmb.native import kernels, library
-from shellmb.native.assembler import NodeSums, PartSizes
+from shellmb.native.assembler import NodeSums, Pairs, PartSizes
 from shellmb.native.operations import Loops
 from shellmb.native.reference import Reference
 from shellmb.running.execute import execute
@@ -177,17 +177,18 @@ def test_rotations_of_bodies_are_alike(axis: tuple[float, float, float]) -> None
 @pytest.mark.parametrize(("first", "degrees"), [(0, 3), (2, 1)])
 def test_states_are_extrapolated_alike(first: int, degrees: int) -> None:
     past, weights = RANDOM.normal(size=(3, 8)), np.tril(RANDOM.normal(size=(3, 3)))
-    less, rates = RANDOM.normal(size=8), (np.array([1, 5]), 0.1)
+    less = RANDOM.normal(size=8)
     for known in (None, less):
         both = np.zeros((2, degrees, 8))
         for ops, to in zip((Loops(), Reference()), both, strict=True):
-            ops.foresee(first, weights, past, rates, known, to)
+            ops.foresee(first, weights, past, known, to)
         np.testing.assert_allclose(*both, rtol=1e-13, atol=1e-13)
 
 
-def test_states_are_extrapolated_alike_with_velocities() -> None:
+def test_states_are_extrapolated_alike_with_slopes() -> None:
     past, weights = RANDOM.normal(size=(3, 8)), tuple(RANDOM.normal(size=(2, 2, 6)))
-    less, pairs = RANDOM.normal(size=8), (np.array([1, 5, 0]), np.array([2, 3, 7]))
+    pairs = Pairs(np.array([1, 5, 0]), np.array([2, 3, 7]), np.array([1.0, 6.0, 2.0]))
+    less = RANDOM.normal(size=8)
     for known in (None, less):
         both = np.ones((2, 2, 8))
         for ops, to in zip((Loops(), Reference()), both, strict=True):

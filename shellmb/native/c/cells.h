@@ -222,10 +222,10 @@ void path_bases(int, int, const PathNodes *, const unsigned char *, double **);
 void copy_pieces(int, double **, const int *, double **);
 void follow(int count, const int *sizes, const int *terms, double **from,
              const double *weights, double **to);
-void foresee(int, int, int, int, const double *, const double *, int64_t, const int64_t *, double,
-             const double *, double *);
+void foresee(int, int, int, int, const double *, const double *, const double *, double *);
 void foresee_pairs(int, int, int, const double *, const double *, const double *, int64_t,
-                   const int64_t *, const int64_t *, double, const double *, double *);
+                   const int64_t *, const int64_t *, const double *, double, const double *,
+                   double *);
 void put_rows(int, const RowsToPut *);
 double violation(int, int, const int64_t *, const double *, const double *, const unsigned char *);
 int turn(int, int, double *, const double *, double);

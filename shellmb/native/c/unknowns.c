@@ -27,10 +27,9 @@ void follow(int count, const int *sizes, const int *terms, double **from,
 }
 
 /* What polynomials of so many degrees through `states` foresee, less what is `known` (or NULL): row
- * `first + k` of the weights (states, states), lower triangular, for row k of `out` (degrees, n); of
- * unknowns that are rates, times `dt`. */
+ * `first + k` of the weights (states, states), lower triangular, for row k of `out` (degrees, n). */
 void foresee(int first, int degrees, int states, int n, const double *past, const double *weights,
-             int64_t rates, const int64_t *rate, double dt, const double *known, double *out)
+             const double *known, double *out)
 {
     for (int degree = first; degree < first + degrees; ++degree, out += n) {
         const double *weight = weights + degree * states;
@@ -39,32 +38,31 @@ void foresee(int first, int degrees, int states, int n, const double *past, cons
         for (int term = 1; term <= degree; ++term)
             for (int i = 0; i < n; ++i)
                 out[i] += weight[term] * past[(int64_t)term * n + i];
-        for (int64_t i = 0; i < rates; ++i)
-            out[rate[i]] *= dt;
         for (int i = 0; known && i < n; ++i)
             out[i] -= known[i];
     }
 }
 
-/* What polynomials through values and velocities foresee of both, less what is `known` (or NULL): of
- * each polynomial weights of the values, then of the velocities times `dt`, (polynomials, 2 states)
- * each. `state` and `rate` are places of unknowns that belong together; others of `out`,
+/* What polynomials through values and slopes foresee of both, less what is `known` (or NULL): of
+ * each polynomial weights of the values, then of the slopes times `dt`, (polynomials, 2 states)
+ * each. `state` and `rate` are places of unknowns that belong together, the slope being so many
+ * `times` the second one, of which `past` has what it is per unit of time; other places of `out`,
  * (polynomials, n), stay. */
 void foresee_pairs(int polynomials, int states, int n, const double *past, const double *values,
                    const double *slopes, int64_t pairs, const int64_t *state, const int64_t *rate,
-                   double dt, const double *known, double *out)
+                   const double *times, double dt, const double *known, double *out)
 {
     for (int p = 0; p < polynomials; ++p, out += n, values += 2 * states, slopes += 2 * states)
         for (int64_t i = 0; i < pairs; ++i) {
-            double at = 0.0, velocity = 0.0;
+            double at = 0.0, slope = 0.0;
             for (int term = 0; term < states; ++term) {
                 double own = past[(int64_t)term * n + state[i]];
-                double other = dt * past[(int64_t)term * n + rate[i]];
+                double other = times[i] * dt * past[(int64_t)term * n + rate[i]];
                 at += values[term] * own + values[states + term] * other;
-                velocity += slopes[term] * own + slopes[states + term] * other;
+                slope += slopes[term] * own + slopes[states + term] * other;
             }
             out[state[i]] = at - (known ? known[state[i]] : 0.0);
-            out[rate[i]] = velocity - (known ? known[rate[i]] : 0.0);
+            out[rate[i]] = slope / times[i] - (known ? known[rate[i]] : 0.0);
         }
 }
 
