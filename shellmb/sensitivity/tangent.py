@@ -17,7 +17,7 @@ finitely; the difference is the derivative of that retraction.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -121,7 +121,7 @@ class Tangents(Silent):
         system, scene = simulation.problem.system, simulation.scene
         self._kinked = bool(scene.contacts or scene.force_elements or scene.controllers)
         self._sizes = Sizes(system, _of_lengths(simulation))
-        self._given, self._change = system.x.duplicate(), system.x.duplicate()
+        self._vectors = [(system.x.duplicate(), system.x.duplicate()) for _ in self.pairs]
         self._states = list(simulation.live().values())
         self._both = {
             id(pair): [list(s.simulation.live().values()) for s in pair.sides]
@@ -145,13 +145,15 @@ class Tangents(Silent):
         """Find the derivatives of the step that the run has just solved."""
         assert simulation.last is not None
         step, unknowns = simulation.last, np.array(simulation.problem.system.x.array_r)
+        others = []
         for pair in self.pairs:
             for side in pair.sides:
                 side.begin(step.t, step.dt)
                 side.take_pairs(simulation)
             if simulation.control.watches and self._between_events(simulation, pair, unknowns):
                 continue
-            found = self._solve(simulation, pair, unknowns)
+            others.append(pair)
+        for pair, found in zip(others, self._solve(simulation, others, unknowns), strict=True):
             pair.guess.found(found, step.dt)
             for side in pair.sides:
                 side.solved(step)
@@ -175,7 +177,7 @@ class Tangents(Silent):
             del pair.kinks[kinks:]
             # that of a step of another length tells nothing
             pair.contraction = 1.0
-            return self._solve(simulation, pair, u)
+            return self._solve(simulation, [pair], u)[0]
 
         found = ends(simulation, pair, solve)
         prepare(found.until)
@@ -188,8 +190,28 @@ class Tangents(Silent):
         pair.guess, pair.contraction = Guess(), 1.0
         return True
 
-    def _solve(self, simulation: Simulation, pair: Pair, u: Floats) -> Floats:
-        """Derivatives of the unknowns, times the size of the parameter."""
+    def _solve(self, simulation: Simulation, pairs: Sequence[Pair], u: Floats) -> list[Floats]:
+        """Derivatives of the unknowns by some parameters, times the sizes of these.
+
+        All parameters whose iteration goes on have their next update from one solution.
+        """
+        found = {}
+        updates = [self._updates(simulation, pair, u) for pair in pairs]
+        rests = {k: next(each) for k, each in enumerate(updates)}
+        while rests:
+            changes = self._solutions(simulation, list(rests.values()))
+            for k, change in zip(list(rests), changes, strict=True):
+                try:
+                    rests[k] = updates[k].send(change)
+                except StopIteration as end:
+                    found[k] = end.value
+                    del rests[k]
+        return [found[k] for k in range(len(updates))]
+
+    def _updates(
+        self, simulation: Simulation, pair: Pair, u: Floats
+    ) -> Generator[Floats, Floats, Floats]:
+        """Iteration of one parameter: yields differences of residuals, and gets solutions."""
         assert simulation.last is not None
         linear, last = simulation.problem.iteration.linear, simulation.last
         above, below = pair.sides
@@ -219,7 +241,7 @@ class Tangents(Silent):
                 rest = one - below.residual(u - d)
                 # beside a kink sides differ
                 central = (one, rest) if lags and not self._kinked else None
-            change = STEP * self._solution(simulation, rest)
+            change = STEP * (yield rest)
             d = d - change
             self.iterations += 1
             now = self._sizes.relative(change, d)
@@ -246,7 +268,7 @@ class Tangents(Silent):
             return d / STEP
         same = above.residual(u + d) + below.residual(u - d)
         if self._kinked:
-            if self._sizes.relative(STEP * self._solution(simulation, same), d) > KINK:
+            if self._sizes.relative(STEP * (yield same), d) > KINK:
                 pair.kinks.append(last.t)
         return d / STEP
 
@@ -254,12 +276,14 @@ class Tangents(Silent):
         """A change of the unknowns that keeps the constraints of both sides to first order."""
         return np.asarray(0.5 * (pair.above.project(u + d) - pair.below.project(u - d)))
 
-    def _solution(self, simulation: Simulation, rest: Floats) -> Floats:
-        """`J^-1` times a difference of residuals, over twice the relative distance of the sides."""
-        # of the size of the unknowns: what the run corrects by the way is round-off of these
-        self._given.array[:] = rest * (0.5 / STEP)
-        check_solution(simulation.problem.iteration.linear.solve(self._given, self._change, False))
-        return np.asarray(self._change.array_r)
+    def _solutions(self, simulation: Simulation, rests: Sequence[Floats]) -> list[Floats]:
+        """`J^-1` times differences of residuals, over twice the relative distance of the sides."""
+        given, found = zip(*self._vectors[: len(rests)], strict=True)
+        for b, rest in zip(given, rests, strict=True):
+            # of the size of the unknowns: what the run corrects by the way is round-off of these
+            b.array[:] = rest * (0.5 / STEP)
+        check_solution(simulation.problem.iteration.linear.solve_many(given, found))
+        return [dx.array_r for dx in found]
 
     def accepted(self, simulation: Simulation) -> None:
         """Go to the end of the step."""

@@ -92,6 +92,7 @@ class PathTangents(Tangents):
         super().start(simulation)
         system = simulation.problem.system
         self._direct = Unreduced(system, new_prefix(self))
+        self._given, self._change = system.x.duplicate(), system.x.duplicate()
         # sum of the residuals at both sides
         self._sum = np.zeros(0)
         self._moved = _path(simulation).moved
@@ -170,7 +171,11 @@ class PathTangents(Tangents):
             found -= self._moved(null, found) * null
         return found
 
-    def _solve(self, simulation: Simulation, pair: Pair, u: Floats) -> Floats:
+    def _solve(self, simulation: Simulation, pairs: Sequence[Pair], u: Floats) -> list[Floats]:
+        """Half the differences of the unknowns at both sides of each parameter."""
+        return [self._solve_one(simulation, pair, u) for pair in pairs]
+
+    def _solve_one(self, simulation: Simulation, pair: Pair, u: Floats) -> Floats:
         """Half the difference of the unknowns at both sides."""
         path, name = _path(simulation), pair.parameter.name
         ahead, dot = path.ahead, path.bordered.dot

@@ -144,7 +144,7 @@ class MeshReduction:
         self._blocks = np.full(max(1, members["block_size"] * cells.count), np.nan)
         width = groups_of(cells.count) * LANES
         self._kept = Kept(members["kept_size"] * width, self.pointer)
-        self._eliminated = whole_lines(max(1, (cells.size - cells.shared) * width), np.float64)
+        self._eliminated_size = max(1, (cells.size - cells.shared) * width)
 
     def _run(self, projection: Any, first: int, last: int, values: Floats, *shift: Floats) -> None:
         p, loop = native.doubles, self.loop
@@ -170,19 +170,19 @@ class MeshReduction:
         if self.inner:
             of_projection |= {"inner": self.inner.struct}
         self.projection = self.pointer.many("Projection", [of_projection])
-        self._part = self.pointer.many(
-            "Part",
-            [
-                {
-                    "cells": self.struct,
-                    "projection": self.projection,
-                    "dofs": self.pointer(places_of_groups(self.cells.dofs)),
-                    "multiplier_rows": self._multiplier_rows,
-                    "eliminated": self.pointer(self._eliminated),
-                }
-            ],
-        )
+        self._members = {
+            "cells": self.struct,
+            "projection": self.projection,
+            "dofs": self.pointer(places_of_groups(self.cells.dofs)),
+            "multiplier_rows": self._multiplier_rows,
+        }
+        self._part = self.beside()
         return self._part
+
+    def beside(self) -> Any:
+        """Data for a solution beside others: what one keeps between its passes is its own."""
+        eliminated = self.pointer(whole_lines(self._eliminated_size, np.float64))
+        return self.pointer.many("Part", [{**self._members, "eliminated": eliminated}])
 
     def _call(self, name: str, single: bool, *arrays: Floats) -> None:
         function = getattr(self.lib, f"{name}_single" if single else name)

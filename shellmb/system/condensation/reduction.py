@@ -13,6 +13,7 @@ what they are for. The solution is that of the unreduced system, multipliers inc
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from contextlib import ExitStack
 from functools import cached_property
 
@@ -29,9 +30,9 @@ from shellmb.system.assembly.scatter import SerialExchange
 from shellmb.system.condensation.evaluation import AtOnce
 from shellmb.system.condensation.matrix import reduced_matrix
 from shellmb.system.condensation.meshreduction import MeshReduction, SingularCell
-from shellmb.system.condensation.substitution import SerialPasses, passes
+from shellmb.system.condensation.substitution import SerialPasses, SeveralPasses, passes
 from shellmb.system.couplings import CoupledEntries
-from shellmb.system.direct.linear import refresh_cost
+from shellmb.system.direct.linear import one_by_one, refresh_cost
 from shellmb.system.direct.solver import DirectSolver, Purpose
 from shellmb.system.general import general_position
 from shellmb.system.newton.convergence import unknown_scales
@@ -83,6 +84,7 @@ class Reduction:
         self._passes = passes(self.numbers, self.parts, self.solver.single)
         if isinstance(self._passes, SerialPasses):
             self._passes.take_vectors(self._rhs, self._solution)
+        self._several = SeveralPasses(self.numbers, self.parts, self.A.getSize()[0])
 
     @property
     def factorisations(self) -> int:
@@ -212,6 +214,31 @@ class Reduction:
         self.seconds["solve"] += inside
         self.seconds["reduction"] += now() - start - inside
         return reason
+
+    def solve_many(self, given: Sequence[PETSc.Vec], found: Sequence[PETSc.Vec]) -> str | None:
+        """Solve for several right-hand sides with an earlier factorisation.
+
+        Factors of large systems are read once for all of them.
+
+        Args:
+            given: Residuals of the unreduced system.
+            found: Take what is to be subtracted from the unknowns.
+        """
+        serial = isinstance(self._passes, SerialPasses)
+        if len(given) == 1 or not (serial and self.solver.many):
+            return one_by_one(self, given, found)
+        start, shift = now(), self.numbers.correction()
+        several, rough = self._several.of(len(given)), self.solver.rough
+        for passing, b, rhs in zip(several.passes, given, several.rhs, strict=True):
+            passing.before(rough, b.array_r, None, rhs)
+        before = now()
+        self.solver.solve_many(*several.matrices)
+        inside = now() - before
+        for passing, dx, solution in zip(several.passes, found, several.solutions, strict=True):
+            passing.after(rough, solution, shift, dx.array)
+        self.seconds["solve"] += inside
+        self.seconds["reduction"] += now() - start - inside
+        return None
 
     def solve_transposed(self, b: PETSc.Vec) -> str | None:
         """Solve `J^T x = b` for all but the equations of lengths and angles at nodes.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Protocol
 
 from petsc4py import PETSc
@@ -58,6 +58,26 @@ class Linear(Protocol):
             fresh: Whether the factorisation belongs to the current state.
         """
         ...
+
+    def solve_many(self, given: Sequence[PETSc.Vec], found: Sequence[PETSc.Vec]) -> str | None:
+        """Solve for several right-hand sides with an earlier factorisation.
+
+        Args:
+            given: Right-hand sides.
+            found: Take the solutions.
+        """
+        ...
+
+
+def one_by_one(
+    linear: Linear, given: Sequence[PETSc.Vec], found: Sequence[PETSc.Vec]
+) -> str | None:
+    """Solve for several right-hand sides by a solution each; returns why one failed."""
+    for b, dx in zip(given, found, strict=True):
+        reason = linear.solve(b, dx, False)
+        if reason is not None:
+            return reason
+    return None
 
 
 def refresh_cost(solver: DirectSolver, system: BlockSystem) -> float:
@@ -134,6 +154,10 @@ class Unreduced:
         failure = self._solver.solve(b, dx)
         self.seconds["solve"] += now() - start
         return failure
+
+    def solve_many(self, given: Sequence[PETSc.Vec], found: Sequence[PETSc.Vec]) -> str | None:
+        """Solve for several right-hand sides with the last factorisation."""
+        return one_by_one(self, given, found)
 
     def solve_transposed(self, b: PETSc.Vec) -> str | None:
         """Solve `J^T x = b` with the last factorisation; returns why that failed.

@@ -250,6 +250,11 @@ class DirectSolver:
         return self._enough
 
     @property
+    def many(self) -> bool:
+        """Decide whether solutions with several right-hand sides are cheaper than one by one."""
+        return self._enough and self._large and self.factors is not Factors.BANDED
+
+    @property
     def rough(self) -> bool:
         """Decide whether solutions are as exact as factors of single precision, and not refined."""
         return self.single and self._enough
@@ -284,6 +289,12 @@ class DirectSolver:
             self._paying = False
         self._direct(b, x)
         return None if self.factors is Factors.BANDED else self._failure()
+
+    def solve_many(self, B: PETSc.Mat, X: PETSc.Mat) -> None:
+        """Solve for the columns of a dense matrix, which reads the factors once; see `many`."""
+        assert self.matrix is not None
+        self.matrix.matSolve(B, X)
+        self.solutions += B.getSize()[1]
 
     def solve_transposed(self, b: PETSc.Vec, x: PETSc.Vec) -> str | None:
         """Solve with the transposed matrix, as exactly as factors are; returns why that failed."""
