@@ -75,6 +75,8 @@ class Shadow:
         """
         self.until, self._length = until, dt + until - self.since
         self.problem.prepare(t + self.since, self._length)
+        # along paths sides are looked at there
+        self.problem.start_from_state()
         self.iteration.begin(None, True)
 
     def take_pairs(self, run: Simulation) -> None:
