@@ -154,11 +154,11 @@ class Predictor:
         self._key = key
         new, known = x.array_r.copy(), len(self._past)
         if known:
-            possible = POSSIBLE[known] if self._has_pairs else known
-            wrong = self._table[:possible]
             if self._has_pairs:
-                self._foresee_pairs(self._pairs, slice(possible), dt, new, wrong)
+                wrong = self._table[: POSSIBLE[known]]
+                self._foresee_pairs(self._pairs, slice(len(wrong)), dt, new, wrong)
             else:
+                wrong = self._table[:known]
                 self._foresee(0, dt, new, wrong)
             motion, forces = self._convergence.sizes(new, wrong).T.tolist()
             self._motion.add(motion)

@@ -42,7 +42,6 @@ typedef struct {
     const int *left_runs;
     const int *left_start, *left_width, *left_place;    /* K_xE */
     int multiplier_place;      /* rows of the multipliers at the nodes */
-    int multipliers;           /* their largest number in a cell */
     int kept_size;             /* what is kept of a cell */
 } Cells;
 

@@ -66,7 +66,7 @@ void OF(reduce)(const Part *part, const double *b, double *change)
 void OF(expand)(const Part *part, double *x, double *rows)
 {
     const Cells *g = part->cells;
-    int n = g->size, P = g->shared, count = g->multipliers;
+    int n = g->size, P = g->shared, count = part->projection->multiplier.rows;
     lanes *v = many_lanes(n + count), *out = v + n;
     const lanes *t = (const lanes *)part->eliminated;
     const OF(wide) *kept = (const OF(wide) *)part->projection->OF(kept);

@@ -26,12 +26,13 @@ LAST = 1 << 40
 class MeshReduction:
     """Reduction of what is assembled over one mesh.
 
-    It is made at a state in general position, at which no entry is zero by chance.
+    It is made at a state in general position, at which no entry is zero by chance, and no share of
+    an unknown in a reduced one.
 
     Args:
         cells: Its cells.
         jacobian: Compiled bilinear forms as `FormLoop` takes them.
-        numbers: Numbers of the reduced unknowns.
+        numbers: Numbers of the reduced unknowns, updated at that state.
     """
 
     def __init__(
@@ -49,8 +50,7 @@ class MeshReduction:
         right, columns = positions(_keys(numbers.right, shared, numbers.inner_columns))
         left, rows = positions(_keys(numbers.left, shared, numbers.inner_rows))
         forces, seen = positions(_keys(numbers.forces, shared))
-        self.multipliers = seen.shape[1]
-        p = self.pointer
+        self._multipliers, p = seen.shape[1], self.pointer
         self.row_numbers, self.column_numbers = _numbers(rows), _numbers(columns)
         self._multiplier_rows = p(places_of_groups(_numbers(seen)))
         combined = {
@@ -137,8 +137,7 @@ class MeshReduction:
         members, size = elimination(self.chunks, self.pointer)
         members |= {
             "multiplier_place": size,
-            "multipliers": self.multipliers,
-            "kept_size": size + self.multipliers * cells.shared,
+            "kept_size": size + self._multipliers * cells.shared,
         }
         self.struct = cells.struct(self.loop, **members)
         self._blocks = np.full(max(1, members["block_size"] * cells.count), np.nan)
