@@ -35,6 +35,8 @@ class Control:
         samplers: Its controllers.
         watches: Its events.
         ended: Name of the event that has ended the run.
+        crossed: Events that happen at the end of the step that was located last, by their positions
+            among the watches.
     """
 
     def __init__(self, scene: Scene, signals: Signals) -> None:
@@ -48,7 +50,7 @@ class Control:
         self._read: dict[str, float] | None = None
         self._before: dict[str, float] = {}
         self._begun, self._changed = False, False
-        self._crossed: list[Watch] = []
+        self.crossed: list[int] = []
         self._dt = 0.0
 
     def attach(self, simulation: Running, observers: Sequence[Any]) -> None:
@@ -133,7 +135,7 @@ class Control:
             ConvergenceError: If a shorter step has no solution.
             ControlError: If a condition is no number.
         """
-        self._crossed = []
+        self.crossed = []
         if not self.watches:
             return attempt
         read, t, last = self._now(), simulation.t, attempt
@@ -166,11 +168,11 @@ class Control:
             if part is not None and least < part < attempt.dt - least:
                 found = margins(part)
                 return self.locate(simulation, last, False) if np.any(found >= 0) else last
-        self._crossed = [w for w, c in zip(self.watches, crossing, strict=True) if c]
+        self.crossed = np.flatnonzero(crossing).tolist()
         return last
 
     def margins(self, t: float, made: Attempt) -> Floats:
-        """Margins of all conditions that are waited for, behind a step that is solved; collective.
+        """Margins of the conditions of all events, behind a step that is solved; collective.
 
         Args:
             t: Time at its start, s.
@@ -185,14 +187,9 @@ class Control:
             now = readings.now(read, made.dt)
         return np.array([watch.margin(now, t + made.dt) for watch in self.watches])
 
-    @property
-    def crossed(self) -> list[int]:
-        """Events that happen at the end of the step that was located last, by their positions."""
-        return [k for k, watch in enumerate(self.watches) if watch in self._crossed]
-
     def follow(self, other: Control) -> None:
         """Take the events of another run of these controls, for the step that it has located."""
-        self._crossed = [self.watches[k] for k in other.crossed]
+        self.crossed = list(other.crossed)
 
     def _inner_time(self, start: Floats, end: Floats, t: float, dt: float) -> float | None:
         """Find where in a step a condition may be true between ends where it is not, s."""
@@ -214,7 +211,8 @@ class Control:
         if not self._active:
             return
         self._before, self._read, self._dt = self._read or {}, None, dt
-        for watch in self._crossed:
+        for k in self.crossed:
+            watch = self.watches[k]
             watch.change(t)
             self._changed = True
             if watch.on and watch.event.ends:
@@ -252,7 +250,7 @@ class Control:
             self._signals.ways[key] = Way(*way)
         for watch, saved in zip(self.watches, state["events"], strict=True):
             watch.restore(saved)
-        self._read, self._before, self._crossed = state["read"], state["before"], []
+        self._read, self._before, self.crossed = state["read"], state["before"], []
         self._dt = float(state["dt"])
         self._begun, self._changed = bool(state["begun"]), bool(state["changed"])
         self.ended = state["ended"]
