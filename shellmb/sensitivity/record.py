@@ -217,7 +217,7 @@ class Sensitivities:
     @property
     def fields(self) -> Mapping[str, FieldDerivatives]:
         """Derivatives of fields by the names of parameters, and then of bodies."""
-        return {p.name: FieldDerivatives(self.run, self._sides(p), p) for p in self.parameters}
+        return {p.name: FieldDerivatives(self._sides(p), p) for p in self.parameters}
 
     def is_round_off(self, parameter: Parameter) -> bool:
         """Decide whether derivatives of all results and probes by a parameter are round-off.
@@ -253,13 +253,12 @@ class FieldDerivatives(Mapping[str, "xr.Dataset"]):
     """Derivatives of the fields of all bodies by one parameter, computed when they are used.
 
     Args:
-        run: The run.
         sides: Runs at both sides of the parameter.
         parameter: The parameter.
     """
 
-    def __init__(self, run: Run, sides: tuple[Run, Run], parameter: Parameter) -> None:
-        self._run, self._above, self._below = (one.fields for one in (run, *sides))
+    def __init__(self, sides: tuple[Run, Run], parameter: Parameter) -> None:
+        self._above, self._below = (side.fields for side in sides)
         self._parameter = parameter
 
     def __iter__(self) -> Iterator[str]:
@@ -269,9 +268,7 @@ class FieldDerivatives(Mapping[str, "xr.Dataset"]):
         return len(self._above)
 
     def __getitem__(self, name: str) -> xr.Dataset:
-        # those at an event are at other times
-        times = self._run[name].coords["t"]
-        above, below = (side[name].assign_coords(t=times) for side in (self._above, self._below))
+        above, below = self._above[name], self._below[name]
         numbers = [key for key, data in above.data_vars.items() if data.dtype.kind == "f"]
         made = (above[numbers] - below[numbers]) / self._parameter.width
         return made.assign_attrs(by=self._parameter.name)

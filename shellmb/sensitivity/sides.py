@@ -56,6 +56,9 @@ class Side:
         self._standard: StandardObservers | None = None
         if columns == "all":
             self._standard = StandardObservers(folder)
+            assert self._standard.frames is not None
+            # a time that moves may be on either side of that of a frame
+            self._standard.frames.clock = run
             left_out = OF_THE_RUN if fields else (*OF_THE_RUN, "frames")
             named = self._standard.named.items()
             chosen = {name: o for name, o in named if not name.startswith(left_out)}

@@ -144,6 +144,24 @@ def test_an_event_ends_the_run() -> None:
     assert len(axes.collections[0].get_paths()[0].vertices) < 2 * len(run.history) + 3
 
 
+def test_frames_that_are_due_at_an_event_are_of_one_step() -> None:
+    """Times of sides are on either side of it: frames of two steps had a difference of 1e5."""
+
+    def scene(far: float = 8e-3) -> sm.Scene:
+        event = sm.Event("far", when=TIP >= far, tolerance=SHARP)
+        free = {"supports": (), "loads": (), "output": sm.Output(frames=5)}
+        return sm.Scene(**{**vars(scenes.plate()), "events": event, **free})
+
+    found = sm.sensitivities(scene, ("far",))
+    frames = found.fields["far"]["strip"].displacement
+    np.testing.assert_array_equal(frames.t, found.run.fields["strip"].t)
+    # all of it moves by as much as the condition has
+    far = [1.0 if t == found.events["time"][0] else 0.0 for t in frames.t]
+    assert sum(far) == 1
+    # 2.1e-8 was seen
+    np.testing.assert_allclose(frames.max("node"), np.outer(far, (0, 0, 1)), atol=2e-7)
+
+
 def test_what_happens_at_once_or_jumps_is_reported() -> None:
     both = sm.sensitivities(released, ("stop",), values={"other": 0.1}, columns="probes")
     (said,) = both.warnings

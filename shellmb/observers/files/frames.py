@@ -66,12 +66,15 @@ class Frames(Silent):
     Attributes:
         frames: The frames so far, on rank 0.
         grids: What the frames show, by name, on rank 0.
+        clock: Simulation whose frames these correspond to, one by one, at its times; None: the one
+            that is observed.
     """
 
     def __init__(self, folder: Path | None = None, forces: JointForces | None = None) -> None:
         self.folder, self._forces = folder, forces
         self.frames: list[Frame] = []
         self.grids: dict[str, Grid] = {}
+        self.clock: Simulation | None = None
         self._kept: list[float] = []
         self._finer = 1
         self._sums: dict[str, str] = {}
@@ -119,11 +122,11 @@ class Frames(Silent):
     def accepted(self, simulation: Simulation) -> None:
         """Take a frame if it is time, and at the end."""
         # by the number of the interval, not by adding intervals up: no drift
-        interval = self._interval / self._finer
+        interval, clock = self._interval / self._finer, self.clock or simulation
         due = self._times[-1] // interval + 1
         if (due - EARLY) * interval <= self._times[-1]:
             due += 1
-        if simulation.t >= (due - EARLY) * interval or simulation.t >= simulation.t_end:
+        if clock.t >= (due - EARLY) * interval or clock.t >= clock.t_end:
             self._take(simulation)
         if self._pending and self._batches.due():
             self.write()
@@ -132,7 +135,7 @@ class Frames(Silent):
         """After a step that did not converge add the last good state."""
         try:
             if isinstance(error, ConvergenceError) and not simulation.scheme.linear:
-                if simulation.t > self._times[-1]:
+                if (self.clock or simulation).t > self._times[-1]:
                     self._take(simulation)
             self.write()
         finally:
@@ -144,9 +147,10 @@ class Frames(Silent):
                 self._all.close()
 
     def _take(self, simulation: Simulation) -> None:
-        self._times.append(simulation.t)
+        clock = self.clock or simulation
+        self._times.append(clock.t)
         if self._follows:
-            turned = self._interval * rotation_rate(simulation)
+            turned = self._interval * rotation_rate(clock)
             self._finer = int(min(max(np.ceil(turned / ANGLE), 1), FINEST))
         displacement, written = {}, {}
         for name, part in self._parts.items():
@@ -158,7 +162,7 @@ class Frames(Silent):
             displacement[name] = fields["displacement"]
             written[name] = fields
         if displacement:
-            self.frames.append(Frame(simulation.t, displacement))
+            self.frames.append(Frame(clock.t, displacement))
         if self._files:
             self._pending.append((len(self._times) - 1, written))
 
