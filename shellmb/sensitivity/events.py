@@ -6,8 +6,9 @@ it is at both sides, whose steps then have other lengths:
     g(u(h); s, p, h) = 0,       h' = -g' at the same length / (dg/dh)
 
 The next step ends where that of the run does: rows behind an event are at fixed times. Both steps
-are found from three solutions, with the length of the run and with two others: all derivatives are
-linear in the change of the length, and its cube, by which short steps are nonlinear, drops out.
+are found from three solutions, with the length of the run, a longer and a shorter one: derivatives
+are linear in the change of the length. The square of it, which counts where the state at the start
+depends on the parameter, drops out; the cube is that of a small unit.
 """
 
 from __future__ import annotations
@@ -27,8 +28,8 @@ from shellmb.simulate.control.watching import LEAST
 from shellmb.simulate.simulation import Simulation
 from shellmb.simulate.stepsize.landing import ROUND_OFF
 
-# changes of a step's length, in parts of it, and weights with which they give what is linear in it
-UNIT, WEIGHTS = 1e-3, {1: 8 / 6, 2: -1 / 6}
+# change of a step's length, in parts of it
+UNIT = 2e-4
 # largest difference of a step's length between the run and a side, in parts of it
 MOST = 0.5
 # relative difference of two rates of time that are one
@@ -96,16 +97,14 @@ def ends(run: Simulation, pair: Sides, solve: Callable[[float], Floats]) -> Ends
     step, crossed = run.last, run.control.crossed
     assert step is not None
     since, unit = pair.sides[0].since, UNIT * step.dt
-    here = _ahead(pair, solve(since), crossed)
+    here, longer, shorter = (
+        _ahead(pair, solve(since + change), crossed) for change in (0.0, unit, -unit)
+    )
     # change of what is found there for each unit
-    slopes = [0.0 * part for part in here]
-    for count, weight in WEIGHTS.items():
-        beyond = _ahead(pair, solve(since + count * unit), crossed)
-        slopes = [s + weight * (b - h) for s, b, h in zip(slopes, beyond, here, strict=True)]
+    slopes = [0.5 * (a - b) for a, b in zip(longer, shorter, strict=True)]
     until, said = 0.0, list[str]()
     if crossed:
-        margins, rates = here[-1], slopes[-1][0] - slopes[-1][1]
-        until, said = _time(run, since, margins, rates / (2 * unit))
+        until, said = _time(run, since, here[-1], _apart(slopes[-1]) / (2 * unit))
     moved = until - since
     if abs(moved) > MOST * step.dt:
         raise ConvergenceError(
@@ -133,14 +132,17 @@ def _apart(margins: Floats) -> Floats:
 def _time(run: Simulation, since: float, margins: Floats, rates: Floats) -> tuple[float, list[str]]:
     """By how much later than the run the upper side ends at its events, s, and what to say."""
     assert run.last is not None
-    names = [run.control.watches[k].event.name for k in run.control.crossed]
+    watches = [run.control.watches[k] for k in run.control.crossed]
+    names = [watch.event.name for watch in watches]
     end = run.last.t + run.last.dt
     fixed = [run.control.next, *run.landing.times]
     if any(abs(end - t) <= ROUND_OFF * run.size.nominal for t in fixed):
         return 0.0, [_held(name, end, "a step has to end at this time") for name in names]
     with np.errstate(divide="ignore", invalid="ignore"):
         over, until = margins.mean(axis=0) / rates, since - _apart(margins) / (2 * rates)
-    moves = (rates > 0) & (over <= 2 * LEAST * run.size.nominal)
+    # by how much later than its condition an event may have been found
+    late = 2 * LEAST * run.size.dt + np.array([watch.tolerance for watch in watches])
+    moves = (rates > 0) & (over <= late)
     there = zip(names, moves, strict=True)
     said = [_held(name, end, "its condition jumps there") for name, moved in there if not moved]
     if not moves.any():

@@ -77,8 +77,10 @@ def pushed(scheme="ep", thickness=4e-3, E=210e9, force=400.0, far=6e-3, steps=5)
 
 MANY = [
     *((slider, s, ("mass", "stiffness", "stop", "back")) for s in scenes.DAMPED),
-    # ED3 repeats the step of the impact with shorter ones, at other times in each run
     *((latching, s, ("stiffness", "mass", "arm", "angle")) for s in ("ep", "ed", "ep4")),
+    # by mass and arm some runs do not meet the reference's tolerance of 1e-11 in the step behind
+    # the impact, and halve it; with the usual tolerance all have the same steps
+    (latching, "ed3", ("stiffness", "angle")),
     *((pushed, s, ("thickness", "E", "force", "far")) for s in (*scenes.DAMPED, "static")),
 ]
 
@@ -92,8 +94,8 @@ def test_derivatives_behind_events_are_exact() -> None:
 def test_derivatives_behind_events_are_exact_everywhere(
     make: Callable[..., sm.Scene], scheme: str, names: tuple
 ) -> None:
-    # the dissipation of a step is no linear function of its length: 1.2e-5 was seen, all else 1e-6
-    assert_exact(make, {"scheme": scheme}, names, within=1e-4)
+    # the dissipation of a step is no linear function of its length: 6e-6 was seen, 1.2e-6 of others
+    assert_exact(make, {"scheme": scheme}, names, within=1.2e-5, wider={"dissipation": 1e-4})
 
 
 def test_closed_form_of_a_mass_that_is_released() -> None:
@@ -117,6 +119,66 @@ def test_closed_form_of_a_mass_that_is_released() -> None:
         np.testing.assert_allclose(found.history[name]["x"][behind], moved[behind], rtol=1e-6)
         np.testing.assert_array_equal(found.history[name]["t"][behind], 0.0)
     assert found.rows("stop")[0].name == "relay on, time"
+
+
+@pytest.mark.parametrize(
+    ("stop", "other", "within"),
+    [
+        # in the first step: 8e-8 was seen
+        (2e-4, 9.0, 8e-7),
+        # in two steps behind one another, of which the second has 0.6, 0.05 and 0.001 of the usual
+        # length, and ends by up to a twentieth of it apart: 1.5e-7, 2.8e-7 and 8e-6 were seen
+        pytest.param(0.093, 0.105, 1.5e-6, marks=pytest.mark.slow),
+        (0.093, 0.094, 3e-6),
+        pytest.param(0.093, 0.09302, 8e-5, marks=pytest.mark.slow),
+    ],
+)
+def test_short_steps_between_events_follow_the_closed_form(
+    stop: float, other: float, within: float
+) -> None:
+    mass, force = 2.0, 40.0
+    found = sm.sensitivities(released, ("stop",), values={"stop": stop, "other": other})
+    assert not found.warnings
+    time, speed = math.sqrt(2 * stop * mass / force), math.sqrt(2 * stop * force / mass)
+    t = found.run.history["t"].to_numpy()
+    behind = t > found.events["time"].max() + 1e-9
+    # x = stop + speed (t - time)
+    moved = 1 + 0.5 * speed / stop * (t - time) - speed * 0.5 * time / stop
+    np.testing.assert_allclose(found.history["stop"]["x"][behind], moved[behind], rtol=within)
+
+
+@pytest.mark.parametrize(
+    ("control", "dt", "tolerance", "other"),
+    [
+        # by its own tolerance
+        (sm.StepControl(), 1e-2, 1e-3, 9.0),
+        # by the length of the shortest step, where steps have grown to seventy times the scene's
+        (sm.StepControl(tolerance=1e-3), 1e-4, SHARP, 0.093004),
+    ],
+)
+def test_an_event_that_is_found_late_does_not_jump(
+    control: sm.StepControl, dt: float, tolerance: float, other: float
+) -> None:
+    mass, force = 2.0, 40.0
+
+    def scene(stop: float = 0.093) -> sm.Scene:
+        made = released(stop=stop, other=other)
+        events = tuple(sm.Event(e.name, e.when, tolerance=tolerance) for e in made.events)
+        return sm.Scene(**{**vars(made), "events": events, "step_control": control, "dt": dt})
+
+    found = sm.sensitivities(scene, ("stop",))
+    assert not found.warnings
+    first, last = found.events["time"].min(), found.events["time"].max()
+    reached = math.sqrt(2 * 0.093 * mass / force)
+    if len(found.events) == 2:
+        reached += (other - 0.093) / (force / mass * first)
+    assert last > reached + 1e-6
+    # it is as late as in the run: at a place that is as far behind its own
+    assert found.events["stop"][0] == pytest.approx(mass / force / first, rel=1e-7)
+    t = found.run.history["t"].to_numpy()
+    behind = t > last + 1e-9
+    moved = (t[behind] - first) / first
+    np.testing.assert_allclose(found.history["stop"]["x"][behind], moved, rtol=1e-4)
 
 
 def test_an_event_ends_the_run() -> None:
