@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
@@ -48,7 +48,7 @@ class Data:
         self,
         t: Floats,
         column: Floats,
-        cuts: Sequence[int] = (),
+        cuts: Iterable[int] = (),
         slopes: tuple[Floats, Floats] | None = None,
     ) -> Floats:
         """A column of a run at the times of the data, by cubic splines between its events.

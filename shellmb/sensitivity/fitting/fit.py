@@ -186,7 +186,7 @@ class _Search:
                 f"and data go on to {last:g}; leave such rows out, or give the parameters bounds"
             )
         data = self._data
-        cuts = [k for k in range(1, len(t) - 1) if t[k] in set(made.events["time"])]
+        cuts = 1 + np.flatnonzero(np.isin(t[1:-1], made.events["time"]))
         run = {name: history[name].to_numpy(dtype=float) for name in data.values}
         there = {name: data.at(t, column, cuts) for name, column in run.items()}
         residual = data.weighted(there, measured=True)
