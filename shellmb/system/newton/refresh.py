@@ -38,10 +38,6 @@ CHEAPER = 0.9
 # after 200 steps are within 1e-12 of full Newton's); an estimate that knows it ends after as many
 # iterations, but of the other kind, which leave three times (EP, 6x2) the error in the energy
 ERROR = 1e-6
-# error left behind of forces over that of motions. Those of constraints do no work, and round-off
-# of multipliers is no less: bars and plates need 0.1 to 0.7 iterations fewer, and after 500 steps
-# of a plate (EP, 6x2) the error in the energy is 2e-13 instead of 5e-14; with 30 it is 5e-13
-FORCES = 10.0
 # size of updates relative to the tolerance up to which those that round-off makes are remembered,
 # and those that are as small, but for so much, taken for the last ones of a solution
 FLOOR, ALIKE = 1e-3, 2.0
@@ -274,8 +270,7 @@ class Modified:
         if stalled and update <= FLOOR * tolerance:
             self._floor = update
         roundoff = stalled or update <= ALIKE * self._floor
-        rest = max(moved, update / FORCES)
-        if roundoff or (small and rho < SLOW and rest * rho / (1 - rho) <= ERROR * tolerance):
+        if roundoff or (small and rho < SLOW and update * rho / (1 - rho) <= ERROR * tolerance):
             # as small as round-off lets it be, or small enough
             self._serve(roundoff)
             return True
