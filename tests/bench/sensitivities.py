@@ -219,7 +219,11 @@ def backward() -> None:
 def main() -> None:
     """Print a line for each case."""
     parts = {"forward": forward, "paths": along, "back": backward}
-    for name in sys.argv[1:] or parts:
+    wanted = sys.argv[1:] or list(parts)
+    for name in wanted:
+        if name not in parts:
+            sys.exit(f"part '{name}' is unknown; it must be one of {', '.join(parts)}")
+    for name in wanted:
         parts[name]()
 
 
