@@ -152,6 +152,18 @@ class Coupled:
             found.append((first + rows[own], first + columns[own], values[own]))
         return Entries(*(np.concatenate(some) for some in zip(*found, strict=True)))
 
+    def times(self, entries: Entries, local: Floats) -> Floats:
+        """Multiply what `derivatives` gave with a vector, local dofs with local dofs; collective.
+
+        Args:
+            entries: The derivatives.
+            local: One number for each local dof of all fields.
+        """
+        dofs = self.dofs
+        by_entry = entries.values * dofs.seen(local)[entries.columns]
+        found = np.bincount(entries.rows, by_entry, dofs.count)
+        return np.bincount(dofs.local, found[dofs.mine], len(local))
+
     def pattern(self) -> tuple[Ints, Ints]:
         """Places of all entries that there may be in these rows."""
         found = [
@@ -221,8 +233,7 @@ class CoupledEntries:
             shares = by_row[found.rows[here], p] * by_column[found.columns[here], q]
             entries.append((row, column, shares * found.values[here]))
         matrix.add(*(np.concatenate(some) for some in zip(*entries, strict=True)))
-        forced = np.bincount(found.rows, found.values * dofs.seen(given)[found.columns], dofs.count)
-        load -= np.bincount(dofs.local, forced[dofs.mine], len(load))
+        load -= self._coupled.times(found, given)
 
 
 class Adding(Protocol):

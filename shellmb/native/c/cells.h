@@ -197,6 +197,7 @@ void functionals_of_states(const Cells *, const Kernel *, int, int, int, const d
 void residuals_of_states(const Cells *, const Kernel *, int, int, int, const double *, double *,
                          int, double *);
 void all_matrices(const Cells *, const Kernel *, int, double *);
+void products(const Cells *, const Kernel *, int, const double *, double *);
 void largest_entries(const Cells *, const Kernel *, int, double *);
 int jacobian(const Cells *, const Kernel *, int, const Projection *, int, int, double *, double *,
              const double *, double *);

@@ -142,6 +142,25 @@ void largest_entries(const Cells *g, const Kernel *kernels, int count, double *f
     }
 }
 
+/* Products of the matrices of all cells with `v`, added to `b`, both at the local dofs `g->dofs`. */
+void products(const Cells *g, const Kernel *kernels, int count, const double *v, double *b)
+{
+    size_t square = (size_t)g->size * g->size;
+    Work work = work_of(g, square, square * g->lanes);
+    for (int cell = 0; cell < g->cells; cell += g->lanes) {
+        int some = taken(g, cell);
+        matrices(g, kernels, count, cell, some, work, work.more, g->size);
+        for (int i = 0; i < g->size * some; ++i) {
+            const int *dofs = g->dofs + (size_t)(cell + i / g->size) * g->size;
+            const double *row = work.more + (size_t)i * g->size;
+            double sum = 0.0;
+            for (int j = 0; j < g->size; ++j)
+                sum += row[j] * v[dofs[j]];
+            b[dofs[i % g->size]] += sum;
+        }
+    }
+}
+
 /* Sums of integrals over all cells; rows of kernels are places among the sums. */
 void functionals(const Cells *g, const Kernel *kernels, int count, double *sums)
 {

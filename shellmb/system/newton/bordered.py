@@ -14,12 +14,14 @@ turning of directors, convergence judged part by part.
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cached_property
 
 from petsc4py import PETSc
 
 import numpy as np
 
 from shellmb.arrays import Floats
+from shellmb.system.assembly.products import Products
 from shellmb.system.newton.iteration import Iteration
 
 
@@ -180,11 +182,13 @@ class Bordered:
         Args:
             direction: One number for each owned unknown.
         """
-        system = self.system
         self._a.array[:] = direction
-        system.jacobian(system.x, system.A)
-        system.A.mult(self._a, self._b)
+        self._products(self._a, self._b)
         return np.array(self._b.array_r)
+
+    @cached_property
+    def _products(self) -> Products:
+        return Products(self.system)
 
     def move(self, change: Floats) -> None:
         """Add a change to the state that the fields hold, directors turning by finite rotations.

@@ -1,0 +1,58 @@
+"""Products of the Jacobian of a system with vectors, cell by cell, without a matrix."""
+
+from __future__ import annotations
+
+from petsc4py import PETSc
+
+from shellmb.native import library as native
+from shellmb.native.assembler import is_native
+from shellmb.system.assembly.blocks import BlockSystem
+from shellmb.system.assembly.loops import FormLoop
+from shellmb.system.assembly.meshgroups import mesh_groups
+
+
+class Products:
+    """Multiplies the Jacobian of a system with vectors.
+
+    To enter the matrices of cells in a large one takes ten times as long as to evaluate them.
+
+    Args:
+        system: The system.
+    """
+
+    def __init__(self, system: BlockSystem) -> None:
+        self._system = system
+        self._loops = _loops(system) if is_native() else None
+
+    def __call__(self, x: PETSc.Vec, y: PETSc.Vec) -> None:
+        """Multiply with the Jacobian at the state that the functions hold; collective.
+
+        Args:
+            x: The vector.
+            y: Gets the product; where values are given, these entries of `x`.
+        """
+        system = self._system
+        if self._loops is None:
+            system.jacobian(system.x, system.A)
+            system.A.mult(x, y)
+            return
+        exchange, lib = system.exchange, native.cells().lib
+        exchange.look(x)
+        seen, local = exchange.local.copy(), exchange.local
+        local[:] = 0.0
+        for loop in self._loops:
+            loop.refresh()
+            lib.products(*loop.mesh, native.doubles(seen), native.doubles(local))
+        if system.couplings:
+            local += system.coupled.times(system.coupled.derivatives(), seen)
+        exchange.collect(y)
+        y.array[system.fixed] = x.array_r[system.fixed]
+
+
+def _loops(system: BlockSystem) -> list[FormLoop]:
+    """Loops over the cells of each mesh with all derivatives of the residuals on it."""
+    found = []
+    for group in mesh_groups(system):
+        found.append(loop := FormLoop(group.cells, group.jacobians()))
+        loop.bind(group.cells)
+    return found
