@@ -21,8 +21,8 @@ from petsc4py import PETSc
 import numpy as np
 
 from shellmb.arrays import Floats
-from shellmb.system.assembly.products import Products
 from shellmb.system.newton.iteration import Iteration
+from shellmb.system.products import Products
 
 
 class Bordered:
