@@ -41,11 +41,18 @@ class Parameter:
         name: Its name in the scene function.
         value: Its value.
         step: Distance of the values at both sides.
+        share: That distance over the size of the parameter.
     """
 
     name: str
     value: float
     step: float
+    share: float = STEP
+
+    @property
+    def size(self) -> float:
+        """Size of the parameter: its value, or what stands for it where that does not tell."""
+        return self.step / self.share
 
     @property
     def sides(self) -> tuple[float, float]:
@@ -187,7 +194,7 @@ def widened(parameters: Sequence[Parameter], scene: Scene) -> tuple[Parameter, .
     """Parameters with differences as wide as a scene needs."""
     modal = any(isinstance(getattr(body, "model", None), Modal) for body in scene.bodies)
     if modal or any(isinstance(start, FromMode) for start in scene.starts):
-        return tuple(replace(p, step=p.step * REDUCED / STEP) for p in parameters)
+        return tuple(replace(p, step=p.size * REDUCED, share=REDUCED) for p in parameters)
     return tuple(parameters)
 
 

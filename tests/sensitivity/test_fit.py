@@ -12,6 +12,7 @@ from shellmb.sensitivity.fitting.data import data_of
 from shellmb.sensitivity.fitting.fit import _Search
 from shellmb.sensitivity.fitting.fitted import Fit
 from shellmb.sensitivity.parameters import Parameter
+from shellmb.sensitivity.record import Sensitivities
 from tests.sensitivity import scenes
 
 NOISE = 1e-5
@@ -111,6 +112,60 @@ def test_residuals_that_are_no_noise_are_doubted() -> None:
     assert any("larger than the noise by a factor of" in said for said in fitted.warnings)
 
 
+@pytest.mark.parametrize("period", [4, 25])
+@pytest.mark.parametrize("count", [25, 300])
+def test_motions_in_residuals_are_seen(period: int, count: int) -> None:
+    """Kind: residuals that are no noise and pass as such.
+
+    25 values could not correlate by more than the bound, and neighbours in a vibration of four rows
+    to a period do not correlate at all.
+    """
+    random = np.random.default_rng(5)
+    left = np.sin(2 * np.pi * np.arange(count) / period + 0.3) + 0.2 * random.normal(size=count)
+    fitted = made([1.0], 30 * random.normal(size=(count, 1)), left, None)
+    assert any("residuals of 'y' are not white" in said for said in fitted.warnings)
+
+
+@pytest.mark.parametrize("count", [3, 12, 25, 200])
+def test_noise_is_not_doubted(count: int) -> None:
+    """Noise of the given size, in few values and in many: less than one warning in a thousand."""
+    random = np.random.default_rng(6)
+    for _ in range(60):
+        said = made([1.0], 30 * random.normal(size=(count, 1)), random.normal(size=count), 1.0)
+        assert not said.warnings
+
+
+def test_a_value_near_zero_is_determined_by_its_size() -> None:
+    """Kind: what is small against a value; friction that is found to be none is found.
+
+    It began at 0.2 and is 1e-4 now, with a deviation of 3e-3.
+    """
+    random = np.random.default_rng(7)
+    found = [Parameter("friction", 1e-4, 0.2e-5)]
+    assert found[0].size == pytest.approx(0.2)
+    table = pd.DataFrame({"y": np.ones(300)}, index=np.linspace(0.0, 1.0, 300))
+    data = data_of(table, 1.0, SimpleNamespace(t_end=1.0), 1)  # type: ignore[arg-type]
+    run = SimpleNamespace(parameters=found, warnings=())
+    more = {"runs": 1, "converged": True}
+    J = np.full((300, 1), 20.0)
+    assert not Fit(run, data, random.normal(size=300), J, **more).warnings  # type: ignore[arg-type]
+    (said,) = Fit(run, data, random.normal(size=300), J / 400, **more).warnings  # type: ignore[arg-type]
+    assert "friction^+1 (only to" in said
+
+
+def test_noise_of_each_row() -> None:
+    """Values with their own noise are weighted by it, in the order in which rows are given."""
+    t = np.array([0.3, 0.1, 0.2])
+    table = pd.DataFrame({"t": t, "y": 10 * t})
+    data = data_of(table, {"y": t}, SimpleNamespace(t_end=1.0), 1)  # type: ignore[arg-type]
+    np.testing.assert_allclose(data.noise["y"], [0.1, 0.2, 0.3])
+    np.testing.assert_allclose(data.weighted({"y": np.zeros(3)}, measured=True), -10)
+    run = SimpleNamespace(parameters=[Parameter("p", 1.0, 1e-5)], warnings=())
+    left = np.array([1.0, -1.0, 2.0])
+    fitted = Fit(run, data, left, np.ones((3, 1)), runs=1, converged=True)  # type: ignore[arg-type]
+    np.testing.assert_allclose(fitted.residuals["y"], [0.1, -0.2, 0.6])
+
+
 def test_rows_in_any_order_are_the_same_data() -> None:
     """Neighbours in time tell whether residuals are noise: rows in another order hid a motion."""
     t = np.linspace(0, 1, 40)
@@ -133,10 +188,63 @@ def test_the_search_turns_where_a_scene_is_impossible() -> None:
     search = _Search(run, data, [Parameter("E", 1.0, 1e-5)], np.ones(1), 5, None)
     with pytest.raises(sm.SceneError, match="E is -1"):
         search.residual(np.array([-1.0]))
+    # as after a run
+    search._kept = [(np.ones(1), (None, np.zeros(3), np.zeros((3, 1))))]  # type: ignore[list-item]
     search.count = 1
     # from which SciPy's trust region goes back
     assert np.isnan(search.residual(np.array([-1.0]))).tolist() == 3 * [True]
-    assert "run 2 with E = -1 is impossible: E is -1" in str(search.impossible)
+    assert search.impossible == "run 2 with E = -1 is impossible: E is -1"
+
+
+def test_the_search_turns_where_steps_fail() -> None:
+    """Kind: a trial that is no run ended the fit, and the runs before it were lost.
+
+    A push of which each run above 1.5 fails; the values are those without it.
+    """
+
+    def linear(x: np.ndarray) -> sm.Sensitivities:
+        if x[0] > 1.5:
+            raise sm.ConvergenceError("the step at t = 1 failed")
+        t = np.linspace(0.0, 1.0, 5)
+        columns = pd.DataFrame({"t": t, "tip": x[0] * t})
+        return SimpleNamespace(  # type: ignore[return-value]
+            run=SimpleNamespace(history=columns),
+            history={"push": pd.DataFrame({"tip": t})},
+            events=pd.DataFrame({"time": []}),
+        )
+
+    close = GOOD.assign(tip=GOOD.t)
+    data = data_of(close, 1.0, SimpleNamespace(t_end=1.0), 1)  # type: ignore[arg-type]
+    search = _Search(linear, data, [Parameter("push", 1.0, 1e-5)], np.ones(1), 5, None)
+    assert np.isfinite(search.residual(np.array([1.0]))).all()
+    assert np.isnan(search.residual(np.array([2.0]))).all()
+    assert search.impossible == "run 2 with push = 2 is impossible: the step at t = 1 failed"
+    # the best run is kept over steps that are worse
+    for x in (1.2, 1.3):
+        search.residual(np.array([x]))
+    assert search.count == 3 and search.at(np.array([1.0])) and search.count == 3
+
+
+@pytest.mark.parametrize(("E", "said"), [(2.0, 1.0), (0.0, 0.01), (-2.0, 1.0)])
+def test_rankings_of_parameters_of_any_sign(E: float, said: float) -> None:
+    """Kind: values that are zero or negative: they had no effect, or a change of a mean below zero.
+
+    A result is E, and a history 3 E over all times; of zero, one per cent of its size 2 counts.
+    """
+    found = Sensitivities.__new__(Sensitivities)
+    found.parameters = (Parameter("E", E, 2e-5),)
+    value = E or 2.0 * 100
+    t = np.ones(4)
+    table = pd.concat({"E": pd.DataFrame({"y": 3 * t})}, axis=1)
+    found.__dict__ |= {
+        "history": table,
+        "results": pd.DataFrame({"E": {"end": 1.0}}),
+        "run": SimpleNamespace(
+            results={"end": value}, history=pd.DataFrame({"y": 3 * value * t}), described=None
+        ),
+    }
+    table = sm.rank(found, of=("end", "y")).table
+    np.testing.assert_allclose(table["E"], [said, said])
 
 
 @pytest.mark.parametrize(
@@ -148,6 +256,12 @@ def test_the_search_turns_where_a_scene_is_impossible() -> None:
         ([1, 2], ("E",), {}, "data is no table of numbers"),
         (GOOD, ("E",), {"noise": {"end": 1.0}}, "noise has no value for 'tip'"),
         (GOOD, ("E",), {"noise": 0.0}, "noise of 'tip' is 0.0; it must be positive"),
+        (GOOD, ("E",), {"noise": {"tip": "low"}}, "noise of 'tip' is low; it must be positive"),
+        (GOOD, ("E",), {"noise": {"tip": None}}, "noise of 'tip' is None; it must be positive"),
+        (GOOD, ("E",), {"noise": {"tip": [1, 2]}}, r"has the shape \(2,\), and data have 3 rows"),
+        (GOOD, ("E",), {"noise": {"tip": [1, 0, 2]}}, "noise of 'tip' is 0.0; it must be positive"),
+        (GOOD.assign(wall_s=1.0), ("E",), {}, "the column 'wall_s', which says how a step was"),
+        (GOOD, ("E",), {"bounds": {"E": (2, 1)}}, "the least value must be below the largest"),
         (GOOD, ("E",), {"bounds": {"E": (1, 2)}}, r"'E' begins at 2.1e\+11; it must be between"),
         (GOOD, ("E",), {"bounds": {"first": (1, 2)}}, "bounds of 'first', which is not fitted"),
         (GOOD, ("E",), {"bounds": {"E": 3}}, "bounds of 'E' are 3; they must be two numbers"),

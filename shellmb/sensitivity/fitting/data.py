@@ -13,6 +13,7 @@ import numpy.typing as npt
 from shellmb.errors import SceneError
 from shellmb.scene import Scene
 from shellmb.scene.lookup import listed
+from shellmb.sensitivity.record import OF_STEPS
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -29,14 +30,14 @@ class Data:
     Args:
         times: Times, s, shape (n,).
         values: Measured values by column of the history, shape (n,); NaN where there is none.
-        noise: Standard deviation of each column's noise.
+        noise: Standard deviation of each column's noise, or of each of its values, shape (n,).
         known: Whether the noise is known; if not, it is the size of each column, and only ratios
             of columns count.
     """
 
     times: Floats
     values: dict[str, Floats]
-    noise: dict[str, float]
+    noise: dict[str, float | Floats]
     known: bool
 
     @property
@@ -90,18 +91,18 @@ class Data:
         found = []
         for name, values in self.values.items():
             there, column = ~np.isnan(values), columns[name]
-            found.append(((column - values) if measured else column)[there] / self.noise[name])
+            over = (column - values if measured else column) / self.noise[name]
+            found.append(over[there])
         return np.concatenate(found)
 
 
-def data_of(
-    given: pd.DataFrame, noise: float | Mapping[str, float] | None, scene: Scene, count: int
-) -> Data:
+def data_of(given: pd.DataFrame, noise: Any, scene: Scene, count: int) -> Data:
     """Measurements from a table.
 
     Args:
         given: Columns of the history over time; times are its column `t`, or its index.
-        noise: Standard deviation of the noise of each column, or of all; None: not known.
+        noise: Standard deviation of the noise of all columns, or of each by its name, a number or
+            one for each row of the table; None: not known.
         scene: The scene that is fitted.
         count: Number of parameters.
 
@@ -111,8 +112,9 @@ def data_of(
     try:
         table = given.set_index("t") if "t" in given.columns else given
         # neighbours in time are neighbours in the table
-        table = table.sort_index(kind="stable")
         times = np.asarray(table.index, dtype=float)
+        order = np.argsort(times, kind="stable")
+        times, table = times[order], table.iloc[order]
         values = {str(name): np.asarray(table[name], dtype=float) for name in table.columns}
     except (AttributeError, TypeError, ValueError) as error:
         raise SceneError(
@@ -127,6 +129,11 @@ def data_of(
     if not values:
         raise SceneError("fit: data has no column; it must have some of the run's history")
     for name, column in values.items():
+        if name in OF_STEPS:
+            raise SceneError(
+                f"fit: data has the column '{name}', which says how a step was made and has no "
+                "derivatives; leave it out"
+            )
         if np.isinf(column).any():
             raise SceneError(
                 f"fit: column '{name}' of data has an infinite value; it must be numbers, or NaN "
@@ -141,7 +148,7 @@ def data_of(
             f"fit: data has the time t = {wrong[0]:g}, and the run lasts from 0 to "
             f"{scene.t_end:g}; leave such rows out, or give the scene another t_end"
         )
-    found = Data(times, values, _noise(noise, values), noise is not None)
+    found = Data(times, values, _noise(noise, values, order), noise is not None)
     if found.count < count or (noise is None and found.count == count):
         raise SceneError(
             f"fit: data has {found.count} values for {count} parameters; there must be more values "
@@ -150,16 +157,43 @@ def data_of(
     return found
 
 
-def _noise(given: Any, values: Mapping[str, Floats]) -> dict[str, float]:
+def _noise(
+    given: Any, values: Mapping[str, Floats], order: npt.NDArray[np.intp]
+) -> dict[str, float | Floats]:
+    """Noise of each column.
+
+    Raises:
+        SceneError: If one has none, or one that is not positive.
+    """
     if given is None:
         return {name: float(np.sqrt(np.nanmean(v**2))) or 1.0 for name, v in values.items()}
-    each = {name: given for name in values} if not isinstance(given, Mapping) else dict(given)
+    each = {name: given for name in values} if not isinstance(given, Mapping) else given
     missing = [name for name in values if name not in each]
     if missing:
         raise SceneError(
             f"fit: noise has no value for {listed(missing)}; give one for each column of the data"
         )
-    for name in values:
-        if not 0 < float(each[name]) < np.inf:
-            raise SceneError(f"fit: noise of '{name}' is {each[name]}; it must be positive")
-    return {name: float(each[name]) for name in values}
+    return {name: _noise_of(name, each[name], values[name], order) for name in values}
+
+
+def _noise_of(name: str, given: Any, values: Floats, order: npt.NDArray[np.intp]) -> float | Floats:
+    """Noise of a column, or of each of its values in the order of times."""
+    try:
+        found = np.asarray(given, dtype=float)
+    except (TypeError, ValueError):
+        found = np.array(np.nan)
+    if found.ndim and found.shape != values.shape:
+        raise SceneError(
+            f"fit: noise of '{name}' has the shape {found.shape}, and data have {len(values)} "
+            "rows; give a number, or one for each row"
+        )
+    at_rows = found[order] if found.ndim else found
+    wrong = ~((at_rows > 0) & (at_rows < np.inf))
+    # a value that was not measured needs none
+    if (wrong & ~np.isnan(values)).any() if found.ndim else wrong:
+        shown = at_rows[wrong & ~np.isnan(values)][0] if found.ndim else given
+        raise SceneError(
+            f"fit: noise of '{name}' is {shown!s:.40}; it must be positive; a value that is not to "
+            "count is NaN in the data"
+        )
+    return at_rows if found.ndim else float(found)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from shellmb.errors import SceneError
+from shellmb.errors import ConvergenceError, SceneError
 from shellmb.options.described import options_of, takes
 from shellmb.options.run import Options
 from shellmb.scene import Scene
@@ -34,7 +34,7 @@ def fit(
     data: pd.DataFrame,
     parameters: Sequence[str],
     *,
-    noise: float | Mapping[str, float] | None = None,
+    noise: float | Mapping[str, Any] | None = None,
     values: Mapping[str, Any] | None = None,
     bounds: Mapping[str, tuple[float | None, float | None]] | None = None,
     scales: Mapping[str, float] | None = None,
@@ -52,8 +52,9 @@ def fit(
         data: Measured columns of the history over times; times are its column `t`, or its index. A
             value that was not measured is NaN.
         parameters: Names of the parameters, which begin at their values in the scene.
-        noise: Standard deviation of the noise of each column, or of all of them; None: it is found
-            from what is left, as the same share of the size of each column.
+        noise: Standard deviation of the noise of all columns, or of each by its name: a number, or
+            one for each row of the data. None: it is found from what is left, as the same share of
+            the size of each column.
         values: Values of parameters of the scene that replace its defaults.
         bounds: Least and largest values of parameters, None where there is no bound.
         scales: Sizes of parameters, where their values do not tell.
@@ -110,8 +111,6 @@ def fit(
         gtol=1e-12,
         max_nfev=runs,
     )
-    if search.impossible is not None and solution.status <= 0:
-        raise search.impossible
     best, residual, jacobian = search.at(solution.x)
     return Fit(
         best,
@@ -122,6 +121,7 @@ def fit(
         converged=bool(solution.status > 0),
         at_bounds=tuple(p.name for p, on in zip(chosen, solution.active_mask, strict=True) if on),
         start={p.name: p.value for p in chosen},
+        impossible=None if solution.status > 0 else search.impossible,
     )
 
 
@@ -138,7 +138,7 @@ class _Search:
 
     Attributes:
         count: Number of runs.
-        impossible: Error of the last one that was impossible; None: none was.
+        impossible: Sentence of the last one that was impossible or failed; None: none was.
     """
 
     def __init__(
@@ -154,7 +154,7 @@ class _Search:
         self._sizes, self._most, self._tell = sizes, most, tell
         self._kept: list[tuple[Floats, tuple[Sensitivities, Floats, Floats]]] = []
         self.count = 0
-        self.impossible: SceneError | None = None
+        self.impossible: str | None = None
 
     def at(self, x: Floats) -> tuple[Sensitivities, Floats, Floats]:
         """The run at some parameters, its residuals, and derivatives by parameters over sizes."""
@@ -163,12 +163,11 @@ class _Search:
                 return found
         try:
             made = self._run(x)
-        except SceneError as error:
-            if not self.count:
+        except (SceneError, ConvergenceError) as error:
+            if not self._kept:
                 raise
             raise SceneError(
-                f"fit: run {self.count + 1} with {self._said(x)} is impossible: {error}; give the "
-                "parameters bounds"
+                f"run {self.count + 1} with {self._said(x)} is impossible: {error}"
             ) from error
         self.count += 1
         history = made.run.history
@@ -183,12 +182,19 @@ class _Search:
         if last > t[-1] * (1 + END):
             raise SceneError(
                 f"fit: run {self.count} with {self._said(x)} ends with an event at t = {t[-1]:g}, "
-                f"and data go on to {last:g}; leave such rows out, or give the parameters bounds"
+                f"and data go on to {last:g}; leave such rows out, or begin elsewhere"
             )
         data = self._data
         cuts = 1 + np.flatnonzero(np.isin(t[1:-1], made.events["time"]))
         run = {name: history[name].to_numpy(dtype=float) for name in data.values}
         there = {name: data.at(t, column, cuts) for name, column in run.items()}
+        for name, column in there.items():
+            unknown = np.isnan(column) & ~np.isnan(data.values[name])
+            if unknown.any():
+                raise SceneError(
+                    f"fit: column '{name}' of the run has no value at t = "
+                    f"{data.times[unknown][0]:g}, and data have one; leave it out"
+                )
         residual = data.weighted(there, measured=True)
         slopes = []
         for p, size in zip(self._parameters, self._sizes, strict=True):
@@ -203,8 +209,9 @@ class _Search:
             self._tell(
                 f"run {self.count}: {self._said(x)}, misfit {np.sqrt(np.mean(residual**2)):.4g}"
             )
-        # the last point and the best one: a step that is rejected goes back
-        self._kept = [*self._kept[-1:], (x.copy(), (made, residual, np.array(slopes).T))]
+        # the last point and the best one: steps that are rejected go back
+        best = sorted(self._kept, key=lambda known: float(known[1][1] @ known[1][1]))[:1]
+        self._kept = [*best, (x.copy(), (made, residual, np.array(slopes).T))]
         return self._kept[-1][1]
 
     def _said(self, x: Floats) -> str:
@@ -213,16 +220,17 @@ class _Search:
         return ", ".join(f"{p.name} = {v:.6g}" for p, v in both)
 
     def residual(self, x: Floats) -> Floats:
-        """Misfits over their noise; NaN where the scene is impossible, from where the search turns.
+        """Misfits over their noise; NaN where there is no run, from where the search turns.
 
-        A combination that the data do not determine leads it anywhere.
+        A combination that the data do not determine leads it to impossible scenes, and to those
+        whose steps fail.
         """
         try:
             return self.at(x)[1]
-        except SceneError as error:
-            if not self.count:
+        except (SceneError, ConvergenceError) as error:
+            if not self._kept:
                 raise
-            self.impossible = error
+            self.impossible = str(error)
             return np.full(self._data.count, np.nan)
 
     def jacobian(self, x: Floats) -> Floats:
@@ -255,6 +263,11 @@ def _bounds(
                 f"fit: bounds of '{p.name}' are {both!r:.60}; they must be two numbers, the least "
                 "and the largest value, or None where there is no bound"
             ) from None
+        if not low[k] < high[k]:
+            raise SceneError(
+                f"fit: bounds of '{p.name}' are {both!r:.60}; the least value must be below the "
+                "largest one"
+            )
         if not low[k] < p.value < high[k]:
             raise SceneError(
                 f"fit: parameter '{p.name}' begins at {p.value:g}; it must be between its bounds "

@@ -25,9 +25,14 @@ UNSEEN, SHARE = 0.5, 0.1
 # relative standard deviation beyond which a combination is not seen at all: the derivatives have
 # seven digits
 BLIND = 1e4
-# what correlations of neighbouring residuals, and the sum of squares, may be off before the model
-# is doubted, in standard deviations of those of white noise
-DOUBT = 5.0
+# value over the size of a parameter below which it is near zero
+NEAR = 0.1
+# what correlations of residuals may be off before the model is doubted, in standard deviations of
+# those of white noise (by Fisher's transformation, without which few values are never beyond);
+# and how many values apart they are at most
+DOUBT, APART = 4.5, 20
+# the sum of squares is doubted where noise has one that is as far off so seldom
+SELDOM = 1e-6
 
 
 class Fit:
@@ -42,6 +47,7 @@ class Fit:
         converged: Whether the fit came to its end.
         at_bounds: Parameters that are at a bound.
         start: Values at which parameters began.
+        impossible: Why the last run of a fit that did not end was none, if so.
 
     Attributes:
         sensitivities: The run with its derivatives at the fitted values.
@@ -62,6 +68,7 @@ class Fit:
         converged: bool,
         at_bounds: tuple[str, ...] = (),
         start: Mapping[str, float] | None = None,
+        impossible: str | None = None,
     ) -> None:
         self.sensitivities, self.runs, self.converged = found, runs, converged
         self._data, self._residual = data, residual
@@ -69,9 +76,12 @@ class Fit:
         self._start, free = dict(start or {}), len(residual) - len(self.values)
         # of noise that is not known: what is left tells its size
         self.noise_factor = 1.0 if data.known else float(np.sqrt(residual @ residual / free))
-        self._sizes = np.array([abs(v) or 1.0 for v in self.values.values()])
+        # a value near zero has the size that it began with
+        self._sizes = np.array(
+            [abs(p.value) if abs(p.value) >= NEAR * p.size else p.size for p in found.parameters]
+        )
         _, self._singular, self._directions = np.linalg.svd(jacobian * self._sizes)
-        own = [*self._unfinished(at_bounds), *self._unseen(), *self._doubts()]
+        own = [*self._unfinished(at_bounds, impossible), *self._unseen(), *self._doubts()]
         self.warnings = (*own, *found.warnings)
 
     @property
@@ -115,21 +125,22 @@ class Fit:
         for name, values in self._data.values.items():
             there = ~np.isnan(values)
             column = np.full(len(values), np.nan)
-            column[there] = self._residual[first : first + there.sum()] * self._data.noise[name]
-            found[name], first = column, first + int(there.sum())
+            column[there] = self._residual[first : first + there.sum()]
+            found[name], first = column * self._data.noise[name], first + int(there.sum())
         return pd.DataFrame(found, index=pd.Index(self._data.times, name="t"))
 
     def band(self) -> Band:
         """Error bands of the run's histories that follow from the uncertainty of the values."""
         return self.sensitivities.band(self.covariance)
 
-    def _unfinished(self, at_bounds: tuple[str, ...]) -> list[str]:
+    def _unfinished(self, at_bounds: tuple[str, ...], impossible: str | None) -> list[str]:
         found = [
             f"'{name}' is at its bound {self.values[name]:g}: its deviation says nothing"
             for name in at_bounds
         ]
         if not self.converged:
-            found.append(f"the fit did not end in {self.runs} runs: values may change; give more")
+            more = f"give the parameters bounds: {impossible}" if impossible else "give more"
+            found.append(f"the fit did not end in {self.runs} runs: values may change; {more}")
         return found
 
     def _unseen(self) -> list[str]:
@@ -155,27 +166,30 @@ class Fit:
 
     def _doubts(self) -> list[str]:
         """Find what residuals have that noise has not."""
+        from scipy.stats import chi2
+
         said, table = [], self.residuals
         for name in table:
-            rest = table[name].dropna().to_numpy()
-            count, power = len(rest), float(rest @ rest)
-            if count < 10 or power == 0.0:
-                continue
-            neighbours = float(rest[1:] @ rest[:-1]) / power
-            if neighbours * np.sqrt(count) > DOUBT:
+            rest = (table[name] / self._data.noise[name]).dropna().to_numpy()
+            apart, correlation = _correlation(rest)
+            if np.arctanh(min(abs(correlation), 1 - 1e-12)) * np.sqrt(len(rest)) > DOUBT:
+                those = "neighbours" if apart == 1 else f"values {apart} rows apart"
                 said.append(
-                    f"residuals of '{name}' are not white: neighbours correlate by "
-                    f"{neighbours:.2f}; the model lacks something, and deviations are too small"
+                    f"residuals of '{name}' are not white: {those} correlate by "
+                    f"{correlation:.2f}; the model lacks something, and deviations are too small"
                 )
-        free = len(self._residual) - len(self.values)
+        free, squares = (
+            len(self._residual) - len(self.values),
+            float(self._residual @ self._residual),
+        )
         if self._data.known and free > 0:
-            ratio = float(self._residual @ self._residual) / free
-            if abs(ratio - 1) > DOUBT * np.sqrt(2 / free):
-                kind = "larger" if ratio > 1 else "smaller"
-                said.append(
-                    f"residuals are {kind} than the noise by a factor of {np.sqrt(ratio):.3g}: "
-                    "the noise differs from the given one, or the model lacks something"
-                )
+            for kind, chance in (("larger", chi2.sf), ("smaller", chi2.cdf)):
+                if chance(squares, free) < SELDOM:
+                    said.append(
+                        f"residuals are {kind} than the noise by a factor of "
+                        f"{np.sqrt(squares / free):.3g}: the noise differs from the given one, or "
+                        "the model lacks something"
+                    )
         return said
 
     def plot(self) -> Figure:
@@ -186,7 +200,8 @@ class Fit:
         run, names = self.sensitivities.run.history, list(self._data.values)
         described = self.sensitivities.run.described
         made = figure(7.0, 4.5 * len(names))
-        axes = made.subplots(2 * len(names), 1, squeeze=False, height_ratios=[2, 1] * len(names))
+        rows, ratios = 2 * len(names), [2, 1] * len(names)
+        axes = made.subplots(rows, 1, sharex=True, squeeze=False, height_ratios=ratios)
         for k, name in enumerate(names):
             above, below = axes[2 * k, 0], axes[2 * k + 1, 0]
             above.plot(self._data.times, self._data.values[name], ".", ms=3, label="data")
@@ -205,3 +220,18 @@ class Fit:
         rows = ", ".join(f"{n} = {v:.6g} +- {deviations[n]:.2g}" for n, v in self.values.items())
         said = "".join(f"\n  warning: {sentence}" for sentence in self.warnings)
         return f"<Fit in {self.runs} runs: {rows}>{said}"
+
+
+def _correlation(rest: Floats) -> tuple[int, float]:
+    """Rows by which residuals are apart that correlate most, and their correlation.
+
+    A vibration of four values to a period, say, has no correlation of neighbours.
+    """
+    count, power = len(rest), float(rest @ rest)
+    if count < 10 or power == 0.0:
+        return 1, 0.0
+    found = [
+        (apart, float(rest[apart:] @ rest[:-apart]) / power)
+        for apart in range(1, min(count // 2, APART) + 1)
+    ]
+    return max(found, key=lambda each: abs(each[1]))

@@ -24,7 +24,8 @@ class Ranking:
     Args:
         table: Change of each result or history in per cent for one per cent of each parameter, a
             row for each of them and a column for each parameter, the most important one first. Of a
-            history it is that of the root mean square over time.
+            parameter that is zero it is one per cent of its size in `scales`. Of a history it is
+            the root mean square of the change over time, over that of the history, without a sign.
     """
 
     table: pd.DataFrame
@@ -74,17 +75,22 @@ def rank(found: Sensitivities, of: str | Sequence[str] | None = None) -> Ranking
     for name in wanted:
         if name in found.results.index:
             value = found.run.results[name]
-            rows[name] = {p.name: found.results[p.name][name] for p in found.parameters}
+            rows[name] = {
+                p.name: found.results[p.name][name] * (p.value or p.size) for p in found.parameters
+            }
         elif name in columns:
             value = _mean(found.run.history[name])
-            rows[name] = {p.name: _mean(found.history[p.name][name]) for p in found.parameters}
+            rows[name] = {
+                p.name: _mean(found.history[p.name][name]) * (abs(p.value) or p.size)
+                for p in found.parameters
+            }
         else:
             raise SceneError(
                 f"rank: there is no result or column '{name}'; there are "
                 f"{listed([*found.results.index, *columns])}"
             )
         for p in found.parameters:
-            rows[name][p.name] *= p.value / value if value else float("nan")
+            rows[name][p.name] /= value or float("nan")
     table = pd.DataFrame(rows).T
     order = table.abs().max().sort_values(ascending=False).index
     return Ranking(table[list(order)])
