@@ -11,7 +11,7 @@ from typing import Any, Literal, NamedTuple, Protocol
 from mpi4py import MPI as _MPI  # noqa: F401  (before petsc4py)
 from petsc4py import PETSc
 
-from shellmb.arrays import Bools, Floats, Ints
+from shellmb.arrays import Floats, Ints
 
 Assembler = Literal["native", "reference"]
 
@@ -136,10 +136,6 @@ class Pairs(NamedTuple):
     slopes: Ints
     times: Floats
 
-    def some(self, which: Bools) -> Pairs:
-        """Some of them, as a mask says."""
-        return Pairs(self.values[which], self.slopes[which], self.times[which])
-
 
 class Operations(Protocol):
     """Operations on arrays that have a loop in C, beside assembly and elimination."""
@@ -163,22 +159,13 @@ class Operations(Protocol):
         """
         ...
 
-    def foresee(
-        self,
-        first: int,
-        weights: Floats,
-        past: Floats,
-        less: Floats | None,
-        to: Floats,
-    ) -> None:
-        """Extrapolate states by polynomials.
+    def foresee(self, weights: Floats, past: Floats, to: Floats) -> None:
+        """Extrapolate states by polynomials of all degrees that they allow.
 
         Args:
-            first: Lowest degree that is requested.
             weights: Of each state for the polynomials of degree 0, 1, ..., lower triangular.
             past: The states, shape (k, n).
-            less: What is subtracted.
-            to: Gets them, shape (degrees, n).
+            to: Gets them, shape (k, n).
         """
         ...
 
@@ -188,7 +175,6 @@ class Operations(Protocol):
         past: Floats,
         pairs: Pairs,
         dt: float,
-        less: Floats | None,
         to: Floats,
     ) -> None:
         """Extrapolate values and slopes by polynomials through both.
@@ -199,7 +185,6 @@ class Operations(Protocol):
             past: The states, shape (k, n), slopes over the lengths of their steps.
             pairs: Unknowns that are values, and those that are their slopes.
             dt: Length of the step, s.
-            less: What is subtracted.
             to: Gets them, shape (p, n); what is in no pair stays.
         """
         ...

@@ -38,17 +38,9 @@ class Loops:
         """Sizes of parts of unknowns."""
         return _PartSizes(ends, entries, scales, bounds)
 
-    def foresee(
-        self,
-        first: int,
-        weights: Floats,
-        past: Floats,
-        less: Floats | None,
-        to: Floats,
-    ) -> None:
+    def foresee(self, weights: Floats, past: Floats, to: Floats) -> None:
         """Extrapolate states by polynomials."""
-        pointers = map(native.doubles, (past, weights, less, to))
-        self._lib.foresee(first, len(to), *past.shape, *pointers)
+        self._lib.foresee(*past.shape, *map(native.doubles, (past, weights, to)))
 
     def foresee_pairs(
         self,
@@ -56,13 +48,12 @@ class Loops:
         past: Floats,
         pairs: Pairs,
         dt: float,
-        less: Floats | None,
         to: Floats,
     ) -> None:
         """Extrapolate values and slopes by polynomials through both."""
         pointer, (values, slopes, times) = native.doubles, pairs
         known = *map(pointer, (past, *weights)), len(values), *map(native.longs, (values, slopes))
-        ends = pointer(times), dt, pointer(less), pointer(to)
+        ends = pointer(times), dt, pointer(to)
         self._lib.foresee_pairs(len(to), *past.shape, *known, *ends)
 
     def node_sums(self, dofs: Ints, reference: Floats, positions: int) -> NodeSums:
@@ -107,7 +98,7 @@ class _PartSizes:
 
     def judge(self, x: PETSc.Vec, dx: PETSc.Vec) -> None:
         """Fill table and `found`."""
-        self._lib.judge(*self._where, native.entries(x), native.entries(dx), *self._relate[1:])
+        self._lib.judge(*self._where, *self._relate[1:], x.handle, dx.handle)
 
     def relate(self) -> None:
         """Fill `found` from the table."""

@@ -77,18 +77,9 @@ class Reference:
         """Sizes of parts of unknowns."""
         return _PartSizes(ends, entries, scales, bounds)
 
-    def foresee(
-        self,
-        first: int,
-        weights: Floats,
-        past: Floats,
-        less: Floats | None,
-        to: Floats,
-    ) -> None:
+    def foresee(self, weights: Floats, past: Floats, to: Floats) -> None:
         """Extrapolate states by polynomials."""
-        to[:] = weights[first : first + len(to)] @ past
-        if less is not None:
-            to -= less
+        to[:] = weights @ past
 
     def foresee_pairs(
         self,
@@ -96,16 +87,12 @@ class Reference:
         past: Floats,
         pairs: Pairs,
         dt: float,
-        less: Floats | None,
         to: Floats,
     ) -> None:
         """Extrapolate values and slopes by polynomials through both."""
         values, slopes, times = pairs
         known = np.concatenate([past[:, values], past[:, slopes] * dt * times])
         to[:, values], to[:, slopes] = weights[0] @ known, weights[1] @ known / times
-        if less is not None:
-            both = np.concatenate([values, slopes])
-            to[:, both] -= less[both]
 
     def node_sums(self, dofs: Ints, reference: Floats, positions: int) -> NodeSums:
         """Sums over nodes."""

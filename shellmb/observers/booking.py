@@ -62,7 +62,7 @@ class Booked(Silent):
         self._rows: list[Row] | None = None
         # the state before the last step that is booked, or before something was switched
         self._before: dict[str, Any] = {}
-        self._switched = False
+        self._looks_back = self._switched = False
         # rows, steps, and whether something was switched, when a state was taken
         self._mark = 0, 0, False
 
@@ -118,13 +118,13 @@ class Booked(Silent):
     def book(self) -> None:
         """Book all that was taken."""
         taken, self._taken = self._taken, 0
-        if taken > 1:
-            self._book(slice(0, taken - 1))
+        first = max(0, taken - 1) if self._looks_back else 0
+        if first:
+            self._book(slice(0, first))
         if taken:
-            # the state before the last step may still be requested
-            if not self._switched:
+            if self._looks_back and not self._switched:
                 self._before = self.kept()
-            self._book(slice(taken - 1, taken))
+            self._book(slice(first, taken))
 
     def _book(self, rows: slice) -> None:
         found = self.book_rows(rows)
@@ -158,6 +158,10 @@ class Booked(Silent):
         self.book()
         self._mark = len(self._rows or ()), self.count, self._switched
         return self.kept()
+
+    def look_back(self) -> None:
+        """Keep from now on the state before the last step, which may be requested."""
+        self._looks_back = True
 
     def state_at(self, count: int) -> dict[str, Any]:
         """State that must survive a restart from behind the last step, or the one before it.

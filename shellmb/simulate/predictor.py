@@ -72,11 +72,13 @@ class Predictor:
     def __init__(self, iteration: Iteration, pairs: Pairs) -> None:
         self._nodes, self._convergence = iteration.nodes, iteration.convergence
         self._pairs, self._operations = pairs, operations()
-        self._moving = iteration.convergence.moving
-        moving = np.isin(pairs.values, self._moving)
-        self._motion_pairs, self._force_pairs = pairs.some(moving), pairs.some(~moving)
+        moving = iteration.convergence.moving
+        of_pairs = pairs.slopes[np.isin(pairs.values, moving)]
+        # with the slopes of what moves
+        self._moving = np.union1d(moving, of_pairs)
         self._guess = iteration.system.x.duplicate()
         self._table = np.zeros((len(KNOTS), iteration.system.numbering.owned))
+        self._units = np.ones(self._table.shape[1])
         # of all ranks alike
         self._has_pairs = bool(iteration.system.comm.allreduce(len(pairs.values)))
         self.clear()
@@ -90,6 +92,8 @@ class Predictor:
         self._times: tuple[float, ...] = ()
         self._motion, self._forces = _Errors(), _Errors()
         self._key: Hashable = None
+        # length of the step that the table is foreseen for, s
+        self._ahead: float | None = None
 
     def guess(self, key: Hashable, dt: float) -> PETSc.Vec | None:
         """Unknowns at the end of the next step; None if the past does not tell.
@@ -100,46 +104,33 @@ class Predictor:
         """
         if not len(self._past) or key != self._key:
             return None
-        number, guess = self._forces.best(0), self._guess.array
-        if self._has_pairs:
-            best = self._motion.best(1)
-            for k, pairs in ((number, self._force_pairs), (best, self._motion_pairs)):
-                self._foresee_pairs(pairs, slice(k, k + 1), dt, None, guess[None])
-        else:
-            self._foresee(number, dt, None, guess[None])
-            if (other := self._motion.best(0, FAR)) != number:
-                self._foresee(other, dt, None, self._table[:1])
-                guess[self._moving] = self._table[0, self._moving]
+        rows = self._foresee(dt)
+        default, bound = (1, math.inf) if self._has_pairs else (0, FAR)
+        forces, motion = self._forces.best(0), self._motion.best(default, bound)
+        guess = self._guess.array
+        guess[:] = rows[forces]
+        if motion != forces:
+            guess[self._moving] = rows[motion, self._moving]
         self._nodes.normalise(self._guess)
         return self._guess
 
-    def _foresee(self, first: int, dt: float, less: Floats | None, to: Floats) -> None:
-        """Unknowns a step ahead, by polynomials of a degree and the next ones.
+    def _foresee(self, dt: float) -> Floats:
+        """Unknowns a step ahead by each of the polynomials that are possible, a row each.
 
         Args:
-            first: The degree.
             dt: Length of the step, s.
-            less: What is subtracted.
-            to: Gets them, shape (degrees, n).
         """
-        rows = weights(tuple(t / dt for t in self._times))
-        self._operations.foresee(first, rows, self._past, less, to)
-
-    def _foresee_pairs(
-        self, pairs: Pairs, which: slice, dt: float, less: Floats | None, to: Floats
-    ) -> None:
-        """Values and slopes a step ahead, by some of the polynomials of `KNOTS`.
-
-        Args:
-            pairs: Unknowns that are wanted.
-            which: Which of the polynomials.
-            dt: Length of the step, s.
-            less: What is subtracted.
-            to: Gets them, shape (polynomials, n).
-        """
-        values, slopes = knot_weights(tuple(t / dt for t in self._times))
-        some = values[which], slopes[which]
-        self._operations.foresee_pairs(some, self._past, pairs, dt, less, to)
+        known = len(self._past)
+        rows = self._table[: POSSIBLE[known] if self._has_pairs else known]
+        if self._ahead == dt:
+            return rows
+        self._ahead, times = dt, tuple(t / dt for t in self._times)
+        if self._has_pairs:
+            ahead = knot_weights(times)
+            self._operations.foresee_pairs(ahead, self._past, self._pairs, dt, rows)
+        else:
+            self._operations.foresee(weights(times), self._past, rows)
+        return rows
 
     def accept(self, x: PETSc.Vec, key: Hashable, dt: float) -> None:
         """Remember the solution of a step.
@@ -152,20 +143,18 @@ class Predictor:
         if key != self._key:
             self.clear()
         self._key = key
-        new, known = x.array_r.copy(), len(self._past)
-        if known:
-            if self._has_pairs:
-                wrong = self._table[: POSSIBLE[known]]
-                self._foresee_pairs(self._pairs, slice(len(wrong)), dt, new, wrong)
-            else:
-                wrong = self._table[:known]
-                self._foresee(0, dt, new, wrong)
+        new = x.array_r
+        if len(self._past):
+            wrong = self._foresee(dt)
+            wrong -= new
             motion, forces = self._convergence.sizes(new, wrong).T.tolist()
             self._motion.add(motion)
             self._forces.add(forces)
-        new[self._pairs.slopes] /= dt
-        self._past = np.concatenate([new[None], self._past[: STATES - 1]])
+        # slopes are per unit of time
+        self._units[self._pairs.slopes] = dt
+        self._past = np.concatenate([(new / self._units)[None], self._past[: STATES - 1]])
         self._times = (0.0, *(t - dt for t in self._times))[:STATES]
+        self._ahead = None
 
     def arrays(self) -> dict[str, Floats]:
         """Past unknowns that this rank owns, for a restart."""
@@ -191,7 +180,7 @@ class Predictor:
         """
         states = [arrays[str(k)] for k in range(len(arrays))]
         self._past = np.array(states).reshape(-1, self._table.shape[1])
-        self._times = tuple(state["times"])
+        self._times, self._ahead = tuple(state["times"]), None
         self._motion, self._forces = _Errors(state["motion"]), _Errors(state["forces"])
         self._key = key
 

@@ -384,6 +384,9 @@ class Problem:
         """
         self.start_from_state()
         self.iteration.warm_up(self.key(dt))
+        if self.scheme.dynamic:
+            # it is made here and not in the first step
+            self.predictor.clear()
 
     def solve(self, dt: float) -> int:
         """Solve for the unknown states; returns the number of Newton iterations.

@@ -79,6 +79,19 @@ typedef struct {
     float *kept_single;                      /* the same, or NULL */
 } Projection;
 
+/* A Jacobian over the cells of one mesh: constants that its kernels take first, as of `copy_pieces`,
+ * and arguments of `jacobian`. */
+typedef struct {
+    int pieces;
+    double **from, **to;
+    const int *sizes;
+    const Cells *cells;
+    const Kernel *kernels;
+    int count;
+    const Projection *projection;
+    double *blocks, *values;
+} Jacobian;
+
 /* Nodes of a body: so many positions, then so many arms that turn with it and do not move. */
 typedef struct {
     int positions, arms;
@@ -220,12 +233,12 @@ void bases(int, int, const int64_t *, const double *, const double *, const doub
            const unsigned char *, double *, double *, double *);
 void path_bases(int, int, const PathNodes *, const unsigned char *, double **);
 void copy_pieces(int, double **, const int *, double **);
+int jacobians(int, const Jacobian *, const double *, double *);
 void follow(int count, const int *sizes, const int *terms, double **from,
              const double *weights, double **to);
-void foresee(int, int, int, int, const double *, const double *, const double *, double *);
+void foresee(int, int, const double *, const double *, double *);
 void foresee_pairs(int, int, int, const double *, const double *, const double *, int64_t,
-                   const int64_t *, const int64_t *, const double *, double, const double *,
-                   double *);
+                   const int64_t *, const int64_t *, const double *, double, double *);
 void put_rows(int, const RowsToPut *);
 double violation(int, int, const int64_t *, const double *, const double *, const unsigned char *);
 int turn(int, int, double *, const double *, double);
@@ -240,19 +253,19 @@ void spread(int, const int64_t *, double **, const int64_t *, const double *);
 void collect(int, const int64_t *, const double *, int, double *);
 void shared_sums(int, int, const int64_t *, const double *, int, const int64_t *, const double *,
                  int, double *, double *);
-void evaluate(const Evaluation *, const double *, double *);
+void evaluate(const Evaluation *, uintptr_t, uintptr_t);
 void to_values(int, int, const int64_t *, const int64_t *, const double *, const double *,
                double *);
 void largest(int, const int64_t *, const int64_t *, const double *, double *);
 void largest_of_each(int, int64_t, int, const int64_t *, const int64_t *, const double *, double *);
-void judge(int, const int64_t *, const int64_t *, const double *, const double *, const double *,
-           const double *, double *, double *);
+void judge(int, const int64_t *, const int64_t *, const double *, const double *, double *,
+           double *, uintptr_t, uintptr_t);
 void relate_each(int, int, const double *, const double *, const double *, const double *,
                  double *);
 void use_petsc(void *, void *, void *, void *, void *);
 double *entries(uintptr_t, int);
-int solve(const Solution *, int, Reduced *, uintptr_t, const Band *, const double *,
-          const double *, const double *, double *);
+int solve(const Solution *, int, Reduced *, uintptr_t, const Band *, uintptr_t, const double *,
+          const double *, uintptr_t);
 void before(const Solution *, int, const double *, const double *, double *);
 void after(const Solution *, int, const double *, const double *, double *);
 void before_transposed(const Solution *, const double *, double *);

@@ -9,6 +9,19 @@ void copy_pieces(int count, double **from, const int *sizes, double **to)
         memcpy(to[k], from[k], sizeof(double) * sizes[k]);
 }
 
+/* Jacobians over all meshes, as of `jacobian`. */
+int jacobians(int meshes, const Jacobian *of, const double *shift, double *load)
+{
+    for (const Jacobian *j = of; j < of + meshes; ++j) {
+        copy_pieces(j->pieces, j->from, j->sizes, j->to);
+        int bad = jacobian(j->cells, j->kernels, j->count, j->projection, 0, j->cells->cells,
+                           j->blocks, j->values, shift, load);
+        if (bad)
+            return bad;
+    }
+    return 0;
+}
+
 /* Weighted sums of arrays: of each the next few sources and weights. */
 void follow(int count, const int *sizes, const int *terms, double **from,
              const double *weights, double **to)
@@ -26,31 +39,27 @@ void follow(int count, const int *sizes, const int *terms, double **from,
     }
 }
 
-/* What polynomials of so many degrees through `states` foresee, less what is `known` (or NULL): row
- * `first + k` of the weights (states, states), lower triangular, for row k of `out` (degrees, n). */
-void foresee(int first, int degrees, int states, int n, const double *past, const double *weights,
-             const double *known, double *out)
+/* What polynomials of all degrees through `states` foresee: row k of the weights (states, states),
+ * lower triangular, for row k of `out` (states, n). */
+void foresee(int states, int n, const double *past, const double *weights, double *out)
 {
-    for (int degree = first; degree < first + degrees; ++degree, out += n) {
+    for (int degree = 0; degree < states; ++degree, out += n) {
         const double *weight = weights + degree * states;
         for (int i = 0; i < n; ++i)
             out[i] = weight[0] * past[i];
         for (int term = 1; term <= degree; ++term)
             for (int i = 0; i < n; ++i)
                 out[i] += weight[term] * past[(int64_t)term * n + i];
-        for (int i = 0; known && i < n; ++i)
-            out[i] -= known[i];
     }
 }
 
-/* What polynomials through values and slopes foresee of both, less what is `known` (or NULL): of
- * each polynomial weights of the values, then of the slopes times `dt`, (polynomials, 2 states)
- * each. `state` and `rate` are places of unknowns that belong together, the slope being so many
+/* What polynomials through values and slopes foresee of both: of each polynomial weights of the
+ * values, then of the slopes times `dt`, (polynomials, 2 states) each. `state` and `rate` are places of unknowns that belong together, the slope being so many
  * `times` the second one, of which `past` has what it is per unit of time; other places of `out`,
  * (polynomials, n), stay. */
 void foresee_pairs(int polynomials, int states, int n, const double *past, const double *values,
                    const double *slopes, int64_t pairs, const int64_t *state, const int64_t *rate,
-                   const double *times, double dt, const double *known, double *out)
+                   const double *times, double dt, double *out)
 {
     for (int p = 0; p < polynomials; ++p, out += n, values += 2 * states, slopes += 2 * states)
         for (int64_t i = 0; i < pairs; ++i) {
@@ -61,8 +70,8 @@ void foresee_pairs(int polynomials, int states, int n, const double *past, const
                 at += values[term] * own + values[states + term] * other;
                 slope += slopes[term] * own + slopes[states + term] * other;
             }
-            out[state[i]] = at - (known ? known[state[i]] : 0.0);
-            out[rate[i]] = slope / times[i] - (known ? known[rate[i]] : 0.0);
+            out[state[i]] = at;
+            out[rate[i]] = slope / times[i];
         }
 }
 
@@ -140,8 +149,10 @@ static void hold(int count, const int64_t *fixed, const double *x, const double 
 }
 
 /* Residual `b` at the unknowns `x`, which the fields take. */
-void evaluate(const Evaluation *e, const double *x, double *b)
+void evaluate(const Evaluation *e, uintptr_t unknowns, uintptr_t residuals)
 {
+    const double *x = entries(unknowns, 0);
+    double *b = entries(residuals, 1);
     spread(e->fields, e->ends, e->arrays, e->wanted, x);
     follow(e->followers, e->sizes, e->terms, e->from, e->weights, e->to);
     memset(e->sums, 0, sizeof(double) * e->local);
@@ -242,12 +253,11 @@ void relate_each(int count, int parts, const double *scales, const double *bound
 }
 
 /* Changes of parts, and what is found of them, in one process: as of `relate`. */
-void judge(int parts, const int64_t *starts, const int64_t *entries, const double *x,
-           const double *dx, const double *scales, const double *bounds, double *table,
-           double *found)
+void judge(int parts, const int64_t *starts, const int64_t *places, const double *scales,
+           const double *bounds, double *table, double *found, uintptr_t x, uintptr_t dx)
 {
-    largest(parts, starts, entries, dx, table);
-    largest(parts, starts, entries, x, table + parts);
+    largest(parts, starts, places, entries(dx, 0), table);
+    largest(parts, starts, places, entries(x, 0), table + parts);
     relate(parts, scales, bounds, table, found);
 }
 
@@ -374,9 +384,9 @@ static double now(void)
 /* Both passes and the solution between them, with factors of PETSc or (not NULL) in a band; returns
  * PETSc's error. */
 int solve(const Solution *s, int single, Reduced *reduced, uintptr_t factors, const Band *band,
-          const double *b, const double *load, const double *given, double *dx)
+          uintptr_t b, const double *load, const double *given, uintptr_t dx)
 {
-    before(s, single, b, load, reduced->rhs);
+    before(s, single, entries(b, 0), load, reduced->rhs);
     double begin = now();
     int error = 0;
     if (band)
@@ -384,6 +394,6 @@ int solve(const Solution *s, int single, Reduced *reduced, uintptr_t factors, co
     else
         error = mat_solve((void *)factors, reduced->right, reduced->unknown);
     reduced->seconds = now() - begin;
-    after(s, single, reduced->solution, given, dx);
+    after(s, single, reduced->solution, given, entries(dx, 1));
     return error;
 }

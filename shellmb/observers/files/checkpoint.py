@@ -66,6 +66,10 @@ class Later(Protocol):
         """Number of steps that it has taken."""
         ...
 
+    def look_back(self) -> None:
+        """Keep the state before the last step from now on."""
+        ...
+
     def state_at(self, count: int) -> dict[str, Any]:
         """State that must survive a restart from behind the last step, or the one before it."""
         ...
@@ -96,6 +100,8 @@ class Checkpoint(Silent):
     ) -> None:
         self._folder, self._interval = folder, interval
         self._files, self._later = files or {}, later or {}
+        for observer in self._later.values():
+            observer.look_back()
         self._names = list(observers)
         self._observers = {n: o for n, o in observers.items() if n not in self._later}
 

@@ -187,6 +187,7 @@ class FormLoop:
     Attributes:
         count: Number of kernels.
         lanes: How many cells are taken at once.
+        pieces: Number of constants, where their values are, their sizes, and where they go, for C.
         mesh: The cells, the kernels and their number, as C takes them, once they are bound.
     """
 
@@ -200,7 +201,7 @@ class FormLoop:
         self.coefficient_size = 1
         self._constants: list[tuple[Any, Floats]] = []
         found = [self._kernels(cells, *form) for form in forms]
-        self._lib, self._pieces = native.cells().lib, self._constant_pieces()
+        self._lib, self.pieces = native.cells().lib, self._constant_pieces()
         kernels, self.covered = _together(found, [form[1:] for form in forms], cells.places)
         self.count = len(kernels)
         self.lanes = max((kernel["lanes"] for kernel in kernels), default=1)
@@ -289,7 +290,7 @@ class FormLoop:
 
     def refresh(self) -> None:
         """Take the values of the constants, after they changed."""
-        self._lib.copy_pieces(*self._pieces)
+        self._lib.copy_pieces(*self.pieces)
 
 
 def _together(

@@ -53,4 +53,4 @@ class AtOnce:
 
     def __call__(self, x: PETSc.Vec, b: PETSc.Vec) -> None:
         """Residual `b` at the unknowns `x`, which the fields take."""
-        self._lib.evaluate(self._evaluation, native.entries(x), native.entries(b, True))
+        self._lib.evaluate(self._evaluation, x.handle, b.handle)

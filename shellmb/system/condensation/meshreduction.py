@@ -145,16 +145,23 @@ class MeshReduction:
         self._kept = Kept(members["kept_size"] * width, self.pointer)
         self._eliminated_size = max(1, (cells.size - cells.shared) * width)
 
-    def _run(self, projection: Any, first: int, last: int, values: Floats, *shift: Floats) -> None:
+    def _run(self, projection: Any, first: int, last: int, values: Floats) -> None:
         p, loop = native.doubles, self.loop
-        where = (projection, first, last, *map(p, (self._blocks, values, *(shift or (None, None)))))
-        failed = self.lib.jacobian(self.struct, loop.kernels, loop.count, *where)
-        if failed:
-            raise SingularCell(f"element-wise unknowns of cell {failed - 1} are undetermined")
+        where = (projection, first, last, *map(p, (self._blocks, values, None, None)))
+        check(self.lib.jacobian(self.struct, loop.kernels, loop.count, *where))
 
-    def assemble(self, values: Floats, *shift: Floats) -> None:
-        """Entries of the reduced matrix; `shift` is a given change, and gets its forces."""
-        self._run(self.projection, 0, self.cells.count, values, *shift)
+    def jacobian(self, values: Floats) -> dict[str, Any]:
+        """Members for C, which puts entries of the reduced matrix into `values`."""
+        loop = self.loop
+        return {
+            **dict(zip(("pieces", "from", "sizes", "to"), loop.pieces, strict=True)),
+            "cells": self.struct,
+            "kernels": loop.kernels,
+            "count": loop.count,
+            "projection": self.projection,
+            "blocks": self.pointer(self._blocks),
+            "values": self.pointer(values),
+        }
 
     def for_solution(self, single: bool) -> Any:
         """Data of this mesh for solutions in C with the reduced matrix.
@@ -226,6 +233,19 @@ class MeshReduction:
 
 class SingularCell(Exception):
     """The element-wise unknowns of a cell cannot be eliminated."""
+
+
+def check(failed: int) -> None:
+    """Raise an error if C failed to eliminate unknowns of a cell.
+
+    Args:
+        failed: What C returns: one more than the number of the cell, or zero.
+
+    Raises:
+        SingularCell: If it failed.
+    """
+    if failed:
+        raise SingularCell(f"element-wise unknowns of cell {failed - 1} are undetermined")
 
 
 def positions(keys: Ints) -> tuple[Int32s, Ints]:

@@ -24,12 +24,13 @@ import numpy as np
 
 from shellmb.arrays import Floats, Ints
 from shellmb.clock import now
+from shellmb.native import library as native
 from shellmb.system.assembly.loops import LoopResiduals
 from shellmb.system.assembly.meshgroups import MeshGroup, mesh_groups
 from shellmb.system.assembly.scatter import SerialExchange
 from shellmb.system.condensation.evaluation import AtOnce
 from shellmb.system.condensation.matrix import reduced_matrix
-from shellmb.system.condensation.meshreduction import MeshReduction, SingularCell
+from shellmb.system.condensation.meshreduction import MeshReduction, SingularCell, check
 from shellmb.system.condensation.substitution import SerialPasses, SeveralPasses, passes
 from shellmb.system.couplings import CoupledEntries
 from shellmb.system.direct.linear import one_by_one, refresh_cost
@@ -84,6 +85,10 @@ class Reduction:
         self._passes = passes(self.numbers, self.parts, self.solver.single)
         if isinstance(self._passes, SerialPasses):
             self._passes.take_vectors(self._rhs, self._solution)
+        pairs = zip(self.parts, self._matrix.targets, strict=True)
+        members = [part.jacobian(values) for part, values in pairs]
+        self._lib, self._pointer = native.cells().lib, native.CArrays()
+        self._jacobians = len(members), self._pointer.many("Jacobian", members)
         self._several = SeveralPasses(self.numbers, self.parts, self.A.getSize()[0])
 
     @property
@@ -106,7 +111,8 @@ class Reduction:
         numbers = self.numbers
         numbers.update()
         self.parts = [MeshReduction(g.cells, g.jacobians(), numbers) for g in groups]
-        self._refresh()
+        for part in self.parts:
+            part.loop.refresh()
         self._coupled = None
         if self.system.couplings:
             places = numbers.matrix_places(numbers.kept)
@@ -151,24 +157,18 @@ class Reduction:
         system.scatter(start)
         return out
 
-    def _refresh(self) -> None:
-        """Take the values of all constants."""
-        for part in self.parts:
-            part.loop.refresh()
-
     def _assemble(self) -> None:
         """The reduced Jacobian at the state that the fields' functions hold."""
         numbers = self.numbers
-        self._refresh()
         numbers.update()
         self._given = numbers.correction()
-        shifted = bool(self._given.any())
+        shifted = bool(np.count_nonzero(self._given))
         if not numbers.full.serial:
             shifted = bool(numbers.full.comm.allreduce(shifted, op=MPI.MAX))
         self._load[:] = 0.0
-        for part, values in zip(self.parts, self._matrix.targets, strict=True):
-            # what is solved for is subtracted
-            part.assemble(values, *((-self._given, self._load) if shifted else ()))
+        # what is solved for is subtracted
+        shift = (-self._given, self._load) if shifted else (None, None)
+        check(self._lib.jacobians(*self._jacobians, *map(native.doubles, shift)))
         if self._coupled is not None:
             self._coupled.add_to(self._matrix, self._given, self._load)
         self._matrix.end()

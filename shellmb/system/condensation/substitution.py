@@ -244,8 +244,8 @@ class SerialPasses:
         Returns:
             Error of PETSc, zero if it could solve, and the time that it took, s.
         """
-        reduced, pointer = self._reduced, native.doubles
-        where = native.entries(b), pointer(load), pointer(given), native.entries(dx, True)
+        reduced = self._reduced
+        where = b.handle, *map(native.doubles, (load, given)), dx.handle
         error = self._lib.solve(self._solution, single, reduced, *factors, *where)
         return error, reduced[0].seconds
 

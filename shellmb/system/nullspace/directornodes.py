@@ -281,11 +281,8 @@ class DirectorNodes:
         return np.asarray(rates - np.einsum("nic,ncj,nj->ni", pseudo_inverse(C), C, rates))
 
     def correction(self, fields: Sequence[Field]) -> Floats | None:
-        """Change that brings nodes back to their constraints, to first order; None: there is none.
-
-        Where only rotations have changed the directors there is none: these keep the constraints.
-        """
-        if self.declared.linear or (self.settled and not self.partial):
+        """Change that brings nodes back to their constraints, to first order; None: none."""
+        if self.declared.linear:
             return None
         if self.rates is not None:
             return self._jump_correction(fields) if self.partial else None

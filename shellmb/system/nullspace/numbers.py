@@ -425,10 +425,12 @@ class ReducedNumbers:
             One for each local dof; overwritten by the next call.
         """
         system, full, given = self.system, self.full, self._given
-        found = [(k, nodes.correction(self.fields)) for k, nodes in self._loose]
+        # where only rotations have changed directors there is none: these keep the constraints
+        loose = [(k, nodes) for k, nodes in self._loose if nodes.partial or not nodes.settled]
+        found = [(k, nodes.correction(self.fields)) for k, nodes in loose]
         values = {k: v.ravel() for k, v in found if v is not None}
         if full.serial:
-            self._lib.to_values(*self._fixed, native.entries(system.x), native.doubles(given))
+            self._lib.to_values(*self._fixed)
         else:
             change = np.zeros(system.numbering.owned)
             change[system.fixed] = system.fixed_values() - system.x.array_r[system.fixed]
@@ -448,4 +450,5 @@ class ReducedNumbers:
         unknowns = wanted[dofs]
         self._kept = dofs, unknowns
         places = native.longs(dofs), native.longs(unknowns)
-        return len(wanted), len(dofs), *places, native.doubles(self.system.values)
+        where = native.doubles(self.system.values), native.entries(self.system.x)
+        return len(wanted), len(dofs), *places, *where, native.doubles(self._given)
