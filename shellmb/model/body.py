@@ -242,6 +242,10 @@ def _same[T](b: T, mid: T) -> T:
     return b
 
 
+def _same_back(b: Values, mid: Values, of: Values) -> tuple[Values, Values]:
+    return of, np.zeros_like(of)
+
+
 @dataclass(frozen=True)
 class Manifold:
     """Directors and frames at the nodes of a body.
@@ -252,12 +256,14 @@ class Manifold:
         inertialess: Whether they have no inertia in motion, and so no velocity of their own.
         tangent: The jump of velocities `b` without what constraints at the nodes forbid at a state.
         tangent_values: The same for local arrays.
+        tangent_back: Covectors of the jump and of the state for one of that.
     """
 
     directors: Values | None = None
     inertialess: bool = False
     tangent: Callable[[Expr, Expr], Expr] = _same
     tangent_values: Callable[[Values, Values], Values] = _same
+    tangent_back: Callable[[Values, Values, Values], tuple[Values, Values]] = _same_back
 
 
 class Body(Protocol):

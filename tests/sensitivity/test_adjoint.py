@@ -125,6 +125,36 @@ def assert_transposed(scene: sm.Scene, within: float) -> None:
     assert forth == pytest.approx(back, rel=within)
 
 
+def test_jumps_without_momentum_along_directors_are_transposed() -> None:
+    """Of a shell whose mass is off its surface, too: motions of both are coupled."""
+    from mpi4py import MPI
+
+    from shellmb.model.model import build_model
+
+    scene = laminate("ed")
+    (shell,) = scene.shells
+    off = replace(shell, section=replace(shell.section, offset=0.02))
+    for one, coupled in ((shell, False), (off, True)):
+        model = build_model(replace(scene, shells=one), MPI.COMM_WORLD)
+        body, rng = model.shells[shell.name], np.random.default_rng(1)
+        assert (body.mass.s is not None) == coupled
+        size, dofs = len(body.mixed.dofs["w"]), sum(map(len, body.mixed.dofs.values()))
+        jump, state, w, d_jump, d_state = np.zeros((5, dofs))
+        for part in ("u", "w"):
+            for values in (jump, w, d_jump):
+                values[body.mixed.dofs[part]] = rng.normal(size=size)
+        for values in (state, d_state):
+            values[body.mixed.dofs["w"]] = 0.3 * rng.normal(size=size)
+        tangent, h = body.manifold.tangent_values, 1e-3
+        pairs = zip(POINTS, WEIGHTS, strict=True)
+        exact = sum(
+            c / h * (w @ tangent(jump + p * h * d_jump, state + p * h * d_state)) for p, c in pairs
+        )
+        by_jump, by_state = body.manifold.tangent_back(jump, state, w)
+        # error of the differences
+        assert by_jump @ d_jump + by_state @ d_state == pytest.approx(exact, rel=1e-9)
+
+
 def test_a_step_back_is_the_transpose_of_a_step() -> None:
     # 1.3e-12 was seen
     assert_transposed(plate(), within=2e-11)

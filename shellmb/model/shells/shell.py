@@ -79,7 +79,8 @@ class ShellModel(BoundShell):
     def manifold(self) -> Manifold:
         """Unit directors."""
         reference = self.node_directors()[:, 0] if self.held.unit else None
-        return Manifold(reference, self.inertialess, self._tangent, self._tangent_values)
+        tangent = self._tangent, self._tangent_values, self._tangent_back
+        return Manifold(reference, self.inertialess, *tangent)
 
     def _tangent(self, b: Expr, mid: Expr) -> Expr:
         """A jump of velocities, its director part without momentum along the mean director."""
@@ -96,15 +97,37 @@ class ShellModel(BoundShell):
         """Values at the nodes of a jump, its director part without momentum."""
         if self.mass is None or self.mass.I is None:
             return b
+        place, (d, momentum, square) = self.mixed.dofs["w"], self._momenta(b, mid)
+        along = np.sum(momentum * d, axis=1, keepdims=True) / square
+        out = b.copy()
+        out[place] -= (along * d).ravel()
+        return out
+
+    def _momenta(self, b: Floats, mid: Floats) -> tuple[Floats, Floats, Floats]:
+        """Normals at the nodes, momenta of directors in a jump, and squares of these normals."""
         place = self.mixed.dofs["w"]
         d = self.held.normals(mid[place].reshape(-1, 3), self.node_directors()[:, 0])
-        db = b[place].reshape(-1, 3)
-        surface = b[self.mixed.dofs["u"]].reshape(-1, 3)
-        momentum = db if self.mass.s is None else db + self._arm.values * surface
-        along = np.sum(momentum * d, axis=1) / np.sum(d * d, axis=1)
-        out = b.copy()
-        out[place] = (db - along[:, None] * d).ravel()
-        return out
+        momentum = b[place].reshape(-1, 3)
+        if self.mass is not None and self.mass.s is not None:
+            momentum = momentum + self._arm.values * b[self.mixed.dofs["u"]].reshape(-1, 3)
+        return d, momentum, np.sum(d * d, axis=1, keepdims=True)
+
+    def _tangent_back(self, b: Floats, mid: Floats, of: Floats) -> tuple[Floats, Floats]:
+        """Covectors of a jump and of the state for one of `_tangent_values`: these, transposed."""
+        by_jump, by_state = of.copy(), np.zeros_like(of)
+        if self.mass is None or self.mass.I is None:
+            return by_jump, by_state
+        place, (d, momentum, square) = self.mixed.dofs["w"], self._momenta(b, mid)
+        w = of[place].reshape(-1, 3)
+        along = np.sum(momentum * d, axis=1, keepdims=True) / square
+        back = np.sum(w * d, axis=1, keepdims=True) / square
+        by_jump[place] -= (back * d).ravel()
+        if self.mass.s is not None:
+            by_jump[self.mixed.dofs["u"]] -= (self._arm.values * back * d).ravel()
+        by_normal = back * (2.0 * along * d - momentum) - along * w
+        # normals are linear in the state, by a symmetric matrix
+        by_state[place] = self.held.normals(by_normal, np.zeros_like(w)).ravel()
+        return by_jump, by_state
 
     def inertia(self, rate: Expr, dq: Expr) -> Form | None:
         """Virtual work of the inertia forces, left-hand sides of eqs. (26)-(27)."""

@@ -269,7 +269,7 @@ int solve(const Solution *, int, Reduced *, uintptr_t, const Band *, uintptr_t, 
 void before(const Solution *, int, const double *, const double *, double *);
 void after(const Solution *, int, const double *, const double *, double *);
 void before_transposed(const Solution *, const double *, double *);
-void after_transposed(const Solution *, const double *, double *, double *);
+void after_transposed(const Solution *, const double *, double *);
 void relate(int, const double *, const double *, double *, double *);
 void resultants(const Nodes *, int, int, const double *, double, const double *, const double *,
                 double *);

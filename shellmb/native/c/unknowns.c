@@ -333,10 +333,11 @@ void before_transposed(const Solution *s, const double *b, double *rhs)
         rhs[i] = s->r[s->outer_numbers[i]] + s->rest[s->outer_numbers[i]];
 }
 
-/* As `after`, of the transposed system; after `before_transposed`. `seen`: gets the multipliers of
- * the reduced system, `x`: those of the local dofs. */
-void after_transposed(const Solution *s, const double *solution, double *seen, double *x)
+/* As `after`, of the transposed system; after `before_transposed`. `x`: gets the multipliers of the
+ * local dofs. */
+void after_transposed(const Solution *s, const double *solution, double *x)
 {
+    double *seen = s->seen;
     memset(seen, 0, sizeof(double) * s->reduced);
     for (int i = 0; i < s->outer; ++i)
         seen[s->outer_numbers[i]] = solution[i];

@@ -13,7 +13,6 @@ from shellmb.arrays import Floats
 from shellmb.bodyfields import kinematic_dofs, resultant_dofs
 from shellmb.model.body import Body
 from shellmb.schemes.base import END
-from shellmb.sensitivity.adjoint.differences import FOURTH
 from shellmb.sensitivity.adjoint.transposed import Covector
 from shellmb.simulate.problem import Problem
 
@@ -21,9 +20,6 @@ from shellmb.simulate.problem import Problem
 Given = tuple[Floats, dict[str, Floats], dict[str, Floats]]
 # shares of states, by their kind and name, and that of a jump
 Shares = tuple[dict[tuple[str, str], tuple[Floats, ...]], Floats | None]
-# distance of differences: directors are of unit size, so that error and round-off are both near
-# 1e-13
-APART = 1e-3
 
 
 class Advance:
@@ -38,14 +34,8 @@ class Advance:
         self._name, self._levels = body.name, problem.levels[body.name]
         self._scheme, self._forms = problem.scheme, problem.steps[body.name]
         self._kinematic, self._resultants = kinematic_dofs(body), resultant_dofs(body)
-        self._tangent = body.manifold.tangent_values
+        self._tangent_back = body.manifold.tangent_back
         self._kept: dict[str, tuple[float, Shares]] = {}
-        dofs = [body.mixed.dofs[p] for p in ("u", "w") if p in body.mixed.dofs]
-        # of directors only: triples have unknown jumps, which are tangent already
-        shell = len({len(d) for d in dofs}) == 1
-        self._nodes = [d.reshape(-1, 3) for d in dofs] if shell else []
-        # tangent spaces depend on directors alone, not on places
-        self._directors = self._nodes[-1:] if "w" in body.mixed.dofs else []
 
     def __call__(
         self, ends: Covector, starts: Covector, unknown: dict[str, Floats], dt: float
@@ -85,7 +75,7 @@ class Advance:
             rates = {k: f.x.array for k, f in levels.rates.items()}
             states = {s: f.x.array for s, f in levels.unknown.items()}
             self._advanced(rate, (levels.q.x.array, rates, states), dt, seen)
-            by_jump, by_middle = self._of_tangent(*seen.pop(), weight * w)
+            by_jump, by_middle = self._tangent_back(*seen.pop(), weight * w)
         for (kind, name), (plain, jump, middle) in shares.items():
             target = unknown[name] if kind == "unknown" else starts[self._name, name]
             target += plain * w
@@ -140,31 +130,3 @@ class Advance:
         made = np.asarray(self._forms.advance(*only("", ""), dt, jump)[rate])
         self._kept[rate] = dt, (found, made if jumps else None)
         return self._kept[rate][1]
-
-    def _of_tangent(self, jump: Floats, middle: Floats, w: Floats) -> tuple[Floats, Floats]:
-        """Covectors of a jump of velocities and of the middle state that its tangent is at."""
-        by_jump, by_middle = np.zeros_like(w), np.zeros_like(w)
-        per_node = [w[dofs] for dofs in self._nodes]
-
-        def gathered(change: Floats) -> Floats:
-            """Sum over each node of what changes there, times its covector."""
-            pairs = zip(self._nodes, per_node, strict=True)
-            return np.asarray(sum((change[dofs] * of).sum(axis=1) for dofs, of in pairs))
-
-        rest = w.copy()
-        for dofs in self._nodes:
-            rest[dofs] = 0.0
-            for k in range(3):
-                unit = np.zeros_like(w)
-                unit[dofs[:, k]] = 1.0
-                by_jump[dofs[:, k]] += gathered(self._tangent(unit, middle))
-        for dofs in self._directors:
-            for k in range(3):
-                unit = np.zeros_like(w)
-                unit[dofs[:, k]] = 1.0
-                change = np.zeros_like(w)
-                for offset, weight in FOURTH:
-                    change += weight / APART * self._tangent(jump, middle + offset * APART * unit)
-                by_middle[dofs[:, k]] += gathered(change)
-        # what is at no node of the surface stays as it is
-        return by_jump + rest, by_middle

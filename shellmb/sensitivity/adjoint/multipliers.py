@@ -8,6 +8,7 @@ The matrix itself is not assembled: its transposed product is a pass of `Transpo
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import Any, Protocol
 
 from mpi4py import MPI
@@ -37,10 +38,10 @@ class Transposable(Protocol):
     """Solves transposed linear systems.
 
     Attributes:
-        tests: Last solution in the unknowns of the system that is factorised.
+        multipliers: Last solution, one number for each local dof of all fields.
     """
 
-    tests: Floats
+    multipliers: Floats
 
     @property
     def cost(self) -> float: ...  # noqa: D102
@@ -50,19 +51,11 @@ class Transposable(Protocol):
         ...
 
     def follow(self) -> None:
-        """Take tests at the state that the fields hold, without new factors."""
+        """Take tangent spaces at the state that the fields hold, without new factors."""
         ...
 
     def solve_transposed(self, b: PETSc.Vec) -> str | None:
         """Solve `J^T x = b` with the last factors; returns why that failed."""
-        ...
-
-    def expand_tests(self, tests: Floats) -> Floats:
-        """Multipliers of all local dofs that such `tests` stand for."""
-        ...
-
-    def tests_of(self, local: Floats) -> Floats:
-        """Numbers of all local dofs at the places of `tests` that these are made of."""
         ...
 
 
@@ -101,7 +94,6 @@ class Multipliers:
         unknowns = system.numbering.local_to_global[self._given] - system.numbering.start
         mine = (unknowns >= 0) & (unknowns < system.numbering.owned)
         self._own_given = self._given[mine][np.unique(unknowns[mine], return_index=True)[1]]
-        self._parts: list[Ints] = []
         self._taken = np.empty((0, 0))
         self._purpose = Purpose.LAGGED
         # steps that the factors served, their cost in iterations, and that of the last step
@@ -124,7 +116,7 @@ class Multipliers:
             self._factorise()
         else:
             self._linear.follow()
-        while (tests := self._iterate(right, fresh)) is None:
+        while (found := self._iterate(right, fresh)) is None:
             if fresh and self._purpose is Purpose.EXACT:
                 raise ConvergenceError(
                     "adjoint: the transposed system of a step has no solution to eight digits; its "
@@ -137,7 +129,7 @@ class Multipliers:
             fresh = True
         self._last = self.iterations - before
         self._served, self._spent = self._served + 1, self._spent + self._last
-        self._take(tests)
+        self._take(found)
 
     def by_field(self) -> list[Floats]:
         """Multipliers of the last step, an array of local dofs for each field."""
@@ -159,30 +151,29 @@ class Multipliers:
         self._product.array[:] = rest
         _check(self._linear.solve_transposed(self._product))
         self.iterations += 1
-        return self._linear.tests
+        return self._linear.multipliers
 
-    def _take(self, tests: Floats) -> None:
-        """Take multipliers that tests stand for, where no values are given."""
-        self.local = self._linear.expand_tests(tests)
-        free = self.local
+    def _take(self, local: Floats) -> None:
+        """Take multipliers, where no values are given."""
+        self.local = free = local
         if len(self._given):
-            free = free.copy()
+            free = local.copy()
             free[self._given] = 0.0
         self._transposed.take(free)
 
-    def _times(self, tests: Floats) -> Floats:
-        """Transposed matrix times multipliers."""
+    def _times(self, multipliers: Floats) -> Floats:
+        """Transposed matrix times multipliers, the same array at each call."""
         local = self._system.exchange.local
-        self._take(tests)
+        self._take(multipliers)
         # equations of given values; linked dofs are one unknown
         local[:] = 0.0
-        local[self._own_given] = self.local[self._own_given]
+        local[self._own_given] = multipliers[self._own_given]
         self._transposed.add_unknown(local)
         self._system.exchange.collect(self._product)
-        return np.array(self._product.array_r)
+        return np.asarray(self._product.array_r)
 
     def _iterate(self, right: PETSc.Vec, fresh: bool) -> Floats | None:
-        """Tests by conjugate residuals; None if that does not converge.
+        """Multipliers by conjugate residuals; None if that does not converge.
 
         What is left of the right-hand side is updated, and its solution taken anew in each
         iteration: so what elimination of resultants loses of round-off is lost of what is left.
@@ -195,10 +186,10 @@ class Multipliers:
         count = len(sizes)
         state = np.concatenate([np.zeros(count), error / sizes, rest])
         found, error, rest = state[:count], state[count : 2 * count], state[2 * count :]
-        # what each iteration took from these, its change of the error of size one
+        # what each iteration may take from these, and squares of its changes of the error
         if self._taken.shape[1] != len(state):
             self._taken = np.empty((MOST, len(state)))
-        taken, changes = self._taken, self._taken[:, count : 2 * count]
+        taken, changes, squares = self._taken, self._taken[:, count : 2 * count], np.empty(MOST)
         errors = [self._largest(error)]
         while errors[-1] > 0.0:
             if _ends(errors, self._tolerance):
@@ -208,44 +199,46 @@ class Multipliers:
             k = len(errors) - 1
             if k == most or not np.isfinite(errors[-1]):
                 return None
-            force = self._times(error * sizes)
-            change = error - self._precondition(rest - force) / sizes
+            row = taken[k]
+            loss, change, force = row[:count], row[count : 2 * count], row[2 * count :]
+            np.negative(error, out=loss)
+            force[:] = self._times(error * sizes)
+            np.divide(self._precondition(rest - force), sizes, out=change)
+            np.subtract(error, change, out=change)
             back, before = self._sums([change @ error, error @ error])
             if not (fresh or back >= SOFT * before):
                 return None
-            taken[k] = np.concatenate([-error, change, force])
             if k:
-                taken[k] -= self._sums(changes[:k] @ change) @ taken[:k]
-            square, step = self._sums([changes[k] @ changes[k], changes[k] @ error])
-            if square == 0.0:
+                row -= (self._sums(changes[:k] @ change) / squares[:k]) @ taken[:k]
+            squares[k], step = self._sums([change @ change, change @ error])
+            if squares[k] == 0.0:
                 return None
-            state -= (step / square) * taken[k]
-            taken[k] /= np.sqrt(square)
+            state -= (step / squares[k]) * row
             errors.append(self._largest(error))
         return found * sizes
 
-    def _sizes(self, tests: Floats) -> Floats:
+    def _sizes(self, multipliers: Floats) -> Floats:
         """Largest number of each part, at all places of the part."""
-        if not self._parts:
-            self._parts = self._find_parts()
-        largest = np.array([np.abs(tests[e]).max(initial=0.0) for e in self._parts])
+        dofs, starts, counts = self._parts
+        largest = np.zeros(len(counts))
+        if len(starts):
+            largest[counts > 0] = np.maximum.reduceat(np.abs(multipliers[dofs]), starts)
         if self._system.comm.size > 1:
             self._system.comm.Allreduce(MPI.IN_PLACE, largest, op=MPI.MAX)
-        sizes = np.ones(len(tests))
-        for entries, size in zip(self._parts, largest, strict=True):
-            sizes[entries] = size or 1.0
+        largest[largest == 0.0] = 1.0
+        sizes = np.ones(len(multipliers))
+        sizes[dofs] = np.repeat(largest, counts)
         return sizes
 
-    def _find_parts(self) -> list[Ints]:
-        """Places of each named part of the fields among the tests."""
-        numbering, count = self._system.numbering, 0
-        labels = np.zeros(int(numbering.offsets[-1]))
-        for k, field in enumerate(self._system.fields):
-            for part in field.parts:
-                count += 1
-                labels[numbering.slice(k)][part.dofs] = count
-        found = np.rint(self._linear.tests_of(labels)).astype(int)
-        return [np.flatnonzero(found == label) for label in range(1, count + 1)]
+    @cached_property
+    def _parts(self) -> tuple[Ints, Ints, Ints]:
+        """Local dofs of all named parts, where those that have any begin, and how many all have."""
+        offsets = self._system.numbering.offsets.tolist()
+        pairs = zip(self._system.fields, offsets, strict=False)
+        parts = [part.dofs + first for field, first in pairs for part in field.parts]
+        counts = np.array([len(part) for part in parts], dtype=np.int64)
+        starts = (np.cumsum(counts) - counts)[counts > 0]
+        return np.concatenate([np.zeros(0, np.int64), *parts]), starts, counts
 
     def _largest(self, values: Floats) -> float:
         """Largest absolute number over all ranks."""
@@ -253,11 +246,12 @@ class Multipliers:
         comm = self._system.comm
         return largest if comm.size == 1 else float(comm.allreduce(largest, op=MPI.MAX))
 
-    def _sums(self, values: Any) -> Floats:
+    def _sums(self, values: Any) -> Any:
         """Sums over all ranks."""
+        if self._system.comm.size == 1:
+            return values
         sums = np.array(values, dtype=float)
-        if self._system.comm.size > 1:
-            self._system.comm.Allreduce(MPI.IN_PLACE, sums)
+        self._system.comm.Allreduce(MPI.IN_PLACE, sums)
         return sums
 
 

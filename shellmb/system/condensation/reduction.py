@@ -15,14 +15,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import ExitStack
-from functools import cached_property
 
 from mpi4py import MPI
 from petsc4py import PETSc
 
 import numpy as np
 
-from shellmb.arrays import Floats, Ints
+from shellmb.arrays import Floats
 from shellmb.clock import now
 from shellmb.native import library as native
 from shellmb.system.assembly.loops import LoopResiduals
@@ -53,11 +52,10 @@ class Reduction:
 
     Attributes:
         A: The reduced matrix.
-        tests: Last transposed solution: reduced multipliers that this rank sees, then those of
-            unknowns that are eliminated cell by cell.
+        multipliers: Last transposed solution, of all local dofs.
     """
 
-    tests: Floats
+    multipliers: Floats
 
     def __init__(self, nodes: SystemNodes, prefix: str) -> None:
         self.system = system = nodes.system
@@ -244,45 +242,19 @@ class Reduction:
         """Solve `J^T x = b` for all but the equations of lengths and angles at nodes.
 
         It takes the factors and the reduced matrix, rows and columns exchanged. Forces of
-        multipliers at nodes must be zero in `b`. `tests` gets the solution.
+        multipliers at nodes must be zero in `b`. `multipliers` gets the solution.
 
         Args:
             b: Right-hand side.
         """
         self._passes.before_transposed(b.array_r, self._rhs.array)
         reason = self.solver.solve_transposed(self._rhs, self._solution)
-        seen, values = self._passes.after_transposed(self._solution.array_r)
-        self.tests = np.concatenate([seen, values[self._elementwise]])
+        self.multipliers = self._passes.after_transposed(self._solution.array_r)
         return reason
 
     def follow(self) -> None:
         """Take tangent spaces at the state that the fields hold, and keep the factors."""
         self.numbers.update()
-
-    def expand_tests(self, tests: Floats) -> Floats:
-        """Multipliers of all local dofs at the state that was followed last.
-
-        Args:
-            tests: As `solve_transposed` leaves them, or combinations of such.
-        """
-        count = len(tests) - len(self._elementwise)
-        values = self.numbers.left.times(tests[:count])
-        values[self._elementwise] = tests[count:]
-        return values
-
-    def tests_of(self, local: Floats) -> Floats:
-        """Numbers of all local dofs at the places of `tests` that these are made of."""
-        left = self.numbers.left
-        found = np.zeros(len(left.numbers.wanted) + 1)
-        # what has a place in several dofs is of the first one: parts do not share any
-        found[left.places[::-1]] = local[::-1, None]
-        return np.concatenate([found[:-1], local[self._elementwise]])
-
-    @cached_property
-    def _elementwise(self) -> Ints:
-        """Local dofs that are eliminated cell by cell."""
-        found = [part.cells.dofs[:, part.cells.shared :].ravel() for part in self.parts]
-        return np.unique(np.concatenate([*found, np.zeros(0, np.int64)])).astype(np.int64)
 
     @property
     def covers(self) -> bool:

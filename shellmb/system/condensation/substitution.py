@@ -45,8 +45,8 @@ class Passes(Protocol):
         """Fill the right-hand side of the transposed reduced system; arguments as of `before`."""
         ...
 
-    def after_transposed(self, solution: Floats) -> tuple[Floats, Floats]:
-        """Multipliers of the reduced system that this rank sees, and those of the local dofs.
+    def after_transposed(self, solution: Floats) -> Floats:
+        """Multipliers of the local dofs.
 
         Args:
             solution: Of the reduced system, owned entries.
@@ -129,8 +129,8 @@ class ParallelPasses:
             part.reduce_inner_transposed(self._r, rest)
         rhs[:] = (reduced + numbers.right.numbers.summed(rest))[numbers.outer]
 
-    def after_transposed(self, solution: Floats) -> tuple[Floats, Floats]:
-        """Multipliers of the reduced system, and those of the local dofs."""
+    def after_transposed(self, solution: Floats) -> Floats:
+        """Multipliers of the local dofs."""
         numbers = self.numbers
         reduced = np.zeros(numbers.count)
         reduced[numbers.outer] = solution
@@ -140,7 +140,7 @@ class ParallelPasses:
         values = numbers.left.times(seen)
         for part in self.parts:
             part.expand_transposed(values)
-        return seen, values
+        return values
 
 
 class SerialPasses:
@@ -155,7 +155,7 @@ class SerialPasses:
         self._lib, self._arrays = native.cells().lib, CArrays()
         pointer = self._arrays
         seen = len(numbers.forces.numbers.wanted)
-        self._sizes = numbers.count, len(numbers.full.wanted)
+        self._local = len(numbers.full.wanted)
 
         def zeros(size: int) -> Any:
             return pointer(np.zeros(size))
@@ -167,7 +167,7 @@ class SerialPasses:
                 {
                     "parts": len(parts),
                     "owned": len(numbers.own),
-                    "local": self._sizes[1],
+                    "local": self._local,
                     "reduced": numbers.count,
                     "outer": len(numbers.outer),
                     "multipliers": seen,
@@ -179,8 +179,8 @@ class SerialPasses:
                     "right": numbers.right.members,
                     "force": numbers.forces.members,
                     "multiplier": numbers.multiplier_values.members,
-                    "b": zeros(self._sizes[1]),
-                    "change": zeros(self._sizes[1]),
+                    "b": zeros(self._local),
+                    "change": zeros(self._local),
                     "reaction": zeros(len(numbers.own)),
                     **{name: zeros(seen) for name in ("forces", "rows")},
                     **{name: zeros(numbers.count) for name in ("r", "seen", "rest")},
@@ -200,10 +200,10 @@ class SerialPasses:
         """Fill the right-hand side of the transposed reduced system."""
         self._lib.before_transposed(self._solution, native.doubles(b), native.doubles(rhs))
 
-    def after_transposed(self, solution: Floats) -> tuple[Floats, Floats]:
-        """Multipliers of the reduced system, and those of the local dofs."""
-        found = np.empty(self._sizes[0]), np.empty(self._sizes[1])
-        self._lib.after_transposed(self._solution, *map(native.doubles, (solution, *found)))
+    def after_transposed(self, solution: Floats) -> Floats:
+        """Multipliers of the local dofs."""
+        found = np.empty(self._local)
+        self._lib.after_transposed(self._solution, *map(native.doubles, (solution, found)))
         return found
 
     def take_vectors(self, rhs: PETSc.Vec, solution: PETSc.Vec) -> None:

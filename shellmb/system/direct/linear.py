@@ -7,8 +7,6 @@ from typing import Protocol
 
 from petsc4py import PETSc
 
-import numpy as np
-
 from shellmb.arrays import Floats
 from shellmb.clock import now
 from shellmb.system.assembly.blocks import BlockSystem
@@ -102,10 +100,10 @@ class Unreduced:
         options: Options of MUMPS, besides those that all systems have.
 
     Attributes:
-        tests: Last transposed solution.
+        multipliers: Last transposed solution, of all local dofs.
     """
 
-    tests: Floats
+    multipliers: Floats
 
     def __init__(
         self, system: BlockSystem, prefix: str, options: Mapping[str, int] = NO_OPTIONS
@@ -114,7 +112,7 @@ class Unreduced:
         self.seconds = {"jacobian": 0.0, "reduction": 0.0, "factor": 0.0, "solve": 0.0}
         self.jacobians = 0
         self._solver: DirectSolver | None = None
-        self._multipliers = system.x.duplicate()
+        self._solution = system.x.duplicate()
 
     @property
     def size(self) -> int:
@@ -163,23 +161,12 @@ class Unreduced:
         """Solve `J^T x = b` with the last factorisation; returns why that failed.
 
         Args:
-            b: Right-hand side; `tests` gets the solution.
+            b: Right-hand side; `multipliers` gets the solution.
         """
         assert self._solver is not None
-        failure = self._solver.solve_transposed(b, self._multipliers)
-        self.tests = np.array(self._multipliers.array_r)
+        failure = self._solver.solve_transposed(b, self._solution)
+        self.multipliers = self.system.local_values(self._solution)
         return failure
 
     def follow(self) -> None:
         """Do nothing: the unknowns are the same at all states."""
-
-    def expand_tests(self, tests: Floats) -> Floats:
-        """Multipliers of all local dofs."""
-        self._multipliers.array[:] = tests
-        return self.system.local_values(self._multipliers)
-
-    def tests_of(self, local: Floats) -> Floats:
-        """Numbers of all local dofs at the places of `tests` that these are made of."""
-        fields, offsets = self.system.fields, self.system.numbering.offsets
-        parts = [local[a : a + f.size_local] for f, a in zip(fields, offsets, strict=False)]
-        return self.system.global_values(parts)
