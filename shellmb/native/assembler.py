@@ -96,6 +96,22 @@ class PartSizes(Protocol):
         ...
 
 
+class Shares(Protocol):
+    """Largest share of changes of parts of unknowns in their sizes.
+
+    Attributes:
+        table: Changes and sizes of all parts, shape (2, parts).
+        struct: For C, what it knows; of no use to others.
+    """
+
+    table: Floats
+    struct: Any
+
+    def largest(self) -> float:
+        """Largest share of what the table holds; infinite if something in it is no number."""
+        ...
+
+
 class NodeSums(Protocol):
     """Sums over the nodes of a body: positions first, then directors and what turns like them."""
 
@@ -159,6 +175,22 @@ class Operations(Protocol):
         """
         ...
 
+    def shares(
+        self, ends: Ints, entries: Ints, weights: tuple[Floats, Floats, Floats], little: float
+    ) -> Shares:
+        """Shares of changes of parts of unknowns in their sizes.
+
+        A change times a weight is compared with the size times its unit, or with the largest size
+        times its other weight, whichever is larger.
+
+        Args:
+            ends: Where each part begins and the last one ends among `entries`.
+            entries: Unknowns of all parts.
+            weights: Units, weights of changes, and those other ones, of each part.
+            little: What changes are compared with at least.
+        """
+        ...
+
     def foresee(self, weights: Floats, past: Floats, to: Floats) -> None:
         """Extrapolate states by polynomials of all degrees that they allow.
 
@@ -208,6 +240,21 @@ class Operations(Protocol):
 
         Returns:
             Does so, by the number of the row.
+        """
+        ...
+
+    def centring(
+        self, own: Sequence[Floats], above: Sequence[Floats], below: Sequence[Floats]
+    ) -> Callable[[], None]:
+        """Make what moves two lists of arrays so that their mean is a third one.
+
+        Args:
+            own: Arrays, whose numbers stay where they are.
+            above: As many others.
+            below: And others.
+
+        Returns:
+            Does so; differences of the latter two stay.
         """
         ...
 

@@ -215,7 +215,7 @@ def begin(comm: MPI.Comm) -> None:
 def _compiled() -> tuple[Path, Future[None] | None]:
     """Path where the module is, or will be."""
     first = ("cells.h", "passes.c", "apart.c", "kernels.c", "cells.c")
-    last = ("bases.c", "nodes.c", "banded.c", "unknowns.c", "sums.c", "transposed.c")
+    last = ("bases.c", "nodes.c", "banded.c", "unknowns.c", "sums.c", "transposed.c", "sides.c")
     header, passes, *others = ((HERE / name).read_text() for name in (*first, *last))
     both = (TWICE.format(*precision) + passes for precision in PRECISIONS)
     # what passes work with comes before them

@@ -10,7 +10,7 @@ import numpy as np
 
 from shellmb.arrays import Floats, Ints
 from shellmb.native import library as native
-from shellmb.native.assembler import NodeSums, Operations, Pairs, PartSizes, is_native
+from shellmb.native.assembler import NodeSums, Operations, Pairs, PartSizes, Shares, is_native
 from shellmb.native.reference import Reference
 
 
@@ -37,6 +37,12 @@ class Loops:
     def part_sizes(self, ends: Ints, entries: Ints, scales: Floats, bounds: Floats) -> PartSizes:
         """Sizes of parts of unknowns."""
         return _PartSizes(ends, entries, scales, bounds)
+
+    def shares(
+        self, ends: Ints, entries: Ints, weights: tuple[Floats, Floats, Floats], little: float
+    ) -> Shares:
+        """Shares of changes of parts of unknowns in their sizes."""
+        return _Shares(ends, entries, weights, little)
 
     def foresee(self, weights: Floats, past: Floats, to: Floats) -> None:
         """Extrapolate states by polynomials."""
@@ -73,12 +79,48 @@ class Loops:
 
         return take
 
+    def centring(
+        self, own: Sequence[Floats], above: Sequence[Floats], below: Sequence[Floats]
+    ) -> Callable[[], None]:
+        """Make what moves two lists of arrays so that their mean is a third one."""
+        pointer, centre = native.CArrays(), self._lib.centre
+        sizes = pointer(np.array([*map(len, own), 0], dtype=np.int32))
+        lists = (pointer.many("double *", [*map(pointer, each)]) for each in (own, above, below))
+        where = len(own), sizes, *lists
+
+        # the pointers live as long as it
+        def move(_kept: native.CArrays = pointer) -> None:
+            centre(*where)
+
+        return move
+
     def rotation(self, sums: Floats, tiny: float) -> tuple[float, float]:
         """Twice the tangent of half the angle of a rotation, and the radius about its axis."""
         found = np.zeros(2)
         self._lib.turned(native.doubles(sums), tiny, native.doubles(found))
         tangent, radius = found.tolist()
         return tangent, radius
+
+
+class _Shares:
+    def __init__(
+        self, ends: Ints, entries: Ints, weights: tuple[Floats, Floats, Floats], little: float
+    ) -> None:
+        self._lib, pointer = native.cells().lib, native.CArrays()
+        self.table = np.zeros((2, len(weights[0])))
+        members = {
+            "parts": len(weights[0]),
+            "starts": pointer(ends),
+            "entries": pointer(entries),
+            "table": pointer(self.table),
+            **dict(zip(("units", "shares", "moves"), map(pointer, weights), strict=True)),
+            "little": little,
+        }
+        self._kept, self.struct = pointer, pointer.many("Shares", [members])
+
+    def largest(self) -> float:
+        """Largest share of what the table holds."""
+        return float(self._lib.largest_share(self.struct))
 
 
 class _PartSizes:

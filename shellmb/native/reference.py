@@ -17,7 +17,7 @@ from ufl import Form
 from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats, Ints
-from shellmb.native.assembler import NodeSums, Pairs, PartSizes
+from shellmb.native.assembler import NodeSums, Pairs, PartSizes, Shares
 
 # `sum a x b` of `sum a b`
 AXIAL = np.zeros((3, 3, 3))
@@ -77,6 +77,12 @@ class Reference:
         """Sizes of parts of unknowns."""
         return _PartSizes(ends, entries, scales, bounds)
 
+    def shares(
+        self, ends: Ints, entries: Ints, weights: tuple[Floats, Floats, Floats], little: float
+    ) -> Shares:
+        """Shares of changes of parts of unknowns in their sizes."""
+        return _Shares(weights, little)
+
     def foresee(self, weights: Floats, past: Floats, to: Floats) -> None:
         """Extrapolate states by polynomials."""
         to[:] = weights @ past
@@ -97,6 +103,19 @@ class Reference:
     def node_sums(self, dofs: Ints, reference: Floats, positions: int) -> NodeSums:
         """Sums over nodes."""
         return _NodeSums(dofs, reference, positions)
+
+    def centring(
+        self, own: Sequence[Floats], above: Sequence[Floats], below: Sequence[Floats]
+    ) -> Callable[[], None]:
+        """Make what moves two lists of arrays so that their mean is a third one."""
+
+        def centre() -> None:
+            for mean, a, b in zip(own, above, below, strict=True):
+                half = 0.5 * (a - b)
+                np.add(mean, half, out=a)
+                np.subtract(mean, half, out=b)
+
+        return centre
 
     def copies(self, arrays: Sequence[Floats], table: Floats) -> Callable[[int], None]:
         """Make what copies arrays, one behind the other, into a row of a table."""
@@ -155,6 +174,22 @@ def _nearer(v: Floats) -> Floats:
     """One step of Newton's method from triples to the nearest orthonormal ones."""
     gram = v @ v.transpose(0, 2, 1)
     return np.asarray(1.5 * v - 0.5 * gram @ v)
+
+
+class _Shares:
+    struct = None
+
+    def __init__(self, weights: tuple[Floats, Floats, Floats], little: float) -> None:
+        self._weights, self._little = weights, little
+        self.table = np.zeros((2, len(weights[0])))
+
+    def largest(self) -> float:
+        """Largest share of what the table holds."""
+        if not self.table.sum() < np.inf:
+            return np.inf
+        (changes, sizes), (units, shares, moves) = self.table, self._weights
+        least = np.max(moves * sizes, initial=self._little)
+        return float(np.max(shares * changes / np.maximum(units * sizes, least), initial=0.0))
 
 
 class _PartSizes:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 from mpi4py import MPI
 from petsc4py import PETSc
@@ -75,9 +76,27 @@ class Shadow:
         """
         self.until, self._length = until, dt + until - self.since
         self.problem.prepare(t + self.since, self._length)
-        # along paths sides are looked at there
-        self.problem.start_from_state()
-        self.iteration.begin(None, True)
+        if self.simulation.path is not None:
+            # along paths sides are looked at there
+            self.problem.start_from_state()
+            self.iteration.begin(None, True)
+            return
+        self.iteration.nodes.begin()
+        self.system.update_fixed_values()
+        self.system.residuals.refresh()
+
+    @property
+    def at_once(self) -> bool:
+        """Decide whether one call of C evaluates it, and one brings its directors back."""
+        system, plain = self.system, self.iteration.nodes.turnings is not None
+        return plain and not (self._any_others or system.at_once is None or system.couplings)
+
+    @property
+    def members(self) -> tuple[Any, list[dict[str, Any]]]:
+        """For C, its evaluation and what normalises its directors, if it is `at_once`."""
+        evaluate, turnings = self.system.at_once, self.iteration.nodes.turnings
+        assert evaluate is not None and turnings is not None
+        return evaluate.evaluation, turnings
 
     def take_pairs(self, run: Simulation) -> None:
         """Points touch where those of the run may, which has found all of them in its step."""
@@ -157,7 +176,10 @@ class Shadow:
             step: The step.
             end: State at its end; None: that which follows from its solution.
         """
-        self.simulation.last = replace(step, t=step.t + self.since, dt=self._length)
+        moved = self.since != 0.0 or self.until != 0.0
+        self.simulation.last = (
+            replace(step, t=step.t + self.since, dt=self._length) if moved else step
+        )
         for observer in self.observers:
             observer.solved(self.simulation)
         if end is None:

@@ -31,6 +31,9 @@ class Sizes:
     Args:
         system: The block system of the run.
         untested: Titles of parts that are not compared.
+
+    Attributes:
+        shares: How changes and sizes of parts are compared.
     """
 
     def __init__(self, system: BlockSystem, untested: Container[str] = ()) -> None:
@@ -45,11 +48,10 @@ class Sizes:
         moves = np.isfinite(bounds)
         shares = np.where(moves, 1.0, FORCES)
         shares[[p.name in untested for p, _ in found]] = 0.0
-        self._compared = list(zip(*((v / scales).tolist() for v in (shares, moves)), strict=True))
-        self._units = (1.0 / scales).tolist()
         ends = np.append(0, np.cumsum(counts)).astype(np.int64)
         self._parts = operations().part_sizes(ends, entries, scales, bounds)
-        self._table = np.zeros((2, len(found)))
+        weights = 1.0 / scales, shares / scales, LEAST * moves / scales
+        self.shares = operations().shares(ends, entries, weights, SMALL)
 
     def relative(self, change: Floats, whole: Floats) -> float:
         """Largest change of a part relative to the whole of it; the same on all ranks.
@@ -61,16 +63,9 @@ class Sizes:
         Returns:
             The change; infinite where one of both is no number.
         """
-        table = self._table
+        table = self.shares.table
         self._parts.largest(change, table[0])
         self._parts.largest(whole, table[1])
         if self._comm.size > 1:
             self._comm.Allreduce(MPI.IN_PLACE, table, op=MPI.MAX)
-        changes, sizes = table.tolist()
-        if not sum(changes) + sum(sizes) < np.inf:
-            return np.inf
-        compared = list(zip(changes, sizes, self._units, self._compared, strict=True))
-        least = max(SMALL, *(LEAST * moves * size for _, size, _, (_, moves) in compared))
-        return max(
-            share * change / max(unit * size, least) for change, size, unit, (share, _) in compared
-        )
+        return self.shares.largest()

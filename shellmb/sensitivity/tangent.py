@@ -17,14 +17,17 @@ finitely; the difference is the derivative of that retraction.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from shellmb.errors import ConvergenceError
+from shellmb.native.operations import operations
 from shellmb.sensitivity.events import check_begun, ends
 from shellmb.sensitivity.guess import Guess
 from shellmb.sensitivity.parameters import STEP, Parameter
@@ -32,6 +35,8 @@ from shellmb.sensitivity.saved import SavedSide
 from shellmb.sensitivity.shadow import Shadow, check_alike
 from shellmb.sensitivity.sizes import Sizes
 from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.system.both import Kind, both_sides
+from shellmb.system.direct.linear import Linear
 
 Floats = npt.NDArray[np.float64]
 
@@ -68,6 +73,9 @@ class Pair:
         guess: Extrapolates the derivatives of the steps before.
         contraction: Last one that was measured.
         kinks: Times of steps at which both sides do not mirror each other, s.
+        both: Unknowns at both sides, from `begin` on.
+        vectors: Right-hand side of the next update, and place for it.
+        centre: Moves the states of both sides so that their mean is the state of the run.
     """
 
     parameter: Parameter
@@ -77,7 +85,15 @@ class Pair:
     contraction: float = 1.0
     kinks: list[float] = field(default_factory=list)
 
-    @property
+    def begin(self, run: Simulation, u: Floats, sizes: Sizes) -> None:
+        """Take the unknowns of the run, whose values change, and how their sizes are compared."""
+        x = run.problem.system.x
+        self.both = both_sides(self.sides, u, sizes, STEP)
+        self.vectors = x.duplicate(), x.duplicate()
+        own, above, below = (s.live().values() for s in (run, *(s.simulation for s in self.sides)))
+        self.centre = operations().centring(list(own), list(above), list(below))
+
+    @cached_property
     def sides(self) -> tuple[Shadow, Shadow]:
         """Both of them."""
         return self.above, self.below
@@ -120,45 +136,34 @@ class Tangents(Silent):
             pair.kinks += self._kinks.get(pair.parameter.name, [])
         system, scene = simulation.problem.system, simulation.scene
         self._kinked = bool(scene.contacts or scene.force_elements or scene.controllers)
-        self._sizes = Sizes(system, _of_lengths(simulation))
-        self._vectors = [(system.x.duplicate(), system.x.duplicate()) for _ in self.pairs]
-        self._states = list(simulation.live().values())
-        self._both = {
-            id(pair): [list(s.simulation.live().values()) for s in pair.sides]
-            for pair in self.pairs
-        }
+        sizes = Sizes(system, _of_lengths(simulation))
+        self._now = np.array(system.x.array_r)
         for pair in self.pairs:
             for side in pair.sides:
                 check_alike(simulation, side.simulation, pair.parameter.name)
-            self._centre(pair)
+            pair.begin(simulation, self._now, sizes)
+            pair.centre()
             for side in pair.sides:
                 side.start()
-
-    def _centre(self, pair: Pair) -> None:
-        """Move the states of both sides so that their mean is the state of the run."""
-        for own, above, below in zip(self._states, *self._both[id(pair)], strict=True):
-            half = 0.5 * (above - below)
-            np.add(own, half, out=above)
-            np.subtract(own, half, out=below)
 
     def solved(self, simulation: Simulation) -> None:
         """Find the derivatives of the step that the run has just solved."""
         assert simulation.last is not None
-        step, unknowns = simulation.last, np.array(simulation.problem.system.x.array_r)
-        others = []
+        step, others = simulation.last, []
+        self._now[:] = simulation.problem.system.x.array_r
         for pair in self.pairs:
             for side in pair.sides:
                 side.begin(step.t, step.dt)
                 side.take_pairs(simulation)
-            if simulation.control.watches and self._between_events(simulation, pair, unknowns):
+            if simulation.control.watches and self._between_events(simulation, pair):
                 continue
             others.append(pair)
-        for pair, found in zip(others, self._solve(simulation, others, unknowns), strict=True):
+        for pair, found in zip(others, self._solve(simulation, others), strict=True):
             pair.guess.found(found, step.dt)
             for side in pair.sides:
                 side.solved(step)
 
-    def _between_events(self, simulation: Simulation, pair: Pair, u: Floats) -> bool:
+    def _between_events(self, simulation: Simulation, pair: Pair) -> bool:
         """Take a step whose length depends on the parameter; whether it does."""
         if simulation.step == 0:
             check_begun(simulation, pair)
@@ -177,75 +182,64 @@ class Tangents(Silent):
             del pair.kinks[kinks:]
             # that of a step of another length tells nothing
             pair.contraction = 1.0
-            return self._solve(simulation, [pair], u)[0]
+            return self._solve(simulation, [pair])[0]
 
         found = ends(simulation, pair, solve)
         prepare(found.until)
         for side, sign, states in zip(pair.sides, (1, -1), found.states, strict=True):
             # what observers read of forces is evaluated there, too
-            side.residual(u + sign * STEP * found.found)
+            side.residual(self._now + sign * STEP * found.found)
             side.solved(step, states)
         self.said += found.said
         # steps of other lengths tell little
         pair.guess, pair.contraction = Guess(), 1.0
         return True
 
-    def _solve(self, simulation: Simulation, pairs: Sequence[Pair], u: Floats) -> list[Floats]:
+    def _solve(self, simulation: Simulation, pairs: Sequence[Pair]) -> list[Floats]:
         """Derivatives of the unknowns by some parameters, times the sizes of these.
 
         All parameters whose iteration goes on have their next update from one solution.
         """
-        found = {}
-        updates = [self._updates(simulation, pair, u) for pair in pairs]
-        rests = {k: next(each) for k, each in enumerate(updates)}
-        while rests:
-            changes = self._solutions(simulation, list(rests.values()))
-            for k, change in zip(list(rests), changes, strict=True):
+        linear = simulation.problem.iteration.linear
+        going = [(pair, self._updates(simulation, pair)) for pair in pairs]
+        asked = [next(updates) for _, updates in going]
+        while going:
+            shares = _updated(linear, [pair for pair, _ in going], asked)
+            went, going, asked = zip(going, shares, strict=True), [], []
+            for (pair, updates), share in went:
                 try:
-                    rests[k] = updates[k].send(change)
-                except StopIteration as end:
-                    found[k] = end.value
-                    del rests[k]
-        return [found[k] for k in range(len(updates))]
+                    asked.append(updates.send(share))
+                except StopIteration:
+                    continue
+                going.append((pair, updates))
+        return [pair.both.d / STEP for pair in pairs]
 
     def _updates(
-        self, simulation: Simulation, pair: Pair, u: Floats
-    ) -> Generator[Floats, Floats, Floats]:
-        """Iteration of one parameter: yields differences of residuals, and gets solutions."""
+        self, simulation: Simulation, pair: Pair
+    ) -> Generator[tuple[Kind, bool], float, None]:
+        """Iteration of one parameter: asks for updates, and gets their relative sizes."""
         assert simulation.last is not None
+        both = pair.both
         linear, last = simulation.problem.iteration.linear, simulation.last
-        above, below = pair.sides
         lags = simulation.problem.iteration.lags
-        d = STEP * pair.guess.next(len(u), last.dt)
+        both.d[:] = STEP * pair.guess.next(len(self._now), last.dt)
         # new factors contract in this step as in the last ones; once in a while that is measured
         known = 1.0 if lags or simulation.step % TRUSTED == 0 else pair.contraction
         before = now = 1.0
-        central: tuple[Floats, Floats] | None = None
-        contraction, rough = known, lags
+        contraction, rough, central = known, lags, False
         for count in range(1, MOST + 1):
             if count == PATIENCE:
                 # the run itself goes on with them
                 check_solution(linear.factorise())
             rough = rough and count <= ROUGH and now * min(1.0, contraction) > NEAR
-            if not (rough or central):
-                d = self._mirrored(pair, u, d)
-            rest = above.residual(u + d)
-            if rough:
-                # that of the run is zero: one side tells the difference to first order
-                rest = 2.0 * rest
-            elif central is not None:
-                # and how it changes in small updates
-                rest = central[1] + 2.0 * (rest - central[0])
-            else:
-                one = rest.copy()
-                rest = one - below.residual(u - d)
-                # beside a kink sides differ
-                central = (one, rest) if lags and not self._kinked else None
-            change = STEP * (yield rest)
-            d = d - change
+            # in small updates one side tells how the difference changes, and beside a kink not
+            kind = Kind.ABOVE if rough else Kind.SINCE if central else Kind.BETWEEN
+            if kind is Kind.BETWEEN:
+                both.keep()
+                central = lags and not self._kinked
+            now = yield kind, True
             self.iterations += 1
-            now = self._sizes.relative(change, d)
-            if np.isinf(now):
+            if math.isinf(now):
                 raise _no_number(pair.parameter, last.t)
             if count > 1:
                 contraction = pair.contraction = now / before
@@ -261,34 +255,20 @@ class Tangents(Silent):
                 None,
                 {},
             )
-        d = self._mirrored(pair, u, d)
-        if not (above.forces or self._kinked):
-            above.hold(u + d)
-            below.hold(u - d)
-            return d / STEP
-        same = above.residual(u + d) + below.residual(u - d)
-        if self._kinked:
-            if self._sizes.relative(STEP * (yield same), d) > KINK:
-                pair.kinks.append(last.t)
-        return d / STEP
-
-    def _mirrored(self, pair: Pair, u: Floats, d: Floats) -> Floats:
-        """A change of the unknowns that keeps the constraints of both sides to first order."""
-        return np.asarray(0.5 * (pair.above.project(u + d) - pair.below.project(u - d)))
-
-    def _solutions(self, simulation: Simulation, rests: Sequence[Floats]) -> list[Floats]:
-        """`J^-1` times differences of residuals, over twice the relative distance of the sides."""
-        given, found = zip(*self._vectors[: len(rests)], strict=True)
-        for b, rest in zip(given, rests, strict=True):
-            # of the size of the unknowns: what the run corrects by the way is round-off of these
-            b.array[:] = rest * (0.5 / STEP)
-        check_solution(simulation.problem.iteration.linear.solve_many(given, found))
-        return [dx.array_r for dx in found]
+        both.keep()
+        if not (pair.above.forces or self._kinked):
+            both.hold()
+            return
+        if not self._kinked:
+            # what observers read of forces is evaluated
+            both.rest(Kind.SUM, pair.vectors[0])
+        elif (yield Kind.SUM, False) > KINK:
+            pair.kinks.append(last.t)
 
     def accepted(self, simulation: Simulation) -> None:
         """Go to the end of the step."""
         for pair in self.pairs:
-            self._centre(pair)
+            pair.centre()
             for side in pair.sides:
                 side.accepted(simulation)
 
@@ -336,6 +316,29 @@ def _no_number(parameter: Parameter, t: float) -> ConvergenceError:
         None,
         {},
     )
+
+
+def _updated(
+    linear: Linear, pairs: Sequence[Pair], asked: Sequence[tuple[Kind, bool]]
+) -> list[float]:
+    """Update all pairs; relative sizes of the updates.
+
+    Args:
+        linear: What solves.
+        pairs: They.
+        asked: Of each the difference of residuals, and whether the update is taken.
+    """
+    solution = linear.in_c() if all(pair.both.is_one for pair in pairs) else None
+    if solution is not None:
+        shares = [p.both.update(*how, solution) for p, how in zip(pairs, asked, strict=True)]
+        check_solution("the direct solver failed" if min(shares) < 0.0 else None)
+        return shares
+    given, found = zip(*(pair.vectors for pair in pairs), strict=True)
+    for pair, rest, (kind, _) in zip(pairs, given, asked, strict=True):
+        pair.both.rest(kind, rest)
+    check_solution(linear.solve_many(given, found))
+    moves = zip(pairs, found, asked, strict=True)
+    return [pair.both.move(change, taken) for pair, change, (_, taken) in moves]
 
 
 def check_solution(reason: str | None) -> None:

@@ -68,7 +68,13 @@ def test_other_bad_input() -> None:
 
 def test_forces_beside_the_run_that_are_no_numbers(monkeypatch: pytest.MonkeyPatch) -> None:
     # as of a law in UFL with a root that ends at the value: its derivative is no number
-    monkeypatch.setattr(Shadow, "residual", lambda self, u: np.full(len(u), np.nan))
+    prepare = Shadow.prepare
+
+    def without_numbers(self: Shadow, t: float, dt: float, until: float = 0.0) -> None:
+        prepare(self, t, dt, until)
+        next(iter(self.simulation.live().values()))[:] = np.nan
+
+    monkeypatch.setattr(Shadow, "prepare", without_numbers)
     said = "no finite number in the step from t = 0 with 'E' = 2.099979e.11 or 2.100021e.11"
     with pytest.raises(sm.ConvergenceError, match=said):
         sm.sensitivities(scenes.plate, ("E",), columns="probes", fields=False)

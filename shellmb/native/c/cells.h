@@ -199,6 +199,39 @@ typedef struct {
     double *reactions;
 } Evaluation;
 
+/* Directors that keep their constraints, as of normalise_nodes or, with `rates`, normalise_path. */
+typedef struct {
+    int nodes, directors;
+    const int64_t *rows, *rates;
+    const double *reference;
+} Turning;
+
+/* A scene beside a run, its unknowns and their residual. */
+typedef struct {
+    const Evaluation *evaluation;
+    int sets;
+    const Turning *set;
+    double *x, *b;
+} OneSide;
+
+/* Parts of unknowns, for changes and sizes of each, (2, parts), and how they are compared. */
+typedef struct {
+    int parts;
+    const int64_t *starts, *entries;
+    double *table;
+    const double *units, *shares, *moves;
+    double little;
+} Shares;
+
+/* Scenes at both sides of a run, and half the difference of their unknowns. */
+typedef struct {
+    int size;
+    const OneSide *above, *below;
+    double *d, *change;        /* the latter is the last one of the former */
+    double *one, *central;     /* residual above, and the difference of both */
+    double *rest, *solution;   /* right-hand side of an update, and what solves for it */
+} BothSides;
+
 void use_libraries(void *, void *, void *, void *);
 int band_factorise(const Band *, const double *);
 void band_solve(const Band *, int, const double *, double *);
@@ -275,3 +308,11 @@ void resultants(const Nodes *, int, int, const double *, double, const double *,
                 double *);
 double rotation_sums(const Nodes *, int, const double *, const double *, double *);
 void turned(const double *, double, double *);
+double largest_share(const Shares *);
+void keep_both(const BothSides *, const double *);
+void rest_of(const BothSides *, int, const double *, double, double *);
+double move_both(const BothSides *, const Shares *, int, double, const double *);
+double update_both(const BothSides *, const Shares *, int, int, const double *, double, double,
+                   const Solution *, int, Reduced *, uintptr_t, const Band *, const double *);
+void hold_both(const BothSides *, const double *);
+void centre(int, const int *, double **, double **, double **);

@@ -149,10 +149,8 @@ static void hold(int count, const int64_t *fixed, const double *x, const double 
 }
 
 /* Residual `b` at the unknowns `x`, which the fields take. */
-void evaluate(const Evaluation *e, uintptr_t unknowns, uintptr_t residuals)
+static void evaluate_at(const Evaluation *e, const double *x, double *b)
 {
-    const double *x = entries(unknowns, 0);
-    double *b = entries(residuals, 1);
     spread(e->fields, e->ends, e->arrays, e->wanted, x);
     follow(e->followers, e->sizes, e->terms, e->from, e->weights, e->to);
     memset(e->sums, 0, sizeof(double) * e->local);
@@ -160,6 +158,12 @@ void evaluate(const Evaluation *e, uintptr_t unknowns, uintptr_t residuals)
         residual(e->cells[k], e->kernels[k], e->counts[k], e->sums);
     collect(e->local, e->wanted, e->sums, e->owned, b);
     hold(e->held, e->fixed, x, e->values, b, e->reactions);
+}
+
+/* That of vectors of PETSc. */
+void evaluate(const Evaluation *e, uintptr_t x, uintptr_t b)
+{
+    evaluate_at(e, entries(x, 0), entries(b, 1));
 }
 
 /* Changes of local dofs: those with given values get these, and all others stay. */
@@ -384,10 +388,11 @@ static double now(void)
 
 /* Both passes and the solution between them, with factors of PETSc or (not NULL) in a band; returns
  * PETSc's error. */
-int solve(const Solution *s, int single, Reduced *reduced, uintptr_t factors, const Band *band,
-          uintptr_t b, const double *load, const double *given, uintptr_t dx)
+static int solve_for(const Solution *s, int single, Reduced *reduced, uintptr_t factors,
+                     const Band *band, const double *b, const double *load, const double *given,
+                     double *dx)
 {
-    before(s, single, entries(b, 0), load, reduced->rhs);
+    before(s, single, b, load, reduced->rhs);
     double begin = now();
     int error = 0;
     if (band)
@@ -395,6 +400,13 @@ int solve(const Solution *s, int single, Reduced *reduced, uintptr_t factors, co
     else
         error = mat_solve((void *)factors, reduced->right, reduced->unknown);
     reduced->seconds = now() - begin;
-    after(s, single, reduced->solution, given, entries(dx, 1));
+    after(s, single, reduced->solution, given, dx);
     return error;
+}
+
+/* That of vectors of PETSc. */
+int solve(const Solution *s, int single, Reduced *reduced, uintptr_t factors, const Band *band,
+          uintptr_t b, const double *load, const double *given, uintptr_t dx)
+{
+    return solve_for(s, single, reduced, factors, band, entries(b, 0), load, given, entries(dx, 1));
 }

@@ -171,9 +171,9 @@ class PathTangents(Tangents):
             found -= self._moved(null, found) * null
         return found
 
-    def _solve(self, simulation: Simulation, pairs: Sequence[Pair], u: Floats) -> list[Floats]:
+    def _solve(self, simulation: Simulation, pairs: Sequence[Pair]) -> list[Floats]:
         """Half the differences of the unknowns at both sides of each parameter."""
-        return [self._solve_one(simulation, pair, u) for pair in pairs]
+        return [self._solve_one(simulation, pair, self._now) for pair in pairs]
 
     def _solve_one(self, simulation: Simulation, pair: Pair, u: Floats) -> Floats:
         """Half the difference of the unknowns at both sides."""
@@ -212,7 +212,9 @@ class PathTangents(Tangents):
             self._slope[name] = delta + shift * ahead.rate
             if math.isfinite(shift) and not held:
                 d, delta = d + shift * ahead.tangent, delta + shift * ahead.rate
-        d = self._mirrored(pair, u, d)
+        pair.both.d[:] = d
+        pair.both.keep()
+        d = pair.both.d
         t = 0.5 * (above.here.t - below.here.t)
         t += dot(normal, d - d_start) + dot(tilt, u - u_start)
         self._ahead[name] = states = self._look(pair, d, ahead, t, delta, path)

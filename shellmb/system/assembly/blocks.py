@@ -6,8 +6,9 @@ left out of the assembly and replaced by `x - value`; their columns stay, so tha
 motion reaches its neighbours within the same Newton step.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
+from typing import Any, Protocol
 
 from mpi4py import MPI
 from petsc4py import PETSc
@@ -31,6 +32,21 @@ from shellmb.system.assembly.residuals import DolfinxResiduals, Residuals, RowFo
 from shellmb.system.assembly.scatter import exchange
 from shellmb.system.couplings import Coupled, Coupling
 from shellmb.system.general import general_position
+
+
+class Evaluate(Protocol):
+    """Gives the functions their values and assembles the residual, in one.
+
+    Attributes:
+        evaluation: For C, what it knows.
+    """
+
+    evaluation: Any
+
+    def __call__(self, x: PETSc.Vec, b: PETSc.Vec) -> None:
+        """Residual `b` at the unknowns `x`."""
+        ...
+
 
 BlockForms = dict[tuple[int, int], list[fem.Form]]
 
@@ -97,7 +113,7 @@ class BlockSystem:
         # views: those that DOLFINx's functions give are made anew at each call
         self.arrays = [f.function.x.array for f in fields]
         self.exchange = exchange(n, self.arrays, self.x)
-        self.at_once: Callable[[PETSc.Vec, PETSc.Vec], None] | None = None
+        self.at_once: Evaluate | None = None
         self._owned = [self.owned(k) for k in range(len(fields))]
         self._set_fixed()
 

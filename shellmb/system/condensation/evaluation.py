@@ -21,6 +21,9 @@ class AtOnce:
         system: The system.
         exchange: Its exchange.
         residuals: What assembles its residuals.
+
+    Attributes:
+        evaluation: For C, what it knows.
     """
 
     def __init__(
@@ -29,7 +32,7 @@ class AtOnce:
         self._lib, pointer = native.cells().lib, CArrays()
         assert isinstance(system.follow, Following)
         cells, kernels, counts = zip(*residuals.meshes, strict=True)
-        self._evaluation = pointer.many(
+        self.evaluation = pointer.many(
             "Evaluation",
             [
                 {
@@ -53,4 +56,4 @@ class AtOnce:
 
     def __call__(self, x: PETSc.Vec, b: PETSc.Vec) -> None:
         """Residual `b` at the unknowns `x`, which the fields take."""
-        self._lib.evaluate(self._evaluation, x.handle, b.handle)
+        self._lib.evaluate(self.evaluation, x.handle, b.handle)

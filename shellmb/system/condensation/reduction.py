@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import ExitStack
+from typing import Any
 
 from mpi4py import MPI
 from petsc4py import PETSc
@@ -212,6 +213,13 @@ class Reduction:
         self.seconds["solve"] += inside
         self.seconds["reduction"] += now() - start - inside
         return reason
+
+    def in_c(self) -> tuple[Any, ...] | None:
+        """For C, a solution with an earlier factorisation; None: there is no call for it."""
+        solver, passes = self.solver, self._passes
+        if solver.many or not (solver.direct and isinstance(passes, SerialPasses)):
+            return None
+        return passes.in_c(solver.rough, solver.made, self.numbers.correction())
 
     def solve_many(self, given: Sequence[PETSc.Vec], found: Sequence[PETSc.Vec]) -> str | None:
         """Solve for several right-hand sides with an earlier factorisation.

@@ -222,6 +222,10 @@ class SerialPasses:
             ],
         )
 
+    def in_c(self, single: bool, factors: tuple[int, Any], given: Floats) -> tuple[Any, ...]:
+        """For C, what `solve` takes without a load; vectors come later."""
+        return self._solution, single, self._reduced, *factors, native.doubles(given)
+
     def solve(
         self,
         single: bool,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Protocol
+from typing import Any, Protocol
 
 from petsc4py import PETSc
 
@@ -55,6 +55,10 @@ class Linear(Protocol):
             dx: What is to be subtracted from the unknowns.
             fresh: Whether the factorisation belongs to the current state.
         """
+        ...
+
+    def in_c(self) -> tuple[Any, ...] | None:
+        """For C, a solution with an earlier factorisation; None: there is no call for it."""
         ...
 
     def solve_many(self, given: Sequence[PETSc.Vec], found: Sequence[PETSc.Vec]) -> str | None:
@@ -152,6 +156,10 @@ class Unreduced:
         failure = self._solver.solve(b, dx)
         self.seconds["solve"] += now() - start
         return failure
+
+    def in_c(self) -> tuple[Any, ...] | None:
+        """No call of C solves in all unknowns."""
+        return None
 
     def solve_many(self, given: Sequence[PETSc.Vec], found: Sequence[PETSc.Vec]) -> str | None:
         """Solve for several right-hand sides with the last factorisation."""

@@ -78,6 +78,11 @@ class SystemNodes:
         for nodes in self.sets.values():
             nodes.settled = False
 
+    @property
+    def turnings(self) -> list[dict[str, Any]] | None:
+        """For C, how directors among unknowns are normalised; None: no call of C does all."""
+        return None if self._loops is None else [loops.members for loops in self._loops]
+
     def multipliers(self, k: int) -> Ints:
         """Unknowns of the multipliers of a field's nodes, shape (n, c)."""
         return np.asarray(self.system.numbering.by_field[k][self.sets[k].multipliers])
@@ -144,6 +149,9 @@ class NodeLoops:
         nodes: The nodes.
         rows: Owned unknowns of those without fixed components, shape (n, 3 k).
         rates: Those of their velocities over a path, of the same shape; None: there are none.
+
+    Attributes:
+        members: For C, how they are normalised.
     """
 
     def __init__(self, nodes: DirectorNodes, rows: Ints, rates: Ints | None) -> None:
@@ -159,6 +167,11 @@ class NodeLoops:
         self._turn, self._normalise = turn, normalise
         reference = native.doubles(self._reference)
         self._where = (len(rows), rows.shape[1] // 3, *places, reference)
+        self.members = {
+            **dict(zip(("nodes", "directors"), self._where[:2], strict=True)),
+            **dict(zip(("rows", "rates"), places, strict=False)),
+            "reference": reference,
+        }
 
     def turn(self, x: Any, dx: Any) -> None:
         """Make the update `-dx` of unknowns one by finite rotations; pointers for C."""

@@ -1,0 +1,134 @@
+/* Updates of derivatives by two scenes beside a run, at unknowns `u + d` and `u - d`, in one
+ * process. */
+
+/* Largest share of changes of parts in their sizes, each in its unit; infinite where one of both is
+ * no number. What is smaller than `little`, or than a share of what moves, is compared with that. */
+double largest_share(const Shares *s)
+{
+    const double *changes = s->table, *sizes = s->table + s->parts;
+    double sum = 0.0, most = 0.0, least = s->little;
+    for (int k = 0; k < s->parts; ++k) {
+        double size = s->moves[k] * sizes[k];
+        sum += changes[k] + sizes[k];
+        least = size > least ? size : least;
+    }
+    if (!(sum < INFINITY))
+        return INFINITY;
+    for (int k = 0; k < s->parts; ++k) {
+        double size = s->units[k] * sizes[k];
+        double share = s->shares[k] * changes[k] / (size > least ? size : least);
+        most = share > most ? share : most;
+    }
+    return most;
+}
+
+/* Unknowns of a side: those of the run and so many times `d`. */
+static void put_side(const OneSide *side, const BothSides *both, const double *u, double sign)
+{
+    for (int i = 0; i < both->size; ++i)
+        side->x[i] = u[i] + sign * both->d[i];
+}
+
+/* Directors of a side that keep their constraints, and given values. */
+static void keep(const OneSide *side)
+{
+    const Evaluation *e = side->evaluation;
+    for (int k = 0; k < side->sets; ++k) {
+        const Turning *t = side->set + k;
+        if (t->rates)
+            normalise_path(t->nodes, t->directors, t->rows, t->rates, t->reference, side->x);
+        else
+            normalise_nodes(t->nodes, t->directors, t->rows, t->reference, side->x);
+    }
+    for (int i = 0; i < e->held; ++i)
+        side->x[e->fixed[i]] = e->values[e->fixed[i]];
+}
+
+/* Differences `d` that keep the constraints of both sides to first order. */
+void keep_both(const BothSides *both, const double *u)
+{
+    put_side(both->above, both, u, 1.0);
+    put_side(both->below, both, u, -1.0);
+    keep(both->above);
+    keep(both->below);
+    for (int i = 0; i < both->size; ++i)
+        both->d[i] = 0.5 * (both->above->x[i] - both->below->x[i]);
+}
+
+static void evaluate_side(const OneSide *side, const BothSides *both, const double *u, double sign)
+{
+    put_side(side, both, u, sign);
+    evaluate_at(side->evaluation, side->x, side->b);
+}
+
+/* Right-hand side of an update: `factor` times a difference of residuals. Of `kind` 0 it is twice
+ * the residual above: that of the run is zero. Of kind 1 it is the residual above less that below,
+ * which is kept for kind 2: this, and twice the change of the residual above since. Of kind 3 it is
+ * the sum of both residuals. */
+void rest_of(const BothSides *both, int kind, const double *u, double factor, double *rest)
+{
+    const double *above = both->above->b, *below = both->below->b;
+    evaluate_side(both->above, both, u, 1.0);
+    if (kind == 1 || kind == 3)
+        evaluate_side(both->below, both, u, -1.0);
+    for (int i = 0; i < both->size; ++i) {
+        double found = 2.0 * above[i];
+        if (kind == 1) {
+            both->one[i] = above[i];
+            both->central[i] = found = above[i] - below[i];
+        } else if (kind == 2)
+            found = both->central[i] + 2.0 * (above[i] - both->one[i]);
+        else if (kind == 3)
+            found = above[i] + below[i];
+        rest[i] = factor * found;
+    }
+}
+
+/* Take so many times a change from `d`, or none if it is not `taken`; its share in `d`. */
+double move_both(const BothSides *both, const Shares *s, int taken, double factor,
+                 const double *change)
+{
+    for (int i = 0; i < both->size; ++i) {
+        both->change[i] = factor * change[i];
+        if (taken)
+            both->d[i] -= both->change[i];
+    }
+    largest(s->parts, s->starts, s->entries, both->change, s->table);
+    largest(s->parts, s->starts, s->entries, both->d, s->table + s->parts);
+    return largest_share(s);
+}
+
+/* An update by one solution, as of `rest_of`, `solve` and `move_both`; negative if it failed. */
+double update_both(const BothSides *both, const Shares *s, int kind, int taken, const double *u,
+                   double factor, double distance, const Solution *solution, int single,
+                   Reduced *reduced, uintptr_t factors, const Band *band, const double *given)
+{
+    rest_of(both, kind, u, factor, both->rest);
+    if (solve_for(solution, single, reduced, factors, band, both->rest, NULL, given,
+                  both->solution))
+        return -1.0;
+    return move_both(both, s, taken, distance, both->solution);
+}
+
+/* Give the fields of both sides their unknowns. */
+void hold_both(const BothSides *both, const double *u)
+{
+    for (int k = 0; k < 2; ++k) {
+        const OneSide *side = k ? both->below : both->above;
+        const Evaluation *e = side->evaluation;
+        put_side(side, both, u, k ? -1.0 : 1.0);
+        spread(e->fields, e->ends, e->arrays, e->wanted, side->x);
+        follow(e->followers, e->sizes, e->terms, e->from, e->weights, e->to);
+    }
+}
+
+/* Move arrays of both sides so that their mean is that of the run. */
+void centre(int count, const int *sizes, double **own, double **above, double **below)
+{
+    for (int k = 0; k < count; ++k)
+        for (int i = 0; i < sizes[k]; ++i) {
+            double half = 0.5 * (above[k][i] - below[k][i]);
+            above[k][i] = own[k][i] + half;
+            below[k][i] = own[k][i] - half;
+        }
+}

@@ -1,0 +1,96 @@
+"""Unknowns at both sides of a run are the same by calls of C and by NumPy.
+
+The kind: what one process does in one call is what any number of ranks do step by step.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+import shellmb as sm
+from shellmb.native.assembler import assembled_by
+from shellmb.native.operations import operations
+from shellmb.sensitivity.parameters import STEP, beside, differentiated, parameters_of
+from shellmb.sensitivity.shadow import Shadow
+from shellmb.sensitivity.sizes import Sizes
+from shellmb.sensitivity.tangent import Pair, Tangents
+from shellmb.simulate.simulation import Simulation
+from shellmb.system.both import AnyBoth, Both, Kind, SerialBoth
+from tests.sensitivity import scenes
+
+# round-off of unknowns over their distance, which is 1e-5 of them, is 1e-11: 3e-12 was seen
+CLOSE = 1e-10
+
+
+@pytest.mark.parametrize(
+    ("make", "scheme", "name"),
+    # directors; directors with rates on a path
+    [
+        (scenes.plate, "ep", "length"),
+        pytest.param(scenes.vault, "ep4", "radius", marks=pytest.mark.slow),
+    ],
+)
+def test_calls_of_c_are_those_of_numpy(
+    make: Callable[..., sm.Scene], scheme: str, name: str
+) -> None:
+    made = differentiated(make, None, scheme=scheme, newton="auto")
+    base = made.scene()
+
+    def pairs(run: Simulation) -> list[Pair]:
+        (p,) = parameters_of(made, (name,))
+        sides = (Shadow(Simulation(s, like=run), [], False) for s in beside(made, base, p))
+        return [Pair(p, *sides)]
+
+    run, tangents = Simulation(base), Tangents(pairs)
+    tangents.start(run)
+    for _ in range(2):
+        run.advance([tangents])
+    (pair,) = tangents.pairs
+    assert pair.both.is_one and run.problem.iteration.linear.in_c() is not None
+    for side in pair.sides:
+        side.begin(run.t, run.last.dt)
+    system = run.problem.system
+    u, sizes = np.array(system.x.array_r), Sizes(system)
+    # a change that turns directors off their sphere, too
+    d = STEP * np.random.default_rng(0).standard_normal(len(u)) + pair.both.d
+    d[system.fixed] = 0.0
+    found = []
+    for make_both in (SerialBoth, AnyBoth):
+        both: Both = make_both(pair.sides, u, sizes, STEP)
+        both.d[:] = d
+        rest, change, every = system.x.duplicate(), system.x.duplicate(), []
+        change.array[:] = 1e2 * d
+
+        both.keep()
+        for kind in Kind:
+            both.rest(kind, rest)
+            every += [both.d.copy(), rest.array_r.copy()]
+            every.append(np.array([both.move(change, taken) for taken in (False, True)]))
+        both.hold()
+        every += [array.copy() for side in pair.sides for array in side.system.arrays]
+        found.append(every)
+    for a, b in zip(*found, strict=True):
+        assert np.abs(a).max() > 0
+        assert np.abs(a - b).max() <= CLOSE * np.abs(a).max()
+
+
+def test_operations_are_those_of_numpy() -> None:
+    random, found = np.random.default_rng(0), []
+    ends, entries = np.array([0, 3, 5, 9]), np.arange(9)
+    weights = tuple(random.uniform(0.0, 1.0, (3, 3)))
+    table, arrays = random.uniform(0.0, 1.0, (4, 2, 3)), random.standard_normal((3, 2, 5))
+    table[2] = 0.0
+    table[3, 1, 0] = np.inf
+    for assembler in ("native", "reference"):
+        with assembled_by(assembler):
+            shares = operations().shares(ends, entries, weights, 1e-3)
+            own, above, below = (list(each.copy()) for each in arrays)
+            operations().centring(own, above, below)()
+        values = []
+        for given in table:
+            shares.table[:] = given
+            values.append(shares.largest())
+        assert np.allclose(0.5 * (np.array(above) + below), arrays[0], rtol=0, atol=1e-14)
+        found.append(np.array([*values, *np.ravel(above), *np.ravel(below)]))
+    assert np.allclose(*found, rtol=1e-14, atol=1e-14)
