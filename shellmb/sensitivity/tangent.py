@@ -202,13 +202,13 @@ class Tangents(Silent):
         """
         linear = simulation.problem.iteration.linear
         going = [(pair, self._updates(simulation, pair)) for pair in pairs]
-        asked = [next(updates) for _, updates in going]
+        wanted = [next(updates) for _, updates in going]
         while going:
-            shares = _updated(linear, [pair for pair, _ in going], asked)
-            went, going, asked = zip(going, shares, strict=True), [], []
+            shares = _updated(linear, [pair for pair, _ in going], wanted)
+            went, going, wanted = zip(going, shares, strict=True), [], []
             for (pair, updates), share in went:
                 try:
-                    asked.append(updates.send(share))
+                    wanted.append(updates.send(share))
                 except StopIteration:
                     continue
                 going.append((pair, updates))
@@ -232,7 +232,7 @@ class Tangents(Silent):
                 # the run itself goes on with them
                 check_solution(linear.factorise())
             rough = rough and count <= ROUGH and now * min(1.0, contraction) > NEAR
-            # in small updates one side tells how the difference changes, and beside a kink not
+            # beside a kink sides differ, and both are evaluated each time
             kind = Kind.ABOVE if rough else Kind.SINCE if central else Kind.BETWEEN
             if kind is Kind.BETWEEN:
                 both.keep()
@@ -319,25 +319,25 @@ def _no_number(parameter: Parameter, t: float) -> ConvergenceError:
 
 
 def _updated(
-    linear: Linear, pairs: Sequence[Pair], asked: Sequence[tuple[Kind, bool]]
+    linear: Linear, pairs: Sequence[Pair], wanted: Sequence[tuple[Kind, bool]]
 ) -> list[float]:
     """Update all pairs; relative sizes of the updates.
 
     Args:
         linear: What solves.
         pairs: They.
-        asked: Of each the difference of residuals, and whether the update is taken.
+        wanted: Of each the difference of residuals, and whether the update is taken.
     """
     solution = linear.in_c() if all(pair.both.is_one for pair in pairs) else None
     if solution is not None:
-        shares = [p.both.update(*how, solution) for p, how in zip(pairs, asked, strict=True)]
+        shares = [p.both.update(*how, solution) for p, how in zip(pairs, wanted, strict=True)]
         check_solution("the direct solver failed" if min(shares) < 0.0 else None)
         return shares
     given, found = zip(*(pair.vectors for pair in pairs), strict=True)
-    for pair, rest, (kind, _) in zip(pairs, given, asked, strict=True):
+    for pair, rest, (kind, _) in zip(pairs, given, wanted, strict=True):
         pair.both.rest(kind, rest)
     check_solution(linear.solve_many(given, found))
-    moves = zip(pairs, found, asked, strict=True)
+    moves = zip(pairs, found, wanted, strict=True)
     return [pair.both.move(change, taken) for pair, change, (_, taken) in moves]
 
 

@@ -42,6 +42,7 @@ CASES = (
     ((6, 2), 100, "ep", "full", ("thickness",), "probes"),
     ((6, 2), 200, "ep", "auto", ("thickness",), "probes"),
     ((6, 2), 200, "ep", "auto", ("thickness", "force"), "probes"),
+    ((6, 2), 200, "ep", "auto", ("thickness", "force", "E", "density"), "probes"),
     ((6, 2), 200, "ep", "auto", ("thickness",), "all"),
     ((6, 2), 200, "ep4", "auto", ("thickness",), "probes"),
     ((32, 32), 20, "ep", "auto", ("thickness",), "probes"),

@@ -25,10 +25,11 @@ CLOSE = 1e-10
 
 @pytest.mark.parametrize(
     ("make", "scheme", "name"),
-    # directors; directors with rates on a path
+    # directors; directors with rates on a path; frames and joints
     [
         (scenes.plate, "ep", "length"),
         pytest.param(scenes.vault, "ep4", "radius", marks=pytest.mark.slow),
+        pytest.param(scenes.mechanism, "ep4", "arm", marks=pytest.mark.slow),
     ],
 )
 def test_calls_of_c_are_those_of_numpy(
