@@ -21,6 +21,7 @@ from shellmb.diagnostics.forces.undetermined import Undetermined
 from shellmb.diagnostics.forces.unresolved import Unresolved
 from shellmb.diagnostics.large_turns import LargeTurns
 from shellmb.diagnostics.small_displacements import LinearBodies, ReducedBodies, SmallDisplacements
+from shellmb.diagnostics.statics.limit_points import LimitPoints
 from shellmb.diagnostics.statics.path_end import PathEnd
 from shellmb.diagnostics.statics.stability import Unstable
 from shellmb.diagnostics.step_error import StepErrors
@@ -40,6 +41,7 @@ WATCHES: tuple[type[Watch], ...] = (
     Bulging,
     Unstable,
     PathEnd,
+    LimitPoints,
     StepErrors,
     StiffSpin,
     Undetermined,

@@ -31,6 +31,8 @@ from shellmb.scene import (
     Spring,
     StepControl,
 )
+from shellmb.simulate.paths import limits
+from shellmb.simulate.paths.arclength import PathSteps
 
 STIFFNESS, HALF_SPAN = 2.0, 1.0
 
@@ -84,7 +86,7 @@ def tip(load_end: float = 1.3, **more: Any) -> Scene:
 
 
 def test_a_truss_goes_through_both_limit_points() -> None:
-    """On the exact curve at every step; extremes by the cubic between steps, of fourth order."""
+    """On the exact curve at every step, and extremes that Newton's method locates."""
     rise = 0.5
     run = execute(truss(rise, load_end=0.2))
     history = run.history
@@ -94,12 +96,33 @@ def test_a_truss_goes_through_both_limit_points() -> None:
     first, second = run.simulation.path.points
     largest = truss_load(limit_height(rise), rise)
     assert (first.kind, second.kind) == ("limit point", "limit point")
-    # the step is a tenth of the path between the limit points
-    assert first.load_factor == pytest.approx(largest, rel=1e-3)
-    assert second.load_factor == pytest.approx(-largest, rel=1e-3)
+    # to the square of the rate at which the load stands still; 1e-15 was seen
+    assert first.load_factor == pytest.approx(largest, rel=1e-12)
+    assert second.load_factor == pytest.approx(-largest, rel=1e-12)
     assert first.after - first.before == 1
     assert second.after == first.before
     assert run.summary["path"][0]["load_factor"] == first.load_factor
+
+
+def test_a_limit_point_that_is_not_located_is_named(monkeypatch) -> None:
+    rise = 0.5
+    largest = truss_load(limit_height(rise), rise)
+    monkeypatch.setattr(limits, "MOST", 1)
+    run = execute(truss(rise, load_end=0.2))
+    (caution,) = run.warnings
+    assert "near the load factor 0.0429" in caution.says and "(2 in all)" in caution.says
+    # the cubic's: the step is a tenth of the path between the limit points
+    first, _ = run.simulation.path.points
+    assert 1e-7 < abs(first.load_factor / largest - 1) < 1e-3
+
+
+def test_looking_for_limit_points_moves_no_other_point(monkeypatch) -> None:
+    exact = execute(truss(0.5, load_end=0.2)).history
+    nowhere = limits.Limit(np.zeros(0), 1.0, np.zeros(0))
+    monkeypatch.setattr(PathSteps, "_locate_limit", lambda path: nowhere)
+    other = execute(truss(0.5, load_end=0.2)).history
+    for column in exact.columns.difference(["wall_s"]):
+        np.testing.assert_array_equal(exact[column], other[column])
 
 
 def test_rates_and_stability_are_columns_of_the_history() -> None:

@@ -25,7 +25,6 @@ import numpy as np
 from shellmb.arrays import Floats
 from shellmb.errors import ConvergenceError
 from shellmb.sensitivity.parameters import STEP
-from shellmb.sensitivity.paths.limit import locate
 from shellmb.sensitivity.saved import SavedSide
 from shellmb.sensitivity.shadow import Shadow
 from shellmb.sensitivity.tangent import (
@@ -36,13 +35,10 @@ from shellmb.sensitivity.tangent import (
     USELESS,
     Pair,
     Tangents,
-    check_solution,
 )
 from shellmb.simulate.paths.arclength import PathSteps
-from shellmb.simulate.paths.branches import PathState, turned
+from shellmb.simulate.paths.branches import PathState
 from shellmb.simulate.simulation import Simulation
-from shellmb.system.direct.linear import Unreduced
-from shellmb.system.direct.mumps import new_prefix
 
 # cosine between the tangent of the run and that of the equations, below which the former is that
 # of a branch or of a null vector: its plane is held
@@ -91,8 +87,7 @@ class PathTangents(Tangents):
         """Start both sides with tangents that mirror each other about that of the run."""
         super().start(simulation)
         system = simulation.problem.system
-        self._direct = Unreduced(system, new_prefix(self))
-        self._given, self._change = system.x.duplicate(), system.x.duplicate()
+        self._whole = _path(simulation).whole
         # sum of the residuals at both sides
         self._sum = np.zeros(0)
         self._moved = _path(simulation).moved
@@ -118,33 +113,30 @@ class PathTangents(Tangents):
         path = _path(simulation)
         u = np.array(simulation.problem.system.x.array_r)
         self._null = None
-        if path.bifurcation is None and turned(path.here, path.ahead):
+        if path.turned:
             self._differentiate_limit(simulation, u)
         if path.bifurcation is not None:
             self._null = path.null_vector()
         self._linearise(simulation, u, path.ahead.factor)
         super().solved(simulation)
 
-    def _linearise(self, simulation: Simulation, u: Floats, factor: float) -> tuple[Floats, Floats]:
-        """Factorise at a state of the run; its residual, and how it moves with the load factor."""
+    def _linearise(self, simulation: Simulation, u: Floats, factor: float) -> None:
+        """Factorise at a state of the run, and find how it moves with the load factor."""
         self._u, self._fixed = u, simulation.problem.system.fixed
-        rest, load, v = _path(simulation).bordered.along(u, factor, None)
-        check_solution(self._direct.factorise())
-        self._v = v - self._inverse(load)
-        return rest, self._v
+        _, v = self._whole.linearise(u, factor)
+        self._v = self._without_null(v)
 
     def _differentiate_limit(self, simulation: Simulation, u: Floats) -> None:
-        """Find how the load of the limit point in the solved step depends on each parameter."""
-        path, problem, last = _path(simulation), simulation.problem, simulation.last
+        """Find how the load of the limit point in the solved step depends on each parameter.
+
+        It moves by `f' = -(x.dR/dp) / (x.dR/df)`, `x` being the left null vector of the Jacobian
+        there, whose factors are those that the run made last: how the point moves does not matter.
+        """
+        path, last, found = _path(simulation), simulation.last, _path(simulation).limit
         assert last is not None
-        held = [problem.state(body.name).x.array for body in simulation.model.bodies]
-        start, normal = problem.system.global_values(held), path.normal
-        dot = path.bordered.dot
-
-        def linearise(u: Floats, factor: float) -> tuple[Floats, Floats]:
-            return self._linearise(simulation, u, factor)
-
-        found = locate(path, (start, u), linearise, self._inverse)
+        normal, dot = path.normal, path.bordered.dot
+        if found is not None:
+            self._u = found.unknowns
         for pair in self.pairs:
             name = pair.parameter.name
             self._slope[name] = math.nan
@@ -157,19 +149,20 @@ class PathTangents(Tangents):
             for side in pair.sides:
                 side.begin(last.t, last.dt)
                 side.take_pairs(simulation)
-            _, factor, v = found
-            off = self._inverse(self._difference(pair, np.zeros(len(u)), factor, 0.0))
-            self._slope[name] = dot(normal, off) / dot(normal, v)
+            rest = self._difference(pair, np.zeros(len(u)), found.factor, 0.0)
+            self._slope[name] = dot(normal, self._inverse(rest)) / dot(normal, found.along)
 
     def _inverse(self, b: Floats) -> Floats:
         """`J^-1 b` with all unknowns."""
-        self._given.array[:] = b
-        check_solution(self._direct.solve(self._given, self._change, True))
-        found, null = np.array(self._change.array_r), self._null
-        if null is not None:
-            # at a bifurcation this part is round-off over an eigenvalue next to zero
-            found -= self._moved(null, found) * null
-        return found
+        return self._without_null(self._whole.inverse(b))
+
+    def _without_null(self, change: Floats) -> Floats:
+        """A change without the null vector at a bifurcation.
+
+        This part is round-off there, over an eigenvalue next to zero.
+        """
+        null = self._null
+        return change if null is None else change - self._moved(null, change) * null
 
     def _solve(self, simulation: Simulation, pairs: Sequence[Pair]) -> list[Floats]:
         """Half the differences of the unknowns at both sides of each parameter."""

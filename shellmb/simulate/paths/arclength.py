@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -19,8 +20,16 @@ import numpy as np
 from shellmb.arrays import Floats
 from shellmb.errors import ConvergenceError, SceneError
 from shellmb.scene import PathFollowing
-from shellmb.simulate.paths.branches import Branches, PathState, PointOnPath, sense
+from shellmb.simulate.paths.branches import (
+    Branches,
+    PathState,
+    PointOnPath,
+    limit_point,
+    sense,
+    turned,
+)
 from shellmb.simulate.paths.levels import crossings, land, reached
+from shellmb.simulate.paths.limits import Limit, Whole, locate
 from shellmb.simulate.problem import Problem
 from shellmb.simulate.stepping import Arrays, Attempt
 from shellmb.simulate.stepsize.control import StepSize
@@ -116,6 +125,8 @@ class PathSteps:
             stiffness matrix is not symmetric, or nobody asked.
         bordered: Newton's method with the load factor as one more unknown.
         moving: Weights of displacements among owned unknowns.
+        limit: The limit point in the step last solved for; None: there is none, or not found.
+        unsure: Load factors of limit points that were not found; theirs is that of a cubic.
     """
 
     def __init__(self, problem: Problem, path: PathFollowing, size: ArcSize) -> None:
@@ -127,6 +138,8 @@ class PathSteps:
         self._branches = Branches(problem, self.bordered, self.moving, path)
         self._next: _Arrived | None = None
         self._cut = False
+        self.limit: Limit | None = None
+        self.unsure: list[float] = []
         self._scale, self.factor = 0.0, 0.0
         problem.load_factor = 0.0
         # the functions hold the unloaded state
@@ -149,6 +162,16 @@ class PathSteps:
         """The state last solved for."""
         assert self._next is not None
         return self._next.state
+
+    @cached_property
+    def whole(self) -> Whole:
+        """All unknowns in one matrix, at states that are looked at more closely."""
+        return Whole(self.bordered)
+
+    @property
+    def turned(self) -> bool:
+        """Decide whether the load turns round in the solved step, at a limit point."""
+        return self.bifurcation is None and turned(self.here, self.ahead)
 
     @property
     def scale(self) -> float:
@@ -342,7 +365,19 @@ class PathSteps:
         if self._branches.passed(self._state, self._next.state):
             self._branches.locate(self._state, self._next.state, shorter)
         self._cut = self._next.dt < dt
+        self.limit = self._locate_limit() if self.turned else None
         return Attempt(iterations, self._next.dt)
+
+    def _locate_limit(self) -> Limit | None:
+        """Locate where the load turns round in the step solved for, and come back to its end."""
+        problem, system = self._problem, self._problem.system
+        held = [problem.state(body.name).x.array for body in problem.model.bodies]
+        system.gather()
+        unknowns = system.global_values(held), np.array(system.x.array_r)
+        ends, metric = (self.here, self.ahead), self.moving / self._scale**2
+        found = locate(ends, unknowns, metric, self.whole)
+        self.bordered.hold(unknowns[1], self.ahead.factor)
+        return found
 
     def accept(self, dt: float) -> None:
         """Go there; at a bifurcation choose the branch."""
@@ -353,7 +388,10 @@ class PathSteps:
             self.size.cut()
         else:
             self.size.suggest(found.iterations, found.turned, self._path)
-        state, direction = self._branches.accept(self._state, found.state)
+        if self.turned and self.limit is None:
+            self.unsure.append(limit_point(self._state, found.state).load_factor)
+        factor = None if self.limit is None else self.limit.factor
+        state, direction = self._branches.accept(self._state, found.state, factor)
         if direction is not None:
             # along the null vector the load does not change, to first order
             state = PathState(state.t, state.factor, self._unit(direction), 0.0, None)
@@ -379,6 +417,7 @@ class PathSteps:
             "scale": self._scale,
             "unstable": self.unstable,
             "size_factor": self.size.factor,
+            "unsure": list(self.unsure),
             "branches": self._branches.state(),
         }
 
@@ -387,7 +426,8 @@ class PathSteps:
         self.factor, self.rate = float(state["factor"]), float(state["rate"])
         self._scale = float(state["scale"])
         self.size.farthest = FARTHEST * self._problem.model.length / self._scale
-        self.unstable = state["unstable"]
+        # former versions did not save the second one
+        self.unstable, self.unsure = state["unstable"], list(state.get("unsure", []))
         self.size.factor = float(state["size_factor"])
         tangent = arrays["tangent"]
         self._state = PathState(

@@ -286,12 +286,15 @@ class Branches:
         value = max(self._bordered.system.comm.allgather(mine), key=lambda pair: pair[0])[1]
         return np.asarray(vector * (self._path.side if value >= 0 else -self._path.side))
 
-    def accept(self, a: PathState, b: PathState) -> tuple[PathState, Floats | None]:
+    def accept(
+        self, a: PathState, b: PathState, limit: float | None = None
+    ) -> tuple[PathState, Floats | None]:
         """Take down what the accepted step passed.
 
         Args:
             a: Its start.
             b: Its end.
+            limit: Load factor of a limit point between; None: the cubic between them tells it.
 
         Returns:
             The end, and the direction of the branch that the path takes from there, if it does.
@@ -299,7 +302,9 @@ class Branches:
         found, self._found = self._found, None
         if found is None:
             if turned(a, b):
-                self.points.append(limit_point(a, b))
+                point = limit_point(a, b)
+                known = point.load_factor if limit is None else limit
+                self.points.append(replace(point, load_factor=known))
             return b, None
         point = found.point
         switches = sum(p.switched for p in self.points)
