@@ -33,10 +33,7 @@ from shellmb.native.kernels import cache_folder, raise_together
 HERE = Path(__file__).parent / "c"
 # bytes that vectors of any processor begin at multiples of
 LINE = 64
-KINDS = {"float64": "double *", "float32": "float *", "int32": "int *", "int64": "int64_t *"}
-# what is kept for solutions is of either precision
-TWICE = "#undef NUMBER\n#undef OF\n#define NUMBER {}\n#define OF(name) {}\n"
-PRECISIONS = (("double", "name"), ("float", "name##_single"))
+KINDS = {"float64": "double *", "int32": "int *", "int64": "int64_t *"}
 
 
 @cache
@@ -214,12 +211,10 @@ def begin(comm: MPI.Comm) -> None:
 @cache
 def _compiled() -> tuple[Path, Future[None] | None]:
     """Path where the module is, or will be."""
-    first = ("cells.h", "passes.c", "apart.c", "kernels.c", "cells.c")
+    first = ("cells.h", "apart.c", "kernels.c", "cells.c", "passes.c")
     last = ("bases.c", "nodes.c", "banded.c", "unknowns.c", "sums.c", "transposed.c", "sides.c")
-    header, passes, *others = ((HERE / name).read_text() for name in (*first, *last))
-    both = (TWICE.format(*precision) + passes for precision in PRECISIONS)
-    # what passes work with comes before them
-    source = "\n".join([*others[:3], *both, *others[3:]])
+    header, *others = ((HERE / name).read_text() for name in (*first, *last))
+    source = "\n".join(others)
     key = "\n".join([header, source, sys.version, cffi.__version__, *COMPILER_FLAGS])
     name = f"shellmb_cells_{hashlib.sha256(key.encode()).hexdigest()[:16]}"
     where = cache_folder()

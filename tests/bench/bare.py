@@ -99,9 +99,8 @@ class BareWork:
 
         work = (lambda: self._residuals.add(self._local), self._kernels, factorise)
         residual, jacobian, factor = (_alone(comm, part) for part in work)
-        if solver.single:
-            # as in the run: where solutions are exact, Krylov's method is part of them
-            solver.factorise(self._problem.iteration.refresh.purpose)
+        # as in the run: where solutions are exact, Krylov's method is part of them
+        solver.factorise(self._problem.iteration.refresh.purpose)
         solve()
         before = solver.solutions
         solve()

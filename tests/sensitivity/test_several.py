@@ -43,7 +43,7 @@ def states(mesh: tuple[int, int], names: tuple[str, ...], steps: int) -> tuple[S
     return run, found
 
 
-# 6256 reduced unknowns have factors of MUMPS, of single precision, that solve for all at once
+# 6256 reduced unknowns have factors of MUMPS that solve for all at once
 @pytest.mark.parametrize("mesh", [(6, 2), pytest.param((32, 12), marks=pytest.mark.slow)])
 def test_each_has_the_derivatives_that_it_has_alone(mesh: tuple[int, int]) -> None:
     _, both = states(mesh, NAMES, 4)
@@ -57,7 +57,7 @@ def test_each_has_the_derivatives_that_it_has_alone(mesh: tuple[int, int]) -> No
 def test_solutions_at_once_are_those_one_by_one() -> None:
     run, _ = states((32, 12), ("force",), 3)
     linear, b = run.problem.iteration.linear, run.problem.system.b
-    assert linear.solver.many and linear.solver.rough  # type: ignore[attr-defined]
+    assert linear.solver.many  # type: ignore[attr-defined]
     given, found = ([b.duplicate() for _ in range(3)] for _ in range(2))
     random = np.random.default_rng(0)
     for vector in given:

@@ -12,7 +12,7 @@ import pytest
 
 from shellmb.system.direct.solver import SMALL_SYSTEM, DirectSolver, Factors, Purpose
 from shellmb.system.direct.symmetry import asymmetry
-from tests.system.conftest import BEAM, FIRM, ONES, band, error
+from tests.system.conftest import FIRM, ONES, band, error
 
 # sums of random numbers, in units of the last place of their largest: up to 4 were seen
 ROUND_OFF = 50 * np.finfo(float).eps
@@ -86,15 +86,6 @@ def test_others_need_both(n: int, stencil: dict[int, float], scales: Any) -> Non
     solver = DirectSolver(band(n, stencil), f"both{n}_", scales)
     assert solver.factorise() is None and solver.factors is Factors.DOUBLE
     assert error(solver) < 1e-14
-
-
-@pytest.mark.parametrize("purpose", [Purpose.ONE, Purpose.LAGGED])
-def test_where_single_precision_does_not_serve(purpose: Purpose) -> None:
-    solver = DirectSolver(band(SMALL_SYSTEM, BEAM), f"halved_{purpose.name}_", ONES)
-    assert solver.factorise(purpose) is None and solver.single
-    error(solver)
-    assert solver.factors is Factors.SYMMETRIC
-    assert solver.factorise(purpose) is None and solver.factors is Factors.SYMMETRIC
 
 
 def test_saddle_points() -> None:

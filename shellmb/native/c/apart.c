@@ -92,24 +92,17 @@ static void take_apart(int rows, int columns, const lanes *from, const int *row_
     }
 }
 
-/* Numbers of LANES cells, (LANES, size), side by side; in single precision, too, if that is asked
- * for. */
-static void put_together(int size, const double *from, double *to, float *single)
+/* Numbers of LANES cells, (LANES, size), side by side. */
+static void put_together(int size, const double *from, double *to)
 {
-    typedef float shorter __attribute__((vector_size(4 * LANES), may_alias));
     int i = 0;
     for (; i + LANES <= size; i += LANES) {
         lanes v[LANES];
         EACH(l) v[l] = *(const anywhere *)(from + (size_t)l * size + i);
         transpose(v);
         EACH(q) ((lanes *)to)[i + q] = v[q];
-        if (single)
-            EACH(q) ((shorter *)single)[i + q] = __builtin_convertvector(v[q], shorter);
     }
     for (; i < size; ++i)
-        for (int l = 0; l < LANES; ++l) {
+        for (int l = 0; l < LANES; ++l)
             to[i * LANES + l] = from[(size_t)l * size + i];
-            if (single)
-                single[i * LANES + l] = (float)from[(size_t)l * size + i];
-        }
 }

@@ -324,13 +324,9 @@ int jacobian(const Cells *g, const Kernel *kernels, int count, const Projection 
         combine_rows(&p->multiplier, cell, P, K, n, mine + g->multiplier_place, scratch);
         if (p->kept && (cell % LANES == LANES - 1 || cell == last - 1)) {
             size_t place = cell / LANES * kept_size * LANES;
-            float *single = p->kept_single ? p->kept_single + place : NULL;
-            put_together(kept_size, kept, p->kept + place, single);
-            if (inner) {
-                place = inner->place[cell / LANES] * LANES;
-                single = inner->kept_single ? inner->kept_single + place : NULL;
-                put_together(inner_size, kept_inner, inner->kept + place, single);
-            }
+            put_together(kept_size, kept, p->kept + place);
+            if (inner)
+                put_together(inner_size, kept_inner, inner->kept + inner->place[cell / LANES] * LANES);
         }
     }
     return bad;

@@ -53,7 +53,6 @@ typedef struct {
     const int64_t *place, *row_place, *column_place;
     const int *row_numbers, *column_numbers; /* of the others, then own; -1 where there is none */
     double *kept;
-    float *kept_single;        /* the same, or NULL */
 } Inner;
 
 /* Combinations of the shared unknowns of each cell: of each row its terms, one after the other, and
@@ -76,7 +75,6 @@ typedef struct {
     const int *inner_size, *outer_rows, *outer_columns; /* (cells,) */
     const Inner *inner;                      /* NULL: nothing */
     double *kept;                            /* of all cells, LANES side by side */
-    float *kept_single;                      /* the same, or NULL */
 } Projection;
 
 /* A Jacobian over the cells of one mesh: constants that its kernels take first, as of `copy_pieces`,
@@ -255,10 +253,6 @@ void reduce_transposed(const Part *, const double *, double *);
 void expand_transposed(const Part *, double *);
 void reduce_inner_transposed(const Part *, const double *, double *);
 void expand_inner_transposed(const Part *, const double *, double *);
-void reduce_single(const Part *, const double *, double *);
-void expand_single(const Part *, double *, double *);
-void reduce_inner_single(const Part *, double *, double *);
-void expand_inner_single(const Part *, const double *, double *);
 void combine(const Rows *, const double *, double *);
 void distribute(const Rows *, const double *, double *);
 void tangents(int, int, const double *, double *);
@@ -297,10 +291,10 @@ void relate_each(int, int, const double *, const double *, const double *, const
                  double *);
 void use_petsc(void *, void *, void *, void *, void *);
 double *entries(uintptr_t, int);
-int solve(const Solution *, int, Reduced *, uintptr_t, const Band *, uintptr_t, const double *,
+int solve(const Solution *, Reduced *, uintptr_t, const Band *, uintptr_t, const double *,
           const double *, uintptr_t);
-void before(const Solution *, int, const double *, const double *, double *);
-void after(const Solution *, int, const double *, const double *, double *);
+void before(const Solution *, const double *, const double *, double *);
+void after(const Solution *, const double *, const double *, double *);
 void before_transposed(const Solution *, const double *, double *);
 void after_transposed(const Solution *, const double *, double *);
 void relate(int, const double *, const double *, double *, double *);
@@ -313,6 +307,6 @@ void keep_both(const BothSides *, const double *);
 void rest_of(const BothSides *, int, const double *, double, double *);
 double move_both(const BothSides *, const Shares *, int, double, const double *);
 double update_both(const BothSides *, const Shares *, int, int, const double *, double, double,
-                   const Solution *, int, Reduced *, uintptr_t, const Band *, const double *);
+                   const Solution *, Reduced *, uintptr_t, const Band *, const double *);
 void hold_both(const BothSides *, const double *);
 void centre(int, const int *, double **, double **, double **);

@@ -1,24 +1,20 @@
 /* The passes of a solution over the cells of one mesh: from a right-hand side to that of the
  * reduced system, and from its solution back. Numbers of LANES cells stand side by side, in what is
- * kept of them and in all that is computed. The passes stand twice in the program: with `NUMBER`
- * double, and with float where factors are of single precision, too, which halves what they read;
- * `OF` makes the names. All sums are of double precision. */
-
-typedef NUMBER OF(wide) __attribute__((vector_size(sizeof(NUMBER) * LANES)));
+ * kept of them and in all that is computed. */
 
 /* y += sign A x, of shape (m, n); four sums at a time, each by its name, or gcc would not keep them
  * in registers: of one alone each product would wait for the one before */
-static void OF(product)(int m, int n, const OF(wide) *A, const lanes *x, double sign, lanes *y)
+static void product(int m, int n, const lanes *A, const lanes *x, double sign, lanes *y)
 {
     int i = 0;
     for (; i + 4 <= m; i += 4) {
-        const OF(wide) *a = A + (size_t)i * n, *b = a + n, *c = b + n, *d = c + n;
+        const lanes *a = A + (size_t)i * n, *b = a + n, *c = b + n, *d = c + n;
         lanes p = {0.0}, q = {0.0}, r = {0.0}, s = {0.0};
         for (int j = 0; j < n; ++j) {
-            p += __builtin_convertvector(a[j], lanes) * x[j];
-            q += __builtin_convertvector(b[j], lanes) * x[j];
-            r += __builtin_convertvector(c[j], lanes) * x[j];
-            s += __builtin_convertvector(d[j], lanes) * x[j];
+            p += a[j] * x[j];
+            q += b[j] * x[j];
+            r += c[j] * x[j];
+            s += d[j] * x[j];
         }
         y[i] += sign * p;
         y[i + 1] += sign * q;
@@ -26,24 +22,24 @@ static void OF(product)(int m, int n, const OF(wide) *A, const lanes *x, double 
         y[i + 3] += sign * s;
     }
     for (; i < m; ++i) {
-        const OF(wide) *a = A + (size_t)i * n;
+        const lanes *a = A + (size_t)i * n;
         lanes p = {0.0};
         for (int j = 0; j < n; ++j)
-            p += __builtin_convertvector(a[j], lanes) * x[j];
+            p += a[j] * x[j];
         y[i] += sign * p;
     }
 }
 
 /* Right-hand side without element-wise unknowns: to the local vector `b`, which holds those of
  * the element-wise ones, add what they do to the others. */
-void OF(reduce)(const Part *part, const double *b, double *change)
+void reduce(const Part *part, const double *b, double *change)
 {
     const Cells *g = part->cells;
     int n = g->size, P = g->shared;
     if (n == P)
         return;
     lanes *r = many_lanes(n), *t = (lanes *)part->eliminated;
-    const OF(wide) *kept = (const OF(wide) *)part->projection->OF(kept);
+    const lanes *kept = (const lanes *)part->projection->kept;
     for (int cell = 0; cell < g->cells; cell += LANES, kept += g->kept_size, t += n - P) {
         const int *dofs = part->dofs + (size_t)cell * n;
         memset(r, 0, sizeof(lanes) * P);
@@ -51,10 +47,10 @@ void OF(reduce)(const Part *part, const double *b, double *change)
         gather(n - P, dofs + P * LANES, b, r + P);
         for (int s = 0; s < g->chunks; ++s) {
             int E = g->chunk_start[s], e = g->chunk_width[s];
-            OF(product)(e, e, kept + g->inverse_place[s], r + E, 1.0, t + E - P);
+            product(e, e, kept + g->inverse_place[s], r + E, 1.0, t + E - P);
             for (int x = g->left_runs[s]; x < g->left_runs[s + 1]; ++x)
-                OF(product)(g->left_width[x], e, kept + g->left_place[x], t + E - P, -1.0,
-                            r + g->left_start[x]);
+                product(g->left_width[x], e, kept + g->left_place[x], t + E - P, -1.0,
+                        r + g->left_start[x]);
         }
         add(P, dofs, r, change);
     }
@@ -63,24 +59,24 @@ void OF(reduce)(const Part *part, const double *b, double *change)
 
 /* The rest of a solution: element-wise unknowns into the local vector `x`, which holds the others,
  * and the rows of the multipliers times `x` added to `rows`. */
-void OF(expand)(const Part *part, double *x, double *rows)
+void expand(const Part *part, double *x, double *rows)
 {
     const Cells *g = part->cells;
     int n = g->size, P = g->shared, count = part->projection->multiplier.rows;
     lanes *v = many_lanes(n + count), *out = v + n;
     const lanes *t = (const lanes *)part->eliminated;
-    const OF(wide) *kept = (const OF(wide) *)part->projection->OF(kept);
+    const lanes *kept = (const lanes *)part->projection->kept;
     for (int cell = 0; cell < g->cells; cell += LANES, kept += g->kept_size, t += n - P) {
         const int *dofs = part->dofs + (size_t)cell * n;
         gather(P, dofs, x, v);
         memcpy(v + P, t, sizeof(lanes) * (n - P));
         for (int s = g->chunks - 1; s >= 0; --s)
             for (int y = g->right_runs[s]; y < g->right_runs[s + 1]; ++y)
-                OF(product)(g->chunk_width[s], g->right_width[y], kept + g->right_place[y],
-                            v + g->right_start[y], -1.0, v + g->chunk_start[s]);
+                product(g->chunk_width[s], g->right_width[y], kept + g->right_place[y],
+                        v + g->right_start[y], -1.0, v + g->chunk_start[s]);
         put(n - P, dofs + P * LANES, v + P, x);
         memset(out, 0, sizeof(lanes) * count);
-        OF(product)(count, P, kept + g->multiplier_place, v, 1.0, out);
+        product(count, P, kept + g->multiplier_place, v, 1.0, out);
         add(count, part->multiplier_rows + (size_t)cell * count, out, rows);
     }
     free(v);
@@ -88,7 +84,7 @@ void OF(expand)(const Part *part, double *x, double *rows)
 
 /* Reduced right-hand side without what no other cell shares: in `r`, what this rank sees of it,
  * theirs become K_II^-1 r_I; `change` gets what that does to the others. */
-void OF(reduce_inner)(const Part *part, double *r, double *change)
+void reduce_inner(const Part *part, double *r, double *change)
 {
     const Inner *inner = part->projection->inner;
     lanes *b = many_lanes(2 * inner->most + inner->most_rows), *t = b + inner->most;
@@ -97,20 +93,20 @@ void OF(reduce_inner)(const Part *part, double *r, double *change)
         Widths w = widths_of(inner, group);
         const int *outer = inner->row_numbers + inner->row_place[group];
         const int *own = outer + w.rows * LANES;
-        const OF(wide) *inverse = (const OF(wide) *)inner->OF(kept) + inner->place[group];
+        const lanes *inverse = (const lanes *)inner->kept + inner->place[group];
         memset(t, 0, sizeof(lanes) * w.own);
         memset(out, 0, sizeof(lanes) * w.rows);
         gather(w.own, own, r, b);
-        OF(product)(w.own, w.own, inverse, b, 1.0, t);
+        product(w.own, w.own, inverse, b, 1.0, t);
         put(w.own, own, t, r);
-        OF(product)(w.rows, w.own, inverse + w.own * (w.own + w.columns), t, -1.0, out);
+        product(w.rows, w.own, inverse + w.own * (w.own + w.columns), t, -1.0, out);
         add(w.rows, outer, out, change);
     }
     free(b);
 }
 
 /* Their values, into the reduced solution `x` that this rank sees, from `r` of reduce_inner. */
-void OF(expand_inner)(const Part *part, const double *r, double *x)
+void expand_inner(const Part *part, const double *r, double *x)
 {
     const Inner *inner = part->projection->inner;
     lanes *v = many_lanes(inner->most + inner->most_columns), *seen = v + inner->most;
@@ -118,10 +114,10 @@ void OF(expand_inner)(const Part *part, const double *r, double *x)
         Widths w = widths_of(inner, group);
         const int *from = inner->row_numbers + inner->row_place[group] + w.rows * LANES;
         const int *outer = inner->column_numbers + inner->column_place[group];
-        const OF(wide) *inverse = (const OF(wide) *)inner->OF(kept) + inner->place[group];
+        const lanes *inverse = (const lanes *)inner->kept + inner->place[group];
         gather(w.own, from, r, v);
         gather(w.columns, outer, x, seen);
-        OF(product)(w.own, w.columns, inverse + w.own * w.own, seen, -1.0, v);
+        product(w.own, w.columns, inverse + w.own * w.own, seen, -1.0, v);
         put(w.own, outer + w.columns * LANES, v, x);
     }
     free(v);

@@ -100,11 +100,11 @@ double move_both(const BothSides *both, const Shares *s, int taken, double facto
 
 /* An update by one solution, as of `rest_of`, `solve` and `move_both`; negative if it failed. */
 double update_both(const BothSides *both, const Shares *s, int kind, int taken, const double *u,
-                   double factor, double distance, const Solution *solution, int single,
-                   Reduced *reduced, uintptr_t factors, const Band *band, const double *given)
+                   double factor, double distance, const Solution *solution, Reduced *reduced,
+                   uintptr_t factors, const Band *band, const double *given)
 {
     rest_of(both, kind, u, factor, both->rest);
-    if (solve_for(solution, single, reduced, factors, band, both->rest, NULL, given,
+    if (solve_for(solution, reduced, factors, band, both->rest, NULL, given,
                   both->solution))
         return -1.0;
     return move_both(both, s, taken, distance, both->solution);

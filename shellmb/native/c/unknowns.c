@@ -265,16 +265,16 @@ void judge(int parts, const int64_t *starts, const int64_t *places, const double
     relate(parts, scales, bounds, table, found);
 }
 
-/* From the residual to the right-hand side of the reduced system, in one process, with what is kept
- * in `single` precision or double. `load`: forces of given changes, or NULL. */
-void before(const Solution *s, int single, const double *b, const double *load, double *rhs)
+/* From the residual to the right-hand side of the reduced system, in one process. `load`: forces of
+ * given changes, or NULL. */
+void before(const Solution *s, const double *b, const double *load, double *rhs)
 {
     for (int i = 0; i < s->local; ++i) {
         s->b[i] = b[s->wanted[i]];
         s->change[i] = 0.0;
     }
     for (int k = 0; k < s->parts; ++k)
-        (single ? reduce_single : reduce)(s->part + k, s->b, s->change);
+        reduce(s->part + k, s->b, s->change);
     memcpy(s->reaction, b, sizeof(double) * s->owned);
     for (int i = 0; i < s->local; ++i)
         s->reaction[s->wanted[i]] += s->change[i];
@@ -287,28 +287,28 @@ void before(const Solution *s, int single, const double *b, const double *load, 
     memset(s->rest, 0, size);
     for (int k = 0; k < s->parts; ++k)
         if (s->part[k].projection->inner)
-            (single ? reduce_inner_single : reduce_inner)(s->part + k, s->r, s->rest);
+            reduce_inner(s->part + k, s->r, s->rest);
     for (int i = 0; i < s->outer; ++i)
         rhs[i] = s->seen[s->outer_numbers[i]] + s->rest[s->outer_numbers[i]];
 }
 
 /* From the solution of the reduced system to that of all unknowns; after `before`. `given`: given
  * changes of the local dofs. */
-void after(const Solution *s, int single, const double *solution, const double *given, double *dx)
+void after(const Solution *s, const double *solution, const double *given, double *dx)
 {
     memset(s->seen, 0, sizeof(double) * s->reduced);
     for (int i = 0; i < s->outer; ++i)
         s->seen[s->outer_numbers[i]] = solution[i];
     for (int k = 0; k < s->parts; ++k)
         if (s->part[k].projection->inner)
-            (single ? expand_inner_single : expand_inner)(s->part + k, s->r, s->seen);
+            expand_inner(s->part + k, s->r, s->seen);
     double *x = s->b;
     combine(&s->right, s->seen, x);
     for (int i = 0; i < s->local; ++i)
         x[i] -= given[i];
     memset(s->rows, 0, sizeof(double) * s->multipliers);
     for (int k = 0; k < s->parts; ++k)
-        (single ? expand_single : expand)(s->part + k, x, s->rows);
+        expand(s->part + k, x, s->rows);
     for (int i = 0; i < s->multipliers; ++i)
         s->forces[i] -= s->rows[i];
     combine(&s->multiplier, s->forces, s->change);
@@ -388,11 +388,10 @@ static double now(void)
 
 /* Both passes and the solution between them, with factors of PETSc or (not NULL) in a band; returns
  * PETSc's error. */
-static int solve_for(const Solution *s, int single, Reduced *reduced, uintptr_t factors,
-                     const Band *band, const double *b, const double *load, const double *given,
-                     double *dx)
+static int solve_for(const Solution *s, Reduced *reduced, uintptr_t factors, const Band *band,
+                     const double *b, const double *load, const double *given, double *dx)
 {
-    before(s, single, b, load, reduced->rhs);
+    before(s, b, load, reduced->rhs);
     double begin = now();
     int error = 0;
     if (band)
@@ -400,13 +399,13 @@ static int solve_for(const Solution *s, int single, Reduced *reduced, uintptr_t 
     else
         error = mat_solve((void *)factors, reduced->right, reduced->unknown);
     reduced->seconds = now() - begin;
-    after(s, single, reduced->solution, given, dx);
+    after(s, reduced->solution, given, dx);
     return error;
 }
 
 /* That of vectors of PETSc. */
-int solve(const Solution *s, int single, Reduced *reduced, uintptr_t factors, const Band *band,
-          uintptr_t b, const double *load, const double *given, uintptr_t dx)
+int solve(const Solution *s, Reduced *reduced, uintptr_t factors, const Band *band, uintptr_t b,
+          const double *load, const double *given, uintptr_t dx)
 {
-    return solve_for(s, single, reduced, factors, band, entries(b, 0), load, given, entries(dx, 1));
+    return solve_for(s, reduced, factors, band, entries(b, 0), load, given, entries(dx, 1));
 }

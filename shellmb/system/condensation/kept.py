@@ -27,7 +27,7 @@ def places_of_groups(numbers: Int32s) -> Int32s:
 
 
 class Kept:
-    """Numbers that are kept, of double precision and, where it is requested, of single, too.
+    """Numbers that are kept.
 
     Args:
         size: How many.
@@ -38,14 +38,7 @@ class Kept:
     """
 
     def __init__(self, size: int, pointer: CArrays) -> None:
-        self._pointer, self._values = pointer, whole_lines(max(1, size), np.float64)
-        self.members: dict[str, Any] = {"kept": pointer(self._values)}
-
-    def shorten(self) -> None:
-        """Keep them in single precision, too."""
-        shorter = whole_lines(len(self._values), np.float32)
-        shorter[:] = self._values
-        self.members["kept_single"] = self._pointer(shorter)
+        self.members = {"kept": pointer(whole_lines(max(1, size), np.float64))}
 
 
 class InnerKept:

@@ -163,19 +163,9 @@ class MeshReduction:
             "values": self.pointer(values),
         }
 
-    def for_solution(self, single: bool) -> Any:
-        """Data of this mesh for solutions in C with the reduced matrix.
-
-        Args:
-            single: Whether to keep all that solutions read in single precision, too.
-        """
-        found = [self._kept, *([self.inner.kept] if self.inner else [])]
-        for kept in found if single else ():
-            kept.shorten()
-        of_projection = self._projection | self._kept.members
-        if self.inner:
-            of_projection |= {"inner": self.inner.struct}
-        self.projection = self.pointer.many("Projection", [of_projection])
+    def for_solution(self) -> Any:
+        """Data of this mesh for solutions in C with the reduced matrix."""
+        self.projection = self.pointer.many("Projection", [self._projection | self._kept.members])
         self._members = {
             "cells": self.struct,
             "projection": self.projection,
@@ -190,27 +180,23 @@ class MeshReduction:
         eliminated = self.pointer(whole_lines(self._eliminated_size, np.float64))
         return self.pointer.many("Part", [{**self._members, "eliminated": eliminated}])
 
-    def _call(self, name: str, single: bool, *arrays: Floats) -> None:
-        function = getattr(self.lib, f"{name}_single" if single else name)
-        function(self._part, *map(native.doubles, arrays))
-
-    def reduce(self, single: bool, b: Floats, change: Floats) -> None:
+    def reduce(self, b: Floats, change: Floats) -> None:
         """Add to `change` what the element-wise equations of `b` do to the others."""
-        self._call("reduce", single, b, change)
+        self.lib.reduce(self._part, *map(native.doubles, (b, change)))
 
-    def reduce_inner(self, single: bool, r: Floats, change: Floats) -> None:
+    def reduce_inner(self, r: Floats, change: Floats) -> None:
         """Reduce what cells do not share after the projection: `r` gets parts of it."""
         if self.inner:
-            self._call("reduce_inner", single, r, change)
+            self.lib.reduce_inner(self._part, *map(native.doubles, (r, change)))
 
-    def expand_inner(self, single: bool, r: Floats, x: Floats) -> None:
+    def expand_inner(self, r: Floats, x: Floats) -> None:
         """Fill in what cells do not share, from `r` of `reduce_inner`."""
         if self.inner:
-            self._call("expand_inner", single, r, x)
+            self.lib.expand_inner(self._part, *map(native.doubles, (r, x)))
 
-    def expand(self, single: bool, x: Floats, rows: Floats) -> None:
+    def expand(self, x: Floats, rows: Floats) -> None:
         """Fill in the element-wise unknowns of `x`; add the multipliers' rows times `x`."""
-        self._call("expand", single, x, rows)
+        self.lib.expand(self._part, *map(native.doubles, (x, rows)))
 
     def reduce_transposed(self, b: Floats, change: Floats) -> None:
         """Apply `reduce` to the transposed system."""

@@ -81,7 +81,7 @@ class Reduction:
             self._allocate(self._groups)
         scales = self.numbers.scales(unknown_scales(system))
         self.solver = DirectSolver(self.A, self._prefix, scales, values=self._matrix.values)
-        self._passes = passes(self.numbers, self.parts, self.solver.single)
+        self._passes = passes(self.numbers, self.parts)
         if isinstance(self._passes, SerialPasses):
             self._passes.take_vectors(self._rhs, self._solution)
         pairs = zip(self.parts, self._matrix.targets, strict=True)
@@ -197,19 +197,19 @@ class Reduction:
         start = now()
         if not fresh:
             self._given = self.numbers.correction()
-        rough, load, passes = self.solver.rough, self._load if fresh else None, self._passes
+        load, passes = self._load if fresh else None, self._passes
         reason = None
         if self.solver.direct and isinstance(passes, SerialPasses):
             self.solver.solutions += 1
-            error, inside = passes.solve(rough, self.solver.made, b, load, self._given, dx)
+            error, inside = passes.solve(self.solver.made, b, load, self._given, dx)
             if error:
                 reason = f"the direct solver failed (error {error})"
         else:
-            passes.before(rough, b.array_r, load, self._rhs.array)
+            passes.before(b.array_r, load, self._rhs.array)
             before = now()
             reason = self.solver.solve(self._rhs, self._solution)
             inside = now() - before
-            passes.after(rough, self._solution.array_r, self._given, dx.array)
+            passes.after(self._solution.array_r, self._given, dx.array)
         self.seconds["solve"] += inside
         self.seconds["reduction"] += now() - start - inside
         return reason
@@ -219,7 +219,7 @@ class Reduction:
         solver, passes = self.solver, self._passes
         if solver.many or not (solver.direct and isinstance(passes, SerialPasses)):
             return None
-        return passes.in_c(solver.rough, solver.made, self.numbers.correction())
+        return passes.in_c(solver.made, self.numbers.correction())
 
     def solve_many(self, given: Sequence[PETSc.Vec], found: Sequence[PETSc.Vec]) -> str | None:
         """Solve for several right-hand sides with an earlier factorisation.
@@ -234,14 +234,14 @@ class Reduction:
         if len(given) == 1 or not (serial and self.solver.many):
             return one_by_one(self, given, found)
         start, shift = now(), self.numbers.correction()
-        several, rough = self._several.of(len(given)), self.solver.rough
+        several = self._several.of(len(given))
         for passing, b, rhs in zip(several.passes, given, several.rhs, strict=True):
-            passing.before(rough, b.array_r, None, rhs)
+            passing.before(b.array_r, None, rhs)
         before = now()
         self.solver.solve_many(*several.matrices)
         inside = now() - before
         for passing, dx, solution in zip(several.passes, found, several.solutions, strict=True):
-            passing.after(rough, solution, shift, dx.array)
+            passing.after(solution, shift, dx.array)
         self.seconds["solve"] += inside
         self.seconds["reduction"] += now() - start - inside
         return None

@@ -19,22 +19,20 @@ from shellmb.system.nullspace.numbers import ReducedNumbers
 class Passes(Protocol):
     """Both passes; the second one belongs to the first one before it."""
 
-    def before(self, single: bool, b: Floats, load: Floats | None, rhs: Floats) -> None:
+    def before(self, b: Floats, load: Floats | None, rhs: Floats) -> None:
         """Fill the right-hand side of the reduced system.
 
         Args:
-            single: Whether with what is kept in single precision.
             b: Residual, entries that this rank owns.
             load: Forces of given changes on the local dofs; None: there are none.
             rhs: Gets the result, entries of the matrix's rows that this rank owns.
         """
         ...
 
-    def after(self, single: bool, solution: Floats, given: Floats, dx: Floats) -> None:
+    def after(self, solution: Floats, given: Floats, dx: Floats) -> None:
         """Fill in the solution for all unknowns.
 
         Args:
-            single: As of `before`.
             solution: Of the reduced system, owned entries.
             given: Given changes of the local dofs.
             dx: Gets the result, owned entries.
@@ -54,15 +52,14 @@ class Passes(Protocol):
         ...
 
 
-def passes(numbers: ReducedNumbers, parts: Sequence[MeshReduction], single: bool) -> Passes:
+def passes(numbers: ReducedNumbers, parts: Sequence[MeshReduction]) -> Passes:
     """Passes of a reduction: one call each where one process has all unknowns.
 
     Args:
         numbers: Numbers of the reduced unknowns.
         parts: Reductions of all meshes.
-        single: Whether they may be of single precision.
     """
-    structs = [part.for_solution(single) for part in parts]
+    structs = [part.for_solution() for part in parts]
     if numbers.full.serial:
         return SerialPasses(numbers, structs)
     return ParallelPasses(numbers, parts)
@@ -79,13 +76,13 @@ class ParallelPasses:
     def __init__(self, numbers: ReducedNumbers, parts: Sequence[MeshReduction]) -> None:
         self.numbers, self.parts = numbers, parts
 
-    def before(self, single: bool, b: Floats, load: Floats | None, rhs: Floats) -> None:
+    def before(self, b: Floats, load: Floats | None, rhs: Floats) -> None:
         """Fill the right-hand side of the reduced system."""
         numbers = self.numbers
         local = numbers.full.seen(b)
         change = np.zeros_like(local)
         for part in self.parts:
-            part.reduce(single, local, change)
+            part.reduce(local, change)
         outer = b + numbers.full.summed(change)
         self._forces = numbers.forces.transposed(outer)
         if load is not None:
@@ -94,22 +91,22 @@ class ParallelPasses:
         self._r = numbers.left.numbers.seen(reduced)
         rest = np.zeros(len(self._r))
         for part in self.parts:
-            part.reduce_inner(single, self._r, rest)
+            part.reduce_inner(self._r, rest)
         reduced = reduced + numbers.left.numbers.summed(rest)
         rhs[:] = reduced[numbers.outer]
 
-    def after(self, single: bool, solution: Floats, given: Floats, dx: Floats) -> None:
+    def after(self, solution: Floats, given: Floats, dx: Floats) -> None:
         """Fill in the solution for all unknowns."""
         numbers = self.numbers
         reduced = np.zeros(numbers.count)
         reduced[numbers.outer] = solution
         seen = numbers.right.seen(reduced)
         for part in self.parts:
-            part.expand_inner(single, self._r, seen)
+            part.expand_inner(self._r, seen)
         x = numbers.right.times(seen) - given
         rows = np.zeros(len(numbers.forces.numbers.wanted) + 1)
         for part in self.parts:
-            part.expand(single, x, rows)
+            part.expand(x, rows)
         forces = self._forces - numbers.forces.numbers.summed(rows[:-1])
         values = numbers.multiplier_values
         x += values.times(values.seen(forces))
@@ -188,13 +185,13 @@ class SerialPasses:
             ],
         )
 
-    def before(self, single: bool, b: Floats, load: Floats | None, rhs: Floats) -> None:
+    def before(self, b: Floats, load: Floats | None, rhs: Floats) -> None:
         """Fill the right-hand side of the reduced system."""
-        self._lib.before(self._solution, single, *map(native.doubles, (b, load, rhs)))
+        self._lib.before(self._solution, *map(native.doubles, (b, load, rhs)))
 
-    def after(self, single: bool, solution: Floats, given: Floats, dx: Floats) -> None:
+    def after(self, solution: Floats, given: Floats, dx: Floats) -> None:
         """Fill in the solution for all unknowns."""
-        self._lib.after(self._solution, single, *map(native.doubles, (solution, given, dx)))
+        self._lib.after(self._solution, *map(native.doubles, (solution, given, dx)))
 
     def before_transposed(self, b: Floats, rhs: Floats) -> None:
         """Fill the right-hand side of the transposed reduced system."""
@@ -222,13 +219,12 @@ class SerialPasses:
             ],
         )
 
-    def in_c(self, single: bool, factors: tuple[int, Any], given: Floats) -> tuple[Any, ...]:
+    def in_c(self, factors: tuple[int, Any], given: Floats) -> tuple[Any, ...]:
         """For C, what `solve` takes without a load; vectors come later."""
-        return self._solution, single, self._reduced, *factors, native.doubles(given)
+        return self._solution, self._reduced, *factors, native.doubles(given)
 
     def solve(
         self,
-        single: bool,
         factors: tuple[int, Any],
         b: PETSc.Vec,
         load: Floats | None,
@@ -238,7 +234,6 @@ class SerialPasses:
         """Both, with the solution between them.
 
         Args:
-            single: As of `before`.
             factors: As of `DirectSolver.made`.
             b: Residual.
             load: As of `before`.
@@ -250,7 +245,7 @@ class SerialPasses:
         """
         reduced = self._reduced
         where = b.handle, *map(native.doubles, (load, given)), dx.handle
-        error = self._lib.solve(self._solution, single, reduced, *factors, *where)
+        error = self._lib.solve(self._solution, reduced, *factors, *where)
         return error, reduced[0].seconds
 
 

@@ -21,8 +21,7 @@ MUMPS_OPTIONS: dict[str, int] = {WORKSPACE: 400, "mat_mumps_icntl_6": 0, LOW_RAN
 # scaling goes on until rows and columns are alike. Masses are 1e-16 of multipliers' forces where
 # velocities are sought, and with a multiplier that a whole body has, as of a floating frame, the
 # usual scaling stops too early: factors of 32x8 elements are 25 times as large. Of matrices that
-# several ranks have MUMPS scales in this way only, and not at all where another way is requested:
-# factors of single precision would not serve (64x64: contraction 0.09 in place of 0.001)
+# several ranks have MUMPS scales in this way only, and not at all where another way is requested
 ALIKE: dict[str, int] = {SCALING: 8}
 
 SMALL_SYSTEM = 5000

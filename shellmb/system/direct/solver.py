@@ -31,13 +31,6 @@ KRYLOV_TOLERANCE, KRYLOV_ITERATIONS = 1e-10, 15
 # get to the tolerance is below 1e-5 by then (32x32 and 64x64 elements)
 HOPELESS, TRIED = 1e-3, 5
 
-# Factors of single precision of a large system take half the time and memory, solutions with them
-# two thirds of the time (ED, 32x32 and 64x64 elements). Refinement with the matrix itself, which is
-# of double precision, makes them exact to the tolerance: errors and not residuals are looked at,
-# as those of soft modes hardly show in forces. Beyond this contraction the matrix is too
-# ill-conditioned for it
-REFINED_TOLERANCE, REFINEMENTS, CONTRACTION = 1e-10, 6, 0.02
-
 # Of small systems PETSc's own factors take half the time to make, and solutions with them a sixth:
 # MUMPS is made for large ones (160 unknowns: 80 and 3 us in place of 250 and 21; 930: 2.0 ms and 39
 # us in place of 2.2 ms and 91 to 125, beyond that it factorises faster). They are found without
@@ -78,7 +71,6 @@ class Factors(Enum):
 
     PLAIN = "PETSc, without pivots"
     BANDED = "our own, in a band"
-    SINGLE = "MUMPS, of single precision"
     SYMMETRIC = "MUMPS, one triangle"
     DOUBLE = "MUMPS"
 
@@ -93,11 +85,7 @@ class DirectSolver:
 
     Those of small reduced systems are PETSc's own where they need no pivots, or our own in a band
     (`banded`); all others are MUMPS's.
-    Factors of large reduced systems are of single precision as long as that serves: not for any
-    number of exact solutions, and of a matrix that is singular or too ill-conditioned for it no
-    more after the first one (mixed precision refinement: Langou et al., Exploiting the performance
-    of 32 bit floating point arithmetic in obtaining 64 bit accuracy, SC 2006). Where it does not, a
-    large matrix that is symmetric, as in statics, is factorised as L D L^T, with half the
+    A large reduced matrix that is symmetric, as in statics, is factorised as L D L^T, with half the
     operations and numbers, until the first one that is not.
 
     Args:
@@ -113,7 +101,6 @@ class DirectSolver:
         matrix: They, where they are of PETSc.
         factorisations: Their number so far.
         solutions: Number of solutions with factors so far, each Krylov iteration being one.
-        contraction: By what factor the last refinement made errors smaller; None: there was none.
     """
 
     def __init__(
@@ -128,15 +115,14 @@ class DirectSolver:
         ksp.setOptionsPrefix(prefix)
         ksp.setType(PETSc.KSP.Type.PREONLY)
         self.A, self._ksp, self._prefix = A, ksp, prefix
-        self._reduced = reduced = scales is not None
+        reduced = scales is not None
         self._options = {**mumps_options(A.getSize()[0], reduced, A.comm.size), **options}
         self._large = A.getSize()[0] >= SMALL_SYSTEM
+        self._exact = Factors.SYMMETRIC if self._large and reduced else Factors.DOUBLE
         self._values, self._band = values, list[BandedFactors]()
         plain = A.comm.size == 1 and A.getSize()[0] < PLAIN_SYSTEM
-        self._use(Factors.DOUBLE)
-        if reduced and self._large:
-            self._use(Factors.SINGLE)
-        elif reduced:
+        self._use(self._exact)
+        if reduced and not self._large:
             self._use(Factors.PLAIN if plain else self._with_pivots())
         if not self.factors.exact:
             self._rest, self._change, self._scaled = (A.createVecRight() for _ in range(3))
@@ -145,10 +131,8 @@ class DirectSolver:
         ksp.setConvergenceHistory(reset=True)
         ksp.addConvergenceTest(_hopeless)
         ksp.setFromOptions()
-        self._purpose = Purpose.EXACT
-        self.contraction: float | None = None
-        # whether old factors pay, whether those there are old, and whether they do by themselves
-        self._paying, self._recycled, self._enough = False, False, False
+        # whether old factors pay, and whether those there are old
+        self._paying, self._recycled = False, False
         self._work: float | None = None
         self.matrix: PETSc.Mat | None = None
         self.factorisations, self.solutions = 0, 0
@@ -165,21 +149,10 @@ class DirectSolver:
             pc.setFactorSolverType("petsc")
             pc.setFactorOrdering(PETSc.Mat.OrderingType.QMD)
             return
-        precision = "single" if self.single else "double"
-        options = self._options | {"pc_precision": precision}
         symmetric = factors is Factors.SYMMETRIC
         kind = PETSc.PC.Type.CHOLESKY if symmetric else PETSc.PC.Type.LU
         more = SYMMETRIC_OPTIONS if symmetric else NO_OPTIONS
-        use_mumps(pc, kind, self._prefix, {**options, **more})
-
-    def _use_exact(self) -> None:
-        """Factors in double precision from now on, of one triangle as long as that is enough."""
-        self._use(Factors.SYMMETRIC if self._large and self._reduced else Factors.DOUBLE)
-
-    @property
-    def single(self) -> bool:
-        """Decide whether factors are of single precision."""
-        return self.factors is Factors.SINGLE
+        use_mumps(pc, kind, self._prefix, {**self._options, **more})
 
     def factorise(self, purpose: Purpose = Purpose.EXACT) -> str | None:
         """Factorise the matrix as it is; returns why that failed, if it did.
@@ -188,12 +161,11 @@ class DirectSolver:
             purpose: What for. For one exact solution of a large system factors of an earlier matrix
                 are kept as a preconditioner, as long as few iterations do.
         """
-        self._purpose = purpose
         if self._band:
             # a matrix that has no such factors is no reason to do without those of the next one
             self.factors = Factors.BANDED
         if purpose is Purpose.EXACT and not self.factors.exact:
-            self._use_exact()
+            self._use(self._exact)
         recycled = purpose is Purpose.ONE and self._paying and self._large
         return self._factorise(recycled)
 
@@ -208,7 +180,7 @@ class DirectSolver:
 
     def _factorise(self, recycled: bool) -> str | None:
         if self.factors is Factors.BANDED:
-            self._recycled, self._enough = False, True
+            self._recycled = False
             self.factorisations += 1
             if self._band[0].factorise():
                 return None
@@ -216,7 +188,7 @@ class DirectSolver:
             self._use(Factors.DOUBLE)
         if self.factors is Factors.SYMMETRIC and not recycled and asymmetry(self.A) > SYMMETRIC:
             self._use(Factors.DOUBLE)
-        self._recycled, self._enough = recycled, not (recycled or self.single)
+        self._recycled = recycled
         self._ksp.setOperators(self.A)
         self._ksp.getPC().setReusePreconditioner(recycled)
         self.factorisations += not recycled
@@ -247,17 +219,12 @@ class DirectSolver:
     @property
     def direct(self) -> bool:
         """Decide whether a solution is nothing but one with the factors."""
-        return self._enough
+        return not self._recycled
 
     @property
     def many(self) -> bool:
         """Decide whether solutions with several right-hand sides are cheaper than one by one."""
-        return self._enough and self._large and self.factors is not Factors.BANDED
-
-    @property
-    def rough(self) -> bool:
-        """Decide whether solutions are as exact as factors of single precision, and not refined."""
-        return self.single and self._enough
+        return self.direct and self._large and self.factors is not Factors.BANDED
 
     @property
     def cost(self) -> float:
@@ -276,12 +243,9 @@ class DirectSolver:
 
     def solve(self, b: PETSc.Vec, x: PETSc.Vec) -> str | None:
         """Solve with the last factorisation; returns why that failed, if it did."""
-        while not self._enough:
-            if self._iterate(b, x) if self._recycled else self._refine(b, x):
+        if self._recycled:
+            if self._iterate(b, x):
                 return None
-            # old factors are made anew; new ones in double precision
-            if not self._recycled:
-                self._use_exact()
             failure = self._factorise(recycled=False)
             if failure is not None:
                 return failure
@@ -333,30 +297,6 @@ class DirectSolver:
         self.solutions += iterations
         self._paying = iterations <= YOUNG + self.cost / SOLUTIONS
         return bool(reached)
-
-    def _refine(self, b: PETSc.Vec, x: PETSc.Vec) -> bool:
-        """Solve by refinement with factors of single precision; whether they are good enough."""
-        rest, change = self._rest, self._change
-        self._direct(b, x)
-        size = before = self._size(x)
-        if size == 0.0:
-            return True
-        for _ in range(REFINEMENTS):
-            self.A.mult(x, rest)
-            rest.aypx(-1.0, b)
-            self._direct(rest, change)
-            x.axpy(1.0, change)
-            found = self._size(change)
-            self.contraction = found / before
-            if not self.contraction <= CONTRACTION:
-                return False
-            # iterations that contract by less themselves need no refinement from now on
-            self._enough = self._purpose is Purpose.LAGGED
-            # the error left contracts as the last one did
-            if self._enough or found * found <= REFINED_TOLERANCE * size * before:
-                return True
-            before = found
-        return False
 
     def _size(self, x: PETSc.Vec) -> float:
         """Largest of some values of the unknowns, each in its unit."""
