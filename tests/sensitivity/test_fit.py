@@ -8,6 +8,7 @@ import pytest
 
 import shellmb as sm
 from shellmb.demos import identify_plate
+from shellmb.sensitivity.fitting.band import Band
 from shellmb.sensitivity.fitting.data import data_of
 from shellmb.sensitivity.fitting.fit import _Search
 from shellmb.sensitivity.fitting.fitted import Fit
@@ -110,6 +111,20 @@ def test_residuals_that_are_no_noise_are_doubted() -> None:
     assert any("residuals of 'y' are not white" in said for said in fitted.warnings)
     fitted = made([1.0], 30 * x, 3 * x[:, 0][::-1], 1.0)
     assert any("larger than the noise by a factor of" in said for said in fitted.warnings)
+
+
+def test_what_is_determined_beside_what_is_not() -> None:
+    """Kind: zero times infinity; the deviation of a value was NaN beside one that nothing sees.
+
+    So was the mass of a block, where the place at which an event happens is never reached.
+    """
+    x = np.random.default_rng(1).normal(size=300)
+    fitted = made([2.0, 3.0], np.stack([0 * x, 20 * x], axis=1), x, 1.0)
+    assert fitted.deviations["p0"] == np.inf
+    assert fitted.deviations["p1"] == pytest.approx(1 / np.sqrt(400 * x @ x))
+    assert fitted.covariance.loc["p0", "p1"] == 0.0
+    (said,) = fitted.warnings
+    assert "combination p0^+1 (not at all)" in said
 
 
 @pytest.mark.parametrize("period", [4, 25])
@@ -299,6 +314,18 @@ def test_bad_covariance(covariance, said: str) -> None:  # type: ignore[no-untyp
 
     with pytest.raises(sm.SceneError, match=said):
         covariance_of(["a", "b"], covariance)
+
+
+def test_a_band_of_a_run_without_probes() -> None:
+    """Kind: nothing to draw, which matplotlib said of its own rows."""
+    t = pd.DataFrame({"t": [0.0, 1.0]})
+    found = SimpleNamespace(
+        parameters=[Parameter("a", 1.0, 1e-5)],
+        run=SimpleNamespace(history=t, described=SimpleNamespace(probes=[])),
+        history=pd.concat({"a": pd.DataFrame({"energy": [0.0, 1.0]})}, axis=1),
+    )
+    with pytest.raises(sm.SceneError, match="the run has no probes; name columns"):
+        Band(found, {"a": 1.0}).plot()  # type: ignore[arg-type]
 
 
 @pytest.mark.slow

@@ -89,7 +89,7 @@ class Band:
             columns: Columns of the history; None: the probes.
 
         Raises:
-            SceneError: If there is no such column.
+            SceneError: If there is no such column, or none is named and there are no probes.
         """
         from shellmb.observers.drawing import figure
         from shellmb.show.plots import column_label
@@ -101,6 +101,8 @@ class Band:
             fixed = self.history["t"].to_numpy() == 0
         wanted = [columns] if isinstance(columns, str) else list(columns or ())
         wanted = wanted or [p.name for p in described.probes]
+        if not wanted:
+            raise SceneError("band: the run has no probes; name columns of its history")
         for name in wanted:
             if name not in self.history:
                 raise SceneError(

@@ -92,7 +92,10 @@ class Fit:
         names = list(self.values)
         with np.errstate(divide="ignore", invalid="ignore"):
             scaled = self._directions.T / self._singular
-        found = self.noise_factor**2 * (scaled @ scaled.T) * np.outer(self._sizes, self._sizes)
+            terms = scaled[:, None] * scaled
+        # a parameter that has no part in what is not determined at all
+        terms[np.isnan(terms)] = 0.0
+        found = self.noise_factor**2 * terms.sum(axis=-1) * np.outer(self._sizes, self._sizes)
         return pd.DataFrame(found, index=names, columns=names)
 
     @property
@@ -139,7 +142,7 @@ class Fit:
             for name in at_bounds
         ]
         if not self.converged:
-            more = f"give the parameters bounds: {impossible}" if impossible else "give more"
+            more = f"give more, or bounds: {impossible}" if impossible else "give more"
             found.append(f"the fit did not end in {self.runs} runs: values may change; {more}")
         return found
 
