@@ -53,6 +53,19 @@ class ConvergenceError(ShellmbError):
         self.norms = norms or {}
 
 
+class TooFewModesError(ConvergenceError):
+    """There are fewer modes than were requested.
+
+    Args:
+        count: Number of modes that were requested.
+        there: Number of modes that there are.
+    """
+
+    def __init__(self, count: int, there: int) -> None:
+        super().__init__(f"modes: count is {count}; there are {there} modes, request no more")
+        self.there = there
+
+
 class RunError(ShellmbError):
     """Something outside the mechanics ended a run: a full disk, or a user's function that raises.
 

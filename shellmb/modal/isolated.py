@@ -10,7 +10,7 @@ from petsc4py import PETSc
 
 import numpy as np
 import ufl
-from dolfinx import fem
+from dolfinx import fem, la
 
 from shellmb.arrays import Floats
 from shellmb.constraint_analysis.mobility import Motions
@@ -74,7 +74,11 @@ class IsolatedBody:
             for form in compile_with_derivatives(kernels):
                 A = fem.assemble_matrix(form)
                 A.scatter_reverse()
-                forces[body.name][: A.index_map(0).size_local] += A.to_scipy() @ arrays[body.name]
+                # columns of other ranks' nodes are more than those that the body has here
+                owned, state = A.index_map(0).size_local, la.vector(A.index_map(1))
+                state.array[:owned] = arrays[body.name][:owned]
+                state.scatter_forward()
+                forces[body.name][:owned] += A.to_scipy() @ state.array
         return self.force(forces)
 
     @property

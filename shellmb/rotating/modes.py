@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from shellmb.arrays import Floats
 from shellmb.diagnostics.stiffened_modes import Motion, stiffened_modes
-from shellmb.errors import ConvergenceError, SceneError, petsc_in_words
+from shellmb.errors import SceneError, TooFewModesError, petsc_in_words
 from shellmb.model.model import Model
 from shellmb.native.assembler import assembled_as
 from shellmb.rotating.linearised import Linearised
@@ -141,9 +141,7 @@ def modes_of(rotating: Linearised, count: int, spare: int = 0) -> RotatingModes:
     rigid = int(np.ceil(weight))
     kept = [*zero[:rigid], *found[len(zero) :]][: count + spare]
     if len(kept) < count:
-        raise ConvergenceError(
-            f"modes: count is {count}; there are {len(kept)} modes, request no more"
-        )
+        raise TooFewModesError(count, len(kept))
     pairs = tuple(_upright(pair, rotating) for pair in kept)
     whirl = [(product(rotating.transport, p, p) / product(rotating.mass, p, p)).imag for p in pairs]
     system, model = rotating.system, rotating.model

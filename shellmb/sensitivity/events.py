@@ -1,4 +1,4 @@
-"""Times of events, which move with parameters: steps beside the run end at their own events.
+"""Times that move with parameters: of events, at which steps beside the run end, and of corners.
 
 In a step of the run that an event has cut, the margin `g` of its condition is zero at the end. So
 it is at both sides, whose steps then have other lengths:
@@ -9,18 +9,25 @@ The next step ends where that of the run does: rows behind an event are at fixed
 are found from three solutions, with the length of the run, a longer and a shorter one: derivatives
 are linear in the change of the length. The square of it, which counts where the state at the start
 depends on the parameter, drops out; the cube is that of a small unit.
+
+A step takes loads at a few instants, and motions at its end. Where a function of time has a corner
+just there, as a ramp that begins then, a later corner gives another slope than an earlier one.
+Differences of both sides are the mean of both slopes, so corners are said.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
 from shellmb.arrays import Floats
 from shellmb.errors import ConvergenceError, SceneError
+from shellmb.scene import Scene
+from shellmb.scene.checks.control import functions_of_time
+from shellmb.scene.control.signals import Signal, Switched
 from shellmb.scene.lookup import listed
 from shellmb.sensitivity.parameters import Parameter
 from shellmb.sensitivity.shadow import Shadow
@@ -34,6 +41,13 @@ UNIT = 2e-4
 MOST = 0.5
 # relative difference of two rates of time that are one
 SAME = 1e-3
+# part by which slopes on both sides may differ from their mean: what is smooth leaves the distance
+# of both sides
+BENT = 0.02
+# part of it beyond which the mean is round-off of the slopes: a function that is even has none
+EVEN = 10.0
+# change of a function between both sides, of its value, that is round-off
+SMALL = 1e-12
 
 
 class Sides(Protocol):
@@ -161,3 +175,57 @@ def _held(name: str, t: float, why: str) -> str:
         f"event '{name}' at t = {t:g}: {why}; derivatives after it are those with the event at "
         "this time"
     )
+
+
+class Corners:
+    """Looks for corners of the functions of time of a run and of a scene on each side of it.
+
+    Args:
+        run: The run.
+        parameter: The parameter.
+        sides: The scenes at its larger and its smaller value.
+    """
+
+    def __init__(self, run: Simulation, parameter: Parameter, sides: tuple[Scene, Scene]) -> None:
+        self._name, self._loads = parameter.name, len(run.scene.loads)
+        scenes = (run.scene, *sides)
+        every = zip(*(map(_given, functions_of_time(scene)) for scene in scenes), strict=True)
+        self._functions = [(k, fs) for k, fs in enumerate(every) if None not in fs]
+        stages = (forms for of in run.problem.forms.values() for forms in of.values())
+        samples = (sample for forms in stages for sample in forms.samples)
+        self._instants = sorted({tau for sample in samples for tau, _ in sample.instants})
+
+    def met(self, t: float, dt: float) -> Iterator[str]:
+        """Sentences on corners that a step meets.
+
+        Args:
+            t: Its start, s.
+            dt: Its length, s.
+        """
+        for item in list(self._functions):
+            k, functions = item
+            for tau in self._instants if k < self._loads else (1.0,):
+                if _bends(*(np.asarray(f(t + tau * dt), dtype=float) for f in functions)):
+                    self._functions.remove(item)
+                    what = f"load {k + 1}" if k < self._loads else "a prescribed motion"
+                    yield (
+                        f"the function of time of {what} has a corner at t = {t + tau * dt:g}, "
+                        f"which a step meets and '{self._name}' moves: derivatives after it are "
+                        "means of two that differ; move the corner a little, or take another dt"
+                    )
+                    break
+
+
+def _given(function: Any) -> Callable[[float], Any] | None:
+    """The function of time that a load or a motion is given by; None: another one."""
+    if isinstance(function, Switched):
+        function = function.time
+    return function if callable(function) and not isinstance(function, Signal) else None
+
+
+def _bends(here: Floats, above: Floats, below: Floats) -> bool:
+    """Decide whether values at both sides of one do not mirror each other."""
+    slope = np.abs(above - below)
+    bent = np.abs(above + below - 2 * here)
+    small = SMALL * np.max(np.abs([here, above, below]))
+    return bool(np.any((bent > BENT * slope) & (bent < EVEN * slope) & (slope > small)))

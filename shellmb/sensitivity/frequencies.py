@@ -11,11 +11,18 @@ import numpy as np
 import numpy.typing as npt
 
 from shellmb.api.modal import modes
-from shellmb.errors import SceneError, ShellmbWarning
+from shellmb.errors import SceneError, ShellmbWarning, TooFewModesError
 from shellmb.options.described import options_of, takes
 from shellmb.options.run import ELEMENTS, Options
 from shellmb.scene import Scene
-from shellmb.sensitivity.parameters import STEP, beside, differentiated, independent, parameters_of
+from shellmb.sensitivity.parameters import (
+    STEP,
+    beside,
+    differentiated,
+    independent,
+    parameters_of,
+    without_effect,
+)
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -43,7 +50,7 @@ def frequency_sensitivities(
         scene: A function that makes the scene from its parameters, the name of a bundled scene, or
             the path of a Python file.
         parameters: Names of the parameters.
-        count: Number of frequencies.
+        count: Number of frequencies; a scene that has fewer has rows for these.
         loaded: Whether about the loaded state, as of `modes`.
         values: Values of parameters of the scene that replace its defaults.
         scales: Sizes of parameters, where their values do not tell.
@@ -64,7 +71,7 @@ def frequency_sensitivities(
     chosen = [
         replace(p, step=p.step * APART / STEP) for p in parameters_of(made, parameters, scales)
     ]
-    base = made.scene()
+    base = made.base()
     scenes = {p: beside(made, base, p) for p in chosen}
     # one more tells whether the last one is simple
     here = _frequencies(base, count + 1, loaded)
@@ -84,12 +91,10 @@ def frequency_sensitivities(
         slopes = (sides[0] - sides[1]) / p.width
         table[p.name] = np.where(near, np.nan, slopes)[:known]
         if not slopes.any():
-            what = "nothing depends" if independent(above, below) else "no frequency depends"
-            warnings.warn(
-                f"{what} on '{p.name}' near {p.value:g}: its derivatives are zero",
-                ShellmbWarning,
-                stacklevel=2,
-            )
+            said = f"no frequency depends on '{p.name}' near {p.value:g}: its derivatives are zero"
+            if independent(above, below):
+                said = without_effect(p, base, above)
+            warnings.warn(said, ShellmbWarning, stacklevel=2)
     if near[:known].any():
         said = ", ".join(str(k + 1) for k in np.flatnonzero(near[:known]))
         warnings.warn(
@@ -102,5 +107,11 @@ def frequency_sensitivities(
 
 
 def _frequencies(scene: Scene, count: int, loaded: bool) -> npt.NDArray[np.float64]:
-    """Natural frequencies, Hz."""
-    return np.array(modes(scene, count=count, loaded=loaded, pictures=False).frequencies)
+    """Natural frequencies, Hz; fewer where there are fewer."""
+    try:
+        found = modes(scene, count=count, loaded=loaded, pictures=False)
+    except TooFewModesError as error:
+        if error.there == 0:
+            raise
+        found = modes(scene, count=error.there, loaded=loaded, pictures=False)
+    return np.array(found.frequencies)

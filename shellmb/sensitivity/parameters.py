@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import inspect
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, fields, replace
 from numbers import Real
 from typing import Any
@@ -22,7 +23,7 @@ from shellmb.running.loader import (
 )
 from shellmb.scene import FromMode, Modal, Scene
 from shellmb.scene.checks.control import jumps
-from shellmb.scene.fingerprint import fingerprint
+from shellmb.scene.fingerprint import differences, fingerprint
 
 # relative distance of the scenes at both sides: the error of central differences, its square, and
 # the round-off of forces over it are both below 1e-7 of the derivative
@@ -98,6 +99,23 @@ class Differentiated:
         given, who = {**self.given, **changed}, f"sensitivities: scene '{self.name}'"
         check_values(self.make, given, who)
         return self.options.apply(scene_of(self.make, given, who, "its function"))
+
+    def base(self) -> Scene:
+        """The scene at the given values, which the function makes alike whenever it is called.
+
+        Raises:
+            SceneError: If it is impossible, or random.
+        """
+        scene, again = self.scene(), self.scene()
+        others = differences(*(fingerprint(made, whole=True) for made in (scene, again)))
+        if others:
+            path, first, second = others[0]
+            raise SceneError(
+                f"sensitivities: scene '{self.name}' differs between two calls of its function, "
+                f"{path} is {first} and then {second}; give its random numbers a seed within the "
+                "function"
+            )
+        return scene
 
     def at(self, **values: float) -> Differentiated:
         """The function at other values of its parameters."""
@@ -217,6 +235,26 @@ def _sizes(names: Sequence[str], scales: Mapping[str, Any]) -> dict[str, float]:
     return {name: abs(float(size)) for name, size in scales.items()}
 
 
+@contextmanager
+def next_to(parameter: Parameter) -> Iterator[None]:
+    """Errors of scenes at both sides of a parameter name it.
+
+    Args:
+        parameter: The parameter.
+
+    Raises:
+        SceneError: If such a scene is impossible.
+    """
+    try:
+        yield
+    except SceneError as error:
+        above, below = parameter.sides
+        raise SceneError(
+            f"sensitivities: the scene is not possible on both sides of '{parameter.name}' = "
+            f"{parameter.value:g}, at {below!r} and {above!r}: {error}"
+        ) from error
+
+
 def beside(made: Differentiated, base: Scene, parameter: Parameter) -> tuple[Scene, Scene]:
     """Scenes at both sides of a parameter.
 
@@ -230,13 +268,8 @@ def beside(made: Differentiated, base: Scene, parameter: Parameter) -> tuple[Sce
     """
     found = []
     for value in parameter.sides:
-        try:
+        with next_to(parameter):
             scene = made.scene(**{parameter.name: value})
-        except SceneError as error:
-            raise SceneError(
-                f"sensitivities: parameter '{parameter.name}' = {value!r}, next to "
-                f"{parameter.value:g}, is not possible: {error}"
-            ) from error
         held = _held(scene)
         for name, ours in _held(base).items():
             its = held.get(name)
@@ -269,3 +302,25 @@ def _held(scene: Scene) -> dict[str, Any]:
 def independent(above: Scene, below: Scene) -> bool:
     """Decide whether both scenes describe the same physics: nothing depends on the parameter."""
     return fingerprint(above, whole=True) == fingerprint(below, whole=True)
+
+
+def without_effect(parameter: Parameter, base: Scene, side: Scene) -> str:
+    """Sentence about a parameter on both sides of which the scene is the same.
+
+    Args:
+        parameter: The parameter.
+        base: The scene at its value.
+        side: The scene on either side.
+    """
+    name, (above, below) = parameter.name, parameter.sides
+    if not independent(base, side):
+        return (
+            f"the scene is the same at '{name}' = {below:.9g} and {above:.9g}, and another one at "
+            f"{parameter.value:g}: its derivatives are zero if the scene is a smooth function of "
+            "it; one with a kink there, such as abs, has none"
+        )
+    return (
+        f"nothing depends on '{name}' between {below:.9g} and {above:.9g}: its derivatives are "
+        f"zero; if this difference is too small to count, scales={{'{name}': ...}} gives a larger "
+        "one"
+    )

@@ -77,6 +77,8 @@ class Sensitivities:
             about = read_json(file)
             self.parameters = tuple(Parameter(**p) for p in about["parameters"])
             self.warnings = tuple(map(str, about["warnings"]))
+            # what nothing depends on has derivatives that are zero, whatever round-off there is
+            self._independent = frozenset(map(str, about.get("independent", ())))
             self._points: Mapping[str, list[float | None]] = about.get("points", {})
         except (TypeError, KeyError) as error:
             raise SceneError(f"{file} is damaged ({error})") from None
@@ -87,6 +89,10 @@ class Sensitivities:
             above, below = (Run(self.directory / side_folder(parameter.name, s)) for s in SIDES)
             self._read[parameter.name] = above, below
         return self._read[parameter.name]
+
+    def _width(self, parameter: Parameter) -> float:
+        """Distance of both sides by which differences are divided."""
+        return np.inf if parameter.name in self._independent else parameter.width
 
     @cached_property
     def _read(self) -> dict[str, tuple[Run, Run]]:
@@ -107,7 +113,7 @@ class Sensitivities:
         for p in self.parameters:
             above, below = (side.history for side in self._sides(p))
             columns = [c for c in above.columns if c not in left]
-            found[p.name] = (above[columns] - below[columns]) / p.width
+            found[p.name] = (above[columns] - below[columns]) / self._width(p)
         table = pd.concat(found, axis=1, names=["parameter", "column"])
         return table.set_index(pd.Index(self.run.history["t"], name="t"))
 
@@ -133,7 +139,7 @@ class Sensitivities:
         for p in self.parameters:
             above, below = (side.results for side in self._sides(p))
             found[p.name] = {
-                name: _difference(above[name], below.get(name), p.width) for name in above
+                name: _difference(above[name], below.get(name), self._width(p)) for name in above
             }
         return pd.DataFrame(found)
 
@@ -168,7 +174,7 @@ class Sensitivities:
         table = pd.DataFrame(times(self.run), columns=["event", "goes", "time"])
         for p in self.parameters:
             above, below = (np.array([t for *_, t in times(side)]) for side in self._sides(p))
-            table[p.name] = (above - below) / p.width
+            table[p.name] = (above - below) / self._width(p)
         return table.sort_values("time", ignore_index=True, kind="stable")
 
     def band(self, covariance: Any) -> Band:
@@ -217,7 +223,10 @@ class Sensitivities:
     @property
     def fields(self) -> Mapping[str, FieldDerivatives]:
         """Derivatives of fields by the names of parameters, and then of bodies."""
-        return {p.name: FieldDerivatives(self._sides(p), p) for p in self.parameters}
+        return {
+            p.name: FieldDerivatives(self._sides(p), p.name, self._width(p))
+            for p in self.parameters
+        }
 
     def is_round_off(self, parameter: Parameter) -> bool:
         """Decide whether derivatives of all results and probes by a parameter are round-off.
@@ -254,12 +263,13 @@ class FieldDerivatives(Mapping[str, "xr.Dataset"]):
 
     Args:
         sides: Runs at both sides of the parameter.
-        parameter: The parameter.
+        by: Its name.
+        width: Distance of both sides.
     """
 
-    def __init__(self, sides: tuple[Run, Run], parameter: Parameter) -> None:
+    def __init__(self, sides: tuple[Run, Run], by: str, width: float) -> None:
         self._above, self._below = (side.fields for side in sides)
-        self._parameter = parameter
+        self._by, self._width = by, width
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._above)
@@ -270,8 +280,8 @@ class FieldDerivatives(Mapping[str, "xr.Dataset"]):
     def __getitem__(self, name: str) -> xr.Dataset:
         above, below = self._above[name], self._below[name]
         numbers = [key for key, data in above.data_vars.items() if data.dtype.kind == "f"]
-        made = (above[numbers] - below[numbers]) / self._parameter.width
-        return made.assign_attrs(by=self._parameter.name)
+        made = (above[numbers] - below[numbers]) / self._width
+        return made.assign_attrs(by=self._by)
 
 
 def _largest(values: Any) -> float:

@@ -21,8 +21,10 @@ from shellmb.sensitivity.parameters import (
     beside,
     differentiated,
     independent,
+    next_to,
     parameters_of,
     widened,
+    without_effect,
 )
 from shellmb.sensitivity.record import ABOUT, RUN, SIDES, Sensitivities, side_folder
 
@@ -86,14 +88,14 @@ def sensitivities(
     chosen = parameters_of(made, parameters, scales)
     if columns not in COLUMNS:
         raise SceneError(f"sensitivities: columns is '{columns}'; it must be 'all' or 'probes'")
-    base = made.scene()
+    base = made.base()
     _refuse(base, at)
     if base.controllers or base.all_events:
         # their sensors may read any column
         fields, columns = fields and columns == "all", "all"
     scenes = {p: beside(made, base, p) for p in widened(chosen, base)}
     said = [
-        f"nothing depends on '{p.name}' near {p.value:g}: its derivatives are zero"
+        without_effect(p, base, above)
         for p, (above, below) in scenes.items()
         if independent(above, below)
     ]
@@ -184,10 +186,11 @@ def _execute(
     def make(run: Simulation) -> list[Pair]:
         for p, both in scenes.items():
             _check_room(run, len(sides), len(scenes))
-            sides[p] = [
-                Side(scene, directory / side_folder(p.name, side), columns, fields, run)
-                for scene, side in zip(both, SIDES, strict=True)
-            ]
+            with next_to(p):
+                sides[p] = [
+                    Side(scene, directory / side_folder(p.name, side), columns, fields, run)
+                    for scene, side in zip(both, SIDES, strict=True)
+                ]
             saved.extend(side.saved for side in sides[p])
         return [Pair(p, above.shadow, below.shadow) for p, (above, below) in sides.items()]
 
@@ -216,6 +219,7 @@ def _execute(
         about = {
             "scene": base.name,
             "parameters": [asdict(p) for p in scenes],
+            "independent": [p.name for p, both in scenes.items() if independent(*both)],
             "columns": columns,
             "fields": fields,
             "warnings": said,

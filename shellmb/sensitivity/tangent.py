@@ -28,7 +28,7 @@ import numpy.typing as npt
 
 from shellmb.errors import ConvergenceError
 from shellmb.native.operations import operations
-from shellmb.sensitivity.events import check_begun, ends
+from shellmb.sensitivity.events import Corners, check_begun, ends
 from shellmb.sensitivity.guess import Guess
 from shellmb.sensitivity.parameters import STEP, Parameter
 from shellmb.sensitivity.saved import SavedSide
@@ -76,6 +76,7 @@ class Pair:
         both: Unknowns at both sides, from `begin` on.
         vectors: Right-hand side of the next update, and place for it.
         centre: Moves the states of both sides so that their mean is the state of the run.
+        corners: Looks for corners of functions of time.
     """
 
     parameter: Parameter
@@ -84,6 +85,7 @@ class Pair:
     guess: Guess = field(default_factory=Guess)
     contraction: float = 1.0
     kinks: list[float] = field(default_factory=list)
+    corners: Corners = field(init=False)
 
     def begin(self, run: Simulation, u: Floats, sizes: Sizes) -> None:
         """Take the unknowns of the run, whose values change, and how their sizes are compared."""
@@ -134,6 +136,8 @@ class Tangents(Silent):
         self.pairs = list(self._make(simulation))
         for pair in self.pairs:
             pair.kinks += self._kinks.get(pair.parameter.name, [])
+            scenes = pair.above.simulation.scene, pair.below.simulation.scene
+            pair.corners = Corners(simulation, pair.parameter, scenes)
         system, scene = simulation.problem.system, simulation.scene
         self._kinked = bool(scene.contacts or scene.force_elements or scene.controllers)
         sizes = Sizes(system, _of_lengths(simulation))
@@ -152,6 +156,7 @@ class Tangents(Silent):
         step, others = simulation.last, []
         self._now[:] = simulation.problem.system.x.array_r
         for pair in self.pairs:
+            self.said += pair.corners.met(step.t, step.dt)
             for side in pair.sides:
                 side.begin(step.t, step.dt)
                 side.take_pairs(simulation)
@@ -249,9 +254,10 @@ class Tangents(Silent):
                 break
             before = now or 1.0
         else:
+            why = self.said[-1] if self.said else "use smaller steps"
             raise ConvergenceError(
                 f"sensitivities: the derivatives by '{pair.parameter.name}' do not converge at "
-                f"t = {last.t:g} (last relative change {now:.1e}); use smaller steps",
+                f"t = {last.t:g} (last relative change {now:.1e}); {why}",
                 None,
                 {},
             )

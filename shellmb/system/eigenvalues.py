@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from shellmb.arrays import Floats
-from shellmb.errors import ConvergenceError
+from shellmb.errors import ConvergenceError, TooFewModesError
 from shellmb.system.direct.mumps import MUMPS_OPTIONS, new_prefix
 
 # Eigenvalues of multipliers are infinite, and come out as large ones, of either sign or in complex
@@ -74,9 +74,7 @@ def eigenpairs(
         if size < LARGE or (size < INFINITE and _left(value, vector, imaginary, K, M) < FALSE):
             pairs.append((value, imaginary if value.imag < 0 else vector))
     if len(pairs) < count:
-        raise ConvergenceError(
-            f"modes: count is {count}; there are {len(pairs)} modes, request no more"
-        )
+        raise TooFewModesError(count, len(pairs))
     pairs.sort(key=lambda pair: (pair[0].real, -pair[0].imag))
     kept = pairs[:count]
     return np.array([value for value, _ in kept]), [vector for _, vector in kept]

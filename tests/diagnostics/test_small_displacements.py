@@ -2,12 +2,14 @@
 
 import re
 from functools import partial
+from pathlib import Path
 
 import pytest
 
 import shellmb as sm
 from tests import scenes
 
+ROOT = Path(__file__).parents[2]
 L, B, H = 1.0, 0.1, 0.01
 SECTION = sm.Isotropic(E=1e9, nu=0.0, thickness=H, density=1000.0)
 
@@ -74,3 +76,25 @@ def test_what_vibrates_does_not_spin(spins):
         t_end=0.05,
     )
     assert any("spins at" in w for w in sm.run(scene).warnings) == spins
+
+
+@pytest.mark.slow
+def test_ranks_say_the_same_of_bodies_in_modes(mpirun):
+    """The kind: matrices have columns of other ranks' nodes, more than those a body has here."""
+    source = f"""
+import sys
+sys.path.append({str(ROOT)!r})
+import warnings
+from mpi4py import MPI
+import shellmb as sm
+from shellmb.options.run import Options
+from tests.sensitivity.test_events import latching
+
+warnings.simplefilter("ignore")
+run = sm.run(Options(model="modal:4").apply(latching()), pictures=False)
+if MPI.COMM_WORLD.rank == 0:
+    print(*run.warnings, sep="\\n")
+"""
+    one, two = (mpirun(n, "-c", source).strip().splitlines() for n in (1, 2))
+    assert any("is reduced to modes and squares of its displacements" in said for said in one)
+    assert two == one

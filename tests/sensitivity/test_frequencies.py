@@ -43,3 +43,38 @@ def test_equal_frequencies_have_no_derivative() -> None:
     with pytest.warns(sm.ShellmbWarning, match=r"frequencies 1, 2 nearly coincide"):
         found = sm.frequency_sensitivities(bar, ("size",), count=2)
     assert found["size"].isna().all()
+
+
+@pytest.mark.parametrize(("second", "simple"), [(100.3, True), (100.1, False)])
+def test_scenes_with_few_frequencies(second: float, simple: bool) -> None:
+    """There is none behind the last one, which says whether that is simple."""
+
+    def masses(stiffness: float = 100.0, mass: float = 1.0) -> sm.Scene:
+        body = {"mass": mass, "inertia": (1, 1, 1)}
+        names, stiffnesses = ("a", "b"), (stiffness, second)
+        return sm.Scene(
+            "masses",
+            rigid_bodies=[sm.RigidBody(n, position=(k, 0, 0), **body) for k, n in enumerate(names)],
+            joints=[
+                sm.Prismatic(f"slide {n}", sm.GROUND, n, at=(k, 0, 0), axis=(0, 0, 1))
+                for k, n in enumerate(names)
+            ],
+            force_elements=[
+                sm.JointSpring(f"spring {n}", f"slide {n}", stiffness=k)
+                for n, k in zip(names, stiffnesses, strict=True)
+            ],
+            scheme="ep",
+            dt=0.1,
+            t_end=0.1,
+        )
+
+    if not simple:
+        with pytest.warns(sm.ShellmbWarning, match="frequencies 1, 2 nearly coincide"):
+            assert sm.frequency_sensitivities(masses, ("mass",)).mass.isna().all()
+        return
+    found = sm.frequency_sensitivities(masses, ("stiffness", "mass"))
+    exact = np.sqrt([100.0, second]) / (2 * np.pi)
+    # the square of the distance of both sides, 1e-8
+    np.testing.assert_allclose(found.frequency, exact, rtol=1e-9)
+    np.testing.assert_allclose(found.mass, -exact / 2, rtol=1e-7)
+    np.testing.assert_allclose(found.stiffness, [exact[0] / 200, 0.0], rtol=1e-7, atol=1e-9)

@@ -13,7 +13,7 @@ from shellmb.scene.values.validate import show
 if TYPE_CHECKING:
     from shellmb.scene.description import Description
 
-__all__ = ["check_control", "corners", "jumps"]
+__all__ = ["check_control", "corners", "functions_of_time", "jumps"]
 
 # relative difference of values before and after a time from which on it is a jump, no round-off
 LEAP = 1e-9
@@ -66,7 +66,7 @@ def corners(scene: Description) -> tuple[float, ...]:
     Args:
         scene: The scene.
     """
-    return _within(scene, (t for f in _functions(scene) for t in _corners(f)))
+    return _within(scene, (t for f in functions_of_time(scene) for t in _corners(f)))
 
 
 def jumps(scene: Description) -> tuple[float, ...]:
@@ -75,11 +75,16 @@ def jumps(scene: Description) -> tuple[float, ...]:
     Args:
         scene: The scene.
     """
-    return _within(scene, (t for f in _functions(scene) for t in _corners(f) if _leaps(f, t)))
+    every = ((f, t) for f in functions_of_time(scene) for t in _corners(f))
+    return _within(scene, (t for f, t in every if _leaps(f, t)))
 
 
-def _functions(scene: Description) -> list[Any]:
-    """Functions of time of loads and of motions that are prescribed."""
+def functions_of_time(scene: Description) -> list[Any]:
+    """Functions of time of loads and of motions that are prescribed, others among them.
+
+    Args:
+        scene: The scene.
+    """
     functions: list[Any] = [load.time for load in scene.loads]
     for support in scene.supports:
         if isinstance(support, Fixed):

@@ -100,7 +100,7 @@ def adjoint(
         )
     chosen = parameters_of(made, parameters, scales) if parameters else ()
     places = tuple(map(_place, [fields] if isinstance(fields, str) else fields))
-    given = made.scene()
+    given = made.base()
     _refuse(given, places)
     check_objective(objective, given)
     base = varying(given, places)
