@@ -33,12 +33,14 @@ class PartScale:
         title: Its name in messages.
         scale: Size below which a value counts as small.
         advice: What to try if it does not converge.
+        idle: Whether these are forces of constraints, which do no work.
     """
 
     name: str
     title: str
     scale: float
     advice: str
+    idle: bool = False
 
 
 @dataclass(frozen=True)

@@ -67,8 +67,8 @@ class PartSizes(Protocol):
     Attributes:
         table: Changes of all parts, and their sizes, which give way to relative changes; shape
             (2, parts).
-        found: Largest relative change, how far the largest motion went relative to its scale, and
-            whether one reached its bound.
+        found: Largest relative change, how far the largest motion went relative to its scale,
+            whether one reached its bound, and the largest relative change by its weight.
     """
 
     table: Floats
@@ -164,7 +164,9 @@ class Operations(Protocol):
         """Bring nearly orthonormal directors to length one and right angles, in place."""
         ...
 
-    def part_sizes(self, ends: Ints, entries: Ints, scales: Floats, bounds: Floats) -> PartSizes:
+    def part_sizes(
+        self, ends: Ints, entries: Ints, scales: Floats, bounds: Floats, weights: Floats
+    ) -> PartSizes:
         """Sizes of parts of unknowns.
 
         Args:
@@ -172,6 +174,7 @@ class Operations(Protocol):
             entries: Unknowns of all parts.
             scales: Scale of each part.
             bounds: Change of each part that is too large.
+            weights: What relative changes of each part count.
         """
         ...
 

@@ -34,9 +34,11 @@ class Loops:
         """Bring nearly orthonormal directors to length one and right angles."""
         self._lib.normalise(len(d), d.shape[1] // 3, native.doubles(d))
 
-    def part_sizes(self, ends: Ints, entries: Ints, scales: Floats, bounds: Floats) -> PartSizes:
+    def part_sizes(
+        self, ends: Ints, entries: Ints, scales: Floats, bounds: Floats, weights: Floats
+    ) -> PartSizes:
         """Sizes of parts of unknowns."""
-        return _PartSizes(ends, entries, scales, bounds)
+        return _PartSizes(ends, entries, scales, bounds, weights)
 
     def shares(
         self, ends: Ints, entries: Ints, weights: tuple[Floats, Floats, Floats], little: float
@@ -124,12 +126,14 @@ class _Shares:
 
 
 class _PartSizes:
-    def __init__(self, ends: Ints, entries: Ints, scales: Floats, bounds: Floats) -> None:
+    def __init__(
+        self, ends: Ints, entries: Ints, scales: Floats, bounds: Floats, weights: Floats
+    ) -> None:
         count, self._lib = len(scales), native.cells().lib
-        self.table, self.found = np.zeros((2, count)), np.zeros(3)
-        self._kept = ends, entries, scales, bounds
+        self.table, self.found = np.zeros((2, count)), np.zeros(4)
+        self._kept = ends, entries, scales, bounds, weights
         self._where = count, native.longs(ends), native.longs(entries)
-        tables = map(native.doubles, (scales, bounds, self.table, self.found))
+        tables = map(native.doubles, (scales, bounds, weights, self.table, self.found))
         self._relate = count, *tables
 
     def largest(self, values: Floats, out: Floats) -> None:

@@ -73,9 +73,11 @@ class Reference:
             v = _nearer(v)
         d[:] = v.reshape(d.shape)
 
-    def part_sizes(self, ends: Ints, entries: Ints, scales: Floats, bounds: Floats) -> PartSizes:
+    def part_sizes(
+        self, ends: Ints, entries: Ints, scales: Floats, bounds: Floats, weights: Floats
+    ) -> PartSizes:
         """Sizes of parts of unknowns."""
-        return _PartSizes(ends, entries, scales, bounds)
+        return _PartSizes(ends, entries, scales, bounds, weights)
 
     def shares(
         self, ends: Ints, entries: Ints, weights: tuple[Floats, Floats, Floats], little: float
@@ -193,10 +195,12 @@ class _Shares:
 
 
 class _PartSizes:
-    def __init__(self, ends: Ints, entries: Ints, scales: Floats, bounds: Floats) -> None:
+    def __init__(
+        self, ends: Ints, entries: Ints, scales: Floats, bounds: Floats, weights: Floats
+    ) -> None:
         self._parts = [entries[a:b] for a, b in itertools.pairwise(ends)]
-        self._scales, self._bounds = scales, bounds
-        self.table, self.found = np.zeros((2, len(scales))), np.zeros(3)
+        self._scales, self._bounds, self._weights = scales, bounds, weights
+        self.table, self.found = np.zeros((2, len(scales))), np.zeros(4)
 
     def largest(self, values: Floats, out: Floats) -> None:
         """Largest absolute value of each part."""
@@ -220,7 +224,8 @@ class _PartSizes:
         sizes[:] = self._relative(sizes, changes)
         bounded = np.isfinite(self._bounds)
         moved = (changes[bounded] / self._scales[bounded]).max(initial=0.0)
-        self.found[:] = sizes.max(initial=0.0), moved, np.any(~(changes < self._bounds))
+        most, weighted = (rows.max(initial=0.0) for rows in (sizes, self._weights * sizes))
+        self.found[:] = most, moved, np.any(~(changes < self._bounds)), weighted
 
     def relative(self, sizes: Floats, changes: Floats) -> Floats:
         """Largest relative changes of bounded parts and of others for each row."""

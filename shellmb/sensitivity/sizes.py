@@ -49,7 +49,7 @@ class Sizes:
         shares = np.where(moves, 1.0, FORCES)
         shares[[p.name in untested for p, _ in found]] = 0.0
         ends = np.append(0, np.cumsum(counts)).astype(np.int64)
-        self._parts = operations().part_sizes(ends, entries, scales, bounds)
+        self._parts = operations().part_sizes(ends, entries, scales, bounds, np.ones(len(found)))
         weights = 1.0 / scales, shares / scales, LEAST * moves / scales
         self.shares = operations().shares(ends, entries, weights, SMALL)
 

@@ -221,6 +221,7 @@ class Problem:
                 math.inf if jump else p.scale,
                 p.advice,
                 DIVERGED * p.scale if p.name in body.kinematic and not jump else math.inf,
+                p.idle,
             )
             for p in body.parts
         )

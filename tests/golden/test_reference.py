@@ -142,7 +142,8 @@ def test_sizes_of_parts_are_alike(spoilt: float) -> None:
         sizes.judge(*(PETSc.Vec().createWithArray(each) for each in values[:2]))
         return [table, *apart, sizes.table, sizes.found, sizes.relative(table[0], table[1:])]
 
-    parts = [ops.part_sizes(ends, entries, scales, bounds) for ops in (Loops(), Reference())]
+    given = ends, entries, scales, bounds, np.array([1.0, 0.3, 0.01])
+    parts = [ops.part_sizes(*given) for ops in (Loops(), Reference())]
     for one, other in zip(*map(all_of, parts), strict=True):
         np.testing.assert_array_equal(one, other)
 

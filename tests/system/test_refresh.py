@@ -1,7 +1,16 @@
 """When factorisations are kept, and when an iteration has converged."""
 
+from types import SimpleNamespace
+from typing import Any
+
+from mpi4py import MPI
+from petsc4py import PETSc
+
+import numpy as np
 import pytest
 
+from shellmb.system.assembly.fields import Part
+from shellmb.system.newton.convergence import IDLE, Convergence
 from shellmb.system.newton.refresh import FAR, REFRESH, RESTS, Modified
 
 TOLERANCE = 1e-9
@@ -205,6 +214,48 @@ def test_errors_are_squared_by_factorisations_at_both_states() -> None:
     for update, done in ((1e-4, False), (1e-10, True)):
         policy.factorised(8.0)
         assert policy.converged(update, 0.0, TOLERANCE) is done
+
+
+def test_forces_of_constraints_may_be_less_exact_than_motions() -> None:
+    """The error left behind counts weights; contraction is that of whatever contracts slower."""
+
+    def ends(motions: float, weight: float) -> int:
+        policy = REFRESH["auto"]()
+        policy.begin("a")
+        policy.factorised(30.0)
+        for n in range(20):
+            force, motion = 1e-3 / 1e3**n, 1e-5 * motions**n
+            weighted = max(weight * force, motion)
+            if policy.converged(max(force, motion), 0.0, TOLERANCE, weighted):
+                return n
+        raise AssertionError("not converged")
+
+    # forces have 1e-15/0.999 left behind the third update, a little more than the bound
+    assert (ends(1e-3, 1.0), ends(1e-3, 0.1)) == (4, 3)
+    # motions have 7e-13 left behind the fourth one
+    assert (ends(0.02, 1.0), ends(0.02, 0.1)) == (5, 5)
+
+
+@pytest.mark.parametrize(("force", "weight"), [("multiplier", IDLE), ("stress", 1.0)])
+def test_forces_of_constraints_count_less_unless_bodies_have_resultants(
+    force: str, weight: float
+) -> None:
+    """Stiff bodies show in their resultants, and in forces of joints, whether motions are exact."""
+    places = [np.array([k], np.int32) for k in range(3)]
+    parts = (
+        Part("motion", places[0], 1.0, "", bound=1e3),
+        Part("multiplier", places[1], 1.0, "", idle=True),
+        Part(force, places[2], 1.0, "", idle=force == "multiplier"),
+    )
+    numbering = SimpleNamespace(by_field=[np.arange(3)], start=0, owned=3)
+    system: Any = SimpleNamespace(
+        comm=MPI.COMM_SELF, fields=[SimpleNamespace(parts=parts)], numbering=numbering
+    )
+    convergence, x = Convergence(system), PETSc.Vec().createWithArray(np.ones(3))
+    for change, found in (((0, 1e-6, 0), weight * 1e-6), ((1e-6, 0, 0), 1e-6)):
+        update = PETSc.Vec().createWithArray(np.array(change, float))
+        largest, _, weighted = convergence.measure(x, update)
+        assert (largest, weighted) == (1e-6, pytest.approx(found, rel=1e-15))
 
 
 def test_a_solution_that_began_far_away_is_followed_by_a_factorisation() -> None:

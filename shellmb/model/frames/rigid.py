@@ -109,7 +109,7 @@ class RigidBodies(FrameBody):
         self.parts = (
             PartScale("u", "displacement of the rigid bodies", length, _ADVICE),
             PartScale("w", "directors of the rigid bodies", 1.0, _ADVICE),
-            PartScale("lam", "director multipliers of the rigid bodies", 1e-3, _ADVICE),
+            PartScale("lam", "director multipliers of the rigid bodies", 1e-3, _ADVICE, idle=True),
         )
         self.index = {b.name: k for k, b in enumerate(self.bodies)}
         self._gravity = list(gravity)

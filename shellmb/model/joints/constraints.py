@@ -83,7 +83,7 @@ class ConstraintGroup(Massless):
         sizes: float | Sequence[float] = 1.0,
         switched: bool = False,
     ) -> None:
-        title = PartScale("mu", f"multiplier of {name}", SMALL_FORCE, "a smaller step")
+        title = PartScale("mu", f"multiplier of {name}", SMALL_FORCE, "a smaller step", idle=True)
         super().__init__(name, mixed, (title,), links)
         self.jump_parts = frozenset({"mu"})
         self.nodes, self.layout = nodes, Layout(mixed.parts)

@@ -286,8 +286,8 @@ void to_values(int, int, const int64_t *, const int64_t *, const double *, const
                double *);
 void largest(int, const int64_t *, const int64_t *, const double *, double *);
 void largest_of_each(int, int64_t, int, const int64_t *, const int64_t *, const double *, double *);
-void judge(int, const int64_t *, const int64_t *, const double *, const double *, double *,
-           double *, uintptr_t, uintptr_t);
+void judge(int, const int64_t *, const int64_t *, const double *, const double *, const double *,
+           double *, double *, uintptr_t, uintptr_t);
 void relate_each(int, int, const double *, const double *, const double *, const double *,
                  double *);
 void use_petsc(void *, void *, void *, void *, void *);
@@ -298,7 +298,7 @@ void before(const Solution *, const double *, const double *, double *);
 void after(const Solution *, const double *, const double *, double *);
 void before_transposed(const Solution *, const double *, double *);
 void after_transposed(const Solution *, const double *, double *);
-void relate(int, const double *, const double *, double *, double *);
+void relate(int, const double *, const double *, const double *, double *, double *);
 void resultants(const Nodes *, int, int, const double *, double, const double *, const double *,
                 double *);
 double rotation_sums(const Nodes *, int, const double *, const double *, double *);

@@ -215,17 +215,20 @@ static double relative_to(double change, double size, double scale)
 }
 
 /* Of changes and sizes of parts, (2, parts): changes relative to the larger of sizes and scales, in
- * place of the sizes. Of what is bounded, `found` gets the largest change over its scale, too, and
- * whether a change reaches its bound. */
-void relate(int parts, const double *scales, const double *bounds, double *table, double *found)
+ * place of the sizes. `found` gets the largest of them; of what is bounded, the largest change over
+ * its scale, and whether a change reaches its bound; and the largest of all by their weights. */
+void relate(int parts, const double *scales, const double *bounds, const double *weights,
+            double *table, double *found)
 {
     double *relative = table + parts;
-    found[0] = found[1] = found[2] = 0.0;
+    found[0] = found[1] = found[2] = found[3] = 0.0;
     for (int part = 0; part < parts; ++part) {
         double change = table[part];
         relative[part] = relative_to(change, relative[part], scales[part]);
         if (relative[part] > found[0])
             found[0] = relative[part];
+        if (weights[part] * relative[part] > found[3])
+            found[3] = weights[part] * relative[part];
         if (!(change < bounds[part]))
             found[2] = 1.0;
         if (bounds[part] < INFINITY && change / scales[part] > found[1])
@@ -258,11 +261,12 @@ void relate_each(int count, int parts, const double *scales, const double *bound
 
 /* Changes of parts, and what is found of them, in one process: as of `relate`. */
 void judge(int parts, const int64_t *starts, const int64_t *places, const double *scales,
-           const double *bounds, double *table, double *found, uintptr_t x, uintptr_t dx)
+           const double *bounds, const double *weights, double *table, double *found, uintptr_t x,
+           uintptr_t dx)
 {
     largest(parts, starts, places, entries(dx, 0), table);
     largest(parts, starts, places, entries(x, 0), table + parts);
-    relate(parts, scales, bounds, table, found);
+    relate(parts, scales, bounds, weights, table, found);
 }
 
 /* From the residual to the right-hand side of the reduced system, in one process. `load`: forces of

@@ -26,6 +26,7 @@ class Part:
         scale: Size below which the values of this part count as small (its unit).
         advice: What to try when this part does not converge.
         bound: Size of an update beyond which the iteration has diverged.
+        idle: Whether these are forces of constraints, which do no work.
     """
 
     name: str
@@ -33,6 +34,7 @@ class Part:
     scale: float
     advice: str
     bound: float = math.inf
+    idle: bool = False
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,11 @@ from shellmb.native.operations import operations
 from shellmb.system.assembly.blocks import BlockSystem
 from shellmb.system.assembly.fields import Part
 
+# what relative updates of forces of constraints count in the error that a solution leaves behind:
+# these do no work. Where bodies have resultants, they count fully: of stiff bodies forces of joints
+# tell, too, whether motions are exact enough for the account of energy
+IDLE = 0.1
+
 
 class Convergence:
     """Judges an update part by part.
@@ -34,7 +39,12 @@ class Convergence:
         self._ends = np.cumsum([0, *(len(d) for d in dofs)]).astype(np.int64)
         self._scales = np.array([p.scale for p in self.parts])
         bounds = np.array([p.bound for p in self.parts])
-        self._sizes = operations().part_sizes(self._ends, self._entries, self._scales, bounds)
+        idle = np.array([p.idle for p in self.parts], bool)
+        # what follows from others has no scale
+        other = np.isinf(bounds) & np.isfinite(self._scales) & ~idle
+        weights = np.where(idle & ~np.any(other), IDLE, 1.0)
+        given = self._ends, self._entries, self._scales, bounds, weights
+        self._sizes = operations().part_sizes(*given)
         self._serial = system.comm.size == 1
         self.iterations = 0
 
@@ -42,8 +52,10 @@ class Convergence:
         """A new solution."""
         self.iterations = 0
 
-    def measure(self, x: PETSc.Vec, dx: PETSc.Vec) -> tuple[float, float]:
-        """Largest relative update of a part, and of what must not move far; on all ranks the same.
+    def measure(self, x: PETSc.Vec, dx: PETSc.Vec) -> tuple[float, float, float]:
+        """Largest relative update of a part, of what must not move far, and by weights of parts.
+
+        They are the same on all ranks.
 
         Raises:
             ConvergenceError: If the iteration diverges.
@@ -57,10 +69,10 @@ class Convergence:
             self.system.comm.Allreduce(MPI.IN_PLACE, self._sizes.table, op=MPI.MAX)
             self._sizes.relate()
         self.iterations += 1
-        largest, moved, diverged = self._sizes.found.tolist()
+        largest, moved, diverged, weighted = self._sizes.found.tolist()
         if diverged:
             raise self.error("the iteration diverged")
-        return largest, moved
+        return largest, moved, weighted
 
     def sizes(self, x: Floats, changes: Floats) -> Floats:
         """Largest relative changes of what moves and of other parts, the same on every rank.

@@ -149,14 +149,14 @@ class Iteration:
             ConvergenceError: If it diverges.
         """
         try:
-            update, moved = self.convergence.measure(x, dx)
+            update, moved, weighted = self.convergence.measure(x, dx)
         except ConvergenceError:
             if np.isfinite(self._last.norm()):
                 raise
             raise self.convergence.error(NO_NUMBER) from None
         if self.guessed and moved > ASTRAY:
             raise self.convergence.error("the first guess leads astray")
-        if self.refresh.converged(update, moved, self.settings.tolerance):
+        if self.refresh.converged(update, moved, self.settings.tolerance, weighted):
             return True
         if not self.roundoff.is_all(update, moved, self._last):
             return False

@@ -83,13 +83,16 @@ class Refresh(Protocol):
         """
         ...
 
-    def converged(self, update: float, moved: float, tolerance: float) -> bool:
+    def converged(
+        self, update: float, moved: float, tolerance: float, weighted: float | None = None
+    ) -> bool:
         """Record an update; whether the iteration may end.
 
         Args:
             update: Its size, relative to those of the parts.
             moved: How far it moved bodies, relative to their sizes.
             tolerance: Size at which the iteration ends where convergence is quadratic.
+            weighted: Its size if parts count by their weights; None: as much as `update`.
         """
         ...
 
@@ -119,7 +122,9 @@ class Full:
     def factorised(self, cost: float) -> None:
         """Remember nothing."""
 
-    def converged(self, update: float, moved: float, tolerance: float) -> bool:
+    def converged(
+        self, update: float, moved: float, tolerance: float, weighted: float | None = None
+    ) -> bool:
         """Test by the update: convergence is quadratic."""
         return update <= tolerance
 
@@ -197,6 +202,8 @@ class Modified:
     # update that round-off made at the end of a solution: of static plates it is 1e-12, and only
     # the third one of that size tells that it is nothing else
     _floor: float = field(default=0.0, init=False)
+    # size of the last update with its parts by their weights
+    _weighted: float = field(default=0.0, init=False)
     # the last update if it came from a factorisation at its own state, and whether the next does
     _exact: float | None = field(default=None, init=False)
     _fresh: bool = field(default=False, init=False)
@@ -219,7 +226,7 @@ class Modified:
         self._first_far, self._made = False, 0
         self._key = key
         self._updates, self._count, self._far = [], 0, False
-        self._exact, self._fresh = None, False
+        self._exact, self._fresh, self._weighted = None, False, 0.0
 
     def _aged(self) -> bool:
         """Decide whether the last solution took more iterations than the mean with factorisation.
@@ -245,11 +252,14 @@ class Modified:
         self._fresh = True
         self._updates = self._updates[-1:] if self._far else []
 
-    def converged(self, update: float, moved: float, tolerance: float) -> bool:
+    def converged(
+        self, update: float, moved: float, tolerance: float, weighted: float | None = None
+    ) -> bool:
         """Test by the remaining error, estimated from the contraction."""
         self._updates.append(update)
         self._count += 1
         exact, self._exact, self._fresh = self._exact, update if self._fresh else None, False
+        last, self._weighted = self._weighted, update if weighted is None else weighted
         if update == 0.0:
             return True
         squared = update <= tolerance and update**3 <= ERROR * tolerance * (exact or 0.0) ** 2
@@ -270,7 +280,10 @@ class Modified:
         if stalled and update <= FLOOR * tolerance:
             self._floor = update
         roundoff = stalled or update <= ALIKE * self._floor
-        if roundoff or (small and rho < SLOW and update * rho / (1 - rho) <= ERROR * tolerance):
+        # of motions, which count most, contraction may be another one
+        next_rho = max(rho, self._weighted / last) if last > 0 else rho
+        error = self._weighted * next_rho / (1 - next_rho) if next_rho < SLOW else math.inf
+        if roundoff or (small and error <= ERROR * tolerance):
             # as small as round-off lets it be, or small enough
             self._serve(roundoff)
             return True
@@ -344,7 +357,9 @@ class Once:
         """Note a factorisation, which serves from now on."""
         self._wanted = False
 
-    def converged(self, update: float, moved: float, tolerance: float) -> bool:
+    def converged(
+        self, update: float, moved: float, tolerance: float, weighted: float | None = None
+    ) -> bool:
         """Test by the second update, which is round-off in a linear problem."""
         self._updates += 1
         if self._updates == 1:
