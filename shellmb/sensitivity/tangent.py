@@ -46,8 +46,8 @@ Floats = npt.NDArray[np.float64]
 TOLERANCE = 1e-9
 # and beyond which derivatives are no good where it ends without progress
 USELESS = 1e-5
-# with old factors both sides are evaluated once, when the derivatives change by so little, or after
-# so many iterations: before and after that one side tells the difference, to `STEP` of it
+# with old factors both sides are evaluated once, when the derivatives will change by so little, or
+# after so many iterations: before and after that one side tells the difference, to `STEP` of it
 NEAR, ROUGH = 1e-3, 3
 # iterations with old factors, and with new ones
 PATIENCE, MOST = 12, 30
@@ -231,12 +231,15 @@ class Tangents(Silent):
         # new factors contract in this step as in the last ones; once in a while that is measured
         known = 1.0 if lags or simulation.step % TRUSTED == 0 else pair.contraction
         before = now = 1.0
-        contraction, rough, central = known, lags, False
+        # old factors contract about as they did: an update that will be near is of both sides
+        contraction, rough, central = min(known, pair.contraction), lags, False
         for count in range(1, MOST + 1):
             if count == PATIENCE:
                 # the run itself goes on with them
                 check_solution(linear.factorise())
             rough = rough and count <= ROUGH and now * min(1.0, contraction) > NEAR
+            # or of both once more, where it was not
+            central = central and now <= NEAR
             # beside a kink sides differ, and both are evaluated each time
             kind = Kind.ABOVE if rough else Kind.SINCE if central else Kind.BETWEEN
             if kind is Kind.BETWEEN:
