@@ -159,7 +159,7 @@ class AnyBoth:
 
     def rest(self, kind: Kind, rest: PETSc.Vec) -> None:
         """Find a difference of residuals."""
-        above = self._residual()
+        above = self._sides[0].residual(self._u + self.d)
         if kind is Kind.ABOVE:
             found = 2.0 * above
         elif kind is Kind.SINCE:
@@ -171,10 +171,6 @@ class AnyBoth:
             if kind is Kind.BETWEEN:
                 self._one, self._central = one, found
         rest.array[:] = self._factor * found
-
-    def _residual(self) -> Floats:
-        """Residual above."""
-        return self._sides[0].residual(self._u + self.d)
 
     def move(self, change: PETSc.Vec, taken: bool = True) -> float:
         """Take a change from `d`; its relative size."""

@@ -104,8 +104,7 @@ double update_both(const BothSides *both, const Shares *s, int kind, int taken, 
                    uintptr_t factors, const Band *band, const double *given)
 {
     rest_of(both, kind, u, factor, both->rest);
-    if (solve_for(solution, reduced, factors, band, both->rest, NULL, given,
-                  both->solution))
+    if (solve_for(solution, reduced, factors, band, both->rest, NULL, given, both->solution))
         return -1.0;
     return move_both(both, s, taken, distance, both->solution);
 }
@@ -115,10 +114,8 @@ void hold_both(const BothSides *both, const double *u)
 {
     for (int k = 0; k < 2; ++k) {
         const OneSide *side = k ? both->below : both->above;
-        const Evaluation *e = side->evaluation;
         put_side(side, both, u, k ? -1.0 : 1.0);
-        spread(e->fields, e->ends, e->arrays, e->wanted, side->x);
-        follow(e->followers, e->sizes, e->terms, e->from, e->weights, e->to);
+        give(side->evaluation, side->x);
     }
 }
 

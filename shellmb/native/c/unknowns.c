@@ -54,9 +54,9 @@ void foresee(int states, int n, const double *past, const double *weights, doubl
 }
 
 /* What polynomials through values and slopes foresee of both: of each polynomial weights of the
- * values, then of the slopes times `dt`, (polynomials, 2 states) each. `state` and `rate` are places of unknowns that belong together, the slope being so many
- * `times` the second one, of which `past` has what it is per unit of time; other places of `out`,
- * (polynomials, n), stay. */
+ * values, then of the slopes times `dt`, (polynomials, 2 states) each. `state` and `rate` are
+ * places of unknowns that belong together, the slope being so many `times` the second one, of which
+ * `past` has what it is per unit of time; other places of `out`, (polynomials, n), stay. */
 void foresee_pairs(int polynomials, int states, int n, const double *past, const double *values,
                    const double *slopes, int64_t pairs, const int64_t *state, const int64_t *rate,
                    const double *times, double dt, double *out)
@@ -148,11 +148,17 @@ static void hold(int count, const int64_t *fixed, const double *x, const double 
     }
 }
 
-/* Residual `b` at the unknowns `x`, which the fields take. */
-static void evaluate_at(const Evaluation *e, const double *x, double *b)
+/* Give the fields the unknowns `x`. */
+static void give(const Evaluation *e, const double *x)
 {
     spread(e->fields, e->ends, e->arrays, e->wanted, x);
     follow(e->followers, e->sizes, e->terms, e->from, e->weights, e->to);
+}
+
+/* Residual `b` at the unknowns `x`, which the fields take. */
+static void evaluate_at(const Evaluation *e, const double *x, double *b)
+{
+    give(e, x);
     memset(e->sums, 0, sizeof(double) * e->local);
     for (int k = 0; k < e->meshes; ++k)
         residual(e->cells[k], e->kernels[k], e->counts[k], e->sums);

@@ -26,23 +26,18 @@ def places_of_groups(numbers: Int32s) -> Int32s:
     return side_by_side(np.pad(numbers, ((0, missing), (0, 0)), constant_values=-1), LANES)
 
 
-class Kept:
-    """Numbers that are kept.
+def place_for(size: int, pointer: CArrays) -> Any:
+    """Place for numbers that are kept, for C.
 
     Args:
         size: How many.
-        pointer: Makes pointers for C.
-
-    Attributes:
-        members: Pointers to them.
+        pointer: Makes pointers.
     """
-
-    def __init__(self, size: int, pointer: CArrays) -> None:
-        self.members = {"kept": pointer(whole_lines(max(1, size), np.float64))}
+    return pointer(whole_lines(max(1, size), np.float64))
 
 
-class InnerKept:
-    """Eliminated unknowns of each cell after the projection.
+def inner_kept(rows: Int32s, columns: Int32s, outer: Ints, own: Ints, pointer: CArrays) -> Any:
+    """Eliminated unknowns of each cell after the projection, for C.
 
     Args:
         rows: Places of a cell's rows in what the rank sees, those that no other cell shares behind
@@ -50,41 +45,32 @@ class InnerKept:
         columns: The same of columns.
         outer: Numbers of those that others share, of rows and columns, shape (2, cells).
         own: Number of those that they do not, shape (cells,).
-        pointer: Makes pointers for C.
+        pointer: Makes pointers.
     """
-
-    def __init__(
-        self, rows: Int32s, columns: Int32s, outer: Ints, own: Ints, pointer: CArrays
-    ) -> None:
-        p, groups = pointer, groups_of(len(own))
-        sizes = np.zeros((3, groups * LANES), dtype=np.int64)
-        sizes[:, : len(own)] = *outer, own
-        most = sizes.reshape(3, groups, LANES).max(axis=2)
-        widths = np.ascontiguousarray(most.T)
-        numbers = [
-            _of_groups(table, count, own, width)
-            for table, count, width in zip(
-                (rows, columns), outer, (most[[0, 2]], most[[1, 2]]), strict=True
-            )
-        ]
-        kept = most[2] * most.sum(axis=0)
-        self.kept = Kept(int(kept.sum()) * LANES, pointer)
-        self._members = {
-            "groups": groups,
-            **dict(zip(("most_rows", "most_columns", "most"), widths.max(axis=0), strict=True)),
-            "widths": p(widths.astype(np.int32)),
-            "place": p(_begins(kept)),
-            "row_numbers": p(numbers[0]),
-            "row_place": p(_begins((most[0] + most[2]) * LANES)),
-            "column_numbers": p(numbers[1]),
-            "column_place": p(_begins((most[1] + most[2]) * LANES)),
-        }
-        self._pointer = pointer
-
-    @property
-    def struct(self) -> Any:
-        """For C."""
-        return self._pointer.many("Inner", [self._members | self.kept.members])
+    p, groups = pointer, groups_of(len(own))
+    sizes = np.zeros((3, groups * LANES), dtype=np.int64)
+    sizes[:, : len(own)] = *outer, own
+    most = sizes.reshape(3, groups, LANES).max(axis=2)
+    widths = np.ascontiguousarray(most.T)
+    numbers = [
+        _of_groups(table, count, own, width)
+        for table, count, width in zip(
+            (rows, columns), outer, (most[[0, 2]], most[[1, 2]]), strict=True
+        )
+    ]
+    kept = most[2] * most.sum(axis=0)
+    members = {
+        "groups": groups,
+        **dict(zip(("most_rows", "most_columns", "most"), widths.max(axis=0), strict=True)),
+        "widths": p(widths.astype(np.int32)),
+        "place": p(_begins(kept)),
+        "row_numbers": p(numbers[0]),
+        "row_place": p(_begins((most[0] + most[2]) * LANES)),
+        "column_numbers": p(numbers[1]),
+        "column_place": p(_begins((most[1] + most[2]) * LANES)),
+        "kept": place_for(int(kept.sum()) * LANES, p),
+    }
+    return p.many("Inner", [members])
 
 
 def _begins(sizes: Ints) -> Ints:

@@ -11,10 +11,10 @@ import numpy as np
 from shellmb.arrays import Bools, Floats, Int32s, Ints
 from shellmb.native import library as native
 from shellmb.native.compiling.flags import LANES
-from shellmb.native.library import CArrays, whole_lines
+from shellmb.native.library import CArrays
 from shellmb.system.assembly.loops import FormLoop, MeshCells, PlacedForm
 from shellmb.system.condensation.eliminated import elimination, find_chunks
-from shellmb.system.condensation.kept import InnerKept, Kept, groups_of, places_of_groups
+from shellmb.system.condensation.kept import groups_of, inner_kept, place_for, places_of_groups
 from shellmb.system.condensation.sparsity import CHUNK, Lists, find_runs
 from shellmb.system.nullspace.numbers import ReducedNumbers
 from shellmb.system.nullspace.prolongation import RowMap
@@ -62,7 +62,8 @@ class MeshReduction:
             name: _terms(places, of.shape[1], table.values, shared, p)
             for name, (places, of, table) in combined.items()
         }
-        self.inner: InnerKept | None = None
+        # what is eliminated of each cell after the projection, for C
+        self.inner: Any = None
         if np.any(rows >= LAST):
             self._keep_inner(rows, columns)
 
@@ -70,24 +71,25 @@ class MeshReduction:
         """Place for what is eliminated of each cell after the projection."""
         p, sizes = self.pointer, np.sum(rows >= LAST, axis=1)
         outer = np.array([np.sum((a >= 0) & (a < LAST), axis=1) for a in (rows, columns)])
-        self.inner = InnerKept(self.row_numbers, self.column_numbers, outer, sizes, p)
+        self.inner = inner_kept(self.row_numbers, self.column_numbers, outer, sizes, p)
         self._projection |= {
             "inner_size": p(sizes.astype(np.int32)),
             "outer_rows": p(outer[0].astype(np.int32)),
             "outer_columns": p(outer[1].astype(np.int32)),
-            "inner": self.inner.struct,
+            "inner": self.inner,
         }
 
     def find_pattern(self) -> tuple[Int32s, Int32s]:
         """Entries that are not always zero, at a state in general position.
 
         Returns:
-            Their rows and columns, in the order in which `assemble` gives their values.
+            Their rows and columns, in the order in which assemblies give their values.
         """
         self._layout()
         width = self.column_numbers.shape[1]
         size = self.row_numbers.shape[1] * width
         projection = self.pointer.many("Projection", [self._projection])
+        loop, doubles, blocks = self.loop, native.doubles, native.doubles(self._blocks)
         # short integers, and one list for cells that have the same entries: of 64x64 elements there
         # are 26 million entries in ED
         none = np.zeros(0, dtype=np.int32)
@@ -97,7 +99,8 @@ class MeshReduction:
         for first in range(0, self.cells.count, CHUNK):
             last = min(first + CHUNK, self.cells.count)
             values = np.empty((last - first) * size)
-            self._run(projection, first, last, values)
+            where = projection, first, last, blocks, doubles(values), doubles(None), doubles(None)
+            check(self.lib.jacobian(self.struct, loop.kernels, loop.count, *where))
             found = (values != 0.0).reshape(last - first, size)
             cell, entry = np.nonzero(found)
             lists.add(found)
@@ -107,7 +110,7 @@ class MeshReduction:
         return np.concatenate(rows), np.concatenate(columns)
 
     def emit(self) -> None:
-        """From now on `assemble` gives its entries in their order."""
+        """From now on assemblies give its entries in their order."""
         p, lists = self.pointer, self._emitted
         self._projection["list"] = p(np.array([*lists.of_cell, 0], dtype=np.int32))
         self._projection["emitted_offsets"] = p(np.array(lists.offsets, dtype=np.int32))
@@ -116,7 +119,7 @@ class MeshReduction:
         self._complete()
 
     def add_at(self, places: Int32s, first: Bools) -> None:
-        """From now on `assemble` adds its entries up.
+        """From now on assemblies add its entries up.
 
         Args:
             places: Place of each among the values.
@@ -129,6 +132,7 @@ class MeshReduction:
     def _complete(self) -> None:
         """All is known."""
         del self._emitted
+        self._projection["kept"] = self._kept
         self.projection = self.pointer.many("Projection", [self._projection])
 
     def _layout(self) -> None:
@@ -142,13 +146,8 @@ class MeshReduction:
         self.struct = cells.struct(self.loop, **members)
         self._blocks = np.full(max(1, members["block_size"] * cells.count), np.nan)
         width = groups_of(cells.count) * LANES
-        self._kept = Kept(members["kept_size"] * width, self.pointer)
-        self._eliminated_size = max(1, (cells.size - cells.shared) * width)
-
-    def _run(self, projection: Any, first: int, last: int, values: Floats) -> None:
-        p, loop = native.doubles, self.loop
-        where = (projection, first, last, *map(p, (self._blocks, values, None, None)))
-        check(self.lib.jacobian(self.struct, loop.kernels, loop.count, *where))
+        self._kept = place_for(members["kept_size"] * width, self.pointer)
+        self._eliminated_size = (cells.size - cells.shared) * width
 
     def jacobian(self, values: Floats) -> dict[str, Any]:
         """Members for C, which puts entries of the reduced matrix into `values`."""
@@ -165,7 +164,6 @@ class MeshReduction:
 
     def for_solution(self) -> Any:
         """Data of this mesh for solutions in C with the reduced matrix."""
-        self.projection = self.pointer.many("Projection", [self._projection | self._kept.members])
         self._members = {
             "cells": self.struct,
             "projection": self.projection,
@@ -177,7 +175,7 @@ class MeshReduction:
 
     def beside(self) -> Any:
         """Data for a solution beside others: what one keeps between its passes is its own."""
-        eliminated = self.pointer(whole_lines(self._eliminated_size, np.float64))
+        eliminated = place_for(self._eliminated_size, self.pointer)
         return self.pointer.many("Part", [{**self._members, "eliminated": eliminated}])
 
     def reduce(self, b: Floats, change: Floats) -> None:

@@ -74,11 +74,6 @@ class Factors(Enum):
     SYMMETRIC = "MUMPS, one triangle"
     DOUBLE = "MUMPS"
 
-    @property
-    def exact(self) -> bool:
-        """Decide whether a solution with them is as exact as double precision lets it be."""
-        return self in (Factors.BANDED, Factors.SYMMETRIC, Factors.DOUBLE)
-
 
 class DirectSolver:
     """Factors of one matrix, analysed once and made anew as often as it changes.
@@ -118,13 +113,12 @@ class DirectSolver:
         reduced = scales is not None
         self._options = {**mumps_options(A.getSize()[0], reduced, A.comm.size), **options}
         self._large = A.getSize()[0] >= SMALL_SYSTEM
-        self._exact = Factors.SYMMETRIC if self._large and reduced else Factors.DOUBLE
         self._values, self._band = values, list[BandedFactors]()
         plain = A.comm.size == 1 and A.getSize()[0] < PLAIN_SYSTEM
-        self._use(self._exact)
+        self._use(Factors.SYMMETRIC if self._large and reduced else Factors.DOUBLE)
         if reduced and not self._large:
             self._use(Factors.PLAIN if plain else self._with_pivots())
-        if not self.factors.exact:
+        if self.factors is Factors.PLAIN:
             self._rest, self._change, self._scaled = (A.createVecRight() for _ in range(3))
             self._units = self._rest.duplicate()
             self._units.array[:] = 1.0 / np.asarray(scales)
@@ -164,8 +158,9 @@ class DirectSolver:
         if self._band:
             # a matrix that has no such factors is no reason to do without those of the next one
             self.factors = Factors.BANDED
-        if purpose is Purpose.EXACT and not self.factors.exact:
-            self._use(self._exact)
+        if purpose is Purpose.EXACT and self.factors is Factors.PLAIN:
+            # without pivots they are only as exact as `PLAIN_ERROR`
+            self._use(Factors.DOUBLE)
         recycled = purpose is Purpose.ONE and self._paying and self._large
         return self._factorise(recycled)
 
