@@ -68,5 +68,5 @@ def test_solutions_at_once_are_those_one_by_one() -> None:
     for vector, several in zip(given, found, strict=True):
         linear.solve(vector, one, False)
         error = np.abs(one.array_r - several.array_r).max() / np.abs(one.array_r).max()
-        # of single precision, which a thin plate enlarges: 6e-6 was seen with 32x32 elements
-        assert error <= 6e-5
+        # round-off, which a thin plate enlarges: 1e-14 was seen with 32x32 elements
+        assert error <= 1e-13
