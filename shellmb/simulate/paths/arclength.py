@@ -375,7 +375,10 @@ class PathSteps:
         system.gather()
         unknowns = system.global_values(held), np.array(system.x.array_r)
         ends, metric = (self.here, self.ahead), self.moving / self._scale**2
-        found = locate(ends, unknowns, metric, self.whole)
+        try:
+            found = locate(ends, unknowns, metric, self.whole)
+        except ConvergenceError:
+            found = None
         self.bordered.hold(unknowns[1], self.ahead.factor)
         return found
 

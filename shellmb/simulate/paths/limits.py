@@ -13,7 +13,6 @@ from typing import NamedTuple
 import numpy as np
 
 from shellmb.arrays import Floats
-from shellmb.errors import ConvergenceError
 from shellmb.simulate.paths.branches import PathState, cubic, limit_point
 from shellmb.system.direct.linear import Unreduced
 from shellmb.system.direct.mumps import new_prefix
@@ -101,19 +100,10 @@ def locate(
 
     Returns:
         The point; None if there is none to be found.
+
+    Raises:
+        ConvergenceError: If a matrix on the way is singular.
     """
-    try:
-        return _located(ends, unknowns, metric, whole)
-    except ConvergenceError:
-        return None
-
-
-def _located(
-    ends: tuple[PathState, PathState],
-    unknowns: tuple[Floats, Floats],
-    metric: Floats,
-    whole: Whole,
-) -> Limit | None:
     (a, b), dot = ends, whole.dot
     normal = metric * a.tangent
     h, point = b.t - a.t, limit_point(a, b)
