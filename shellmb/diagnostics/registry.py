@@ -11,6 +11,7 @@ from shellmb.diagnostics.drift import Drift
 from shellmb.diagnostics.elements.bulging import Bulging
 from shellmb.diagnostics.elements.folded import Folded
 from shellmb.diagnostics.elements.locked import Locked
+from shellmb.diagnostics.elements.unresisted import UnresistedMotions
 from shellmb.diagnostics.energy_law import EnergyLaw
 from shellmb.diagnostics.forces.alternating import Alternating
 from shellmb.diagnostics.forces.between import Between
@@ -38,6 +39,7 @@ WATCHES: tuple[type[Watch], ...] = (
     LargeTurns,
     Folded,
     Locked,
+    UnresistedMotions,
     Bulging,
     Unstable,
     PathEnd,

@@ -59,6 +59,13 @@ FAULTS: tuple[Fault, ...] = (
         (f"{BOUNDS}[round-off]",),
     ),
     Fault(
+        "motions that elements hardly resist are not said",
+        f"{WATCHES}/elements/unresisted.py",
+        "BOUND = 0.02",
+        "BOUND = 0.04",
+        ("tests/diagnostics/test_unresisted.py::test_what_is_said_is_what_is_false[0.0001-mesh2]",),
+    ),
+    Fault(
         "forces that alternate are not said",
         f"{WATCHES}/forces/alternating.py",
         "SHARE = 0.1",

@@ -26,6 +26,11 @@ from shellmb.model.shells.shell import ShellModel
 MOST = 0.3
 # strains relative to the largest ones that are none
 NONE = 1e-10
+# displacements without rigid ones that are round-off, relative to places, and what Newton's method
+# leaves, relative to all displacements
+ROUND_OFF, LEFT = 1e-12, 1e-8
+# small displacements, relative to the square root of the surface
+SMALL = 1e-6
 # so many modes are listed one by one
 LISTED = 8
 
@@ -87,9 +92,10 @@ class Unresisted:
         self._mass = values.T @ (weights[:, None] * values)
         middle = np.mean(basix.geometry(cell), axis=0)[None]
         slopes = np.concatenate([_slopes(element, middle, k) for k in (1, 2)])
-        x = space.tabulate_dof_coordinates()
-        self._tangents = np.einsum("an,cni->cai", slopes, x[nodes])
+        self._slopes, self._x = slopes, space.tabulate_dof_coordinates()[nodes]
+        self._tangents = np.einsum("an,cni->cai", slopes, self._x)
         self._area = np.linalg.norm(np.cross(self._tangents[:, 0], self._tangents[:, 1]), axis=1)
+        self._surface = self._mass.sum() * self._comm.allreduce(float(self._area.sum()))
         if not self.triangles:
             self._back = np.linalg.pinv(self._tangents)
             self._motions = _without_strains(element, self._mass)
@@ -104,6 +110,47 @@ class Unresisted:
         sizes = np.array([self._size(self._within(u)), self._size(u)])
         self._comm.Allreduce(MPI.IN_PLACE, sizes)
         return float(min(1.0, sizes[0] / sizes[1])) if sizes[1] > 0 else 0.0
+
+    def shares(self, q: Floats, small: bool) -> Floats:
+        """Mean squares of a displacement of quadrilaterals, but for rigid motions; collective.
+
+        Args:
+            q: Local array of the displacement.
+            small: Whether it counts as a small one, whatever its size.
+
+        Returns:
+            Of the part that they hardly resist, and of all of it, m^2.
+        """
+        u, x = q[self._places], self._x
+        far = np.array([np.abs(part).max(initial=0.0) for part in (u, x)])
+        self._comm.Allreduce(MPI.IN_PLACE, far, op=MPI.MAX)
+        if far[0] == 0:
+            return np.zeros(2)
+        factor = SMALL * np.sqrt(self._surface) / far[0] if small else 1.0
+        u = factor * u
+        # along the lines of the element as they are now, and in their units
+        now = np.linalg.pinv(np.einsum("an,cni->cai", self._slopes, x + u))
+        own = np.einsum("cni,cia->cna", x + u, now) - np.einsum("cni,cia->cna", x, self._back)
+        within = self._within(np.einsum("cna,cai->cni", own, self._tangents))
+        sizes = np.array([self._size(within), self._size(self._strained(u))])
+        self._comm.Allreduce(MPI.IN_PLACE, sizes)
+        sizes /= self._surface
+        least = max(LEFT * factor * far[0], ROUND_OFF * far[1])
+        return sizes / factor**2 if sizes[1] > least**2 else np.zeros(2)
+
+    def _strained(self, u: Floats) -> Floats:
+        """Displacement less the rigid motion next to it, turned back by its rotation."""
+        weights = self._mass.sum(axis=1) * self._area[:, None]
+        x, y = self._x, self._x + u
+        one = np.ones((*x.shape[:2], 1))
+        both = np.concatenate([one, x], axis=2), np.concatenate([one, y], axis=2)
+        sums = np.einsum("cn,cni,cnj->ij", weights, *both)
+        self._comm.Allreduce(MPI.IN_PLACE, sums)
+        sums /= sums[0, 0]
+        at, to = sums[1:, 0], sums[0, 1:]
+        left, _, right = np.linalg.svd(sums[1:, 1:] - np.outer(at, to))
+        left[:, 2] *= np.linalg.det(left @ right)
+        return np.asarray((y - to) @ (left @ right).T - (x - at))
 
     def _within(self, u: Floats) -> Floats:
         if self.triangles:
