@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import warnings
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -10,6 +11,7 @@ from mpi4py import MPI
 
 import numpy as np
 
+from shellmb.errors import ShellmbWarning
 from shellmb.native.later import known_forms
 from shellmb.observers.probes import plain_spot
 from shellmb.running.execute import RunResult, execute
@@ -21,6 +23,7 @@ from shellmb.sensitivity.adjoint.places import Place
 from shellmb.sensitivity.adjoint.steps import Steps, copied, starts
 from shellmb.sensitivity.adjoint.sweep import Sweep, weighed
 from shellmb.sensitivity.adjoint.transposed import Covector
+from shellmb.sensitivity.events import Corners
 from shellmb.sensitivity.parameters import Parameter
 from shellmb.sensitivity.shadow import Shadow, check_alike
 from shellmb.simulate.simulation import Simulation
@@ -97,6 +100,10 @@ def _by_parameter(run: Simulation, sweep: Sweep, parameter: Parameter, *scenes: 
         work.append(weighed(Shadow(simulation, [], forces=False), sweep.kept))
         del simulation
         gc.collect()
+    corners = Corners(run, parameter, (scenes[0], scenes[1]))
+    for step in reversed(sweep.kept):
+        for said in corners.met(step.t, step.dt):
+            warnings.warn(f"adjoint: {said}", ShellmbWarning, stacklevel=2)
     above, below = ends
     start = sum(float(w @ (above[key] - below[key])) for key, w in sweep.covector.items())
     total: float = run.model.comm.allreduce(start - (work[0] - work[1]))
@@ -114,7 +121,8 @@ def _backwards(
     simulation = run.simulation
     names = [probe.name for probe in simulation.scene.probes]
     history = {name: run.column(name) for name in ("t", *names)}
-    value, slope = evaluated(objective, history), slopes(objective, history)
+    value = evaluated(objective, history)
+    slope = slopes(objective, history, value)
     shells = simulation.model.shells
     found = [(p.body, changes(shells[p.body], p.name)) for p in places]
     sweep = Sweep(simulation, found, bool(both))

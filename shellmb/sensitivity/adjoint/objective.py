@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
 
 from shellmb.arrays import Floats
-from shellmb.errors import SceneError, ShellmbError
+from shellmb.errors import SceneError, ShellmbError, ShellmbWarning
 from shellmb.running.error_origin import in_words
 from shellmb.scene import Modal, Scene
 from shellmb.scene.lookup import listed
@@ -18,8 +19,13 @@ Objective = Callable[[Mapping[str, Floats]], float]
 
 # what a probe may measure here, as it is linear in the state
 QUANTITIES = ("displacement", "position", "velocity")
-# distance of differences, relative to the largest value of a history
-APART = 1e-4
+# distance of differences, relative to the largest value of a history; where the number is not
+# smooth over it, a closer one, which leaves ten digits
+APART, CLOSER = 1e-4, 1e-6
+# part of the changes by which those of a smooth number differ over both distances: the square of
+# the distance, times the square of the power, and round-off
+KINK = 1e-2
+WEIGHTS = np.array([weight for _, weight in FOURTH])
 
 
 def check_probes(scene: Scene) -> None:
@@ -80,6 +86,22 @@ def evaluated(objective: Objective, history: Mapping[str, Floats]) -> float:
     """The number.
 
     Raises:
+        SceneError: If it is no finite number, or another one in a second call.
+    """
+    value = _number(objective, history)
+    again = _number(objective, history)
+    if again != value:
+        raise SceneError(
+            f"adjoint: the objective is {value:.9g}, and {again:.9g} in a second call with the "
+            "same histories; it must be a function of them alone"
+        )
+    return value
+
+
+def _number(objective: Objective, history: Mapping[str, Floats]) -> float:
+    """The number at some histories, which it may change: they are copies.
+
+    Raises:
         SceneError: If it is no finite number.
     """
     copied = Histories({name: values.copy() for name, values in history.items()})
@@ -89,31 +111,89 @@ def evaluated(objective: Objective, history: Mapping[str, Floats]) -> float:
         raise
     except Exception as error:
         raise SceneError(f"adjoint: the objective fails: {in_words(error)}") from error
-    try:
-        value = float(found)
-    except (TypeError, ValueError):
-        value = np.nan
-    if not np.isfinite(value):
-        raise SceneError(f"adjoint: the objective is {found!r:.40}; it must be a finite number")
-    return value
+    plain = not isinstance(found, list | tuple) and np.asarray(found).shape == ()
+    if not (plain and np.asarray(found).dtype.kind in "fiu" and np.isfinite(found)):
+        raise SceneError(f"adjoint: the objective is {_shown(found)}; it must be a finite number")
+    return float(found)
 
 
-def slopes(objective: Objective, history: Mapping[str, Floats]) -> dict[str, Floats]:
+def _shown(found: Any) -> str:
+    """Text of what an objective returned, in few characters, without names of NumPy's numbers."""
+    return f"{found.item() if isinstance(found, np.generic) else found!r}"[:40]
+
+
+def slopes(objective: Objective, history: Mapping[str, Floats], middle: float) -> dict[str, Floats]:
     """Derivatives of the number by each value of each probe, by differences of fourth order.
+
+    Where it is not smooth over their distance, as a largest value near another one, they are taken
+    closer; a warning names histories in which it is not smooth there, too.
 
     Args:
         objective: The number as a function of the histories.
         history: Values over the steps by probe, and "t".
+        middle: The number there.
+
+    Raises:
+        SceneError: If it is no finite number beside the histories of the run.
     """
     found = {}
     for name, values in history.items():
         if name == "t":
             continue
-        size = APART * (float(np.abs(values).max()) or 1.0)
-        found[name] = np.zeros(len(values))
-        for n in range(len(values)):
-            for offset, weight in FOURTH:
-                moved = Histories({key: array.copy() for key, array in history.items()})
-                moved[name][n] += offset * size
-                found[name][n] += weight * float(objective(moved)) / size
+        for apart in (APART, CLOSER):
+            size = apart * (float(np.abs(values).max()) or 1.0)
+            beside = [_around(objective, history, name, n, size) for n in range(len(values))]
+            change = np.array(beside) - middle
+            found[name] = change @ WEIGHTS / size
+            # what starts at zero stays there, as the length of a way does
+            if _smooth(change[1:] if values[0] == 0 else change):
+                break
+        else:
+            warnings.warn(
+                f"adjoint: the objective has a kink in the history of '{name}', such as a largest "
+                "value that is reached twice, or loses digits in a sum; its derivative by that "
+                "history is a mean of several or round-off: use a smooth number, such as a mean "
+                "of high powers",
+                ShellmbWarning,
+                stacklevel=2,
+            )
     return found
+
+
+def _around(
+    objective: Objective, history: Mapping[str, Floats], name: str, n: int, size: float
+) -> list[float]:
+    """The number where one value of a history is moved.
+
+    Raises:
+        SceneError: If it is no finite number there.
+    """
+    found = []
+    for offset, _ in FOURTH:
+        moved = {**history, name: history[name].copy()}
+        moved[name][n] += offset * size
+        try:
+            with np.errstate(invalid="ignore", divide="ignore"):
+                found.append(_number(objective, moved))
+        except SceneError as error:
+            raise SceneError(
+                f"adjoint: the objective has no derivative by '{name}' at t = "
+                f"{history['t'][n]:g}, where it is {history[name][n]:g}: at "
+                f"{moved[name][n]:g}, {str(error).removeprefix('adjoint: ')}"
+            ) from error
+    return found
+
+
+def _smooth(around: Floats) -> bool:
+    """Decide whether numbers around the middle, which is zero, follow a polynomial there.
+
+    Slopes over both distances are alike, and so are curvatures, for a smooth number.
+
+    Args:
+        around: Differences from the middle, shape (values, 4), at `FOURTH`.
+    """
+    two_below, below, above, two_above = around.T
+    most = np.abs(around).max()
+    odd = (two_above - two_below) - 2 * (above - below)
+    even = (two_above + two_below) - 4 * (above + below)
+    return bool(np.all(np.abs([odd, even]) <= KINK * most))

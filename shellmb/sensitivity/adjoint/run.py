@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -14,7 +14,14 @@ from shellmb.scene import FromMode, Scene
 from shellmb.scene.loads.contacts import Faces
 from shellmb.sensitivity.adjoint.objective import Objective, check_objective, check_probes
 from shellmb.sensitivity.adjoint.places import Place, varying
-from shellmb.sensitivity.parameters import beside, differentiated, parameters_of, widened
+from shellmb.sensitivity.parameters import (
+    beside,
+    differentiated,
+    independent,
+    parameters_of,
+    widened,
+    without_effect,
+)
 
 if TYPE_CHECKING:
     from mpi4py import MPI
@@ -99,14 +106,17 @@ def adjoint(
             "leave out one of both"
         )
     chosen = parameters_of(made, parameters, scales) if parameters else ()
-    places = tuple(map(_place, [fields] if isinstance(fields, str) else fields))
+    places = _places(fields)
     given = made.base()
     _refuse(given, places)
     check_objective(objective, given)
     base = varying(given, places)
-    both = []
+    both, said = [], dict[Any, str]()
     for parameter in widened(chosen, given):
-        above, below = (varying(side, places) for side in beside(made, given, parameter))
+        sides = beside(made, given, parameter)
+        if independent(*sides):
+            said[parameter.name] = without_effect(parameter, given, sides[0])
+        above, below = (varying(side, places) for side in sides)
         both.append((parameter, above, below))
     world = MPI.COMM_WORLD if comm is None else comm
     from shellmb.sensitivity.adjoint.backwards import there_and_back
@@ -114,13 +124,34 @@ def adjoint(
     found = Adjoint(*there_and_back(base, objective, places, both, states, world, made.results))
     for parameter, *_ in both:
         if not found.parameters[parameter.name]:
-            warnings.warn(
-                f"adjoint: the objective does not depend on '{parameter.name}' near "
-                f"{parameter.value:g}: its derivative is zero",
-                ShellmbWarning,
-                stacklevel=2,
+            said.setdefault(
+                parameter.name,
+                f"the objective does not depend on '{parameter.name}' near {parameter.value:g}: "
+                "its derivative is zero",
             )
+    for body, name in places:
+        if not found.fields[body, name]["derivative"].any():
+            said[body, name] = (
+                f"the objective does not depend on '{name}' of shell '{body}': its derivative is "
+                "zero in all elements"
+            )
+    for text in said.values():
+        warnings.warn(f"adjoint: {text}", ShellmbWarning, stacklevel=2)
     return found
+
+
+def _places(fields: Any) -> tuple[Place, ...]:
+    """Fields that are differentiated by.
+
+    Raises:
+        SceneError: If they are no pairs of names, or one is named twice.
+    """
+    several = isinstance(fields, Iterable) and not isinstance(fields, str)
+    places = tuple(map(_place, fields if several else [fields]))
+    for k, place in enumerate(places):
+        if place in places[:k]:
+            raise SceneError(f"adjoint: field {tuple(place)!r} is named twice; name it once")
+    return places
 
 
 def _place(given: Any) -> Place:
