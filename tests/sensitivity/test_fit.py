@@ -141,6 +141,15 @@ def test_motions_in_residuals_are_seen(period: int, count: int) -> None:
     assert any("residuals of 'y' are not white" in said for said in fitted.warnings)
 
 
+@pytest.mark.parametrize(("size", "doubted"), [(1e-12, False), (1e-6, True)])
+def test_round_off_is_not_doubted(size: float, doubted: bool) -> None:
+    """Fits to runs without noise were told that their model lacks something."""
+    t = np.linspace(0, 10, 300)
+    x = np.random.default_rng(2).normal(size=(300, 1))
+    fitted = made([1.0], 30 * x, size * np.sin(t), None)
+    assert any("not white" in said for said in fitted.warnings) == doubted
+
+
 @pytest.mark.parametrize("count", [3, 12, 25, 200])
 def test_noise_is_not_doubted(count: int) -> None:
     """Noise of the given size, in few values and in many: less than one warning in a thousand."""

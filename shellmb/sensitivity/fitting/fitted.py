@@ -31,6 +31,9 @@ NEAR = 0.1
 # those of white noise (by Fisher's transformation, without which few values are never beyond);
 # and how many values apart they are at most
 DOUBT, APART = 4.5, 20
+# residuals over the largest value, below which they are what Newton's method leaves: such data are
+# the model's own, and no noise is expected in them
+EXACT = 1e-9
 # the sum of squares is doubted where noise has one that is as far off so seldom
 SELDOM = 1e-6
 
@@ -174,6 +177,8 @@ class Fit:
         said, table = [], self.residuals
         for name in table:
             rest = (table[name] / self._data.noise[name]).dropna().to_numpy()
+            if table[name].abs().max() <= EXACT * np.nanmax(np.abs(self._data.values[name])):
+                continue
             apart, correlation = _correlation(rest)
             if np.arctanh(min(abs(correlation), 1 - 1e-12)) * np.sqrt(len(rest)) > DOUBT:
                 those = "neighbours" if apart == 1 else f"values {apart} rows apart"
