@@ -205,7 +205,7 @@ class Corners:
         for item in list(self._functions):
             k, functions = item
             for tau in self._instants if k < self._loads else (1.0,):
-                if _bends(*(np.asarray(f(t + tau * dt), dtype=float) for f in functions)):
+                if _bends(*(float(f(t + tau * dt)) for f in functions)):
                     self._functions.remove(item)
                     what = f"load {k + 1}" if k < self._loads else "a prescribed motion"
                     yield (
@@ -223,9 +223,8 @@ def _given(function: Any) -> Callable[[float], Any] | None:
     return function if callable(function) and not isinstance(function, Signal) else None
 
 
-def _bends(here: Floats, above: Floats, below: Floats) -> bool:
+def _bends(here: float, above: float, below: float) -> bool:
     """Decide whether values at both sides of one do not mirror each other."""
-    slope = np.abs(above - below)
-    bent = np.abs(above + below - 2 * here)
-    small = SMALL * np.max(np.abs([here, above, below]))
-    return bool(np.any((bent > BENT * slope) & (bent < EVEN * slope) & (slope > small)))
+    slope, bent = abs(above - below), abs(above + below - 2 * here)
+    small = SMALL * max(abs(here), abs(above), abs(below))
+    return BENT * slope < bent < EVEN * slope and slope > small
