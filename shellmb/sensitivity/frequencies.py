@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,7 +15,6 @@ from shellmb.options.described import options_of, takes
 from shellmb.options.run import ELEMENTS, Options
 from shellmb.scene import Scene
 from shellmb.sensitivity.parameters import (
-    STEP,
     beside,
     differentiated,
     independent,
@@ -68,9 +66,7 @@ def frequency_sensitivities(
     if count < 1:
         raise SceneError(f"sensitivities: count is {count}; it must be at least 1")
     made = differentiated(scene, values, **options)
-    chosen = [
-        replace(p, step=p.step * APART / STEP) for p in parameters_of(made, parameters, scales)
-    ]
+    chosen = [p.apart(APART) for p in parameters_of(made, parameters, scales)]
     base = made.base()
     scenes = {p: beside(made, base, p) for p in chosen}
     # one more tells whether the last one is simple

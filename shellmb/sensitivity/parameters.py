@@ -66,6 +66,10 @@ class Parameter:
         above, below = self.sides
         return above - below
 
+    def apart(self, share: float) -> Parameter:
+        """The parameter with both sides at another distance, over its size."""
+        return replace(self, step=self.size * share, share=share)
+
 
 @dataclass(frozen=True)
 class Differentiated:
@@ -212,7 +216,7 @@ def widened(parameters: Sequence[Parameter], scene: Scene) -> tuple[Parameter, .
     """Parameters with differences as wide as a scene needs."""
     modal = any(isinstance(getattr(body, "model", None), Modal) for body in scene.bodies)
     if modal or any(isinstance(start, FromMode) for start in scene.starts):
-        return tuple(replace(p, step=p.size * REDUCED, share=REDUCED) for p in parameters)
+        return tuple(p.apart(REDUCED) for p in parameters)
     return tuple(parameters)
 
 
