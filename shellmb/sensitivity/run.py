@@ -94,11 +94,8 @@ def sensitivities(
         # their sensors may read any column
         fields, columns = fields and columns == "all", "all"
     scenes = {p: beside(made, base, p) for p in widened(chosen, base)}
-    said = [
-        without_effect(p, base, above)
-        for p, (above, below) in scenes.items()
-        if independent(above, below)
-    ]
+    unmoved = [p for p, both in scenes.items() if independent(*both)]
+    said = [without_effect(p, base, scenes[p][0]) for p in unmoved]
     if base.errors:
         said.append(
             "errors=True has no effect beside derivatives; run the scene by itself for errors"
@@ -122,7 +119,7 @@ def sensitivities(
 
     fields = fields and columns == "all"
     with claimed(directory, world, new=not resume):
-        _execute(made, base, scenes, directory, said, world, columns, fields, resume, at)
+        _execute(made, base, scenes, unmoved, directory, said, world, columns, fields, resume, at)
     world.Barrier()
     found = Sensitivities(directory)
     if temporary:
@@ -163,6 +160,7 @@ def _execute(
     made: Differentiated,
     base: Scene,
     scenes: Mapping[Parameter, tuple[Scene, Scene]],
+    unmoved: Sequence[Parameter],
     directory: Path,
     said: list[str],
     comm: MPI.Comm,
@@ -219,7 +217,7 @@ def _execute(
         about = {
             "scene": base.name,
             "parameters": [asdict(p) for p in scenes],
-            "independent": [p.name for p, both in scenes.items() if independent(*both)],
+            "independent": [p.name for p in unmoved],
             "columns": columns,
             "fields": fields,
             "warnings": said,
@@ -232,8 +230,8 @@ def _execute(
         zero = [
             f"no result and no probe depends on '{p.name}' near {p.value:g}: their derivatives by "
             "it are round-off"
-            for p, both_scenes in scenes.items()
-            if not independent(*both_scenes) and found.is_round_off(p)
+            for p in scenes
+            if p not in unmoved and found.is_round_off(p)
         ]
         if zero:
             about["warnings"] = [*said, *zero]
