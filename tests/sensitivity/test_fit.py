@@ -190,6 +190,13 @@ def test_noise_of_each_row() -> None:
     np.testing.assert_allclose(fitted.residuals["y"], [0.1, -0.2, 0.6])
 
 
+def test_rows_that_were_not_measured_need_no_noise() -> None:
+    """Kind: what is left out afterwards; the derivative there was divided by a noise of zero."""
+    table = pd.DataFrame({"y": [1.0, np.nan, 3.0]}, index=[0.1, 0.2, 0.3])
+    data = data_of(table, {"y": [0.5, 0.0, 0.5]}, SimpleNamespace(t_end=1.0), 1)  # type: ignore[arg-type]
+    np.testing.assert_allclose(data.weighted({"y": np.ones(3)}, measured=False), [2.0, 2.0])
+
+
 def test_rows_in_any_order_are_the_same_data() -> None:
     """Neighbours in time tell whether residuals are noise: rows in another order hid a motion."""
     t = np.linspace(0, 1, 40)

@@ -30,14 +30,14 @@ class Data:
     Args:
         times: Times, s, shape (n,).
         values: Measured values by column of the history, shape (n,); NaN where there is none.
-        noise: Standard deviation of each column's noise, or of each of its values, shape (n,).
+        noise: Standard deviation of the noise of each value, by column, shape (n,).
         known: Whether the noise is known; if not, it is the size of each column, and only ratios
             of columns count.
     """
 
     times: Floats
     values: dict[str, Floats]
-    noise: dict[str, float | Floats]
+    noise: dict[str, Floats]
     known: bool
 
     @property
@@ -91,8 +91,8 @@ class Data:
         found = []
         for name, values in self.values.items():
             there, column = ~np.isnan(values), columns[name]
-            over = (column - values if measured else column) / self.noise[name]
-            found.append(over[there])
+            rest = column - values if measured else column
+            found.append(rest[there] / self.noise[name][there])
         return np.concatenate(found)
 
 
@@ -159,14 +159,15 @@ def data_of(given: pd.DataFrame, noise: Any, scene: Scene, count: int) -> Data:
 
 def _noise(
     given: Any, values: Mapping[str, Floats], order: npt.NDArray[np.intp]
-) -> dict[str, float | Floats]:
-    """Noise of each column.
+) -> dict[str, Floats]:
+    """Noise of each value of each column.
 
     Raises:
         SceneError: If one has none, or one that is not positive.
     """
     if given is None:
-        return {name: float(np.sqrt(np.nanmean(v**2))) or 1.0 for name, v in values.items()}
+        sizes = {name: float(np.sqrt(np.nanmean(v**2))) or 1.0 for name, v in values.items()}
+        return {name: np.full(len(v), sizes[name]) for name, v in values.items()}
     each = {name: given for name in values} if not isinstance(given, Mapping) else given
     missing = [name for name in values if name not in each]
     if missing:
@@ -176,8 +177,8 @@ def _noise(
     return {name: _noise_of(name, each[name], values[name], order) for name in values}
 
 
-def _noise_of(name: str, given: Any, values: Floats, order: npt.NDArray[np.intp]) -> float | Floats:
-    """Noise of a column, or of each of its values in the order of times."""
+def _noise_of(name: str, given: Any, values: Floats, order: npt.NDArray[np.intp]) -> Floats:
+    """Noise of each value of a column in the order of times."""
     try:
         found = np.asarray(given, dtype=float)
     except (TypeError, ValueError):
@@ -187,13 +188,15 @@ def _noise_of(name: str, given: Any, values: Floats, order: npt.NDArray[np.intp]
             f"fit: noise of '{name}' has the shape {found.shape}, and data have {len(values)} "
             "rows; give a number, or one for each row"
         )
-    at_rows = found[order] if found.ndim else found
-    wrong = ~((at_rows > 0) & (at_rows < np.inf))
-    # a value that was not measured needs none
-    if (wrong & ~np.isnan(values)).any() if found.ndim else wrong:
-        shown = at_rows[wrong & ~np.isnan(values)][0] if found.ndim else given
+    each = np.broadcast_to(found, values.shape)[order]
+    wrong = ~((each > 0) & (each < np.inf))
+    if found.ndim:
+        # a value that was not measured needs none
+        wrong &= ~np.isnan(values)
+    if wrong.any():
+        shown = each[wrong][0] if found.ndim else given
         raise SceneError(
             f"fit: noise of '{name}' is {shown!s:.40}; it must be positive; a value that is not to "
             "count is NaN in the data"
         )
-    return at_rows if found.ndim else float(found)
+    return each

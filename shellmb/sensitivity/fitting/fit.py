@@ -15,7 +15,7 @@ from shellmb.scene import Scene
 from shellmb.scene.lookup import listed
 from shellmb.sensitivity.fitting.data import END, Data, data_of
 from shellmb.sensitivity.fitting.fitted import Fit
-from shellmb.sensitivity.parameters import STEP, Parameter, differentiated, parameters_of
+from shellmb.sensitivity.parameters import Parameter, differentiated, parameters_of
 from shellmb.sensitivity.run import sensitivities
 
 if TYPE_CHECKING:
@@ -82,7 +82,7 @@ def fit(
             "steps (path=None), or minimise with the derivatives of `sensitivities`"
         )
     found = data_of(data, noise, base, len(chosen))
-    sizes = np.array([p.step / STEP for p in chosen])
+    sizes = np.array([p.size for p in chosen])
     low, high = _bounds(chosen, bounds or {})
     probes = {p.name for p in base.probes}
     columns = "probes" if set(found.values) <= probes else "all"
@@ -227,7 +227,7 @@ class _Search:
         """
         try:
             return self.at(x)[1]
-        except (SceneError, ConvergenceError) as error:
+        except SceneError as error:
             if not self._kept:
                 raise
             self.impossible = str(error)

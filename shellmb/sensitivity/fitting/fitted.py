@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -127,13 +128,19 @@ class Fit:
         """Run minus data, in the units of the data, over their times; NaN where there are none."""
         import pandas as pd
 
+        found = {name: rest * self._data.noise[name] for name, rest in self._over_noise.items()}
+        return pd.DataFrame(found, index=pd.Index(self._data.times, name="t"))
+
+    @cached_property
+    def _over_noise(self) -> dict[str, Floats]:
+        """Residuals over their noise by column, shape (n,); NaN where there are none."""
         found, first = {}, 0
         for name, values in self._data.values.items():
             there = ~np.isnan(values)
-            column = np.full(len(values), np.nan)
-            column[there] = self._residual[first : first + there.sum()]
-            found[name], first = column * self._data.noise[name], first + int(there.sum())
-        return pd.DataFrame(found, index=pd.Index(self._data.times, name="t"))
+            found[name] = np.full(len(values), np.nan)
+            last = first + int(there.sum())
+            found[name][there], first = self._residual[first:last], last
+        return found
 
     def band(self) -> Band:
         """Error bands of the run's histories that follow from the uncertainty of the values."""
@@ -175,10 +182,10 @@ class Fit:
         from scipy.stats import chi2
 
         said, table = [], self.residuals
-        for name in table:
-            rest = (table[name] / self._data.noise[name]).dropna().to_numpy()
+        for name, column in self._over_noise.items():
             if table[name].abs().max() <= EXACT * np.nanmax(np.abs(self._data.values[name])):
                 continue
+            rest = column[~np.isnan(column)]
             apart, correlation = _correlation(rest)
             if np.arctanh(min(abs(correlation), 1 - 1e-12)) * np.sqrt(len(rest)) > DOUBT:
                 those = "neighbours" if apart == 1 else f"values {apart} rows apart"
@@ -186,10 +193,8 @@ class Fit:
                     f"residuals of '{name}' are not white: {those} correlate by "
                     f"{correlation:.2f}; the model lacks something, and deviations are too small"
                 )
-        free, squares = (
-            len(self._residual) - len(self.values),
-            float(self._residual @ self._residual),
-        )
+        free = len(self._residual) - len(self.values)
+        squares = float(self._residual @ self._residual)
         if self._data.known and free > 0:
             for kind, chance in (("larger", chi2.sf), ("smaller", chi2.cdf)):
                 if chance(squares, free) < SELDOM:
@@ -216,8 +221,7 @@ class Fit:
             above.plot(run["t"], run[name], lw=1, label="run")
             above.set_ylabel(column_label(described, name))
             above.legend()
-            left = self.residuals[name] / (self._data.noise[name] * self.noise_factor)
-            below.plot(self._data.times, left, ".", ms=3)
+            below.plot(self._data.times, self._over_noise[name] / self.noise_factor, ".", ms=3)
             below.axhline(0, lw=0.5)
             below.set_ylabel("run - data\n/ noise [-]")
             below.set_xlabel(described.time_label)
