@@ -47,7 +47,11 @@ def test_a_fit_finds_what_the_data_were_made_with() -> None:
 
 
 def made(
-    parameters: list[float], jacobian: np.ndarray, left: np.ndarray, noise: float | None
+    parameters: list[float],
+    jacobian: np.ndarray,
+    left: np.ndarray,
+    noise: float | None,
+    impossible: str | None = None,
 ) -> Fit:
     """A fit of a linear model, without a run."""
     found = [Parameter(f"p{k}", v, 1e-5) for k, v in enumerate(parameters)]
@@ -56,7 +60,8 @@ def made(
     scene = SimpleNamespace(t_end=1.0)
     data = data_of(table, noise, scene, len(found))  # type: ignore[arg-type]
     run = SimpleNamespace(parameters=found, warnings=())
-    return Fit(run, data, left, jacobian, runs=1, converged=True)  # type: ignore[arg-type]
+    more = {"runs": 1, "converged": True, "impossible": impossible}
+    return Fit(run, data, left, jacobian, **more)  # type: ignore[arg-type]
 
 
 def test_covariance_is_that_of_linear_regression() -> None:
@@ -225,6 +230,20 @@ def test_the_search_turns_where_a_scene_is_impossible() -> None:
     # from which SciPy's trust region goes back
     assert np.isnan(search.residual(np.array([-1.0]))).tolist() == 3 * [True]
     assert search.impossible == "run 2 with E = -1 is impossible: E is -1"
+
+
+def test_a_search_that_stops_beside_impossible_scenes_says_so() -> None:
+    """Kind: a fit that ends by itself, short of the least misfit; its deviations looked good.
+
+    Residuals have two deviations left in the value, or none.
+    """
+    J, noise = np.full((300, 1), 20.0), np.random.default_rng(5).normal(size=300)
+    noise -= noise.mean()
+    ends = made([1.0], J, noise, 1.0, impossible="it is too large")
+    assert not ends.warnings
+    short = made([1.0], J, noise + 2.0 / np.sqrt(300), 1.0, impossible="it is too large")
+    assert "beside values that are impossible" in short.warnings[0]
+    assert not made([1.0], J, noise + 2.0 / np.sqrt(300), 1.0).warnings
 
 
 def test_the_search_turns_where_steps_fail() -> None:

@@ -121,7 +121,7 @@ def fit(
         converged=bool(solution.status > 0),
         at_bounds=tuple(p.name for p, on in zip(chosen, solution.active_mask, strict=True) if on),
         start={p.name: p.value for p in chosen},
-        impossible=None if solution.status > 0 else search.impossible,
+        impossible=search.impossible,
     )
 
 

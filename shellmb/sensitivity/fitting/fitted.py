@@ -37,6 +37,9 @@ DOUBT, APART = 4.5, 20
 EXACT = 1e-9
 # the sum of squares is doubted where noise has one that is as far off so seldom
 SELDOM = 1e-6
+# deviations to the least misfit within which a search has found it; where it ends by itself, far
+# fewer are left
+SHORT = 0.5
 
 
 class Fit:
@@ -51,7 +54,7 @@ class Fit:
         converged: Whether the fit came to its end.
         at_bounds: Parameters that are at a bound.
         start: Values at which parameters began.
-        impossible: Why the last run of a fit that did not end was none, if so.
+        impossible: Why the last run that failed was none, if one did.
 
     Attributes:
         sensitivities: The run with its derivatives at the fitted values.
@@ -84,7 +87,11 @@ class Fit:
         self._sizes = np.array(
             [abs(p.value) if abs(p.value) >= NEAR * p.size else p.size for p in found.parameters]
         )
-        _, self._singular, self._directions = np.linalg.svd(jacobian * self._sizes)
+        sides, self._singular, self._directions = np.linalg.svd(jacobian * self._sizes)
+        # deviations that values have left to the least misfit, as far as data determine them
+        seen = self._singular > self.noise_factor
+        left = residual @ sides[:, : len(seen)][:, seen]
+        self._short = float(np.linalg.norm(left)) > SHORT * self.noise_factor
         own = [*self._unfinished(at_bounds, impossible), *self._unseen(), *self._doubts()]
         self.warnings = (*own, *found.warnings)
 
@@ -154,6 +161,11 @@ class Fit:
         if not self.converged:
             more = f"give more, or bounds: {impossible}" if impossible else "give more"
             found.append(f"the fit did not end in {self.runs} runs: values may change; {more}")
+        elif impossible and self._short and not at_bounds:
+            found.append(
+                "the search stopped before the least misfit, beside values that are impossible, so "
+                f"that deviations say nothing: {impossible}"
+            )
         return found
 
     def _unseen(self) -> list[str]:
