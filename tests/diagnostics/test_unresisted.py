@@ -9,7 +9,7 @@ little these stretch.
 from dataclasses import replace
 from functools import cache
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -164,6 +164,17 @@ def test_thin_curved_bodies_that_bend_without_stretching_are_no_such(mesh: tuple
         if shell is strip:
             scene = replace(scene, loads=EdgeMoment("right", (0.0, -0.25 * stiffness, 0.0)))
         assert told(execute(scene)) == []
+
+
+def test_who_asks_twice_is_told_alike() -> None:
+    """The last step is none of each tenth: it is looked at whenever somebody asks."""
+    simulation = Simulation(sheet(1e-3))
+    watch = UnresistedMotions(cast(Any, None))
+    simulation.run([watch])
+    before = watch.state()
+    first, second = (list(watch.cautions(simulation)) for _ in range(2))
+    assert first == second and first
+    assert watch.state() == before
 
 
 def test_sums_go_on_after_a_restart() -> None:
