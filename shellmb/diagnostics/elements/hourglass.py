@@ -11,6 +11,8 @@ or long. Of true modes these are the parts that elements of their size do not re
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from functools import cached_property
+from typing import NamedTuple
 
 from mpi4py import MPI
 
@@ -93,11 +95,10 @@ class Unresisted:
         middle = np.mean(basix.geometry(cell), axis=0)[None]
         slopes = np.concatenate([_slopes(element, middle, k) for k in (1, 2)])
         self._slopes, self._x = slopes, space.tabulate_dof_coordinates()[nodes]
-        self._tangents = np.einsum("an,cni->cai", slopes, self._x)
+        self._tangents = slopes @ self._x
         self._area = np.linalg.norm(np.cross(self._tangents[:, 0], self._tangents[:, 1]), axis=1)
-        self._surface = self._mass.sum() * self._comm.allreduce(float(self._area.sum()))
         if not self.triangles:
-            self._back = np.linalg.pinv(self._tangents)
+            self._back = _inverse(self._tangents)
             self._motions = _without_strains(element, self._mass)
 
     def part(self, q: Floats) -> float:
@@ -121,46 +122,77 @@ class Unresisted:
         Returns:
             Of the part that they hardly resist, and of all of it, m^2.
         """
-        u, x = q[self._places], self._x
-        far = np.array([np.abs(part).max(initial=0.0) for part in (u, x)])
-        self._comm.Allreduce(MPI.IN_PLACE, far, op=MPI.MAX)
-        if far[0] == 0:
+        u, rest = q[self._places], self._rest
+        far = self._comm.allreduce(float(np.abs(u).max(initial=0.0)), op=MPI.MAX)
+        if far == 0:
             return np.zeros(2)
-        factor = SMALL * np.sqrt(self._surface) / far[0] if small else 1.0
-        u = factor * u
+        factor = SMALL * np.sqrt(rest.surface) / far if small else 1.0
+        y = self._x + factor * u
         # along the lines of the element as they are now, and in their units
-        now = np.linalg.pinv(np.einsum("an,cni->cai", self._slopes, x + u))
-        own = np.einsum("cni,cia->cna", x + u, now) - np.einsum("cni,cia->cna", x, self._back)
-        within = self._within(np.einsum("cna,cai->cni", own, self._tangents))
-        sizes = np.array([self._size(within), self._size(self._strained(u))])
+        own = (y @ _inverse(self._slopes @ y) - rest.own) @ self._tangents
+        sizes = np.array([self._size(self._within(own)), self._size(self._strained(y))])
         self._comm.Allreduce(MPI.IN_PLACE, sizes)
-        sizes /= self._surface
-        least = max(LEFT * factor * far[0], ROUND_OFF * far[1])
+        sizes /= rest.surface
+        least = max(LEFT * factor * far, ROUND_OFF * rest.far)
         return sizes / factor**2 if sizes[1] > least**2 else np.zeros(2)
 
-    def _strained(self, u: Floats) -> Floats:
-        """Displacement less the rigid motion next to it, turned back by its rotation."""
-        weights = self._mass.sum(axis=1) * self._area[:, None]
-        x, y = self._x, self._x + u
-        one = np.ones((*x.shape[:2], 1))
-        both = np.concatenate([one, x], axis=2), np.concatenate([one, y], axis=2)
-        sums = np.einsum("cn,cni,cnj->ij", weights, *both)
+    @cached_property
+    def _rest(self) -> _Rest:
+        """The shell before it moves; collective."""
+        x, weights = self._x, self._mass.sum(axis=1) * self._area[:, None]
+        sums = np.array([weights.sum(), *np.einsum("cn,cni->i", weights, x)])
         self._comm.Allreduce(MPI.IN_PLACE, sums)
-        sums /= sums[0, 0]
-        at, to = sums[1:, 0], sums[0, 1:]
-        left, _, right = np.linalg.svd(sums[1:, 1:] - np.outer(at, to))
+        far = self._comm.allreduce(float(np.abs(x).max(initial=0.0)), op=MPI.MAX)
+        arms = x - sums[1:] / sums[0]
+        with_one = np.concatenate([np.ones((*x.shape[:2], 1)), arms], axis=2)
+        moments = weights[:, :, None] * with_one / sums[0]
+        return _Rest(float(sums[0]), far, x @ self._back, arms, moments.reshape(-1, 4).T)
+
+    def _strained(self, y: Floats) -> Floats:
+        """Displacement to places, less the rigid motion next to it, turned back by its rotation."""
+        rest = self._rest
+        sums = rest.moments @ y.reshape(-1, 3)
+        self._comm.Allreduce(MPI.IN_PLACE, sums)
+        left, _, right = np.linalg.svd(sums[1:])
         left[:, 2] *= np.linalg.det(left @ right)
-        return np.asarray((y - to) @ (left @ right).T - (x - at))
+        return np.asarray((y - sums[0]) @ (left @ right).T - rest.arms)
 
     def _within(self, u: Floats) -> Floats:
         if self.triangles:
             return u * (np.arange(u.shape[1]) == u.shape[1] - 1)[:, None]
-        along = np.einsum("cni,cai->can", u, self._tangents)
-        amounts = np.einsum("man,nk,cak->cm", self._motions, self._mass, along)
-        return np.asarray(np.einsum("cm,man,cia->cni", amounts, self._motions, self._back))
+        along = u @ self._tangents.transpose(0, 2, 1)
+        motions = self._motions.transpose(0, 2, 1).reshape(len(self._motions), -1)
+        # a rank may have no cells
+        amounts = (self._mass @ along).reshape(len(u), motions.shape[1]) @ motions.T
+        return np.asarray((amounts @ motions).reshape(along.shape) @ self._back.transpose(0, 2, 1))
 
     def _size(self, u: Floats) -> float:
-        return float(np.einsum("cni,nm,cmi,c->", u, self._mass, u, self._area))
+        return float(np.einsum("cni,cni,c->", self._mass @ u, u, self._area))
+
+
+class _Rest(NamedTuple):
+    """A shell before it moves.
+
+    Args:
+        surface: Its surface, m^2.
+        far: Its largest coordinate, m.
+        own: Places of nodes along the lines of their elements, shape (cells, nodes, 2).
+        arms: Places of nodes from its centre, shape (cells, nodes, 3), m.
+        moments: Weights of nodes in means over the surface, and those times the arms, shape (4,
+            cells nodes).
+    """
+
+    surface: float
+    far: float
+    own: Floats
+    arms: Floats
+    moments: Floats
+
+
+def _inverse(tangents: Floats) -> Floats:
+    """Vectors that give components along pairs of tangents, shape (cells, 3, 2), 1/m."""
+    along = tangents.transpose(0, 2, 1)
+    return np.asarray(along @ np.linalg.inv(tangents @ along))
 
 
 def _slopes(element: basix.finite_element.FiniteElement, points: Floats, by: int) -> Floats:
