@@ -107,6 +107,10 @@ class Shares(Protocol):
     table: Floats
     struct: Any
 
+    def fill(self, change: Floats, whole: Floats) -> None:
+        """Fill the table from unknowns and their changes."""
+        ...
+
     def largest(self) -> float:
         """Largest share of what the table holds; infinite if something in it is no number."""
         ...

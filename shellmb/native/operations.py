@@ -120,6 +120,10 @@ class _Shares:
         }
         self._kept, self.struct = pointer, pointer.many("Shares", [members])
 
+    def fill(self, change: Floats, whole: Floats) -> None:
+        """Fill the table."""
+        self._lib.fill_shares(self.struct, native.doubles(change), native.doubles(whole))
+
     def largest(self) -> float:
         """Largest share of what the table holds."""
         return float(self._lib.largest_share(self.struct))

@@ -83,7 +83,7 @@ class Reference:
         self, ends: Ints, entries: Ints, weights: tuple[Floats, Floats, Floats], little: float
     ) -> Shares:
         """Shares of changes of parts of unknowns in their sizes."""
-        return _Shares(weights, little)
+        return _Shares(ends, entries, weights, little)
 
     def foresee(self, weights: Floats, past: Floats, to: Floats) -> None:
         """Extrapolate states by polynomials."""
@@ -178,12 +178,30 @@ def _nearer(v: Floats) -> Floats:
     return np.asarray(1.5 * v - 0.5 * gram @ v)
 
 
+def _parts(ends: Ints, entries: Ints) -> list[Ints]:
+    return [entries[a:b] for a, b in itertools.pairwise(ends)]
+
+
+def _largest(parts: Sequence[Ints], values: Floats, out: Floats) -> None:
+    """Largest absolute value of each part, infinite if one is no number."""
+    for k, part in enumerate(parts):
+        size = np.abs(values[..., part]).max(axis=-1, initial=0.0)
+        out[..., k] = np.where(np.isnan(size), np.inf, size)
+
+
 class _Shares:
     struct = None
 
-    def __init__(self, weights: tuple[Floats, Floats, Floats], little: float) -> None:
+    def __init__(
+        self, ends: Ints, entries: Ints, weights: tuple[Floats, Floats, Floats], little: float
+    ) -> None:
+        self._parts = _parts(ends, entries)
         self._weights, self._little = weights, little
         self.table = np.zeros((2, len(weights[0])))
+
+    def fill(self, change: Floats, whole: Floats) -> None:
+        """Fill the table."""
+        _largest(self._parts, np.stack([change, whole]), self.table)
 
     def largest(self) -> float:
         """Largest share of what the table holds."""
@@ -198,15 +216,13 @@ class _PartSizes:
     def __init__(
         self, ends: Ints, entries: Ints, scales: Floats, bounds: Floats, weights: Floats
     ) -> None:
-        self._parts = [entries[a:b] for a, b in itertools.pairwise(ends)]
+        self._parts = _parts(ends, entries)
         self._scales, self._bounds, self._weights = scales, bounds, weights
         self.table, self.found = np.zeros((2, len(scales))), np.zeros(4)
 
     def largest(self, values: Floats, out: Floats) -> None:
         """Largest absolute value of each part."""
-        for k, part in enumerate(self._parts):
-            size = np.abs(values[..., part]).max(axis=-1, initial=0.0)
-            out[..., k] = np.where(np.isnan(size), np.inf, size)
+        _largest(self._parts, values, out)
 
     def judge(self, x: PETSc.Vec, dx: PETSc.Vec) -> None:
         """Fill table and `found`."""

@@ -43,13 +43,11 @@ class Sizes:
         entries = np.concatenate([*(e for _, e in found), np.zeros(0, np.int64)]).astype(np.int64)
         counts = np.array([len(e) for _, e in found], dtype=np.int64)
         scales = np.array([p.scale for p, _ in found])
-        bounds = np.array([p.bound for p, _ in found])
         # sizes are compared in the units of each
-        moves = np.isfinite(bounds)
+        moves = np.isfinite([p.bound for p, _ in found])
         shares = np.where(moves, 1.0, FORCES)
         shares[[p.name in untested for p, _ in found]] = 0.0
         ends = np.append(0, np.cumsum(counts)).astype(np.int64)
-        self._parts = operations().part_sizes(ends, entries, scales, bounds, np.ones(len(found)))
         weights = 1.0 / scales, shares / scales, LEAST * moves / scales
         self.shares = operations().shares(ends, entries, weights, SMALL)
 
@@ -63,9 +61,7 @@ class Sizes:
         Returns:
             The change; infinite where one of both is no number.
         """
-        table = self.shares.table
-        self._parts.largest(change, table[0])
-        self._parts.largest(whole, table[1])
+        self.shares.fill(change, whole)
         if self._comm.size > 1:
-            self._comm.Allreduce(MPI.IN_PLACE, table, op=MPI.MAX)
+            self._comm.Allreduce(MPI.IN_PLACE, self.shares.table, op=MPI.MAX)
         return self.shares.largest()

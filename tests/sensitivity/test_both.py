@@ -81,6 +81,8 @@ def test_operations_are_those_of_numpy() -> None:
     ends, entries = np.array([0, 3, 5, 9]), np.arange(9)
     weights = tuple(random.uniform(0.0, 1.0, (3, 3)))
     table, arrays = random.uniform(0.0, 1.0, (4, 2, 3)), random.standard_normal((3, 2, 5))
+    vectors = random.standard_normal((2, 9))
+    vectors[1, 3] = np.nan
     table[2] = 0.0
     table[3, 1, 0] = np.inf
     for assembler in ("native", "reference"):
@@ -92,6 +94,8 @@ def test_operations_are_those_of_numpy() -> None:
         for given in table:
             shares.table[:] = given
             values.append(shares.largest())
+        shares.fill(*vectors)
+        values += shares.table.ravel().tolist()
         assert np.allclose(0.5 * (np.array(above) + below), arrays[0], rtol=0, atol=1e-14)
         found.append(np.array([*values, *np.ravel(above), *np.ravel(below)]))
     assert np.allclose(*found, rtol=1e-14, atol=1e-14)

@@ -303,6 +303,7 @@ void resultants(const Nodes *, int, int, const double *, double, const double *,
                 double *);
 double rotation_sums(const Nodes *, int, const double *, const double *, double *);
 void turned(const double *, double, double *);
+void fill_shares(const Shares *, const double *, const double *);
 double largest_share(const Shares *);
 void keep_both(const BothSides *, const double *);
 void rest_of(const BothSides *, int, const double *, double, double *);

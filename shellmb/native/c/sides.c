@@ -1,6 +1,13 @@
 /* Updates of derivatives by two scenes beside a run, at unknowns `u + d` and `u - d`, in one
  * process. */
 
+/* Sizes of parts of a change and of what changes. */
+void fill_shares(const Shares *s, const double *change, const double *whole)
+{
+    largest(s->parts, s->starts, s->entries, change, s->table);
+    largest(s->parts, s->starts, s->entries, whole, s->table + s->parts);
+}
+
 /* Largest share of changes of parts in their sizes, each in its unit; infinite where one of both is
  * no number. What is smaller than `little`, or than a share of what moves, is compared with that. */
 double largest_share(const Shares *s)
@@ -93,8 +100,7 @@ double move_both(const BothSides *both, const Shares *s, int taken, double facto
         if (taken)
             both->d[i] -= both->change[i];
     }
-    largest(s->parts, s->starts, s->entries, both->change, s->table);
-    largest(s->parts, s->starts, s->entries, both->d, s->table + s->parts);
+    fill_shares(s, both->change, both->d);
     return largest_share(s);
 }
 
