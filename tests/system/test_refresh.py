@@ -23,7 +23,7 @@ def iterate(policy: Modified, rho: float, first: float = 1e-4, moved: float = 0.
         if policy.wanted():
             policy.factorised(8.0)
         updates.append(size)
-        if policy.converged(size, moved, TOLERANCE):
+        if policy.converged(size, moved, size, TOLERANCE):
             return updates
         if policy.wanted():
             return updates
@@ -79,7 +79,7 @@ def test_costly_factorisations_are_kept_for_longer(cost: float, rho: float, anew
     policy.begin("a")
     policy.factorised(cost)
     for update in (1e-4, rho * 1e-4):
-        assert not policy.converged(update, 0.0, TOLERANCE)
+        assert not policy.converged(update, 0.0, update, TOLERANCE)
     # 1e-15 is 10 and 20 iterations away
     assert policy.wanted() is anew
 
@@ -91,7 +91,7 @@ def solve(policy: Modified, *rhos: float, first: float = 1e-4) -> int:
         policy.factorised(8.0)
     size = first
     for n in range(60):
-        if policy.converged(size, 0.0, TOLERANCE):
+        if policy.converged(size, 0.0, size, TOLERANCE):
             return n + 1
         if policy.wanted():
             return -(n + 1)
@@ -128,7 +128,7 @@ def test_round_off_is_known_from_the_solution_before(floor: float, again: int) -
         if policy.wanted():
             policy.factorised(30.0)
         updates = [max(5e-5 / 100**n, floor) for n in range(20)]
-        return next(n for n, u in enumerate(updates, 1) if policy.converged(u, 0.0, TOLERANCE))
+        return next(n for n, u in enumerate(updates, 1) if policy.converged(u, 0.0, u, TOLERANCE))
 
     third = int(sum(5e-5 / 100**n > 1.01 * floor for n in range(20))) + 3
     assert iterations("a") == third
@@ -143,9 +143,9 @@ def test_one_update_may_grow_later_on(then: float, anew: bool) -> None:
     policy.begin("a")
     policy.factorised(24.0)
     for update in (1e-3, 1e-6, 2e-6):
-        assert not policy.converged(update, 0.0, TOLERANCE)
+        assert not policy.converged(update, 0.0, update, TOLERANCE)
         assert not policy.wanted()
-    policy.converged(then, 0.0, TOLERANCE)
+    policy.converged(then, 0.0, then, TOLERANCE)
     assert policy.wanted() is anew
 
 
@@ -186,9 +186,9 @@ def test_round_off_ends_the_iteration() -> None:
     policy = REFRESH["auto"]()
     policy.begin("a")
     policy.factorised(8.0)
-    assert not policy.converged(1e-9, 0.0, TOLERANCE)
+    assert not policy.converged(1e-9, 0.0, 1e-9, TOLERANCE)
     # no contraction any more, and below the tolerance
-    assert policy.converged(0.9e-9, 0.0, TOLERANCE)
+    assert policy.converged(0.9e-9, 0.0, 0.9e-9, TOLERANCE)
 
 
 def test_full_newton_ends_by_the_update() -> None:
@@ -196,8 +196,8 @@ def test_full_newton_ends_by_the_update() -> None:
     policy.begin("a")
     policy.factorised(8.0)
     assert policy.wanted()
-    assert not policy.converged(1.1e-9, 0.0, TOLERANCE)
-    assert policy.converged(0.9e-9, 0.0, TOLERANCE)
+    assert not policy.converged(1.1e-9, 0.0, 1.1e-9, TOLERANCE)
+    assert policy.converged(0.9e-9, 0.0, 0.9e-9, TOLERANCE)
 
 
 def test_errors_are_squared_by_factorisations_at_both_states() -> None:
@@ -206,14 +206,14 @@ def test_errors_are_squared_by_factorisations_at_both_states() -> None:
     policy.begin("a")
     for update, done in ((1e-3, False), (1e-6, False)):
         policy.factorised(8.0)
-        assert policy.converged(update, 0.0, TOLERANCE) is done
+        assert policy.converged(update, 0.0, update, TOLERANCE) is done
     policy.factorised(8.0)
     # the next one would change 1e-18
-    assert policy.converged(1e-12, 0.0, TOLERANCE)
+    assert policy.converged(1e-12, 0.0, 1e-12, TOLERANCE)
     policy.begin("b")
     for update, done in ((1e-4, False), (1e-10, True)):
         policy.factorised(8.0)
-        assert policy.converged(update, 0.0, TOLERANCE) is done
+        assert policy.converged(update, 0.0, update, TOLERANCE) is done
 
 
 def test_forces_of_constraints_may_be_less_exact_than_motions() -> None:
@@ -226,7 +226,7 @@ def test_forces_of_constraints_may_be_less_exact_than_motions() -> None:
         for n in range(20):
             force, motion = 1e-3 / 1e3**n, 1e-5 * motions**n
             weighted = max(weight * force, motion)
-            if policy.converged(max(force, motion), 0.0, TOLERANCE, weighted):
+            if policy.converged(max(force, motion), 0.0, weighted, TOLERANCE):
                 return n
         raise AssertionError("not converged")
 
@@ -262,10 +262,10 @@ def test_a_solution_that_began_far_away_is_followed_by_a_factorisation() -> None
     policy = REFRESH["auto"]()
     policy.begin("a")
     policy.factorised(8.0)
-    assert not policy.converged(0.1, 2 * FAR, TOLERANCE) and policy.wanted()
+    assert not policy.converged(0.1, 2 * FAR, 0.1, TOLERANCE) and policy.wanted()
     policy.factorised(8.0)
     for update in (1e-5, 1e-12, 1e-19):
-        policy.converged(update, 0.0, TOLERANCE)
+        policy.converged(update, 0.0, update, TOLERANCE)
     policy.begin("a")
     assert policy.wanted()
 
@@ -284,7 +284,7 @@ def runs(policy: Modified, solutions: int, old: float) -> tuple[int, int]:
                 policy.factorised(1.1)
                 made, rho = made + 1, 1e-4
             updates += 1
-            if policy.converged(size, 0.0, TOLERANCE):
+            if policy.converged(size, 0.0, size, TOLERANCE):
                 break
             size *= rho
     return updates, made

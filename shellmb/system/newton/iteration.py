@@ -156,7 +156,7 @@ class Iteration:
             raise self.convergence.error(NO_NUMBER) from None
         if self.guessed and moved > ASTRAY:
             raise self.convergence.error("the first guess leads astray")
-        if self.refresh.converged(update, moved, self.settings.tolerance, weighted):
+        if self.refresh.converged(update, moved, weighted, self.settings.tolerance):
             return True
         if not self.roundoff.is_all(update, moved, self._last):
             return False

@@ -83,16 +83,14 @@ class Refresh(Protocol):
         """
         ...
 
-    def converged(
-        self, update: float, moved: float, tolerance: float, weighted: float | None = None
-    ) -> bool:
+    def converged(self, update: float, moved: float, weighted: float, tolerance: float) -> bool:
         """Record an update; whether the iteration may end.
 
         Args:
             update: Its size, relative to those of the parts.
             moved: How far it moved bodies, relative to their sizes.
+            weighted: Its size if parts count by their weights.
             tolerance: Size at which the iteration ends where convergence is quadratic.
-            weighted: Its size if parts count by their weights; None: as much as `update`.
         """
         ...
 
@@ -122,9 +120,7 @@ class Full:
     def factorised(self, cost: float) -> None:
         """Remember nothing."""
 
-    def converged(
-        self, update: float, moved: float, tolerance: float, weighted: float | None = None
-    ) -> bool:
+    def converged(self, update: float, moved: float, weighted: float, tolerance: float) -> bool:
         """Test by the update: convergence is quadratic."""
         return update <= tolerance
 
@@ -252,14 +248,12 @@ class Modified:
         self._fresh = True
         self._updates = self._updates[-1:] if self._far else []
 
-    def converged(
-        self, update: float, moved: float, tolerance: float, weighted: float | None = None
-    ) -> bool:
+    def converged(self, update: float, moved: float, weighted: float, tolerance: float) -> bool:
         """Test by the remaining error, estimated from the contraction."""
         self._updates.append(update)
         self._count += 1
         exact, self._exact, self._fresh = self._exact, update if self._fresh else None, False
-        last, self._weighted = self._weighted, update if weighted is None else weighted
+        last, self._weighted = self._weighted, weighted
         if update == 0.0:
             return True
         squared = update <= tolerance and update**3 <= ERROR * tolerance * (exact or 0.0) ** 2
@@ -357,9 +351,7 @@ class Once:
         """Note a factorisation, which serves from now on."""
         self._wanted = False
 
-    def converged(
-        self, update: float, moved: float, tolerance: float, weighted: float | None = None
-    ) -> bool:
+    def converged(self, update: float, moved: float, weighted: float, tolerance: float) -> bool:
         """Test by the second update, which is round-off in a linear problem."""
         self._updates += 1
         if self._updates == 1:
