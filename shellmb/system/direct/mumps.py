@@ -20,8 +20,10 @@ MUMPS_OPTIONS: dict[str, int] = {WORKSPACE: 400, "mat_mumps_icntl_6": 0, LOW_RAN
 
 # scaling goes on until rows and columns are alike. Masses are 1e-16 of multipliers' forces where
 # velocities are sought, and with a multiplier that a whole body has, as of a floating frame, the
-# usual scaling stops too early: factors of 32x8 elements are 25 times as large. Of matrices that
-# several ranks have MUMPS scales in this way only, and not at all where another way is requested
+# usual scaling stops too early: factors of 32x8 elements are 25 times as large. Matrices that
+# several ranks have are not scaled at all where scaling once is requested: of ED, 64x64 elements on
+# two ranks, 46,000 pivots are then delayed, factors and processor time are 1.1 times as large, and
+# a known solution comes back with 3e-8 in place of 8e-11
 ALIKE: dict[str, int] = {SCALING: 8}
 
 SMALL_SYSTEM = 5000
