@@ -209,12 +209,7 @@ class Operations(Protocol):
         ...
 
     def foresee_pairs(
-        self,
-        weights: tuple[Floats, Floats],
-        past: Floats,
-        pairs: Pairs,
-        dt: float,
-        to: Floats,
+        self, weights: tuple[Floats, Floats], past: Floats, pairs: Pairs, dt: float, to: Floats
     ) -> None:
         """Extrapolate values and slopes by polynomials through both.
 

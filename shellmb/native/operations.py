@@ -10,98 +10,13 @@ import numpy as np
 
 from shellmb.arrays import Floats, Ints
 from shellmb.native import library as native
-from shellmb.native.assembler import NodeSums, Operations, Pairs, PartSizes, Shares, is_native
+from shellmb.native.assembler import Operations, Pairs, is_native
 from shellmb.native.reference import Reference
 
 
 def operations() -> Operations:
     """The operations of the assembler that works."""
     return Loops() if is_native() else Reference()
-
-
-class Loops:
-    """Operations by the loops of `nodes.c`, `unknowns.c` and `sums.c`."""
-
-    def __init__(self) -> None:
-        self._lib = native.cells().lib
-
-    def turn(self, d: Floats, change: Floats, most: float) -> int:
-        """Turn directors by a change of them."""
-        pointers = native.doubles(d), native.doubles(change)
-        return int(self._lib.turn(len(d), d.shape[1] // 3, *pointers, most))
-
-    def normalise(self, d: Floats) -> None:
-        """Bring nearly orthonormal directors to length one and right angles."""
-        self._lib.normalise(len(d), d.shape[1] // 3, native.doubles(d))
-
-    def part_sizes(
-        self, ends: Ints, entries: Ints, scales: Floats, bounds: Floats, weights: Floats
-    ) -> PartSizes:
-        """Sizes of parts of unknowns."""
-        return _PartSizes(ends, entries, scales, bounds, weights)
-
-    def shares(
-        self, ends: Ints, entries: Ints, weights: tuple[Floats, Floats, Floats], little: float
-    ) -> Shares:
-        """Shares of changes of parts of unknowns in their sizes."""
-        return _Shares(ends, entries, weights, little)
-
-    def foresee(self, weights: Floats, past: Floats, to: Floats) -> None:
-        """Extrapolate states by polynomials."""
-        self._lib.foresee(*past.shape, *map(native.doubles, (past, weights, to)))
-
-    def foresee_pairs(
-        self,
-        weights: tuple[Floats, Floats],
-        past: Floats,
-        pairs: Pairs,
-        dt: float,
-        to: Floats,
-    ) -> None:
-        """Extrapolate values and slopes by polynomials through both."""
-        pointer, (values, slopes, times) = native.doubles, pairs
-        known = *map(pointer, (past, *weights)), len(values), *map(native.longs, (values, slopes))
-        ends = pointer(times), dt, pointer(to)
-        self._lib.foresee_pairs(len(to), *past.shape, *known, *ends)
-
-    def node_sums(self, dofs: Ints, reference: Floats, positions: int) -> NodeSums:
-        """Sums over nodes."""
-        return _NodeSums(dofs, reference, positions)
-
-    def copies(self, arrays: Sequence[Floats], table: Floats) -> Callable[[int], None]:
-        """Make what copies arrays, one behind the other, into a row of a table."""
-        pointer, copy = native.CArrays(), self._lib.take_arrays
-        sizes = pointer(np.array([*map(len, arrays), 0], dtype=np.int32))
-        sources = pointer.many("double *", [*map(pointer, arrays)])
-        where = len(arrays), sources, sizes, pointer(table), table.shape[1]
-
-        # the pointers live as long as it
-        def take(row: int, _kept: native.CArrays = pointer) -> None:
-            copy(*where, row)
-
-        return take
-
-    def centring(
-        self, own: Sequence[Floats], above: Sequence[Floats], below: Sequence[Floats]
-    ) -> Callable[[], None]:
-        """Make what moves two lists of arrays so that their mean is a third one."""
-        pointer, centre = native.CArrays(), self._lib.centre
-        sizes = pointer(np.array([*map(len, own), 0], dtype=np.int32))
-        lists = (pointer.many("double *", [*map(pointer, each)]) for each in (own, above, below))
-        where = len(own), sizes, *lists
-
-        # the pointers live as long as it
-        def move(_kept: native.CArrays = pointer) -> None:
-            centre(*where)
-
-        return move
-
-    def rotation(self, sums: Floats, tiny: float) -> tuple[float, float]:
-        """Twice the tangent of half the angle of a rotation, and the radius about its axis."""
-        found = np.zeros(2)
-        self._lib.turned(native.doubles(sums), tiny, native.doubles(found))
-        tangent, radius = found.tolist()
-        return tangent, radius
 
 
 class _Shares:
@@ -185,3 +100,69 @@ class _NodeSums:
         """Sums of a step, and the largest square of changes."""
         pointers = map(native.doubles, (start, end, sums))
         return float(self._lib.rotation_sums(self._struct, directors, *pointers))
+
+
+class Loops:
+    """Operations by the loops of `nodes.c`, `unknowns.c` and `sums.c`."""
+
+    part_sizes, shares, node_sums = _PartSizes, _Shares, _NodeSums
+
+    def __init__(self) -> None:
+        self._lib = native.cells().lib
+
+    def turn(self, d: Floats, change: Floats, most: float) -> int:
+        """Turn directors by a change of them."""
+        pointers = native.doubles(d), native.doubles(change)
+        return int(self._lib.turn(len(d), d.shape[1] // 3, *pointers, most))
+
+    def normalise(self, d: Floats) -> None:
+        """Bring nearly orthonormal directors to length one and right angles."""
+        self._lib.normalise(len(d), d.shape[1] // 3, native.doubles(d))
+
+    def foresee(self, weights: Floats, past: Floats, to: Floats) -> None:
+        """Extrapolate states by polynomials."""
+        self._lib.foresee(*past.shape, *map(native.doubles, (past, weights, to)))
+
+    def foresee_pairs(
+        self, weights: tuple[Floats, Floats], past: Floats, pairs: Pairs, dt: float, to: Floats
+    ) -> None:
+        """Extrapolate values and slopes by polynomials through both."""
+        pointer, (values, slopes, times) = native.doubles, pairs
+        known = *map(pointer, (past, *weights)), len(values), *map(native.longs, (values, slopes))
+        ends = pointer(times), dt, pointer(to)
+        self._lib.foresee_pairs(len(to), *past.shape, *known, *ends)
+
+    def copies(self, arrays: Sequence[Floats], table: Floats) -> Callable[[int], None]:
+        """Make what copies arrays, one behind the other, into a row of a table."""
+        pointer, copy = native.CArrays(), self._lib.take_arrays
+        sizes = pointer(np.array([*map(len, arrays), 0], dtype=np.int32))
+        sources = pointer.many("double *", [*map(pointer, arrays)])
+        where = len(arrays), sources, sizes, pointer(table), table.shape[1]
+
+        # the pointers live as long as it
+        def take(row: int, _kept: native.CArrays = pointer) -> None:
+            copy(*where, row)
+
+        return take
+
+    def centring(
+        self, own: Sequence[Floats], above: Sequence[Floats], below: Sequence[Floats]
+    ) -> Callable[[], None]:
+        """Make what moves two lists of arrays so that their mean is a third one."""
+        pointer, centre = native.CArrays(), self._lib.centre
+        sizes = pointer(np.array([*map(len, own), 0], dtype=np.int32))
+        lists = (pointer.many("double *", [*map(pointer, each)]) for each in (own, above, below))
+        where = len(own), sizes, *lists
+
+        # the pointers live as long as it
+        def move(_kept: native.CArrays = pointer) -> None:
+            centre(*where)
+
+        return move
+
+    def rotation(self, sums: Floats, tiny: float) -> tuple[float, float]:
+        """Twice the tangent of half the angle of a rotation, and the radius about its axis."""
+        found = np.zeros(2)
+        self._lib.turned(native.doubles(sums), tiny, native.doubles(found))
+        tangent, radius = found.tolist()
+        return tangent, radius

@@ -17,7 +17,7 @@ from ufl import Form
 from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats, Ints
-from shellmb.native.assembler import NodeSums, Pairs, PartSizes, Shares
+from shellmb.native.assembler import Pairs
 
 # `sum a x b` of `sum a b`
 AXIAL = np.zeros((3, 3, 3))
@@ -49,133 +49,6 @@ def compiled_expression(value: Expr, points: Floats) -> fem.Expression:
     """
     options: Any = FLAGS
     return fem.Expression(value, points, jit_options=options)
-
-
-class Reference:
-    """Operations by NumPy."""
-
-    def turn(self, d: Floats, change: Floats, most: float) -> int:
-        """Turn directors by a change of them."""
-        far = (change * change).sum(axis=1) > most * most
-        moved = d[far] + change[far]
-        turned = _turned_vectors if d.shape[1] == 3 else _turned_triples
-        d[:] = turned(d, change)
-        d[far] = moved
-        return int(far.sum())
-
-    def normalise(self, d: Floats) -> None:
-        """Bring nearly orthonormal directors to length one and right angles."""
-        if d.shape[1] == 3:
-            d /= np.sqrt((d * d).sum(axis=1))[:, None]
-            return
-        v = d.reshape(-1, 3, 3)
-        for _ in range(4):
-            v = _nearer(v)
-        d[:] = v.reshape(d.shape)
-
-    def part_sizes(
-        self, ends: Ints, entries: Ints, scales: Floats, bounds: Floats, weights: Floats
-    ) -> PartSizes:
-        """Sizes of parts of unknowns."""
-        return _PartSizes(ends, entries, scales, bounds, weights)
-
-    def shares(
-        self, ends: Ints, entries: Ints, weights: tuple[Floats, Floats, Floats], little: float
-    ) -> Shares:
-        """Shares of changes of parts of unknowns in their sizes."""
-        return _Shares(ends, entries, weights, little)
-
-    def foresee(self, weights: Floats, past: Floats, to: Floats) -> None:
-        """Extrapolate states by polynomials."""
-        to[:] = weights @ past
-
-    def foresee_pairs(
-        self,
-        weights: tuple[Floats, Floats],
-        past: Floats,
-        pairs: Pairs,
-        dt: float,
-        to: Floats,
-    ) -> None:
-        """Extrapolate values and slopes by polynomials through both."""
-        values, slopes, times = pairs
-        known = np.concatenate([past[:, values], past[:, slopes] * dt * times])
-        to[:, values], to[:, slopes] = weights[0] @ known, weights[1] @ known / times
-
-    def node_sums(self, dofs: Ints, reference: Floats, positions: int) -> NodeSums:
-        """Sums over nodes."""
-        return _NodeSums(dofs, reference, positions)
-
-    def centring(
-        self, own: Sequence[Floats], above: Sequence[Floats], below: Sequence[Floats]
-    ) -> Callable[[], None]:
-        """Make what moves two lists of arrays so that their mean is a third one."""
-
-        def centre() -> None:
-            for mean, a, b in zip(own, above, below, strict=True):
-                half = 0.5 * (a - b)
-                np.add(mean, half, out=a)
-                np.subtract(mean, half, out=b)
-
-        return centre
-
-    def copies(self, arrays: Sequence[Floats], table: Floats) -> Callable[[int], None]:
-        """Make what copies arrays, one behind the other, into a row of a table."""
-
-        def take(row: int) -> None:
-            table[row] = np.concatenate([*arrays, np.zeros(0)])
-
-        return take
-
-    def rotation(self, sums: Floats, tiny: float) -> tuple[float, float]:
-        """Twice the tangent of half the angle of a rotation, and the radius about its axis."""
-        count, x, dx = sums[0], sums[1:4], sums[4:7]
-        xx, xdx, dd, ddd = sums[7:].reshape(4, 3, 3)
-        about, moved = xx - np.outer(x, x) / count, xdx - np.outer(x, dx) / count
-        size = np.trace(about) / count
-        if not size > 0:
-            return 0.0, 0.0
-        # of `dr = w x r`
-        inertia = _inertia(about) / size + _inertia(dd)
-        inertia += tiny * inertia.max() * np.eye(3)
-        try:
-            spin = np.linalg.solve(inertia, np.einsum("ijk,jk->i", AXIAL, moved / size + ddd))
-        except np.linalg.LinAlgError:
-            return 0.0, 0.0
-        tangent = float(np.linalg.norm(spin))
-        if not tangent > 0:
-            return 0.0, 0.0
-        # of nodes on the axis there may be less than nothing, by round-off
-        square = max(float(spin @ _inertia(about) @ spin) / count, 0.0)
-        return tangent, float(np.sqrt(square)) / tangent
-
-
-def _inertia(squares: Floats) -> Floats:
-    """`sum (r.r I - r r)` of `sum r r`."""
-    return np.asarray(np.trace(squares) * np.eye(3) - squares)
-
-
-def _turned_vectors(d: Floats, change: Floats) -> Floats:
-    """Single directors turned by `r = d x change / 2`."""
-    across = change - (d * change).sum(axis=1)[:, None] * d
-    quarter = (across * across).sum(axis=1)[:, None] / 4
-    out = ((1 - quarter) * d + across) / (1 + quarter)
-    return np.asarray(out / np.sqrt((out * out).sum(axis=1))[:, None])
-
-
-def _turned_triples(d: Floats, change: Floats) -> Floats:
-    """Triples of directors turned, each of which sees two thirds of the rotation."""
-    v, change = d.reshape(-1, 3, 3), change.reshape(-1, 3, 3)
-    r = np.cross(v, change).sum(axis=1)[:, None, :] / 4
-    once = np.cross(r, v)
-    out = v + 2 / (1 + (r * r).sum(axis=2))[:, :, None] * (once + np.cross(r, once))
-    return _nearer(out).reshape(d.shape)
-
-
-def _nearer(v: Floats) -> Floats:
-    """One step of Newton's method from triples to the nearest orthonormal ones."""
-    gram = v @ v.transpose(0, 2, 1)
-    return np.asarray(1.5 * v - 0.5 * gram @ v)
 
 
 def _parts(ends: Ints, entries: Ints) -> list[Ints]:
@@ -274,3 +147,111 @@ class _NodeSums:
             sums[place + 9 : place + 18] = (middle[part].T @ change[part]).ravel()
         squares = (change[n:] ** 2).reshape(-1, 3 * directors).sum(axis=1)
         return float(squares.max(initial=0.0))
+
+
+class Reference:
+    """Operations by NumPy."""
+
+    part_sizes, shares, node_sums = _PartSizes, _Shares, _NodeSums
+
+    def turn(self, d: Floats, change: Floats, most: float) -> int:
+        """Turn directors by a change of them."""
+        far = (change * change).sum(axis=1) > most * most
+        moved = d[far] + change[far]
+        turned = _turned_vectors if d.shape[1] == 3 else _turned_triples
+        d[:] = turned(d, change)
+        d[far] = moved
+        return int(far.sum())
+
+    def normalise(self, d: Floats) -> None:
+        """Bring nearly orthonormal directors to length one and right angles."""
+        if d.shape[1] == 3:
+            d /= np.sqrt((d * d).sum(axis=1))[:, None]
+            return
+        v = d.reshape(-1, 3, 3)
+        for _ in range(4):
+            v = _nearer(v)
+        d[:] = v.reshape(d.shape)
+
+    def foresee(self, weights: Floats, past: Floats, to: Floats) -> None:
+        """Extrapolate states by polynomials."""
+        to[:] = weights @ past
+
+    def foresee_pairs(
+        self, weights: tuple[Floats, Floats], past: Floats, pairs: Pairs, dt: float, to: Floats
+    ) -> None:
+        """Extrapolate values and slopes by polynomials through both."""
+        values, slopes, times = pairs
+        known = np.concatenate([past[:, values], past[:, slopes] * dt * times])
+        to[:, values], to[:, slopes] = weights[0] @ known, weights[1] @ known / times
+
+    def centring(
+        self, own: Sequence[Floats], above: Sequence[Floats], below: Sequence[Floats]
+    ) -> Callable[[], None]:
+        """Make what moves two lists of arrays so that their mean is a third one."""
+
+        def centre() -> None:
+            for mean, a, b in zip(own, above, below, strict=True):
+                half = 0.5 * (a - b)
+                np.add(mean, half, out=a)
+                np.subtract(mean, half, out=b)
+
+        return centre
+
+    def copies(self, arrays: Sequence[Floats], table: Floats) -> Callable[[int], None]:
+        """Make what copies arrays, one behind the other, into a row of a table."""
+
+        def take(row: int) -> None:
+            table[row] = np.concatenate([*arrays, np.zeros(0)])
+
+        return take
+
+    def rotation(self, sums: Floats, tiny: float) -> tuple[float, float]:
+        """Twice the tangent of half the angle of a rotation, and the radius about its axis."""
+        count, x, dx = sums[0], sums[1:4], sums[4:7]
+        xx, xdx, dd, ddd = sums[7:].reshape(4, 3, 3)
+        about, moved = xx - np.outer(x, x) / count, xdx - np.outer(x, dx) / count
+        size = np.trace(about) / count
+        if not size > 0:
+            return 0.0, 0.0
+        # of `dr = w x r`
+        inertia = _inertia(about) / size + _inertia(dd)
+        inertia += tiny * inertia.max() * np.eye(3)
+        try:
+            spin = np.linalg.solve(inertia, np.einsum("ijk,jk->i", AXIAL, moved / size + ddd))
+        except np.linalg.LinAlgError:
+            return 0.0, 0.0
+        tangent = float(np.linalg.norm(spin))
+        if not tangent > 0:
+            return 0.0, 0.0
+        # of nodes on the axis there may be less than nothing, by round-off
+        square = max(float(spin @ _inertia(about) @ spin) / count, 0.0)
+        return tangent, float(np.sqrt(square)) / tangent
+
+
+def _inertia(squares: Floats) -> Floats:
+    """`sum (r.r I - r r)` of `sum r r`."""
+    return np.asarray(np.trace(squares) * np.eye(3) - squares)
+
+
+def _turned_vectors(d: Floats, change: Floats) -> Floats:
+    """Single directors turned by `r = d x change / 2`."""
+    across = change - (d * change).sum(axis=1)[:, None] * d
+    quarter = (across * across).sum(axis=1)[:, None] / 4
+    out = ((1 - quarter) * d + across) / (1 + quarter)
+    return np.asarray(out / np.sqrt((out * out).sum(axis=1))[:, None])
+
+
+def _turned_triples(d: Floats, change: Floats) -> Floats:
+    """Triples of directors turned, each of which sees two thirds of the rotation."""
+    v, change = d.reshape(-1, 3, 3), change.reshape(-1, 3, 3)
+    r = np.cross(v, change).sum(axis=1)[:, None, :] / 4
+    once = np.cross(r, v)
+    out = v + 2 / (1 + (r * r).sum(axis=2))[:, :, None] * (once + np.cross(r, once))
+    return _nearer(out).reshape(d.shape)
+
+
+def _nearer(v: Floats) -> Floats:
+    """One step of Newton's method from triples to the nearest orthonormal ones."""
+    gram = v @ v.transpose(0, 2, 1)
+    return np.asarray(1.5 * v - 0.5 * gram @ v)
