@@ -7,13 +7,11 @@ from collections.abc import Container
 from mpi4py import MPI
 
 import numpy as np
-import numpy.typing as npt
 
+from shellmb.arrays import Floats
 from shellmb.native.operations import operations
 from shellmb.system.assembly.blocks import BlockSystem
-from shellmb.system.newton.convergence import owned_parts
-
-Floats = npt.NDArray[np.float64]
+from shellmb.system.newton.convergence import joined, owned_parts
 
 # forces follow from motions by stiffnesses: so many times the change of motions is as good
 FORCES = 1e-2
@@ -40,16 +38,13 @@ class Sizes:
         # jumps of velocities follow from the states
         found = [(p, e) for p, e in owned_parts(system) if np.isfinite(p.scale)]
         self._comm = system.comm
-        entries = np.concatenate([*(e for _, e in found), np.zeros(0, np.int64)]).astype(np.int64)
-        counts = np.array([len(e) for _, e in found], dtype=np.int64)
         scales = np.array([p.scale for p, _ in found])
         # sizes are compared in the units of each
         moves = np.isfinite([p.bound for p, _ in found])
         shares = np.where(moves, 1.0, FORCES)
         shares[[p.name in untested for p, _ in found]] = 0.0
-        ends = np.append(0, np.cumsum(counts)).astype(np.int64)
         weights = 1.0 / scales, shares / scales, LEAST * moves / scales
-        self.shares = operations().shares(ends, entries, weights, SMALL)
+        self.shares = operations().shares(*joined([e for _, e in found]), weights, SMALL)
 
     def relative(self, change: Floats, whole: Floats) -> float:
         """Largest change of a part relative to the whole of it; the same on all ranks.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cached_property
 
 from mpi4py import MPI
@@ -34,9 +35,8 @@ class Convergence:
     def __init__(self, system: BlockSystem) -> None:
         self.system = system
         found = owned_parts(system)
-        self.parts, dofs = [part for part, _ in found], [entries for _, entries in found]
-        self._entries = np.concatenate([*dofs, np.zeros(0, np.int64)]).astype(np.int64)
-        self._ends = np.cumsum([0, *(len(d) for d in dofs)]).astype(np.int64)
+        self.parts = [part for part, _ in found]
+        self._ends, self._entries = joined([entries for _, entries in found])
         self._scales = np.array([p.scale for p in self.parts])
         bounds = np.array([p.bound for p in self.parts])
         idle = np.array([p.idle for p in self.parts], bool)
@@ -161,3 +161,9 @@ def owned_parts(system: BlockSystem) -> list[tuple[Part, Ints]]:
             numbers = n.by_field[k][part.dofs] - n.start
             found.append((part, numbers[(numbers >= 0) & (numbers < n.owned)]))
     return found
+
+
+def joined(lists: Sequence[Ints]) -> tuple[Ints, Ints]:
+    """Lists one behind the other: where each begins and the last one ends, and all entries."""
+    ends = np.cumsum([0, *map(len, lists)]).astype(np.int64)
+    return ends, np.concatenate([*lists, np.zeros(0, np.int64)]).astype(np.int64)
