@@ -1,5 +1,6 @@
 """Fits find what data were made with, say how well, and doubt what they should doubt."""
 
+import tracemalloc
 from types import SimpleNamespace
 
 import numpy as np
@@ -244,6 +245,19 @@ def test_a_search_that_stops_beside_impossible_scenes_says_so() -> None:
     short = made([1.0], J, noise + 2.0 / np.sqrt(300), 1.0, impossible="it is too large")
     assert "beside values that are impossible" in short.warnings[0]
     assert not made([1.0], J, noise + 2.0 / np.sqrt(300), 1.0).warnings
+    # data that the model made itself leave round-off, of any direction
+    assert not made([1.0], J, np.full(300, 1e-15), None, impossible="it is too large").warnings
+
+
+def test_long_records_take_no_square_of_their_length() -> None:
+    """A record of a minute at a kilohertz would take 29 GB."""
+    tracemalloc.start()
+    try:
+        made([1.0], np.ones((2000, 1)), np.zeros(2000), 1.0)
+        peak = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert peak < 0.1 * 8 * 2000**2
 
 
 def test_the_search_turns_where_steps_fail() -> None:

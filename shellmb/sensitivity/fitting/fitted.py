@@ -87,11 +87,12 @@ class Fit:
         self._sizes = np.array(
             [abs(p.value) if abs(p.value) >= NEAR * p.size else p.size for p in found.parameters]
         )
-        sides, self._singular, self._directions = np.linalg.svd(jacobian * self._sizes)
-        # deviations that values have left to the least misfit, as far as data determine them
-        seen = self._singular > self.noise_factor
-        left = residual @ sides[:, : len(seen)][:, seen]
-        self._short = float(np.linalg.norm(left)) > SHORT * self.noise_factor
+        # there are as many values as parameters, or more
+        sides, self._singular, self._directions = np.linalg.svd(
+            jacobian * self._sizes, full_matrices=False
+        )
+        # what the least misfit of a linear model would take from residuals, by combination
+        self._left = residual @ sides
         own = [*self._unfinished(at_bounds, impossible), *self._unseen(), *self._doubts()]
         self.warnings = (*own, *found.warnings)
 
@@ -161,18 +162,29 @@ class Fit:
         if not self.converged:
             more = f"give more, or bounds: {impossible}" if impossible else "give more"
             found.append(f"the fit did not end in {self.runs} runs: values may change; {more}")
-        elif impossible and self._short and not at_bounds:
+        elif impossible and self._is_short() and not at_bounds:
             found.append(
                 "the search stopped before the least misfit, beside values that are impossible, so "
-                f"that deviations say nothing: {impossible}"
+                f"that deviations say nothing; begin elsewhere, or give bounds: {impossible}"
             )
         return found
+
+    def _is_short(self) -> bool:
+        """Decide whether values are short of the least misfit, as far as data determine them."""
+        seen = self._singular > self.noise_factor
+        left = float(np.linalg.norm(self._left[seen]))
+        exact = all(self._is_exact(name) for name in self._data.values)
+        return left > SHORT * self.noise_factor and not exact
+
+    def _is_exact(self, name: str) -> bool:
+        """Decide whether residuals of a column are what Newton's method leaves of its values."""
+        left = np.nanmax(np.abs(self._over_noise[name] * self._data.noise[name]))
+        return bool(left <= EXACT * np.nanmax(np.abs(self._data.values[name])))
 
     def _unseen(self) -> list[str]:
         """Combinations of parameters that the data do not see."""
         said = []
-        for k, direction in enumerate(self._directions):
-            size = self._singular[k] if k < len(self._singular) else 0.0
+        for size, direction in zip(self._singular, self._directions, strict=True):
             if self.noise_factor >= UNSEEN * size:
                 direction = direction * np.sign(direction[np.argmax(np.abs(direction))])
                 parts = " ".join(
@@ -193,9 +205,9 @@ class Fit:
         """Find what residuals have that noise has not."""
         from scipy.stats import chi2
 
-        said, table = [], self.residuals
+        said = []
         for name, column in self._over_noise.items():
-            if table[name].abs().max() <= EXACT * np.nanmax(np.abs(self._data.values[name])):
+            if self._is_exact(name):
                 continue
             rest = column[~np.isnan(column)]
             apart, correlation = _correlation(rest)
