@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
+import os
+import warnings
 from collections.abc import Iterator
-from contextlib import contextmanager
 
 __all__ = [
     "ControlError",
@@ -14,6 +16,7 @@ __all__ = [
     "ShellmbWarning",
     "Stopped",
     "petsc_in_words",
+    "warn",
 ]
 
 
@@ -32,8 +35,26 @@ class SceneError(ShellmbError):
 class ShellmbWarning(UserWarning):
     """A warning about a choice that is hardly meant or a result that is doubtful, in one sentence.
 
-    Emitted by :func:`warnings.warn`; the commands show it as a line of its own.
+    Emitted by :func:`warn`; the commands show it as a line of its own.
     """
+
+
+def warn(sentence: str, category: type[Warning] = ShellmbWarning) -> None:
+    """Warn at the line of the user's that led here, however deep this is.
+
+    Args:
+        sentence: What to say.
+        category: What kind of warning it is.
+    """
+    import functools
+
+    import pydantic
+
+    # what stands between a user's line and ours: checks of dataclasses, and decorators; a whole
+    # path is no prefix of itself to Python 3.12
+    folders = (os.path.join(os.path.dirname(f), "") for f in (__file__, pydantic.__file__))
+    files = (str(module.__file__).removesuffix(".py") for module in (functools, contextlib))
+    warnings.warn(sentence, category, skip_file_prefixes=(*folders, *files))
 
 
 class ConvergenceError(ShellmbError):
@@ -96,7 +117,7 @@ class Stopped(KeyboardInterrupt):
         self.signal = signal
 
 
-@contextmanager
+@contextlib.contextmanager
 def petsc_in_words() -> Iterator[None]:
     """Turn what PETSc and SLEPc raise into a sentence, with their own text at its end.
 

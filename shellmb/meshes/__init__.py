@@ -1,11 +1,9 @@
 """From a scene to meshes, tags, function spaces and states."""
 
-import warnings
-
 # before dolfinx and petsc4py, whichever module of this package is imported first
 from mpi4py import MPI as _MPI  # noqa: F401
 
-from shellmb.errors import RunError, ShellmbWarning
+from shellmb.errors import RunError, warn
 
 # what this code is written for and tested with
 DOLFINX = "0.11"
@@ -19,8 +17,6 @@ except ModuleNotFoundError as missing:
         "conda-forge, or `python3-dolfinx` of the distribution"
     ) from missing
 if not dolfinx.__version__.startswith(DOLFINX):
-    warnings.warn(
+    warn(
         f"DOLFINx is {dolfinx.__version__}; shellmb is written for {DOLFINX}",
-        ShellmbWarning,
-        stacklevel=2,
     )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
@@ -10,7 +9,7 @@ from mpi4py import MPI
 
 import numpy as np
 
-from shellmb.errors import ShellmbWarning
+from shellmb.errors import warn
 from shellmb.model.locations.nodes import local_point
 from shellmb.scene.lookup import said
 
@@ -46,11 +45,9 @@ def doubt_thickness(
     ]
     for body, what, size, length in sizes:
         if size > length:
-            warnings.warn(
+            warn(
                 f"{said(body)}: the {what} is {size:.4g} m and it is {length:.4g} m long; the "
                 "theory is for thin bodies, so check the units",
-                ShellmbWarning,
-                stacklevel=3,
             )
 
 
@@ -81,12 +78,10 @@ def doubt_slits(comm: MPI.Comm, shells: Mapping[str, ShellModel]) -> None:
             if np.ptp(a, axis=1).max() < SAME * length or np.abs(a - b).max() > SAME * length:
                 # an edge that is a point is a pole, and no slit
                 continue
-            warnings.warn(
+            warn(
                 f"{said(shell.shell)}: its edges '{first}' and '{second}' lie on one another and "
                 "are not joined: the shell is slit there; use Cylinder, Sphere or Disc with 360 "
                 "degrees to close it, or Parametric(..., slit=True) if the slit is meant",
-                ShellmbWarning,
-                stacklevel=3,
             )
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -10,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from shellmb.api.modal import modes
-from shellmb.errors import SceneError, ShellmbWarning, TooFewModesError
+from shellmb.errors import SceneError, TooFewModesError, warn
 from shellmb.options.described import options_of, takes
 from shellmb.options.run import ELEMENTS, Options
 from shellmb.scene import Scene
@@ -90,14 +89,12 @@ def frequency_sensitivities(
             said = f"no frequency depends on '{p.name}' near {p.value:g}: its derivatives are zero"
             if independent(above, below):
                 said = without_effect(p, base, above)
-            warnings.warn(said, ShellmbWarning, stacklevel=2)
+            warn(said)
     if near[:known].any():
         said = ", ".join(str(k + 1) for k in np.flatnonzero(near[:known]))
-        warnings.warn(
+        warn(
             f"frequencies {said} nearly coincide with others: they have no derivatives of their "
             "own",
-            ShellmbWarning,
-            stacklevel=2,
         )
     return table
 

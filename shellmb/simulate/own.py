@@ -11,7 +11,6 @@ from __future__ import annotations
 import copy
 import functools
 import types
-import warnings
 import weakref
 from collections.abc import Iterator, Mapping
 from dataclasses import is_dataclass
@@ -19,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from shellmb.errors import ShellmbWarning
+from shellmb.errors import warn
 from shellmb.scene import Scene
 from shellmb.scene.fingerprint import Fingerprint, outside
 from shellmb.scene.values.copies import MUTABLE, with_own_defaults
@@ -61,13 +60,11 @@ class OwnScene:
         self._before = {f: outside(f) for f in self._functions}
         for function, names in [(f, _CHANGED.get(f)) for f in self._functions]:
             if names:
-                warnings.warn(
+                warn(
                     f"scene '{scene.name}': an earlier run has changed {', '.join(names)}, which "
                     f"the function {function.__qualname__} reads from outside, and this run "
                     "starts with the changed values; keep the memory of a law in its state or in "
                     "an object",
-                    ShellmbWarning,
-                    stacklevel=2,
                 )
 
     @property
@@ -115,11 +112,9 @@ class OwnScene:
         try:
             return copy.deepcopy(value, self._memo)
         except Exception as error:
-            warnings.warn(
+            warn(
                 f"scene '{self._name}': {path} is or holds a {kind.__name__} that cannot be copied "
                 f"({error}); the next run of this scene starts with what this run changes in it",
-                ShellmbWarning,
-                stacklevel=2,
             )
             return value
 

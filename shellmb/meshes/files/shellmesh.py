@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import warnings
-
 import numpy as np
 import scipy.sparse
 from scipy.sparse.csgraph import connected_components
 
 from shellmb.arrays import Floats, Ints
-from shellmb.errors import SceneError, ShellmbWarning
+from shellmb.errors import SceneError, warn
 from shellmb.meshes.edges_where import true_at
 from shellmb.meshes.files.found import KINDS, Found
 from shellmb.meshes.files.gaps import gaps
@@ -74,15 +72,11 @@ def shell_mesh(found: Found, shell: Shell, group: str | tuple[str, ...] | None) 
     _say_pieces(raw, who)
     if found.left_out:
         listed = ", ".join(f"{n} {name}" for name, n in sorted(found.left_out.items()))
-        _warn(
+        warn(
             f"{who}: elements of its mesh that are no shells are omitted: {listed}; add those that "
             "carry load to the scene"
         )
     return raw
-
-
-def _warn(sentence: str) -> None:
-    warnings.warn(sentence, ShellmbWarning, stacklevel=4)
 
 
 def _many(count: int, thing: str, one: str, several: str) -> str:
@@ -185,7 +179,7 @@ def _joined(x: Floats, cells: dict[Cell, Ints], surface: Meshed, who: str) -> In
     if len(gone) and (uses.max() > 1 or far > 1e-9):
         one, several = "lies on another and becomes one with it", "lie on others and become one"
         joint = _many(len(gone), "node", one, f"{several} with them")
-        _warn(
+        warn(
             f"{who}: {joint}, up to "
             f"{np.linalg.norm(x[gone] - x[same[gone]], axis=1).max():.2g} m away, at "
             f"{_places(x[gone], _size(x[used]))}; with merge=0 they stay apart"
@@ -204,7 +198,7 @@ def _with_area(
         none = empty(x, rows, cell)
         if none.any():
             at = x[rows[none, : vertex_count(cell)]].mean(axis=1)
-            _warn(
+            warn(
                 f"{who}: {_many(len(at), 'element', 'has', 'have')} no area and no part in the "
                 f"shell, at {_places(at, size)}"
             )
@@ -264,7 +258,7 @@ def _of_one_type(
         if shell.cell == "quad"
         else "each quadrilateral is cut in two"
     )
-    _warn(
+    warn(
         f"shell '{shell.name}': its mesh has {counts['quad']} quadrilaterals and {counts['tri']} "
         f"triangles, and cell is '{shell.cell}': {done}, {len(rows)} elements in all"
     )
@@ -351,7 +345,7 @@ def _say_gaps(raw: RawMesh, surface: Meshed, who: str) -> None:
         f"{'; '.join(places[:PLACES])}{more}"
     )
     if surface.gaps == "keep":
-        _warn(f"{text}; they stay open, as gaps='keep' says")
+        warn(f"{text}; they stay open, as gaps='keep' says")
         return
     raise SceneError(
         f"{text}; elements must meet in common nodes: mend the mesh, raise merge (now "
@@ -381,7 +375,7 @@ def _say_pieces(raw: RawMesh, who: str) -> None:
             f"{n} element{'s' if n > 1 else ''} around {p}" for n, p in zip(counts, at, strict=True)
         ]
         more = f" and {len(listed) - PLACES} more" if len(listed) > PLACES else ""
-        _warn(
+        warn(
             f"{who}: its mesh is in {len(listed)} pieces that {how}: "
             f"{', '.join(listed[:PLACES])}{more}; what holds one of them does not hold the others"
         )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
@@ -11,7 +10,7 @@ import basix
 import numpy as np
 
 from shellmb.arrays import Floats
-from shellmb.errors import SceneError, ShellmbWarning
+from shellmb.errors import SceneError, warn
 from shellmb.meshes.edges_where import true_at
 from shellmb.meshes.raw import RawMesh, cell_cross, vertex_count
 
@@ -59,13 +58,11 @@ def with_areas(raw: RawMesh, where: Mapping[str, Callable[[Any], Any]], shell: s
             )
         cut = int(np.sum((share > 0) & (share < 1)))
         if cut:
-            warnings.warn(
+            warn(
                 f"{who}: its boundary runs through {cut} elements; it is those that are more than "
                 f"half inside, {sizes[taken].sum():.4g} in place of about "
                 f"{(share * sizes).sum():.4g} of area; a finer mesh, or one with a line there, "
                 "brings them together",
-                ShellmbWarning,
-                stacklevel=2,
             )
         areas[name] = np.flatnonzero(taken)
     return replace(raw, areas=areas)

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import warnings
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from shellmb.errors import SceneError, ShellmbWarning
+from shellmb.errors import SceneError, warn
 from shellmb.scene.initial import FromMode
 from shellmb.scene.loads.loads import Gravity
 from shellmb.scene.loads.supports import Driven, Fixed
@@ -39,7 +38,7 @@ def check(scene: Description) -> None:
     if scene.static:
         _velocities(scene)
     for sentence in _without_effect(scene):
-        warnings.warn(sentence, ShellmbWarning, stacklevel=2)
+        warn(sentence)
 
 
 def doubts(scene: Description) -> tuple[str, ...]:

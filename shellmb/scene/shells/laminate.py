@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import warnings
 from collections.abc import Sequence
 from dataclasses import KW_ONLY, replace
 from typing import Annotated, Any, Literal
@@ -11,7 +10,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import BeforeValidator
 
-from shellmb.errors import SceneError, ShellmbWarning
+from shellmb.errors import SceneError, warn
 from shellmb.scene.shells import lamination
 from shellmb.scene.shells.lamination import Layer, Layup
 from shellmb.scene.shells.sections import FiniteAt, LinearSection, PositiveAt, Value, check_stable
@@ -106,7 +105,7 @@ class Laminate(LinearSection):
         if not self.plies:
             raise SceneError("laminate: it has no plies; it must have one at least")
         for sentence in self.doubts:
-            warnings.warn(sentence, ShellmbWarning, stacklevel=3)
+            warn(sentence)
 
     @property
     def doubts(self) -> tuple[str, ...]:
@@ -117,7 +116,7 @@ class Laminate(LinearSection):
         """The section at positions; warns as a constant section does."""
         found = super().at(x, who)
         for sentence in self._doubts(found):
-            warnings.warn(sentence, ShellmbWarning, stacklevel=3)
+            warn(sentence)
         return found
 
     def _doubts(self, layup: Layup) -> tuple[str, ...]:

@@ -5,9 +5,10 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Collection, Mapping
 from typing import Any
+
+from shellmb.errors import warn
 
 __all__ = ["CHOICES", "RENAMED", "choice_of_today", "name_of_today", "still_read"]
 
@@ -55,7 +56,7 @@ def still_read(label: str, given: Mapping[str, Any]) -> dict[str, Any]:
             said = name if today != name else f"{name}={value!r}"
             now = today if today != name else f"{name}={chosen!r}"
             text = f"{label}: {said} is now called {now}; a later version will not read it"
-            warnings.warn(text, FutureWarning, stacklevel=4)
+            warn(text, FutureWarning)
         found[today] = chosen
     return found
 

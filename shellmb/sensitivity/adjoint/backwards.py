@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import gc
-import warnings
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -11,7 +10,7 @@ from mpi4py import MPI
 
 import numpy as np
 
-from shellmb.errors import ShellmbWarning
+from shellmb.errors import warn
 from shellmb.native.later import known_forms
 from shellmb.observers.probes import plain_spot
 from shellmb.running.execute import RunResult, execute
@@ -103,7 +102,7 @@ def _by_parameter(run: Simulation, sweep: Sweep, parameter: Parameter, *scenes: 
     corners = Corners(run, parameter, (scenes[0], scenes[1]))
     for step in reversed(sweep.kept):
         for said in corners.met(step.t, step.dt):
-            warnings.warn(f"adjoint: {said}", ShellmbWarning, stacklevel=2)
+            warn(f"adjoint: {said}")
     above, below = ends
     start = sum(float(w @ (above[key] - below[key])) for key, w in sweep.covector.items())
     total: float = run.model.comm.allreduce(start - (work[0] - work[1]))

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
 
 from shellmb.arrays import Floats
-from shellmb.errors import SceneError, ShellmbError, ShellmbWarning
+from shellmb.errors import SceneError, ShellmbError, warn
 from shellmb.running.error_origin import in_words
 from shellmb.scene import Modal, Scene
 from shellmb.scene.lookup import listed
@@ -149,13 +148,11 @@ def slopes(objective: Objective, history: Mapping[str, Floats], middle: float) -
             if _smooth(change[1:] if values[0] == 0 else change):
                 break
         else:
-            warnings.warn(
+            warn(
                 f"adjoint: the objective has a kink in the history of '{name}', such as a largest "
                 "value that is reached twice, or loses digits in a sum; its derivative by that "
                 "history is a mean of several or round-off: use a smooth number, such as a mean "
                 "of high powers",
-                ShellmbWarning,
-                stacklevel=2,
             )
     return found
 

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from shellmb.errors import SceneError, ShellmbWarning
+from shellmb.errors import SceneError, warn
 from shellmb.options.described import options_of, takes
 from shellmb.options.run import Options
 from shellmb.scene import FromMode, Scene
@@ -136,7 +135,7 @@ def adjoint(
                 "zero in all elements"
             )
     for text in said.values():
-        warnings.warn(f"adjoint: {text}", ShellmbWarning, stacklevel=2)
+        warn(f"adjoint: {text}")
     return found
 
 

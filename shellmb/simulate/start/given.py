@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import functools
 import math
-import warnings
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -14,7 +13,7 @@ import numpy as np
 
 from shellmb.arrays import Floats, Int32s, Ints
 from shellmb.barrier import first_found
-from shellmb.errors import SceneError, ShellmbWarning
+from shellmb.errors import SceneError, warn
 from shellmb.modal.tangent import tangent
 from shellmb.model.body import Body
 from shellmb.model.joints.columns import COLUMN
@@ -79,11 +78,9 @@ def _(start: FromRun, problem: Problem, scene: Scene) -> bool:
     _check_bodies(scene, stored, who)
     known = counted(Path(start.run), model.comm, start.at)
     if known is None and scene.joints:
-        warnings.warn(
+        warn(
             f"{who}: its {HISTORY}, which counts whole turns of joints, is missing or cannot be "
             "read; rotations that its state does not have begin within half a turn",
-            ShellmbWarning,
-            stacklevel=2,
         )
     problem.counted = known or {}
     if start.at is not None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable
 from functools import cached_property
 
@@ -11,7 +10,7 @@ from ufl import Form
 
 from shellmb.bodyfields import NONE, kinematic_dofs
 from shellmb.constraint_analysis.redundancy import RATE_STEP, largest_gap
-from shellmb.errors import ConvergenceError, SceneError, ShellmbWarning
+from shellmb.errors import ConvergenceError, SceneError, warn
 from shellmb.model.body import Body, kinetic_energy
 from shellmb.model.joints.rolling import ContactGroup
 from shellmb.model.joints.slipping import refuse_slip
@@ -141,12 +140,10 @@ class Start:
             )
         if self.scene.assemble and moved > OPEN:
             after = self._energy(strain_energy)
-            warnings.warn(
+            warn(
                 f"scene '{self.scene.name}': the state that the run starts from was moved by "
                 f"{moved:.3g} of the bodies' scales to fit supports and joints; its strain energy "
                 f"was {energy:.6g}, is {after:.6g}",
-                ShellmbWarning,
-                stacklevel=2,
             )
 
     @property
@@ -209,11 +206,9 @@ class Start:
         whose = "of the state that the run starts from" if self._taken else "that are given"
         stopped = after < LEFT * before
         if stopped or (self._taken and abs(after - before) > DRIFT * before):
-            warnings.warn(
+            warn(
                 f"scene '{self.scene.name}': supports and joints do not allow the velocities "
                 f"{whose}; their kinetic energy was {before:.6g}, is {after:.6g}",
-                ShellmbWarning,
-                stacklevel=2,
             )
 
     def accelerations(self, t: float = 0.0) -> None:
