@@ -132,7 +132,8 @@ class PathTangents(Tangents):
         It moves by `f' = -(x.dR/dp) / (x.dR/df)`, `x` being the left null vector of the Jacobian
         there, whose factors are those that the run made last: how the point moves does not matter.
         """
-        path, last, found = _path(simulation), simulation.last, _path(simulation).limit
+        path, last = _path(simulation), simulation.last
+        found = path.limit
         assert last is not None
         normal, dot = path.normal, path.bordered.dot
         if found is not None:
