@@ -125,7 +125,7 @@ def ends(run: Simulation, pair: Sides, solve: Callable[[float], Floats]) -> Ends
             f"sensitivities: the step from t = {step.t:g} begins or ends with an event, and its "
             f"length of {step.dt:.3g} s changes by {abs(moved):.3g} s within the distance of the "
             f"differences of '{pair.parameter.name}'; choose another dt, a smaller size of it by "
-            "scales=..., or a condition that the motion does not touch so slowly",
+            "scales=... (--scale), or a condition that the motion does not touch so slowly",
             None,
             {},
         )

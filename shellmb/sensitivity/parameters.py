@@ -32,6 +32,8 @@ STEP = 1e-5
 LEAST = 1e-5
 # with bodies in modes and starts from modes: eigenvectors are known to ten digits
 REDUCED = 1e-4
+# how a parameter is given a value, in Python and in a command
+VALUE = "values={{'{name}': ...}} (--set {name}=...)"
 
 
 @dataclass(frozen=True)
@@ -101,7 +103,7 @@ class Differentiated:
             SceneError: If it is impossible.
         """
         given, who = {**self.given, **changed}, f"sensitivities: scene '{self.name}'"
-        check_values(self.make, given, who)
+        check_values(self.make, given, who, VALUE)
         return self.options.apply(scene_of(self.make, given, who, "its function"))
 
     def base(self) -> Scene:
@@ -189,7 +191,7 @@ def parameters_of(
         if value is inspect.Parameter.empty:
             raise SceneError(
                 f"sensitivities: parameter '{name}' has no value; give it a default, or a value "
-                f"by values={{'{name}': ...}}"
+                f"by {VALUE.format(name=name)}"
             )
         if isinstance(value, bool) or not isinstance(value, Real):
             raise SceneError(
@@ -199,7 +201,7 @@ def parameters_of(
         if not (math.isfinite(value) and math.isfinite(scale) and scale > 0):
             raise SceneError(
                 f"sensitivities: parameter '{name}' is {value:g}, which gives no size of "
-                f"differences; give its size, as in scales={{'{name}': 1.0}}"
+                f"differences; give its size, as in scales={{'{name}': 1.0}} (--scale {name}=1.0)"
             )
         least = LEAST * abs(float(value))
         if scale < least:
@@ -235,6 +237,11 @@ def _sizes(names: Sequence[str], scales: Mapping[str, Any]) -> dict[str, float]:
         if isinstance(size, bool) or not isinstance(size, Real):
             raise SceneError(
                 f"sensitivities: scales gives '{name}' the size {size!r:.40}; it must be a number"
+            )
+        if not math.isfinite(size) or size == 0:
+            raise SceneError(
+                f"sensitivities: scales gives '{name}' the size {size:g}; it must be finite, and "
+                "not zero"
             )
     return {name: abs(float(size)) for name, size in scales.items()}
 
@@ -325,6 +332,6 @@ def without_effect(parameter: Parameter, base: Scene, side: Scene) -> str:
         )
     return (
         f"nothing depends on '{name}' between {below:.9g} and {above:.9g}: its derivatives are "
-        f"zero; if this difference is too small to count, scales={{'{name}': ...}} gives a larger "
-        "one"
+        f"zero; if this difference is too small to count, scales={{'{name}': ...}} (--scale "
+        f"{name}=...) gives a larger one"
     )

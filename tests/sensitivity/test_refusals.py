@@ -36,7 +36,11 @@ def ignored(thickness: float = 4e-3, colour: float = 1.0) -> sm.Scene:
         ((), {}, "no parameter is named; name at least one"),
         (("E", "E"), {}, "parameter 'E' is named twice"),
         (("scheme",), {}, "parameter 'scheme' is 'ep'; it must be a number"),
-        (("force",), {"force": 0.0}, r"give its size, as in scales=\{'force': 1.0\}"),
+        (
+            ("force",),
+            {"force": 0.0},
+            r"give its size, as in scales=\{'force': 1.0\} \(--scale force=1.0\)",
+        ),
         (("dt",), {}, "parameter 'dt' changes dt from"),
         (("E",), {"E": np.array([2e11])}, r"parameter 'E' is array\(\[2.e\+11\]\); it must be a"),
     ],
@@ -51,6 +55,8 @@ def test_bad_parameters(names: tuple, values: dict, said: str) -> None:
     [
         ({"nose": 1.0}, "scales has 'nose', which is no parameter here; parameters are 'E'"),
         ({"E": "big"}, "scales gives 'E' the size 'big'; it must be a number"),
+        ({"E": 0.0}, "scales gives 'E' the size 0; it must be finite, and not zero"),
+        ({"E": np.nan}, "scales gives 'E' the size nan; it must be finite"),
         # differences that vanish in the value would say that nothing depends on it
         ({"E": 1e-9}, r"gives 'E' the size 1e-09.* give a size of at least 2.1e\+06"),
     ],

@@ -63,7 +63,7 @@ class Histories(dict[str, Floats]):
 
 
 def check_objective(objective: Objective, scene: Scene) -> None:
-    """Refuse, before a run, what is no function, or reads what no probe records.
+    """Refuse, before a run, what is no function, returns nothing, or reads what no probe records.
 
     Raises:
         SceneError: If it is so.
@@ -74,11 +74,13 @@ def check_objective(objective: Objective, scene: Scene) -> None:
         )
     names = ("t", *(probe.name for probe in scene.probes))
     try:
-        objective(Histories({name: np.linspace(0.0, 1.0, 3) for name in names}))
+        found: Any = objective(Histories({name: np.linspace(0.0, 1.0, 3) for name in names}))
     except SceneError:
         raise
     except Exception:
         return
+    if found is None or isinstance(found, str):
+        raise SceneError(f"adjoint: the objective is {_shown(found)}; it must be a finite number")
 
 
 def evaluated(objective: Objective, history: Mapping[str, Floats]) -> float:
