@@ -248,7 +248,8 @@ class Fit:
             below.plot(self._data.times, self._over_noise[name] / self.noise_factor, ".", ms=3)
             below.axhline(0, lw=0.5)
             below.set_ylabel("run - data\n/ noise [-]")
-            below.set_xlabel(described.time_label)
+        # the others have no ticks of their own
+        axes[-1, 0].set_xlabel(described.time_label)
         return made
 
     def __repr__(self) -> str:
