@@ -27,7 +27,7 @@ from shellmb.scene.probes import Probe
 from shellmb.scene.schemes import DISSIPATIVE, LINEAR, is_static
 from shellmb.scene.settings import Output, Solver, StepControl
 from shellmb.scene.shells.shell import Join, Shell
-from shellmb.scene.units import parse_units
+from shellmb.scene.units import check_order, parse_units
 from shellmb.scene.values.validate import Name, Positive, described
 
 __all__ = ["Body", "Description"]
@@ -41,7 +41,7 @@ def _several(value: Any) -> Any:
 
 
 def _units(value: str | None) -> str | None:
-    parse_units(value)
+    check_order(parse_units(value))
     return value
 
 

@@ -4,13 +4,20 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-__all__ = ["Units", "parse_units"]
+__all__ = ["Units", "check_order", "parse_units"]
 
 # derived units that have names of their own, by those of length, mass and time
 NAMED = {
     ("m", "kg", "s"): {"force": "N", "stress": "Pa", "energy": "J", "moment": "N m"},
     ("mm", "t", "s"): {"force": "N", "stress": "MPa", "energy": "mJ", "moment": "N mm"},
     ("mm", "kg", "ms"): {"force": "kN", "stress": "GPa", "energy": "J", "moment": "kN mm"},
+}
+
+# frequent names of each; a place of another one has none of them
+KNOWN = {
+    "length": {"m", "mm", "cm", "km", "um", "in", "ft"},
+    "mass": {"kg", "g", "mg", "t", "lb", "slug"},
+    "time": {"s", "ms", "us", "min", "h"},
 }
 
 # powers of length, mass and time
@@ -108,3 +115,21 @@ def parse_units(text: str | None) -> Units:
             "'mm, t, s'"
         )
     return Units(names)
+
+
+def check_order(units: Units) -> None:
+    """Refuse names in another order than length, mass and time; runs that have such are still read.
+
+    Args:
+        units: The units.
+
+    Raises:
+        ValueError: If a frequent name is in the place of another kind.
+    """
+    for name, wanted in zip(units.names, KNOWN, strict=False):
+        for kind, known in KNOWN.items():
+            if name in known and kind != wanted:
+                raise ValueError(
+                    f"it must be the units of length, mass and time in this order, as in "
+                    f"'mm, t, s'; '{name}' is a unit of {kind}, in the place of {wanted}"
+                )

@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from shellmb.errors import SceneError
 from shellmb.observers.curves import joint_plots
 from shellmb.observers.files.described import describe
 from shellmb.scene import (
@@ -248,3 +249,21 @@ def test_bands_reach_by_an_error_to_both_sides() -> None:
     (path,) = band.get_paths()
     assert path.vertices[:, 1].min() == 2.75 and path.vertices[:, 1].max() == 3.25
     assert band.get_label() == "y: error (rms)"
+
+
+@pytest.mark.parametrize(
+    ("units", "said"),
+    [
+        ("kg, m, s", "'kg' is a unit of mass, in the place of length"),
+        ("m, s, kg", "'s' is a unit of time, in the place of mass"),
+        ("mm, t", "must be the units of length, mass and time with commas"),
+    ],
+)
+def test_units_come_in_their_order(units: str, said: str) -> None:
+    """Axes of lengths were labelled [kg], without a word."""
+    with pytest.raises(SceneError, match=said):
+        plate_scene(mesh=(1, 1), supports=Clamped("left"), scheme="static", units=units)
+
+
+def test_units_of_no_system_have_any_names() -> None:
+    assert parse_units("L, M, T").of("velocity") == "L/T"
