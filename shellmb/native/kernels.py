@@ -25,7 +25,7 @@ from ufl.domain import extract_domains
 from shellmb.barrier import arrive, first_found
 from shellmb.errors import RunError
 from shellmb.guarding.surroundings import cache_root, user_options
-from shellmb.native.assembler import is_native
+from shellmb.native.assembler import is_interpreted, is_native
 from shellmb.native.compiling.compiler import compile_new, library
 from shellmb.native.compiling.flags import KERNEL_FLAGS, Item, flags_for
 from shellmb.native.compiling.store import is_whole, loading, usable
@@ -108,6 +108,22 @@ def compile_with_derivatives(
         return []
     if not is_native():
         return [compiled_form(plain(f if isinstance(f, Form) else f.form()), flags) for f in forms]
+    if is_interpreted():
+        from shellmb.native.programs.forms import Unsupported, summed
+
+        made: list[fem.Form | None] = []
+        for form in forms:
+            try:
+                made.append(summed([form]))
+            except Unsupported:
+                made += _compiled_with_derivatives([form], flags)
+        return made
+    return _compiled_with_derivatives(forms, flags)
+
+
+def _compiled_with_derivatives(
+    forms: Sequence[Form | CachedDerivative], flags: Sequence[str]
+) -> list[fem.Form | None]:
     comm = comm_of(forms[0] if isinstance(forms[0], Form) else forms[0].of)
     cache_folder()  # on all ranks, as it may be refused
     _refuse_others(forms, comm)

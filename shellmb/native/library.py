@@ -84,7 +84,7 @@ class CArrays:
 
     def many(self, kind: str, pointers: Sequence[Any]) -> Any:
         """A C array."""
-        made = self.ffi.new(f"{kind}[]", list(pointers) or 1)
+        made = self.ffi.new(f"{kind}[]", pointers if isinstance(pointers, int) else list(pointers) or 1)
         self._kept.append(made)
         return made
 
@@ -214,7 +214,14 @@ def _compiled() -> tuple[Path, Future[None] | None]:
     first = ("cells.h", "apart.c", "kernels.c", "cells.c", "passes.c")
     last = ("bases.c", "nodes.c", "banded.c", "unknowns.c", "sums.c", "transposed.c", "sides.c")
     header, *others = ((HERE / name).read_text() for name in (*first, *last))
-    source = "\n".join(others)
+    header += (HERE / "programs.h").read_text()
+    common, both = ((HERE / name).read_text() for name in ("programs.c", "program.c"))
+    ends = "#undef V\n#undef NAME"
+    for kind, name in (("double", "one"), ("lanes", "lanes")):
+        both_names = f"#define V {kind}\n#define NAME(f) f##_of_{name}"
+        others += [common, both_names, both, ends]
+        common = ""
+    source = "\n".join([*others, (HERE / "interpret.c").read_text()])
     key = "\n".join([header, source, sys.version, cffi.__version__, *COMPILER_FLAGS])
     name = f"shellmb_cells_{hashlib.sha256(key.encode()).hexdigest()[:16]}"
     where = cache_folder()
@@ -223,7 +230,7 @@ def _compiled() -> tuple[Path, Future[None] | None]:
         return target, None
     ffi = cffi.FFI()
     ffi.cdef(header)
-    ffi.set_source(name, "#include <stdint.h>\n" + header + source, compiler_verbose=False)
+    ffi.set_source(name, "#include <math.h>\n#include <stdint.h>\n" + header + source, compiler_verbose=False)
     scratch = where / f"{name}.{os.getpid()}.c"
     with writing(where):
         ffi.emit_c_code(str(scratch))

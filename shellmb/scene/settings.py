@@ -41,7 +41,7 @@ class Solver:
     solve: Literal["reduced", "full"] = "reduced"
     newton: Literal["auto", "modified", "full"] = "auto"
     backend: Literal["newton", "snes"] = "newton"
-    assembler: Literal["native", "reference"] = "native"
+    assembler: Literal["native", "interpreted", "reference"] = "native"
     tolerance: Positive = 1e-9
     max_iterations: PositiveInt = 30
 

@@ -1,0 +1,527 @@
+"""UFL read as scalars of a graph: tensor algebra, gradients, and derivatives, one component at a time."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from ufl.algorithms.apply_algebra_lowering import apply_algebra_lowering
+from ufl.core.expr import Expr
+from ufl.core.multiindex import FixedIndex
+
+from shellmb.native.programs.graph import Graph, Input, Linear, Scalar, Unsupported
+
+# scalars of a tensor
+Tensor = npt.NDArray[np.object_]
+COORDINATES, ARGUMENT = -1, -2
+
+FUNCTIONS = {
+    "sqrt": "sqrt", "exp": "exp", "ln": "log", "cos": "cos", "sin": "sin", "tan": "tan",
+    "cosh": "cosh", "sinh": "sinh", "tanh": "tanh", "acos": "acos", "asin": "asin",
+    "atan": "atan", "erf": "erf", "abs": "abs", "sign": "sign",
+}  # fmt: skip
+COMPARISONS = {"lt", "le", "gt", "ge", "eq", "ne"}
+
+
+class Along:
+    """Direction of one reference coordinate."""
+
+    def __init__(self, reader: Reader, along: int) -> None:
+        self._reader, self._along = reader, along
+        self.memo: dict[int, Scalar] = {}
+
+    def of_input(self, item: Input) -> Scalar:
+        """Derivative of a function's value."""
+        return self._reader.value(item.derived(self._along))
+
+    def of_variable(self, label: int, component: int) -> Scalar | None:
+        """A variable changes as what it is."""
+        return None
+
+
+class Gateaux:
+    """Direction in the space of functions: of some components of coefficients other values."""
+
+    def __init__(self, reader: Reader, directions: Mapping[tuple[int, int], Scalar]) -> None:
+        self._reader, self._directions = reader, directions
+        self.memo: dict[int, Scalar] = {}
+
+    def of_input(self, item: Input) -> Scalar:
+        """Value of the direction there, or its derivative."""
+        found = self._directions.get((item.source, item.component))
+        if found is None:
+            return self._reader.graph.zero
+        for along, times in enumerate(item.orders):
+            for _ in range(times):
+                found = self._reader.along(found, along)
+        return found
+
+    def of_variable(self, label: int, component: int) -> Scalar | None:
+        """A variable changes as what it is."""
+        return None
+
+
+class ByVariable:
+    """Direction of one component of a variable, alone."""
+
+    def __init__(self, graph: Graph, label: int, component: int) -> None:
+        self._graph, self._label, self._component = graph, label, component
+        self.memo: dict[int, Scalar] = {}
+
+    def of_input(self, item: Input) -> Scalar:
+        """Functions do not change."""
+        return self._graph.zero
+
+    def of_variable(self, label: int, component: int) -> Scalar | None:
+        """One for that component."""
+        if label != self._label:
+            return None
+        return self._graph.one if component == self._component else self._graph.zero
+
+
+class Reader:
+    """Reads expressions over one kind of entity of a mesh.
+
+    Args:
+        domain: The mesh, as UFL knows it.
+        coefficients: Functions, by their number.
+        constants: Places of the Constants among all numbers of such.
+        vanishes: Decides whether a function's value, or a derivative of it, is zero everywhere.
+        facet: Whether it is over facets.
+
+    Attributes:
+        graph: What is read.
+    """
+
+    def __init__(
+        self,
+        domain: Any,
+        coefficients: Sequence[Any],
+        constants: Mapping[Any, int],
+        vanishes: Callable[[Input], bool],
+        facet: bool = False,
+    ) -> None:
+        self.graph = Graph()
+        self._domain, self._facet, self._vanishes = domain, facet, vanishes
+        self._numbers = {f: k for k, f in enumerate(coefficients)}
+        self._constants = constants
+        self._gdim, self._tdim = domain.geometric_dimension, domain.topological_dimension
+        self._along = [Along(self, a) for a in range(self._tdim)]
+        self._memo: dict[Any, Tensor] = {}
+        self._bound: dict[int, int] = {}
+        self._kept: list[Any] = []
+        self._geometry: dict[str, Any] = {}
+
+    def value(self, item: Input) -> Scalar:
+        """The value of a function, or of a derivative."""
+        if self._vanishes(item):
+            return self.graph.zero
+        if item.source <= ARGUMENT:
+            return self.graph.argument(item)
+        return self.graph.input(item)
+
+    def along(self, value: Scalar, a: int) -> Scalar:
+        """Derivative along a reference coordinate."""
+        return self.graph.derivative(
+            value, self._along[a], lambda item: self.value(item.derived(a))
+        )
+
+    def scalar(self, expr: Expr) -> Scalar:
+        """Read a scalar."""
+        found = self.tensor(expr)
+        assert found.shape == ()
+        return found[()]
+
+    def tensor(self, expr: Expr) -> Tensor:
+        """Read an expression; indices that are free have the values that are bound to them."""
+        key = id(expr), *(self._bound[k] for k in expr.ufl_free_indices)
+        found = self._memo.get(key)
+        if found is None:
+            own = getattr(self, f"_{expr._ufl_handler_name_}", None)
+            if own is not None:
+                made = own(expr)
+            elif expr._ufl_handler_name_ in FUNCTIONS:
+                op, of = FUNCTIONS[expr._ufl_handler_name_], self.scalar(expr.ufl_operands[0])
+                made = self.graph.unary(op, of)
+            elif expr._ufl_handler_name_ in COMPARISONS:
+                made = self.graph.compared(
+                    expr._ufl_handler_name_, *map(self.scalar, expr.ufl_operands)
+                )
+            else:
+                lowered = apply_algebra_lowering(expr)
+                if type(lowered) is type(expr):
+                    raise Unsupported(expr._ufl_handler_name_)
+                made = self.tensor(lowered)
+            found = self._memo[key] = _array(made)
+            # what is known by its id has to live
+            self._kept.append(expr)
+        return found
+
+    # values that are given
+
+    def _zero(self, expr: Any) -> Tensor:
+        return np.full(expr.ufl_shape, self.graph.zero, dtype=object)
+
+    def _scalar_value(self, expr: Any) -> Scalar:
+        return self.graph.number(float(expr))
+
+    _int_value = _float_value = _real_value = _scalar_value
+
+    def _identity(self, expr: Any) -> Tensor:
+        return self._numbers_of(np.eye(expr.ufl_shape[0]))
+
+    def _permutation_symbol(self, expr: Any) -> Tensor:
+        made = np.zeros(expr.ufl_shape)
+        for order in itertools.permutations(range(len(expr.ufl_shape))):
+            made[order] = np.linalg.det(np.eye(len(order))[list(order)])
+        return self._numbers_of(made)
+
+    def _numbers_of(self, values: npt.NDArray[np.float64]) -> Tensor:
+        return _mapped(lambda value: self.graph.number(float(value)), values)
+
+    def _constant(self, expr: Any) -> Tensor:
+        first, shape = self._constants[expr], expr.ufl_shape
+        return _mapped(
+            self.graph.constant, first + np.arange(int(np.prod(shape, initial=1))).reshape(shape)
+        )
+
+    def _function(self, source: int, expr: Any) -> Tensor:
+        shape, none = expr.ufl_shape, (0,) * self._tdim
+        components = np.arange(int(np.prod(shape, initial=1))).reshape(shape)
+        return _mapped(lambda k: self.value(Input(source, int(k), none)), components)
+
+    def _coefficient(self, expr: Any) -> Tensor:
+        return self._function(self._numbers[expr], expr)
+
+    def _argument(self, expr: Any) -> Tensor:
+        return self._function(ARGUMENT - expr.number(), expr)
+
+    def _variable(self, expr: Any) -> Tensor:
+        of, label = self.tensor(expr.ufl_operands[0]), expr.label().count()
+        made = np.empty(of.shape, dtype=object)
+        for k, place in enumerate(np.ndindex(of.shape)):
+            value = of[place]
+            if isinstance(value, Linear):
+                raise Unsupported("a variable that is an argument")
+            made[place] = self.graph.alias(label, k, value)
+        return made
+
+    # geometry
+
+    def _once(self, name: str, make: Callable[[], Any]) -> Any:
+        if name not in self._geometry:
+            self._geometry[name] = make()
+        return self._geometry[name]
+
+    def _spatial_coordinate(self, expr: Any) -> Tensor:
+        none = (0,) * self._tdim
+        return _array([self.value(Input(COORDINATES, i, none)) for i in range(self._gdim)])
+
+    def _jacobian(self, expr: Any = None) -> Tensor:
+        unit = np.eye(self._tdim, dtype=int)
+        return self._once(
+            "J",
+            lambda: _array(
+                [
+                    [self.value(Input(COORDINATES, i, tuple(map(int, e)))) for e in unit]
+                    for i in range(self._gdim)
+                ]
+            ),
+        )
+
+    def _jacobian_determinant(self, expr: Any = None) -> Scalar:
+        def make() -> Scalar:
+            J, g = self._jacobian(), self.graph
+            if self._gdim == self._tdim:
+                return self._det(J)
+            if self._tdim == 1:
+                return g.unary("sqrt", self._contract(J[:, 0], J[:, 0]))
+            c = self._crossed(J[:, 0], J[:, 1])
+            return g.unary("sqrt", self._contract(c, c))
+
+        return self._once("detJ", make)
+
+    def _jacobian_inverse(self, expr: Any = None) -> Tensor:
+        def make() -> Tensor:
+            J = self._jacobian()
+            if self._gdim == self._tdim:
+                return self._inv(J)
+            return self._times(self._inv(self._times(J.T, J)), J.T)
+
+        return self._once("K", make)
+
+    def _facet_jacobian_determinant(self, expr: Any = None) -> Scalar:
+        """Length of what the facet is to its reference, in a mesh of surfaces."""
+        J, of = self._jacobian(), self.graph.of_entity
+        tangent = [self._contract(row, [of(a) for a in range(self._tdim)]) for row in J]
+        return self.graph.unary("sqrt", self._contract(tangent, tangent))
+
+    def _facet_normal(self, expr: Any) -> Tensor:
+        # behind the tangent stands the normal, of the reference
+        normal = [self.graph.of_entity(self._tdim + a) for a in range(self._tdim)]
+        if self._tdim == 1:
+            way = [self.graph.mul(normal[0], x) for x in self._jacobian()[:, 0]]
+        else:
+            K = self._jacobian_inverse()
+            way = [self._contract(K[:, i], normal) for i in range(self._gdim)]
+        size = self.graph.unary("sqrt", self._contract(way, way))
+        return _array([self.graph.div(x, size) for x in way])
+
+    def scale(self) -> Scalar:
+        """What a point counts: its weight times the size of the entity to its reference."""
+        if not self._facet:
+            size = self._jacobian_determinant()
+            if self._gdim == self._tdim:
+                size = self.graph.unary("abs", size)
+        elif self._tdim == 2:
+            size = self._facet_jacobian_determinant()
+        else:
+            return self.graph.one
+        return self.graph.mul(self.graph.weight(), size)
+
+    # algebra
+
+    def _sum(self, expr: Any) -> Tensor:
+        a, b = map(self.tensor, expr.ufl_operands)
+        return _pairwise(self.graph.add, a, b)
+
+    def _product(self, expr: Any) -> Scalar:
+        return self.graph.mul(*map(self.scalar, expr.ufl_operands))
+
+    def _division(self, expr: Any) -> Tensor:
+        a, b = self.tensor(expr.ufl_operands[0]), self.scalar(expr.ufl_operands[1])
+        return _mapped(lambda x: self.graph.div(x, b), a)
+
+    def _power(self, expr: Any) -> Scalar:
+        return self.graph.pow(*map(self.scalar, expr.ufl_operands))
+
+    def _atan2(self, expr: Any) -> Scalar:
+        return self.graph.binary("atan2", *map(self.scalar, expr.ufl_operands))
+
+    def _min_value(self, expr: Any) -> Scalar:
+        return self.graph.binary("min", *map(self.scalar, expr.ufl_operands))
+
+    def _max_value(self, expr: Any) -> Scalar:
+        return self.graph.binary("max", *map(self.scalar, expr.ufl_operands))
+
+    def _conditional(self, expr: Any) -> Tensor:
+        condition, *ways = expr.ufl_operands
+        where = self.scalar(condition)
+        assert isinstance(where, int)
+        a, b = map(self.tensor, ways)
+        return _pairwise(lambda x, y: self.graph.choose(where, x, y), a, b)
+
+    def _and_condition(self, expr: Any) -> Scalar:
+        return self.graph.compared("and", *map(self.scalar, expr.ufl_operands))  # type: ignore[arg-type]
+
+    def _or_condition(self, expr: Any) -> Scalar:
+        return self.graph.compared("or", *map(self.scalar, expr.ufl_operands))  # type: ignore[arg-type]
+
+    def _not_condition(self, expr: Any) -> Scalar:
+        return self.graph.compared("not", *map(self.scalar, expr.ufl_operands))  # type: ignore[arg-type]
+
+    def _conj(self, expr: Any) -> Tensor:
+        return self.tensor(expr.ufl_operands[0])
+
+    _real = _conj
+
+    def _contract(self, a: Any, b: Any) -> Scalar:
+        return self.graph.total([self.graph.mul(x, y) for x, y in zip(a, b, strict=True)])
+
+    def _times(self, a: Tensor, b: Tensor) -> Tensor:
+        rows, columns = a.reshape(-1, a.shape[-1]), b.reshape(b.shape[0], -1)
+        made = [[self._contract(row, column) for column in columns.T] for row in rows]
+        return _array(made).reshape(a.shape[:-1] + b.shape[1:])
+
+    def _det(self, A: Tensor) -> Scalar:
+        if len(A) == 0:
+            return self.graph.one
+        found: list[Scalar] = []
+        for j, x in enumerate(A[0]):
+            minor = np.delete(A[1:], j, axis=1)
+            part = self.graph.mul(x, self._det(minor))
+            found.append(part if j % 2 == 0 else self.graph.negative(part))
+        return self.graph.total(found)
+
+    def _inv(self, A: Tensor) -> Tensor:
+        n = len(A)
+        if n > 4:
+            raise Unsupported("an inverse of more than 4 rows")
+        by = self.graph.div(self.graph.one, self._det(A))
+        made = np.empty((n, n), dtype=object)
+        for i, j in np.ndindex(n, n):
+            part = self._det(np.delete(np.delete(A, j, axis=0), i, axis=1))
+            made[i, j] = self.graph.mul(part if (i + j) % 2 == 0 else self.graph.negative(part), by)
+        return made
+
+    def _crossed(self, a: Any, b: Any) -> Tensor:
+        g = self.graph
+        return _array(
+            [g.sub(g.mul(a[i], b[j]), g.mul(a[j], b[i])) for i, j in ((1, 2), (2, 0), (0, 1))]
+        )
+
+    def _cross(self, expr: Any) -> Tensor:
+        return self._crossed(*map(self.tensor, expr.ufl_operands))
+
+    def _dot(self, expr: Any) -> Tensor:
+        return self._times(*map(self.tensor, expr.ufl_operands))
+
+    def _inner(self, expr: Any) -> Scalar:
+        a, b = (self.tensor(o).ravel() for o in expr.ufl_operands)
+        return self._contract(a, b)
+
+    def _outer(self, expr: Any) -> Tensor:
+        a, b = map(self.tensor, expr.ufl_operands)
+        made = [[self.graph.mul(x, y) for y in b.ravel()] for x in a.ravel()]
+        return _array(made).reshape(a.shape + b.shape)
+
+    def _transposed(self, expr: Any) -> Tensor:
+        return self.tensor(expr.ufl_operands[0]).T
+
+    def _trace(self, expr: Any) -> Scalar:
+        return self.graph.total(list(np.diagonal(self.tensor(expr.ufl_operands[0]))))
+
+    def _determinant(self, expr: Any) -> Scalar:
+        A = self.tensor(expr.ufl_operands[0])
+        return A[()] if A.shape == () else self._det(A)
+
+    def _inverse(self, expr: Any) -> Tensor:
+        A = self.tensor(expr.ufl_operands[0])
+        if A.shape == ():
+            return _array(self.graph.div(self.graph.one, A[()]))
+        return self._inv(A)
+
+    # indices
+
+    def _list_tensor(self, expr: Any) -> Tensor:
+        return np.stack([self.tensor(o) for o in expr.ufl_operands])
+
+    def _places(self, indices: Any) -> tuple[int, ...]:
+        return tuple(
+            int(i) if isinstance(i, FixedIndex) else self._bound[i.count()] for i in indices
+        )
+
+    def _indexed(self, expr: Any) -> Scalar:
+        of, indices = expr.ufl_operands
+        places = self._places(indices)
+        # one component of many is read alone
+        while True:
+            name = of._ufl_handler_name_
+            if name == "list_tensor":
+                of, places = of.ufl_operands[places[0]], places[1:]
+            elif name == "component_tensor":
+                inner, inner_indices = of.ufl_operands
+                names = [i.count() for i in inner_indices]
+                return self._with(names, places, inner)
+            elif name == "sum":
+                parts = [self._component(o, places) for o in of.ufl_operands]
+                return self.graph.total(parts)
+            else:
+                return self.tensor(of)[places]
+            if not places:
+                return self.scalar(of)
+
+    def _component(self, of: Any, places: tuple[int, ...]) -> Scalar:
+        return self.tensor(of)[places]
+
+    def _with(self, names: Sequence[int], values: Sequence[int], inner: Any) -> Scalar:
+        before = {k: self._bound.get(k) for k in names}
+        self._bound.update(zip(names, values, strict=True))
+        found = self.scalar(inner)
+        for k, value in before.items():
+            if value is None:
+                del self._bound[k]
+            else:
+                self._bound[k] = value
+        return found
+
+    def _component_tensor(self, expr: Any) -> Tensor:
+        inner, indices = expr.ufl_operands
+        names = [i.count() for i in indices]
+        made = np.empty(expr.ufl_shape, dtype=object)
+        for places in np.ndindex(expr.ufl_shape):
+            made[places] = self._with(names, places, inner)
+        return made
+
+    def _index_sum(self, expr: Any) -> Scalar:
+        inner, indices = expr.ufl_operands
+        (index,) = indices
+        parts = [self._with([index.count()], [k], inner) for k in range(expr.dimension())]
+        return self.graph.total(parts)
+
+    # derivatives
+
+    def _grad(self, expr: Any) -> Tensor:
+        (of,), K = expr.ufl_operands, self._jacobian_inverse()
+        values = self.tensor(of)
+        made = np.empty((*values.shape, self._gdim), dtype=object)
+        for place in np.ndindex(values.shape):
+            slopes = [self.along(values[place], a) for a in range(self._tdim)]
+            for i in range(self._gdim):
+                made[(*place, i)] = self._contract(K[:, i], slopes)
+        return made
+
+    def _coefficient_derivative(self, expr: Any) -> Tensor:
+        integrand, functions, directions, more = expr.ufl_operands
+        if more.ufl_operands:
+            raise Unsupported("derivatives of coefficients that are given")
+        found: dict[tuple[int, int], Scalar] = {}
+        for f, v in zip(functions.ufl_operands, directions.ufl_operands, strict=True):
+            values = self.tensor(v)
+            if f._ufl_handler_name_ == "coefficient":
+                for k, value in enumerate(values.ravel()):
+                    found[self._numbers[f], k] = value
+            elif f._ufl_handler_name_ == "indexed":
+                of, indices = f.ufl_operands
+                if of._ufl_handler_name_ != "coefficient":
+                    raise Unsupported("a derivative by a part of an expression")
+                place = np.ravel_multi_index(self._places(indices), of.ufl_shape)
+                found[self._numbers[of], int(place)] = values[()]
+            else:
+                raise Unsupported(f"a derivative by {f._ufl_handler_name_}")
+        direction = Gateaux(self, found)
+        return _mapped(lambda x: self.graph.derivative(x, direction), self.tensor(integrand))
+
+    def _variable_derivative(self, expr: Any) -> Tensor:
+        of, variable = expr.ufl_operands
+        self.tensor(variable)
+        values, shape = self.tensor(of), variable.ufl_shape
+        label = variable.label().count()
+        made = np.empty((*values.shape, *shape), dtype=object)
+        for k, place in enumerate(np.ndindex(shape)):
+            direction = ByVariable(self.graph, label, k)
+            for at in np.ndindex(values.shape):
+                made[(*at, *place)] = self.graph.derivative(values[at], direction)
+        return made
+
+
+def _array(values: Any) -> Tensor:
+    """An array of scalars, of any shape."""
+    if isinstance(values, np.ndarray):
+        return values
+    if not isinstance(values, list):
+        made = np.empty((), dtype=object)
+        made[()] = values
+        return made
+    parts = [_array(value) for value in values]
+    made = np.empty((len(parts), *parts[0].shape), dtype=object)
+    for k, part in enumerate(parts):
+        made[k] = part[()] if part.shape == () else part
+    return made
+
+
+def _mapped(function: Callable[[Any], Scalar], values: Any) -> Tensor:
+    made = np.empty(values.shape, dtype=object)
+    for place in np.ndindex(values.shape):
+        made[place] = function(values[place])
+    return made
+
+
+def _pairwise(function: Callable[[Scalar, Scalar], Scalar], a: Tensor, b: Tensor) -> Tensor:
+    made = np.empty(a.shape, dtype=object)
+    for place in np.ndindex(a.shape):
+        made[place] = function(a[place], b[place])
+    return made
