@@ -84,7 +84,7 @@ class CArrays:
 
     def many(self, kind: str, pointers: Sequence[Any]) -> Any:
         """A C array."""
-        made = self.ffi.new(f"{kind}[]", pointers if isinstance(pointers, int) else list(pointers) or 1)
+        made = self.ffi.new(f"{kind}[]", list(pointers) or 1)
         self._kept.append(made)
         return made
 
@@ -230,7 +230,8 @@ def _compiled() -> tuple[Path, Future[None] | None]:
         return target, None
     ffi = cffi.FFI()
     ffi.cdef(header)
-    ffi.set_source(name, "#include <math.h>\n#include <stdint.h>\n" + header + source, compiler_verbose=False)
+    headers = "#include <math.h>\n#include <stdint.h>\n" + header
+    ffi.set_source(name, headers + source, compiler_verbose=False)
     scratch = where / f"{name}.{os.getpid()}.c"
     with writing(where):
         ffi.emit_c_code(str(scratch))

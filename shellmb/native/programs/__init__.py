@@ -1,1 +1,1 @@
-"""Integrands of forms as programs: read off their UFL, and run by one function in C that knows none of them."""
+"""Integrands as programs, read off their UFL and run by one function in C: nothing is compiled."""

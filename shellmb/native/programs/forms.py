@@ -102,7 +102,7 @@ class Program:
             "rank": self._rank,
             "columns": self._dims[1] if self._rank == 2 else 1,
             "rules": len(rules),
-            "rule": self.pointer.many("Rule", rules or 1),
+            "rule": self.pointer.many("Rule", rules),
             "registers": max((r.registers * r.chunk for r in self.rules), default=0),
             "products": max((r.products for r in self.rules), default=0),
             "factors": max((r.factors for r in self.rules), default=0),

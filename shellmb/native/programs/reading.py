@@ -1,4 +1,4 @@
-"""UFL read as scalars of a graph: tensor algebra, gradients, and derivatives, one component at a time."""
+"""UFL read as scalars of a graph: tensor algebra, gradients, derivatives."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from ufl.algorithms.apply_algebra_lowering import apply_algebra_lowering
 from ufl.core.expr import Expr
 from ufl.core.multiindex import FixedIndex
 
+from shellmb.native.programs.directions import Along, ByVariable, Gateaux
 from shellmb.native.programs.graph import Graph, Input, Linear, Scalar, Unsupported
 
 # scalars of a tensor
@@ -24,62 +25,6 @@ FUNCTIONS = {
     "atan": "atan", "erf": "erf", "abs": "abs", "sign": "sign",
 }  # fmt: skip
 COMPARISONS = {"lt", "le", "gt", "ge", "eq", "ne"}
-
-
-class Along:
-    """Direction of one reference coordinate."""
-
-    def __init__(self, reader: Reader, along: int) -> None:
-        self._reader, self._along = reader, along
-        self.memo: dict[int, Scalar] = {}
-
-    def of_input(self, item: Input) -> Scalar:
-        """Derivative of a function's value."""
-        return self._reader.value(item.derived(self._along))
-
-    def of_variable(self, label: int, component: int) -> Scalar | None:
-        """A variable changes as what it is."""
-        return None
-
-
-class Gateaux:
-    """Direction in the space of functions: of some components of coefficients other values."""
-
-    def __init__(self, reader: Reader, directions: Mapping[tuple[int, int], Scalar]) -> None:
-        self._reader, self._directions = reader, directions
-        self.memo: dict[int, Scalar] = {}
-
-    def of_input(self, item: Input) -> Scalar:
-        """Value of the direction there, or its derivative."""
-        found = self._directions.get((item.source, item.component))
-        if found is None:
-            return self._reader.graph.zero
-        for along, times in enumerate(item.orders):
-            for _ in range(times):
-                found = self._reader.along(found, along)
-        return found
-
-    def of_variable(self, label: int, component: int) -> Scalar | None:
-        """A variable changes as what it is."""
-        return None
-
-
-class ByVariable:
-    """Direction of one component of a variable, alone."""
-
-    def __init__(self, graph: Graph, label: int, component: int) -> None:
-        self._graph, self._label, self._component = graph, label, component
-        self.memo: dict[int, Scalar] = {}
-
-    def of_input(self, item: Input) -> Scalar:
-        """Functions do not change."""
-        return self._graph.zero
-
-    def of_variable(self, label: int, component: int) -> Scalar | None:
-        """One for that component."""
-        if label != self._label:
-            return None
-        return self._graph.one if component == self._component else self._graph.zero
 
 
 class Reader:
@@ -109,7 +54,7 @@ class Reader:
         self._numbers = {f: k for k, f in enumerate(coefficients)}
         self._constants = constants
         self._gdim, self._tdim = domain.geometric_dimension, domain.topological_dimension
-        self._along = [Along(self, a) for a in range(self._tdim)]
+        self._along = [Along(self.value, a) for a in range(self._tdim)]
         self._memo: dict[Any, Tensor] = {}
         self._bound: dict[int, int] = {}
         self._kept: list[Any] = []
@@ -482,7 +427,7 @@ class Reader:
                 found[self._numbers[of], int(place)] = values[()]
             else:
                 raise Unsupported(f"a derivative by {f._ufl_handler_name_}")
-        direction = Gateaux(self, found)
+        direction = Gateaux(self.graph.zero, self.along, found)
         return _mapped(lambda x: self.graph.derivative(x, direction), self.tensor(integrand))
 
     def _variable_derivative(self, expr: Any) -> Tensor:

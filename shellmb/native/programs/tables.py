@@ -1,4 +1,4 @@
-"""Tables of what functions are at the points of a rule, for each facet or for the cell, by Basix."""
+"""Tables of functions at the points of a rule, for each facet or for the cell, by Basix."""
 
 from __future__ import annotations
 
@@ -104,7 +104,6 @@ class Tables:
         points: The points.
         domain: The mesh, as UFL knows it.
         elements: Elements of coefficients, then of arguments.
-        offsets: Place of each coefficient's values among those of all.
         arguments: Elements of the arguments.
     """
 
