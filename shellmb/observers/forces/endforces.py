@@ -7,7 +7,14 @@ from functools import partial
 import numpy as np
 
 from shellmb.observers.forces.impulse import last_middle
-from shellmb.observers.forces.joints import column_names, columns, group_loops, joint_forces
+from shellmb.observers.forces.joints import (
+    Span,
+    column_names,
+    columns,
+    group_loops,
+    joint_forces,
+    span_of_step,
+)
 from shellmb.observers.forces.meanforces import ConsistentMeans
 from shellmb.observers.forces.supports import SupportForces
 from shellmb.simulate.simulation import Silent, Simulation
@@ -43,7 +50,8 @@ class EndForceColumns(Silent):
             return
         self._solution = EndForces(simulation.problem)
         self._loops = group_loops(self._solution, simulation.model.mechanism)
-        self._acting = group_loops(simulation.problem, simulation.model.mechanism)
+        first = simulation.scheme.first_moment
+        self._acting = group_loops(simulation.problem, simulation.model.mechanism, first)
         self._means = SupportForces(simulation.problem, simulation.model)
         self._ends = SupportForces(self._solution, simulation.model)
         names = [*self._means.names, *self._measured(simulation, self._solution)]
@@ -59,7 +67,7 @@ class EndForceColumns(Silent):
             self.values.update(self._means(middle))
             if self._consistent is not None:
                 model = simulation.model
-                found = joint_forces(model, self._acting, middle)
+                found = joint_forces(model, self._acting, partial(span_of_step, simulation))
                 joints = columns(column_names(model.mechanism), found)
                 self._solved = joints | model.mechanism.efforts(simulation.problem)
 
@@ -87,7 +95,7 @@ class EndForceColumns(Silent):
         mechanism, problem = model.mechanism, simulation.problem
         efforts = mechanism.efforts(solution) | mechanism.elements(problem, simulation.t)
         found = {f"{name}{ENDING}": value for name, value in efforts.items()}
-        found_there = joint_forces(model, self._loops, state)
+        found_there = joint_forces(model, self._loops, lambda name: Span(*[state(name)] * 3))
         joints = columns(column_names(mechanism, ENDING), found_there)
         return joints | found | self._ends(state, ENDING)
 

@@ -124,6 +124,13 @@ class PathForms:
         # what follows the unknown states has it
         return self._mean
 
+    def ends(self) -> tuple[Values, Values]:
+        """States at the start and at the end of the step."""
+        start, _, unknown = self._arrays
+        return start, unknown[END]
+
+    center = middle
+
     @cached_property
     def _mean(self) -> Values:
         return np.asarray(self.states.functions[0].x.array)
