@@ -212,10 +212,6 @@ class StepForms(Protocol):
         """States at the start and the end of the step, local arrays; a single one is both."""
         ...
 
-    def center(self) -> Values:
-        """Mean of the states over the step, as a local array."""
-        ...
-
     def mean_state(self) -> Expr:
         """State of which mean forces over the step are."""
         ...
@@ -244,8 +240,6 @@ class Scheme(Protocol):
             in time, over their unknowns beside `scaled`; zeros where there are none.
         balance: Stages whose rows balance the momentum of a step: with the mean of the forces, and
             with their first moment in time where there is such a row.
-        first_moment: Weights of the rows of which the first moment `<P1 f>` of forces in time is
-            made, by stages; empty: the moment that forces exert is that of their mean.
         conserves: Any of "energy", "momentum", "angular momentum".
         linear: Whether displacements are small: forms are linearised about the reference.
         jumps: Whether the jump of velocities is unknown where constraints tie it to others.
@@ -272,8 +266,6 @@ class Scheme(Protocol):
     def slopes(self) -> tuple[float, float]: ...  # noqa: D102
     @property
     def balance(self) -> tuple[str, ...]: ...  # noqa: D102
-    @property
-    def first_moment(self) -> Mapping[str, float]: ...  # noqa: D102
     @property
     def conserves(self) -> frozenset[str]: ...  # noqa: D102
     @property

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from types import MappingProxyType
 from typing import Any
 
 from dolfinx import fem
@@ -33,7 +32,6 @@ class Defaults:
     scaled: tuple[str, ...] = ()
     slopes: tuple[float, float] = (0.0, 0.0)
     balance: tuple[str, ...] = (END,)
-    first_moment: Mapping[str, float] = MappingProxyType({})
     linear: bool = False
     jumps: bool = False
 

@@ -15,7 +15,6 @@ the latter being eq. (29) plus three times eq. (30). The energy falls by `alpha 
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from types import MappingProxyType
 from typing import Any
 
 from dolfinx import fem
@@ -68,8 +67,6 @@ class EnergyDecaying(Defaults):
     rates: tuple[str, ...] = ("v",)
     linear: bool = False
     jumps: bool = True
-    # row j has `<(4 - 6 tau) p> = <p> - 3 <P1 p>`
-    first_moment: Mapping[str, float] = MappingProxyType({"f": 1 / 3, "j": -1 / 3})
     local_error: LocalError = LOCAL_ERROR
 
     @property

@@ -7,7 +7,6 @@ its rows are tested with P0 = 1 and P1 = 2 tau - 1.
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -112,7 +111,6 @@ class QuadraticInTime(Defaults):
     rates: tuple[str, ...] = ("v",)
     scaled: tuple[str, ...] = ("v",)
     balance: tuple[str, ...] = (END, RATE)
-    first_moment: Mapping[str, float] = MappingProxyType({RATE: 1.0})
     # of `S_0 + S_1 P1` and `lambda_0 + 3 lambda_1 P1` from tau = 0 to 1
     slopes: tuple[float, float] = (2.0, 6.0)
 

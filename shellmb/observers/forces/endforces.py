@@ -50,8 +50,8 @@ class EndForceColumns(Silent):
             return
         self._solution = EndForces(simulation.problem)
         self._loops = group_loops(self._solution, simulation.model.mechanism)
-        first = simulation.scheme.first_moment
-        self._acting = group_loops(simulation.problem, simulation.model.mechanism, first)
+        balance = simulation.scheme.balance
+        self._acting = group_loops(simulation.problem, simulation.model.mechanism, balance)
         self._means = SupportForces(simulation.problem, simulation.model)
         self._ends = SupportForces(self._solution, simulation.model)
         names = [*self._means.names, *self._measured(simulation, self._solution)]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from mpi4py import MPI
@@ -64,7 +63,7 @@ class JointForces(Booked):
         problem, mechanism = simulation.problem, simulation.model.mechanism
         self._comm = simulation.model.comm
         self._alone = self._comm.size == 1
-        self._loops = group_loops(problem, mechanism, simulation.scheme.first_moment)
+        self._loops = group_loops(problem, mechanism, simulation.scheme.balance)
         self._joints, self._names = list(mechanism.joints), column_names(mechanism)
         self._found = np.zeros((len(self._joints), 4, 3))
         # of each step: states of the groups, forces where ranks share them
@@ -157,47 +156,46 @@ class JointForces(Booked):
 class Span(NamedTuple):
     """States of a group over a step, shape (..., dofs): of an instant all three are the same.
 
-    With the forces `F` of a step and their first moment in time `F'` (`Scheme.first_moment`) the
-    mean moment is `center x F + (end - start)/2 x F'`, exact for a path that is straight or
-    quadratic in time.
+    With the forces `F` of the row that balances the momentum of the step, and their first moment in
+    time `F'` where the scheme has a row for it (`Scheme.balance`), the mean moment is
+    `middle x F + (end - start)/2 x F'`.
 
     Args:
         start: At the start.
         end: At the end.
-        center: The mean of the path.
+        middle: Where `F` acts.
     """
 
     start: Floats
     end: Floats
-    center: Floats
+    middle: Floats
 
 
 def span_of_step(simulation: Simulation, name: str) -> Span:
     """States of a group over the step that was just solved."""
     forms = simulation.problem.steps[name]
-    return Span(*forms.ends(), forms.center())
+    return Span(*forms.ends(), forms.middle())
 
 
 def group_loops(
     problem: Assembled,
     mechanism: Mechanism,
-    first_moment: Mapping[str, float] = MappingProxyType({}),
+    balance: Sequence[str] = (END,),
 ) -> list[GroupForces]:
     """Loops that find the forces of all joints.
 
     Args:
         problem: The system that has their multipliers.
         mechanism: The joints.
-        first_moment: As of a scheme; of forces at an instant there is none.
+        balance: Stages of the rows that balance momenta, as of a scheme.
     """
     number = {name: k for k, name in enumerate(mechanism.joints)}
     loops = [
-        GroupForces(problem, group, joints_of(group), number, first_moment)
-        for group in mechanism.groups
+        GroupForces(problem, group, joints_of(group), number, balance) for group in mechanism.groups
     ]
     for screws in mechanism.screws:
         for group in {c.group.name: c.group for pair in screws.pairs for c in pair}.values():
-            loops.append(PitchForces(problem, group, mechanism.joints, number, first_moment, screws))
+            loops.append(PitchForces(problem, group, mechanism.joints, number, balance, screws))
     return loops
 
 
@@ -255,7 +253,7 @@ class GroupForces:
         group: The group.
         joints: Local cells of the joints, and the joints.
         number: Place of each joint in what is found, by its name.
-        first_moment: Weights of rows in the first moment of forces in time, by their stages.
+        balance: Stages of the rows that balance momenta, as of a scheme.
 
     Attributes:
         size: Number of the group's dofs.
@@ -267,12 +265,10 @@ class GroupForces:
         group: JointGroup | CoordinateGroup,
         joints: Joints,
         number: Mapping[str, int],
-        first_moment: Mapping[str, float],
+        balance: Sequence[str],
     ) -> None:
         self.name = group.name
-        stages = dict.fromkeys((problem.last, *first_moment))
-        self._works = {s: resistance_of_steps(problem, group.name, STEPS, s) for s in stages}
-        self._last, self._first_moment = problem.last, first_moment
+        self._works = [resistance_of_steps(problem, group.name, STEPS, s) for s in balance]
         self.size = problem.fields[problem.number(group.name, problem.last)].size_all
         items: dict[tuple[int, bool], Joints] = {}
         for row, joint in joints:
@@ -290,7 +286,7 @@ class GroupForces:
         Args:
             row: Which of the steps.
         """
-        for work in self._works.values():
+        for work in self._works:
             work.take(row)
 
     def add(self, found: Floats, at: Span, rows: slice) -> None:
@@ -301,11 +297,10 @@ class GroupForces:
             at: States of the group over the steps, shape (steps, dofs).
             rows: Which of the steps that were taken.
         """
-        works = {stage: work.of(rows) for stage, work in self._works.items()}
-        first = sum((w * works[stage] for stage, w in self._first_moment.items()), np.zeros(()))
+        works = [work.of(rows) for work in self._works]
         for part in self._parts:
             # a weld along a region has an item for each of its nodes
-            values = part.values(at, works[self._last], first if self._first_moment else None)
+            values = part.values(at, *works)
             np.add.at(found.swapaxes(0, 1), part.numbers, values.swapaxes(0, 1))
 
 
@@ -320,7 +315,7 @@ class PitchForces(GroupForces):
         group: Coordinates, some of which are of screws.
         joints: All joints by name.
         number: Place of each joint in what is found, by its name.
-        first_moment: As of `GroupForces`.
+        balance: As of `GroupForces`.
         screws: The pitches.
     """
 
@@ -330,13 +325,13 @@ class PitchForces(GroupForces):
         group: CoordinateGroup,
         joints: Mapping[str, BoundJoint],
         number: Mapping[str, int],
-        first_moment: Mapping[str, float],
+        balance: Sequence[str],
         screws: TiedCoordinates,
     ) -> None:
         self._group, self._screws = group, screws
         items = {c.item: joints[c.name] for pair in screws.pairs for c in pair if c.group is group}
         here = [(row, items[k]) for row, k in enumerate(group.nodes.item.tolist()) if k in items]
-        super().__init__(problem, group, here, number, first_moment)
+        super().__init__(problem, group, here, number, balance)
         self._held = [(problem.unknown(g.name), g.mixed.dofs["mu"]) for g in (group, screws)]
 
     def take(self, row: int) -> None:
@@ -382,7 +377,7 @@ class _Forces:
             axes = [joint.shown @ joint.ends[0].directors.T for joint in joints]
             self._axes = np.array(axes)
 
-    def values(self, at: Span, work: Floats, first: Floats | None) -> Floats:
+    def values(self, at: Span, work: Floats, first: Floats | None = None) -> Floats:
         """Force and moment on the second bodies in joint's and scene's frames, (steps, n, 4, 3).
 
         Args:
@@ -390,7 +385,7 @@ class _Forces:
             work: Virtual work of its forces for each dof, positive on the left-hand side.
             first: That of their first moment in time; None: there is none.
         """
-        scene = self._moments(at.center, work, 1.0)
+        scene = self._moments(at.middle, work, 1.0)
         if first is not None:
             scene[..., 1, :] += self._moments((at.end - at.start) / 2, first, 0.0)[..., 1, :]
         own = scene

@@ -85,6 +85,8 @@ class Places:
         return found
 
 
-def _dofs(group: JointGroup | CoordinateGroup, part: str, cells: Sequence[int]) -> npt.NDArray[np.intp]:
+def _dofs(
+    group: JointGroup | CoordinateGroup, part: str, cells: Sequence[int]
+) -> npt.NDArray[np.intp]:
     dofs = group.mixed.dofs[part].reshape(-1, group.mixed.parts[part][1])
     return np.asarray(dofs[list(cells)], dtype=np.intp)

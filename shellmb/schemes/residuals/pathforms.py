@@ -129,8 +129,6 @@ class PathForms:
         start, _, unknown = self._arrays
         return start, unknown[END]
 
-    center = middle
-
     @cached_property
     def _mean(self) -> Values:
         return np.asarray(self.states.functions[0].x.array)

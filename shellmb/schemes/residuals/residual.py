@@ -201,11 +201,6 @@ class IntervalForms:
         a, b = self._ends
         return (a if a is b else np.asarray(self._levels.q.x.array)), b
 
-    def center(self) -> Values:
-        """Mean of the states over the whole step."""
-        a, b = self.ends()
-        return (a + b) / 2
-
     def mean_state(self) -> Expr:
         """State of which the averaged stress of the last sub-interval is."""
         span = self._span
