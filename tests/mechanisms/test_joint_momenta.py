@@ -177,9 +177,125 @@ def test_a_screw_carries_along_and_about_its_axis(held: str, scheme: str) -> Non
     # a stiff spring vibrates about its rest by next to nothing
     size = pytest.approx(force, rel=1e-9 if held != "spring and motor" else 0.02)
     assert last["s.F3"] == size
-    # a moment of the momentum, and a torque that works on the angle: in ep they differ by the square
-    # of the angle of a step
+    # one is of the momentum, the other works on the angle: in ep they differ by its square in a step
     assert last["s.M3"] == pytest.approx(-last["s.F3"] * arm, rel=1e-6)
     if held == "driver":
         torque = arm * force + 1e-3 * turn
         assert last["d.torque"] == pytest.approx(torque, rel=1e-6)
+
+
+class Blow(Path):
+    """The same states, and those behind the blow."""
+
+    def switched(self, simulation: Simulation) -> None:
+        """Take the velocities that have jumped."""
+        self.before = {name: rows[-1] for name, rows in self.rows.items()}
+        kept, self.rows = self.rows, {}
+        self.accepted(simulation)
+        self.after = {name: rows[-1] for name, rows in self.rows.items()}
+        self.rows = kept
+
+
+# what has no windows of time: wheels and blades
+WINDOWED = [kind for kind in KINDS if kind not in ("wheel", "sphere", "knife edge")]
+
+
+@pytest.mark.parametrize("scheme", ["ep", "ep4"])
+def test_joints_that_begin_to_act_tell_their_impulses(scheme: str) -> None:
+    """A body is thrown up, falls back on another one at rest, and is caught there by a joint."""
+    g, dt, caught = 10.0, 5e-3, 0.05
+    bodies, joints, loads, initial = [], [], [], []
+    for k, kind in enumerate(WINDOWED):
+        made, more = KINDS[kind]
+        at = np.array([2.0 * k, 0.0, 0.0])
+        # caught off its centre, on a body that is hit off its own
+        bodies.append(sm.RigidBody(f"{kind} b", MASS, tuple(INERTIA), position=tuple(at)))
+        place = tuple(at - (0.4, 0.1, 0.2))
+        bodies.append(sm.RigidBody(f"{kind} a", 1.5, (0.1, 0.2, 0.3), position=place))
+        ends: dict[str, Any] = {"at": tuple(at + (0.1, 0.2, 0.05))}
+        if kind == "distance":
+            ends["second_at"] = tuple(at + (0.2, 0.2, 0.3))
+        joints.append(made(kind, f"{kind} a", f"{kind} b", active=(caught, 1.0), **ends, **more))
+        loads.append(sm.Gravity((0, 0, -g), body=f"{kind} b"))
+        speed = (0, 0, g * caught / 2)
+        initial.append(sm.InitialVelocity(linear=speed, body=f"{kind} b"))
+    scene = sm.Scene(
+        "caught",
+        rigid_bodies=bodies,
+        joints=joints,
+        loads=loads,
+        initial=initial,
+        scheme=scheme,
+        dt=dt,
+        t_end=caught + 2 * dt,
+    )
+    path = Blow()
+    history = sm.run(scene, observers=[path]).history
+    row = round(caught / dt) + 1
+    for kind, joint in zip(WINDOWED, joints, strict=True):
+        more = KINDS[kind][1]
+        e = frame_about(more.get("axis", more.get("normal", (0, 0, 1))))
+        e = np.eye(3) if kind in ("spherical", "distance", "weld") else e
+        told = [
+            np.column_stack([history[f"{kind}.{c}{k}_impulse"] for k in (1, 2, 3)]) @ e
+            for c in "FM"
+        ]
+        for some in told:
+            assert not np.any(np.delete(some, row, axis=0))
+        force, moment = (some[row] for some in told)
+        where = np.array(joint.second_at or joint.at)
+        for body, sign, mass, inertia in (
+            (f"{kind} b", 1, MASS, INERTIA),
+            (f"{kind} a", -1, 1.5, np.array([0.1, 0.2, 0.3])),
+        ):
+            jump = path.after[body] - path.before[body]
+            position = np.array(next(b.position for b in bodies if b.name == body))
+            # directors as they are at the start: nothing has turned
+            angular = np.einsum("k,kc->c", inertia.sum() / 2 - inertia, np.cross(np.eye(3), jump[5:]))
+            assert np.allclose(sign * force, mass * jump[1], rtol=0, atol=1e-12), kind
+            about = sign * (moment + np.cross(where - position, force))
+            assert np.allclose(about, angular, rtol=0, atol=1e-12), kind
+        assert np.abs(force).max() > 1e-2, kind
+
+
+@pytest.mark.parametrize("scheme", ["ep", "ed", "ep4", "ed3"])
+def test_locks_tell_their_impulses(scheme: str) -> None:
+    """A clutch between two rotors, and a slide that is stopped, by time and by an event."""
+    one, two, w1, w2 = 0.3, 0.2, 10.0, -4.0
+    scene = sm.Scene(
+        "locks",
+        rigid_bodies=[
+            sm.RigidBody("a", 1.0, (one,) * 3),
+            sm.RigidBody("b", 1.0, (two,) * 3),
+            sm.RigidBody("c", 2.0, (0.1,) * 3, position=(1.0, 0, 0)),
+        ],
+        joints=[
+            sm.Revolute("ground", sm.GROUND, "a", at=(0, 0, 0), axis=(0, 0, 1)),
+            sm.Revolute("clutch", "a", "b", at=(0, 0, 0), axis=(0, 0, 1)),
+            sm.Prismatic("slide", sm.GROUND, "c", at=(1, 0, 0), axis=(0, 1, 0)),
+        ],
+        locks=[
+            sm.Lock("clutch", active=(0.105, 2.0)),
+            sm.Lock("slide", when=sm.Sensor("slide.translation") >= 0.3),
+        ],
+        initial=[
+            sm.InitialVelocity(spin=(0, 0, w1), body="a"),
+            sm.InitialVelocity(spin=(0, 0, w2), body="b"),
+            sm.InitialVelocity(linear=(0, 3.0, 0), body="c"),
+        ],
+        scheme=scheme,
+        dt=0.01,
+        t_end=0.2,
+        **({"alpha": 0.0} if scheme in ("ed", "ed3") else {}),
+    )
+    history = sm.run(scene).history
+    common = (one * w1 + two * w2) / (one + two)
+    for name, right in (
+        ("clutch.lock_torque", two * (common - w2)),
+        ("slide.lock_force", -6.0),
+    ):
+        told = history[f"{name}_impulse"]
+        # velocities of ep and ed are those of their steps: the angle of one is 0.1 rad
+        assert told.sum() == pytest.approx(right, rel=1e-2 if "clutch" in name else 1e-9)
+        assert np.count_nonzero(np.abs(told) > 1e-9) == 1
+    assert np.abs(history["clutch.F1_impulse"]).max() < 1e-12
