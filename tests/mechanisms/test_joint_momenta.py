@@ -251,7 +251,9 @@ def test_joints_that_begin_to_act_tell_their_impulses(scheme: str) -> None:
             jump = path.after[body] - path.before[body]
             position = np.array(next(b.position for b in bodies if b.name == body))
             # directors as they are at the start: nothing has turned
-            angular = np.einsum("k,kc->c", inertia.sum() / 2 - inertia, np.cross(np.eye(3), jump[5:]))
+            angular = np.einsum(
+                "k,kc->c", inertia.sum() / 2 - inertia, np.cross(np.eye(3), jump[5:])
+            )
             assert np.allclose(sign * force, mass * jump[1], rtol=0, atol=1e-12), kind
             about = sign * (moment + np.cross(where - position, force))
             assert np.allclose(about, angular, rtol=0, atol=1e-12), kind
