@@ -177,7 +177,7 @@ def test_a_screw_carries_along_and_about_its_axis(held: str, scheme: str) -> Non
     # a stiff spring vibrates about its rest by next to nothing
     size = pytest.approx(force, rel=1e-9 if held != "spring and motor" else 0.02)
     assert last["s.F3"] == size
-    # one is of the momentum, the other works on the angle: in ep they differ by its square in a step
+    # one is of the momentum, the other works on the angle: in ep they differ by its square
     assert last["s.M3"] == pytest.approx(-last["s.F3"] * arm, rel=1e-6)
     if held == "driver":
         torque = arm * force + 1e-3 * turn
@@ -210,11 +210,11 @@ def test_joints_that_begin_to_act_tell_their_impulses(scheme: str) -> None:
         at = np.array([2.0 * k, 0.0, 0.0])
         # caught off its centre, on a body that is hit off its own
         bodies.append(sm.RigidBody(f"{kind} b", MASS, tuple(INERTIA), position=tuple(at)))
-        place = tuple(at - (0.4, 0.1, 0.2))
+        place = tuple(at - np.array([0.4, 0.1, 0.2]))
         bodies.append(sm.RigidBody(f"{kind} a", 1.5, (0.1, 0.2, 0.3), position=place))
-        ends: dict[str, Any] = {"at": tuple(at + (0.1, 0.2, 0.05))}
+        ends: dict[str, Any] = {"at": tuple(at + np.array([0.1, 0.2, 0.05]))}
         if kind == "distance":
-            ends["second_at"] = tuple(at + (0.2, 0.2, 0.3))
+            ends["second_at"] = tuple(at + np.array([0.2, 0.2, 0.3]))
         joints.append(made(kind, f"{kind} a", f"{kind} b", active=(caught, 1.0), **ends, **more))
         loads.append(sm.Gravity((0, 0, -g), body=f"{kind} b"))
         speed = (0, 0, g * caught / 2)
@@ -301,3 +301,40 @@ def test_locks_tell_their_impulses(scheme: str) -> None:
         assert told.sum() == pytest.approx(right, rel=1e-2 if "clutch" in name else 1e-9)
         assert np.count_nonzero(np.abs(told) > 1e-9) == 1
     assert np.abs(history["clutch.F1_impulse"]).max() < 1e-12
+
+
+@pytest.mark.parametrize("order", [(sm.GROUND, "rotor"), ("rotor", sm.GROUND)])
+def test_signs_of_all_that_acts_on_a_coordinate(order: tuple[str, str]) -> None:
+    """`J dw/dt` of the second body is what drives less what resists (`docs/theory/forces.md`)."""
+    J, dt = 0.3, 1e-3
+    names = {"drive": 1, "motor": 1, "spring": -1, "damper": -1, "stop": -1}
+    scene = sm.Scene(
+        "rotor",
+        rigid_bodies=sm.RigidBody("rotor", 1.0, (J,) * 3),
+        joints=sm.Revolute("r", *order, at=(0, 0, 0), axis=(0, 0, 1)),
+        drivers=sm.Driver("drive", "r", rotation=lambda t: 5.0 * t**2),
+        force_elements=[
+            sm.Motor("motor", "r", lambda x, v, t: 2.0 + 0 * x),
+            sm.JointSpring("spring", "r", stiffness=40.0, rest=-0.1),
+            sm.JointDamper("damper", "r", damping=0.7),
+            sm.JointStop("stop", "r", upper=0.01, stiffness=300.0),
+        ],
+        scheme="ep4",
+        dt=dt,
+        t_end=0.1,
+    )
+    last = sm.run(scene).history.iloc[-1]
+    x, rate = 0.05, 1.0
+    closed = {
+        "motor": 2.0,
+        "spring": 40.0 * (x + 0.1),
+        "damper": 0.7 * rate,
+        "stop": 300.0 * (x - 0.01),
+    }
+    for name, right in closed.items():
+        # means over a step, beside values at its end
+        assert last[f"{name}.torque"] == pytest.approx(right, rel=0.03), name
+    # the coordinate is the second body's against the first, whichever of both moves
+    assert last["r.rotation"] == pytest.approx(x, rel=1e-9)
+    total = sum(sign * last[f"{name}.torque"] for name, sign in names.items())
+    assert total == pytest.approx(J * 10.0, rel=1e-6)

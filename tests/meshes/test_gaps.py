@@ -270,7 +270,7 @@ def test_nodes_lie_on_sides_within_a_hundredth_of_the_shorter(
 ) -> None:
     """A small cell of side 0.5 above the side of a larger one of side 1, whatever the unit."""
     (x, one), (y, two) = flat(0, 1, 0, 1, 1, 1), flat(1, 1.5, 0.25, 0.75, 1, 1)
-    y = y + (0.0, 0.0, apart)
+    y = y + np.array([0.0, 0.0, apart])
     cells = np.concatenate([one, two + len(x)])[:, [0, 1, 3, 2]]
     normals = np.tile([0.0, 0.0, 1.0], (2, 1))
     nothing: Any = {}

@@ -6,7 +6,6 @@ from functools import partial
 
 import numpy as np
 
-from shellmb.observers.forces.impulse import last_middle
 from shellmb.observers.forces.joints import (
     Span,
     column_names,
@@ -52,7 +51,7 @@ class EndForceColumns(Silent):
         self._loops = group_loops(self._solution, simulation.model.mechanism)
         balance = simulation.scheme.balance
         self._acting = group_loops(simulation.problem, simulation.model.mechanism, balance)
-        self._means = SupportForces(simulation.problem, simulation.model)
+        self._means = SupportForces(simulation.problem, simulation.model, balance)
         self._ends = SupportForces(self._solution, simulation.model)
         names = [*self._means.names, *self._measured(simulation, self._solution)]
         if simulation.scheme.rates == ("v",):
@@ -63,11 +62,11 @@ class EndForceColumns(Silent):
     def solved(self, simulation: Simulation) -> None:
         """Take the means of what supports hold."""
         if self._solution is not None:
-            middle = partial(last_middle, simulation)
-            self.values.update(self._means(middle))
+            over = partial(span_of_step, simulation)
+            self.values.update(self._means(over))
             if self._consistent is not None:
                 model = simulation.model
-                found = joint_forces(model, self._acting, partial(span_of_step, simulation))
+                found = joint_forces(model, self._acting, over)
                 joints = columns(column_names(model.mechanism), found)
                 self._solved = joints | model.mechanism.efforts(simulation.problem)
 
@@ -89,13 +88,13 @@ class EndForceColumns(Silent):
     def _measured(self, simulation: Simulation, solution: EndForces) -> dict[str, float]:
         model, levels = simulation.model, simulation.problem.levels
 
-        def state(body: str) -> np.ndarray:
-            return np.asarray(levels[body].q.x.array)
+        def state(body: str) -> Span:
+            return Span(*[np.asarray(levels[body].q.x.array)] * 3)
 
         mechanism, problem = model.mechanism, simulation.problem
         efforts = mechanism.efforts(solution) | mechanism.elements(problem, simulation.t)
         found = {f"{name}{ENDING}": value for name, value in efforts.items()}
-        found_there = joint_forces(model, self._loops, lambda name: Span(*[state(name)] * 3))
+        found_there = joint_forces(model, self._loops, state)
         joints = columns(column_names(mechanism, ENDING), found_there)
         return joints | found | self._ends(state, ENDING)
 

@@ -15,8 +15,6 @@ from shellmb.model.joints.joints import BoundJoint, JointGroup
 class Places:
     """One end of each of some joints of a group, in states of the group or changes of these.
 
-    `whole` is one of states; it is zero of changes, in which nothing is added to the dofs.
-
     Args:
         group: The group.
         which: 0 for the first, 1 for the second end.
@@ -49,6 +47,7 @@ class Places:
 
         Args:
             q: A state, or several, shape (..., dofs).
+            whole: Zero where these are changes of states.
         """
         return whole * self._nodes + np.take(q, self._u, axis=-1)
 
@@ -70,6 +69,7 @@ class Places:
             q: States of the group, shape (..., dofs).
             work: Virtual work for each of its dofs.
             about: Points that moments are about, shape (..., n, 3), m.
+            whole: Zero where these are changes of states and points.
         """
         found = np.empty((*about.shape[:-1], 2, 3))
         force = found[..., 0, :] = np.take(work, self._u, axis=-1)
