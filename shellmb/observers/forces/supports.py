@@ -70,7 +70,9 @@ class SupportForces:
             taken = held.room(1)
             held.take(taken, 0)
             forces = held.nodal(taken, slice(1))
-            for row, (k, marks) in enumerate(self._places if forces is not None else ()):
+            if forces is None:
+                continue
+            for row, (k, marks) in enumerate(self._places):
                 carrier = held.carriers[k]
                 start, end, middle = span(carrier.name)
                 # the first moment of a force in time is no force, and acts on the way
