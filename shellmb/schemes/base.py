@@ -208,6 +208,10 @@ class StepForms(Protocol):
         """Positions of the forces that balance the momentum of the step, as a local array."""
         ...
 
+    def ends(self) -> tuple[Values, Values]:
+        """States at the start and the end of the step, local arrays; a single one is both."""
+        ...
+
     def mean_state(self) -> Expr:
         """State of which mean forces over the step are."""
         ...

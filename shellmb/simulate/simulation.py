@@ -331,11 +331,12 @@ class Simulation:
         self.control.begin(self, observers)
         if self.model.mechanism.update(self.t, self.problem.state) and self.scheme.dynamic:
             self.problem.projection.project()
+            # as long as the impulses are there, of which accelerations leave nothing
+            for observer in observers:
+                observer.switched(self)
             self._start.accelerations(self.t)
             # velocities have jumped: what went before tells nothing
             self.stepping.forget(velocities=True)
-            for observer in observers:
-                observer.switched(self)
         self.model.mechanism.refresh(self.problem.levels)
 
     def _why(self, error: ConvergenceError) -> str:
