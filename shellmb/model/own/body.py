@@ -64,7 +64,8 @@ class OwnBody(Massless):
     Args:
         name: Its name.
         space: Function space of DOLFINx.
-        strain: Measures of a field, a vector of UFL; None: no energy.
+        strain: Measures of a field, a vector of UFL; what they are where the field is zero is a
+            prestrain. None: no energy.
         energy: Energy density of measures, J per unit of `dx`; or a stiffness, a symmetric
             matrix of numbers or of UFL, whose kernels are compiled in a fraction of the time.
         mass: Density `m v . w` of twice the kinetic energy, symmetric and bilinear in two fields;

@@ -57,8 +57,8 @@ class Shell(Deforming):
         stretching: Whether it stretches in its surface; False: inextensible.
         coupling: Whether bending and stretching are coupled, where the section does so.
         strains: A strain measure in place of the usual one: ``strains(u, w, surface)`` returns
-            ``ShellStrains``, as :func:`shellmb.forms.shell.shell_strains` does; of any form, and
-            quickest to compile if at most quadratic in the unknowns.
+            ``ShellStrains``, as :func:`shellmb.forms.shell.shell_strains` does; of any form, zero
+            at rest, and quickest to compile if at most quadratic in the unknowns.
         terms: Terms added to the weak form, each a callable in UFL.
         model: ``"exact"``: any displacements and rotations; ``"floating-frame"``: small strains and
             rotations relative to a frame that moves by any amount; ``Modal(modes=10)``: the same,
