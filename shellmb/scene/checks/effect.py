@@ -1,7 +1,8 @@
-"""Checks that nothing is requested that would have no effect: it would be left out silently."""
+"""Checks that nothing is requested that would have no effect, or twice the effect."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -29,7 +30,8 @@ SPAN = 1e-100, 1e100
 def check(scene: Description) -> None:
     """Check that velocities, weights and steps are given where there are any.
 
-    What has no effect and does no harm, as `alpha` of a scheme without dissipation, is warned of.
+    What has no effect and does no harm, as `alpha` of a scheme without dissipation, is warned of,
+    and so is what is given twice.
 
     Raises:
         SceneError: At the first thing that would have no effect.
@@ -37,18 +39,32 @@ def check(scene: Description) -> None:
     _steps(scene)
     if scene.static:
         _velocities(scene)
-    for sentence in _without_effect(scene):
+    for sentence in _doubts(scene):
         warn(sentence)
 
 
 def doubts(scene: Description) -> tuple[str, ...]:
     """Warnings given when the scene and its sections were made, for the record of a run."""
     found = [sentence for shell in scene.shells for sentence in shell.section.doubts]
-    return tuple(dict.fromkeys([*found, *_without_effect(scene)]))
+    return tuple(dict.fromkeys([*found, *_doubts(scene)]))
 
 
-def _without_effect(scene: Description) -> tuple[str, ...]:
-    return (*_idle_alpha(scene), *(_weights(scene) if scene.static else ()))
+def _doubts(scene: Description) -> tuple[str, ...]:
+    return (*_idle_alpha(scene), *(_weights(scene) if scene.static else ()), *_twice(scene))
+
+
+def _twice(scene: Description) -> tuple[str, ...]:
+    """Loads and contacts that are given twice: they add up."""
+    found = []
+    for items in (scene.loads, [replace(contact, name="any") for contact in scene.contacts]):
+        for k, item in enumerate(items):
+            if item in items[:k]:
+                bodies = listed(body.name for body in bodies_of(scene, item))
+                found.append(
+                    f"scene '{scene.name}': two equal {item.label}s act on {bodies}, and add up; "
+                    "remove one of them if that is not meant"
+                )
+    return tuple(found)
 
 
 def dissipates(scene: Description) -> bool:
