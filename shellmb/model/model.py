@@ -30,6 +30,7 @@ from shellmb.model.reduced.data import ModalBody
 from shellmb.model.reduced.modal import modal_bodies, modal_points
 from shellmb.model.shells.middles import hold_middles
 from shellmb.model.shells.shell import ShellModel
+from shellmb.model.shells.unjoined import doubt_unjoined
 from shellmb.model.signals import Signals
 from shellmb.model.supports.idle import refuse_idle_loads
 from shellmb.model.supports.nodal import NodalConstraint
@@ -205,6 +206,7 @@ def build_model(
         hold_middles(shell)
     resolve_links(bodies, comm)
     check_probes(scene, meshed.all)
+    doubt_unjoined(described, comm, {**rigid_meshes, **meshed.all})
     return Model(
         scene=scene,
         comm=comm,
