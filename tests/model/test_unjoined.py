@@ -91,7 +91,7 @@ NOT: dict[str, dict[str, Any]] = {
         "shells": [P, plate()],
         "rigid_bodies": sm.RigidBody("hub", 1.0, (1, 1, 1), position=(0.5, 0, 0)),
         "joints": [
-            sm.ShellRevolute(f"{name} hub", "hub", name, axis=(0, 1, 0), second_at=at)
+            sm.ShellRevolute(f"{name} hub", "hub", name, axis=(0, 0, 1), second_at=at)
             for name, at in (("p", "right-bottom"), ("q", "left-bottom"))
         ],
     },
