@@ -109,16 +109,37 @@ def given_at(function: Any, t: float, who: str, size: int) -> Any:
     Raises:
         SceneError: If it fails, or gives something else than ``size`` finite numbers.
     """
-    wanted = "a finite number" if size == 1 else f"{size} finite numbers"
     try:
         given = function(t)
-        value = np.asarray(given)
     except (Exception, SystemExit) as error:
         raise SceneError(
-            f"{who} fails at t = {t:g} ({in_words(error)}); it must give {wanted}"
+            f"{who} fails at t = {t:g} ({in_words(error)}); it must give {_wanted(size)}"
         ) from error
+    return numbers_at(given, t, who, size)
+
+
+def numbers_at(given: Any, t: float, who: str, size: int = 1) -> Any:
+    """What a function of time gave, where it is what it must be.
+
+    Args:
+        given: It.
+        t: The time [s].
+        who: What messages call the function.
+        size: How many numbers it must be.
+
+    Raises:
+        SceneError: If it is something else than ``size`` finite numbers.
+    """
+    try:
+        value = np.asarray(given)
+    except (TypeError, ValueError):
+        value = np.asarray("")
     # texts, complex numbers and truth values are no numbers, nor is an array that has one
     shape = () if size == 1 else (size,)
     if not (value.dtype.kind in "iuf" and value.shape == shape and np.isfinite(value).all()):
-        raise SceneError(f"{who} gives {show(given)} at t = {t:g}; it must give {wanted}")
+        raise SceneError(f"{who} gives {show(given)} at t = {t:g}; it must give {_wanted(size)}")
     return value
+
+
+def _wanted(size: int) -> str:
+    return "a finite number" if size == 1 else f"{size} finite numbers"
