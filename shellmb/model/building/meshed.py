@@ -16,6 +16,7 @@ from shellmb.model.shells.joins import join_shells
 from shellmb.model.shells.linear import build_shell
 from shellmb.model.shells.shell import ShellModel
 from shellmb.model.supports.nodal import NodalConstraint
+from shellmb.model.unit_slips import doubt_units
 from shellmb.scene import Beam, Scene, Shell
 from shellmb.scene.loads.loads import PointLoad
 
@@ -69,6 +70,7 @@ def build_meshed(scene: Scene, comm: MPI.Comm) -> Meshed:
         beams[beam.name] = build_beam(beam, comm, _loads_of(scene, beam), dynamic, line)
     doubt_thickness(comm, shells, beams)
     doubt_slits(comm, shells)
+    doubt_units(comm, scene, shells, beams)
     found = Meshed(shells, beams, kinks, lines)
     doubt_natural(comm, scene.t_end, found.all)
     return found

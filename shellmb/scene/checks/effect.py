@@ -8,12 +8,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from shellmb.errors import SceneError, warn
+from shellmb.scene.control.signals import Signal
 from shellmb.scene.initial import FromMode
 from shellmb.scene.loads.loads import Gravity
 from shellmb.scene.loads.supports import Driven, Fixed
-from shellmb.scene.lookup import bodies_of, listed, said
+from shellmb.scene.lookup import bodies_of, coordinates_of, listed, said
 from shellmb.scene.multibody.rigid import RigidBody
 from shellmb.scene.schemes import DISSIPATIVE
+from shellmb.scene.values.copies import on_trial
 from shellmb.scene.values.validate import show
 
 if TYPE_CHECKING:
@@ -23,6 +25,8 @@ __all__ = ["check", "check_begin", "dissipates", "doubts"]
 
 # a step longer than the whole run by less than this fraction of it is round-off
 ROUND_OFF = 1e-9
+# angles below are hardly degrees
+LEAST_DEGREES = 15
 # sizes whose squares are numbers
 SPAN = 1e-100, 1e100
 
@@ -50,7 +54,41 @@ def doubts(scene: Description) -> tuple[str, ...]:
 
 
 def _doubts(scene: Description) -> tuple[str, ...]:
-    return (*_idle_alpha(scene), *(_weights(scene) if scene.static else ()), *_twice(scene))
+    return (
+        *_idle_alpha(scene),
+        *(_weights(scene) if scene.static else ()),
+        *_twice(scene),
+        *_degrees(scene),
+    )
+
+
+def _degrees(scene: Description) -> tuple[str, ...]:
+    """Angles in radians that are whole multiples of 5 degrees, as numbers."""
+    assert scene.t_end is not None
+    found: list[tuple[str, Any]] = []
+    for body in scene.rigid_bodies:
+        vector = np.asarray(body.rotation, dtype=float)
+        if vector.shape == (3,) and np.linalg.norm(vector) > 2.1 * np.pi:
+            # no place needs more than a turn
+            found += [(f"{said(body)}: rotation", angle) for angle in vector]
+    for spring in scene.force_elements:
+        if getattr(spring, "joint", None) and coordinates_of(scene, spring)[0] == "rotation":
+            angles = (getattr(spring, name, None) for name in ("rest", "lower", "upper"))
+            found += [(said(spring), angle) for angle in angles]
+    driven = [(s, s.rotation) for s in scene.supports if isinstance(s, Driven)]
+    driven += [(driver, driver.rotation) for driver in scene.drivers]
+    for item, rotation in driven:
+        if callable(rotation) and not isinstance(rotation, Signal):
+            end, before = (float(on_trial(rotation)(t * scene.t_end)) for t in (1.0, 0.99))
+            # what still turns at the end may do so by any number of turns
+            if scene.static or end == before:
+                found.append((f"{said(item)}: rotation", end))
+    return tuple(
+        f"{who} is {angle:g} rad, {abs(angle) / (2 * np.pi):.3g} turns; if {angle:g} degrees are "
+        f"meant, it must be {np.radians(angle):.4g}"
+        for who, angle in found
+        if angle is not None and abs(angle) >= LEAST_DEGREES and abs(angle) % 5 == 0
+    )
 
 
 def _twice(scene: Description) -> tuple[str, ...]:
