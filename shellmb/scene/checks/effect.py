@@ -75,7 +75,7 @@ def _degrees(scene: Description) -> tuple[str, ...]:
         if getattr(spring, "joint", None) and coordinates_of(scene, spring)[0] == "rotation":
             angles = (getattr(spring, name, None) for name in ("rest", "lower", "upper"))
             found += [(said(spring), angle) for angle in angles]
-    driven = [(s, s.rotation) for s in scene.supports if isinstance(s, Driven)]
+    driven: list[Any] = [(s, s.rotation) for s in scene.supports if isinstance(s, Driven)]
     driven += [(driver, driver.rotation) for driver in scene.drivers]
     for item, rotation in driven:
         if callable(rotation) and not isinstance(rotation, Signal):
@@ -94,7 +94,9 @@ def _degrees(scene: Description) -> tuple[str, ...]:
 def _twice(scene: Description) -> tuple[str, ...]:
     """Loads and contacts that are given twice: they add up."""
     found = []
-    for items in (scene.loads, [replace(contact, name="any") for contact in scene.contacts]):
+    contacts: list[Any] = [replace(contact, name="any") for contact in scene.contacts]
+    several: list[Any] = [scene.loads, contacts]
+    for items in several:
         for k, item in enumerate(items):
             if item in items[:k]:
                 bodies = listed(body.name for body in bodies_of(scene, item))
