@@ -105,7 +105,8 @@ def _by_waves(scene: Scene, size: _Size) -> str:
     if scale is not None:
         length, time = scale
         speed = math.sqrt(E / density) * LENGTHS[length] / TIMES[time]
-        if not SLOWEST <= speed <= FASTEST:
+        # what has nearly no mass may be meant, where no units are named
+        if speed < SLOWEST or (scene.units is not None and speed > FASTEST):
             return (
                 f"by {pair} waves run at {speed:.3g} m/s, where {length} and {time} are the units "
                 "of length and time as the scene or gravity says; in solids they run at 1 to "

@@ -232,8 +232,14 @@ JOINED = {
 @pytest.mark.parametrize("case", SAME)
 def test_hinges_that_hold_the_same_are_redundant(case: str, rows: int) -> None:
     joints = SAME[case]
+    names = {name for joint in joints for name in (joint.first, joint.second)}
     scene = Scene(
-        "same", [*panels(rows=rows), beside()], joints=joints, scheme="ep", dt=0.01, t_end=0.1
+        "same",
+        [shell for shell in (*panels(rows=rows), beside()) if shell.name in names],
+        joints=joints,
+        scheme="ep",
+        dt=0.01,
+        t_end=0.1,
     )
     with pytest.raises(SceneError, match=r"of joint 'more' \(implied by 'hinge'"):
         checked_model(scene, MPI.COMM_WORLD)
@@ -244,7 +250,7 @@ def test_hinges_that_hold_the_same_are_redundant(case: str, rows: int) -> None:
 def test_a_hinge_of_joined_edges_cannot_turn(case: str) -> None:
     scene = Scene(
         "joined",
-        [*panels(kink=0.2), beside(kink=0.2)],
+        [*panels(kink=0.2), *([beside(kink=0.2)] if "third" in case else [])],
         joins=JOINED[case],
         joints=hinge(),
         scheme="ep",
