@@ -22,6 +22,7 @@ from shellmb.model.frames.rigidify import RigidMeshes, rigidified
 from shellmb.model.joints.constraints import ConstraintGroup
 from shellmb.model.joints.mechanism import Mechanism, build_mechanism
 from shellmb.model.locations.finder import Finder
+from shellmb.model.locations.unjoined import doubt_unjoined
 from shellmb.model.plausible import check_probes
 from shellmb.model.potentials.build import potential_groups
 from shellmb.model.potentials.group import PotentialGroup
@@ -30,7 +31,6 @@ from shellmb.model.reduced.data import ModalBody
 from shellmb.model.reduced.modal import modal_bodies, modal_points
 from shellmb.model.shells.middles import hold_middles
 from shellmb.model.shells.shell import ShellModel
-from shellmb.model.shells.unjoined import doubt_unjoined
 from shellmb.model.signals import Signals
 from shellmb.model.supports.idle import refuse_idle_loads
 from shellmb.model.supports.nodal import NodalConstraint

@@ -27,7 +27,7 @@ VALUES = Expr.__float__.__code__, Expr.__complex__.__code__
 
 
 def called(function: Callable[..., Any], arguments: Sequence[Any], who: str) -> Any:
-    """What a user's function in UFL returns.
+    """Value that a user's function in UFL returns.
 
     Args:
         function: The function.

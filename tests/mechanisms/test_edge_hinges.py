@@ -8,14 +8,11 @@ import math
 from dataclasses import replace
 from typing import Any
 
-from mpi4py import MPI
-
 import numpy as np
 import pytest
 
 import shellmb as sm
 from demos import latching_panel, panel_hinge, satellite
-from shellmb.checked_model import checked_model
 from shellmb.errors import SceneError
 from shellmb.observers.account.energy import EnergyAccount
 from shellmb.observers.account.momentum import Momentum
@@ -196,69 +193,6 @@ def test_four_panels_about_a_vertex() -> None:
     # moments of 0.5 N at (2, 1.5) about the lines x = 1 and y = 1
     assert found["ab.rotation"] + found["dc.rotation"] == pytest.approx(-0.5 / 5.0, rel=1e-9)
     assert found["bc.rotation"] + found["ad.rotation"] == pytest.approx(0.25 / 5.0, rel=1e-9)
-
-
-def beside(**more: Any) -> Shell:
-    """A third panel at the same edge, of one row of elements, in the plane of the second."""
-    return replace(panels(**more)[1], name="c")
-
-
-# of several panels at one edge what holds the same nodes twice, and what cannot turn; the kind: all
-# ways in which places of an edge are together without the hinge, but not its corners alone
-SAME = {
-    "equal": [hinge(), replace(hinge(), name="more")],
-    "turned over": [
-        hinge(),
-        EdgeHinge("more", "b", "a", at="left", second_at="right", rigid_angle=True),
-    ],
-    "around": [
-        hinge(),
-        EdgeHinge("next", "b", "c", at="left", second_at="left"),
-        EdgeHinge("more", "a", "c", at="right", second_at="left"),
-    ],
-    "on the ground": [EdgeHinge(name, GROUND, "b", second_at="left") for name in ("hinge", "more")],
-}
-JOINED = {
-    "smooth": [sm.Join("a", "b", "right", "left", kind="smooth")],
-    "kink": [sm.Join("a", "b", "right", "left")],
-    "by a third": [
-        sm.Join("a", "c", "right", "left"),
-        sm.Join("c", "b", "left", "left", kind="smooth"),
-    ],
-}
-
-
-@pytest.mark.parametrize("rows", [1, 2])
-@pytest.mark.parametrize("case", SAME)
-def test_hinges_that_hold_the_same_are_redundant(case: str, rows: int) -> None:
-    joints = SAME[case]
-    names = {name for joint in joints for name in (joint.first, joint.second)}
-    scene = Scene(
-        "same",
-        [shell for shell in (*panels(rows=rows), beside()) if shell.name in names],
-        joints=joints,
-        scheme="ep",
-        dt=0.01,
-        t_end=0.1,
-    )
-    with pytest.raises(SceneError, match=r"of joint 'more' \(implied by 'hinge'"):
-        checked_model(scene, MPI.COMM_WORLD)
-    checked_model(replace(scene, redundant="drop"), MPI.COMM_WORLD)
-
-
-@pytest.mark.parametrize("case", JOINED)
-def test_a_hinge_of_joined_edges_cannot_turn(case: str) -> None:
-    scene = Scene(
-        "joined",
-        [*panels(kink=0.2), *([beside(kink=0.2)] if "third" in case else [])],
-        joins=JOINED[case],
-        joints=hinge(),
-        scheme="ep",
-        dt=0.01,
-        t_end=0.1,
-    )
-    with pytest.raises(SceneError, match="hinge 'hinge' cannot turn: the edges of 'a' and 'b' are"):
-        checked_model(scene, MPI.COMM_WORLD)
 
 
 def spun(turns: float, model: str = "exact") -> Scene:

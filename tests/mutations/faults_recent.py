@@ -374,7 +374,7 @@ FAULTS: tuple[Fault, ...] = (
         "            redundant += implied",
         "            pass",
         (
-            "tests/mechanisms/test_edge_hinges.py::"
+            "tests/mechanisms/test_redundant_hinges.py::"
             "test_hinges_that_hold_the_same_are_redundant[equal-1]",
         ),
     ),

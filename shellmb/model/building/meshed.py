@@ -12,11 +12,11 @@ from shellmb.model.frames.linear import build_beam
 from shellmb.model.plausible import doubt_slits, doubt_thickness
 from shellmb.model.sections.natural import Distributed
 from shellmb.model.sections.natural_size import doubt_natural
+from shellmb.model.sections.unit_slips import doubt_units
 from shellmb.model.shells.joins import join_shells
 from shellmb.model.shells.linear import build_shell
 from shellmb.model.shells.shell import ShellModel
 from shellmb.model.supports.nodal import NodalConstraint
-from shellmb.model.unit_slips import doubt_units
 from shellmb.scene import Beam, Scene, Shell
 from shellmb.scene.loads.loads import PointLoad
 

@@ -153,7 +153,7 @@ class OwnBody(Massless):
         return self._scalar("energy", self._energy, e)
 
     def _scalar(self, what: str, function: Callable[..., Any], *arguments: Any) -> Expr:
-        """What one of the user's densities returns."""
+        """Value of one of the user's densities."""
         return written(function, arguments, f"body '{self.name}': {what}")
 
     @cached_property

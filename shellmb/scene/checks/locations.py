@@ -119,7 +119,7 @@ def given_at(function: Any, t: float, who: str, size: int) -> Any:
 
 
 def numbers_at(given: Any, t: float, who: str, size: int = 1) -> Any:
-    """What a function of time gave, where it is what it must be.
+    """Numbers that a function of time gave, checked.
 
     Args:
         given: It.

@@ -40,7 +40,7 @@ FLOWS, FALLS = 10.0, 100.0
 
 
 class _Size(NamedTuple):
-    """What a body is made of, and how large it is.
+    """Material and size of a body.
 
     Args:
         body: Its description.
