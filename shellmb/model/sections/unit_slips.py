@@ -22,8 +22,9 @@ LENGTHS = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "km": 1e3, "um": 1e-6, "in": 0.0254
 TIMES = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "min": 60.0, "h": 3600.0}
 # gravity of the earth by the units of length and time that it tells
 EARTH = {9.81: ("m", "s"), 981.0: ("cm", "s"), 9810.0: ("mm", "s"), 9.81e-3: ("mm", "ms")}
-# speeds of waves in solids, from the softest gels to diamond, m/s
-SLOWEST, FASTEST = 0.1, 3e4
+# speeds of waves in solids, from soft gels to diamond, m/s; where only gravity tells the units,
+# bodies may be softer
+SLOWEST, SOFTEST, FASTEST = 1.0, 0.1, 3e4
 # metals by Young's modulus in GPa and density in kg/m^3
 METALS = (
     (185.0, 240.0, 7500.0, 8200.0),
@@ -105,14 +106,15 @@ def _by_waves(scene: Scene, size: _Size) -> str:
     if scale is not None:
         length, time = scale
         speed = math.sqrt(E / density) * LENGTHS[length] / TIMES[time]
+        named = scene.units is not None
         # what has nearly no mass may be meant, where no units are named
-        if speed < SLOWEST or (scene.units is not None and speed > FASTEST):
+        if speed < (SLOWEST if named else SOFTEST) or (named and speed > FASTEST):
             return (
                 f"by {pair} waves run at {speed:.3g} m/s, where {length} and {time} are the units "
                 "of length and time as the scene or gravity says; in solids they run at 1 to "
                 "20000 m/s"
             )
-        if scene.units is not None:
+        if named:
             return ""
     for low, high, light, heavy in METALS:
         for modulus, right in MODULI.items():
