@@ -287,9 +287,9 @@ def refuse(model: Model, redundant: list[Redundant]) -> None:
                 f"{hinge.said} cannot turn: the edges of '{hinge.first}' and '{hinge.second}' are "
                 "joined there; remove the join or the hinge"
             )
-        implied = [item for item in mine if item.with_]
-        if _beyond_a_corner([item.row for item in implied]):
-            redundant += implied
+        held = [item for item in mine if item.with_]
+        if _beyond_a_corner([item.row for item in held]):
+            redundant += held
     for item in redundant:
         if item.row.body in joints:
             counts[item.row.owner] = counts.get(item.row.owner, 0) + 1

@@ -13,7 +13,7 @@ import ufl
 from dolfinx import fem
 
 from shellmb.errors import SceneError, warn
-from shellmb.forms import beam as beam_forms
+from shellmb.forms import frame as frame_forms
 from shellmb.forms.surface import along
 from shellmb.model.locations.nodes import local_point, said_point
 from shellmb.native.expressions import compiled_expression
@@ -126,12 +126,12 @@ def refuse_folded(body: ShellModel | BeamModel, q: fem.Function, who: str) -> No
         sides = (e + along(u, e) for e in (surf.e1, surf.e2))
         left, what = ufl.dot(ufl.cross(*sides), surf.D + w), "area"
     else:
-        t, first = body.line.t, beam_forms.vectors(body.line.D + w)[0]
+        t, first = body.line.t, frame_forms.vectors(body.line.D + w)[0]
         left, what = ufl.dot(t + along(u, t), first), "length"
     points, _ = basix.make_quadrature(domain.basix_cell(), 4)
     cells = np.arange(domain.topology.index_map(domain.topology.dim).size_local, dtype=np.int32)
     value = ufl.as_vector([left, *ufl.SpatialCoordinate(domain)])
-    found = compiled_expression(value, points).eval(domain, cells).reshape(-1, 4)
+    found = compiled_expression(value, np.asarray(points)).eval(domain, cells).reshape(-1, 4)
     worst = min(map(tuple, found), default=(np.inf,))
     least, *x = min(domain.comm.allgather(worst))
     if least < COLLAPSED:

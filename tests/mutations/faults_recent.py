@@ -371,7 +371,7 @@ FAULTS: tuple[Fault, ...] = (
     Fault(
         "edge hinges that hold what others hold",
         "shellmb/constraint_analysis/redundancy.py",
-        "            redundant += implied",
+        "            redundant += held",
         "            pass",
         (
             "tests/mechanisms/test_redundant_hinges.py::"

@@ -72,7 +72,7 @@ def build_meshed(scene: Scene, comm: MPI.Comm) -> Meshed:
     doubt_slits(comm, shells)
     doubt_units(comm, scene, shells, beams)
     found = Meshed(shells, beams, kinks, lines)
-    doubt_natural(comm, scene.t_end, found.all)
+    doubt_natural(comm, scene.t_end or 1.0, found.all)
     return found
 
 

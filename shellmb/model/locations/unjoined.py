@@ -147,7 +147,8 @@ def _connections(scene: Scene) -> tuple[Sets, Sets, Sets, set[frozenset[str]]]:
     joined: Sets = {}
     linked: Sets = {}
     hinges = [j for j in scene.joints if isinstance(j, EdgeHinge)]
-    for item in (*scene.joins, *hinges):
+    along: list[Any] = [*scene.joins, *hinges]
+    for item in along:
         for mine in _named(item.at):
             for theirs in _named(item.second_at):
                 _tie(edges, (item.first, mine), (item.second, theirs))
@@ -156,7 +157,8 @@ def _connections(scene: Scene) -> tuple[Sets, Sets, Sets, set[frozenset[str]]]:
     ends = [(join.first, join.second) for join in scene.joins]
     direct = [(glue.beam, glue.shell) for glue in scene.glues]
     direct += [(item.first, item.second) for item in scene.joints if item not in hinges]
-    direct += [(e.first, e.second) for e in scene.force_elements if hasattr(e, "second")]
+    elements: tuple[Any, ...] = scene.force_elements
+    direct += [(e.first, e.second) for e in elements if hasattr(e, "second")]
     for contact in scene.contacts:
         direct += [(body.name, _touched(contact)) for body in scene.bodies_of(contact)]
     for first, second in (*ends, *direct, *((h.first, h.second) for h in hinges)):

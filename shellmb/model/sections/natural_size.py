@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from mpi4py import MPI
 
@@ -88,7 +88,7 @@ def _strains(model: ShellModel | BeamModel) -> Iterator[Floats]:
     """
     body = getattr(model, "shell", None)
     if body is None:
-        beam = model.beam  # type: ignore[union-attr]
+        beam: Any = model.beam  # type: ignore[union-attr]
         twist, *bent = beam.natural.curvature
         half, axial = beam.section.size / 2, beam.natural.extension
         for side in (-1.0, 1.0):

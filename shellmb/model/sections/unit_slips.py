@@ -90,11 +90,9 @@ def _sizes(shells: Mapping[str, ShellModel], beams: Mapping[str, BeamModel]) -> 
         density = sizes.mass / sizes.thickness
         yield _Size(shell.shell, E, density, sizes.thickness, shell.surface_mesh.length)
     for beam in beams.values():
-        section: Any = beam.beam.section
-        if hasattr(section, "E"):
-            yield _Size(
-                beam.beam, section.E, section.density, section.size, float(beam.domain.length)
-            )
+        own: Any = beam.beam.section
+        if hasattr(own, "E"):
+            yield _Size(beam.beam, own.E, own.density, own.size, float(beam.domain.length))
 
 
 def _by_waves(scene: Scene, size: _Size) -> str:

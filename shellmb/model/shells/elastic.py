@@ -89,7 +89,7 @@ def _refuse_prestrain(shell: BoundShell) -> None:
     sizes = ufl.as_vector([e[k] * (h if k in (3, 4, 5) else one) for k in range(8)])
     points, _ = basix.make_quadrature(domain.basix_cell(), 4)
     cells = np.arange(domain.topology.index_map(2).size_local, dtype=np.int32)
-    found = np.abs(compiled_expression(sizes, points).eval(domain, cells))
+    found = np.abs(compiled_expression(sizes, np.asarray(points)).eval(domain, cells))
     largest = domain.comm.allreduce(float(np.max(found, initial=0.0)), op=MPI.MAX)
     if not largest < NONE:
         linear = isinstance(shell.section.formulation, LinearMixed)
