@@ -22,6 +22,7 @@ from shellmb.model.frames.rigidify import RigidMeshes, rigidified
 from shellmb.model.joints.constraints import ConstraintGroup
 from shellmb.model.joints.mechanism import Mechanism, build_mechanism
 from shellmb.model.locations.finder import Finder
+from shellmb.model.locations.unjoined import doubt_unjoined
 from shellmb.model.plausible import check_probes
 from shellmb.model.potentials.build import potential_groups
 from shellmb.model.potentials.group import PotentialGroup
@@ -205,6 +206,7 @@ def build_model(
         hold_middles(shell)
     resolve_links(bodies, comm)
     check_probes(scene, meshed.all)
+    doubt_unjoined(described, comm, {**rigid_meshes, **meshed.all})
     return Model(
         scene=scene,
         comm=comm,

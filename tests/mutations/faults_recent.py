@@ -11,6 +11,7 @@ CONCAVE = "tests/schemes/test_concave.py::test_what_is_pushed_off_a_hill_gains_n
 PULLS = "tests/contact/test_damped.py"
 VOLUMES = "tests/model/test_volumes.py"
 VALUES = "tests/kernels/test_values.py"
+DECKS = "tests/meshes/test_deck_details.py"
 QUANTITY = "tests/study/test_quantity.py"
 
 FAULTS: tuple[Fault, ...] = (
@@ -416,5 +417,53 @@ FAULTS: tuple[Fault, ...] = (
         "        if not self._new:",
         "        if self._new:",
         ("tests/mechanisms/test_joint_momenta.py::test_locks_tell_their_impulses[ep]",),
+    ),
+    Fault(
+        "instances of Abaqus stay where their part is",
+        "shellmb/meshes/files/abaqus.py",
+        "    if moved:\n",
+        "    if not moved:\n",
+        (f"{DECKS}::test_instances_are_where_the_file_says[translated]",),
+    ),
+    Fault(
+        "instances of Abaqus are turned before they are translated",
+        "shellmb/meshes/files/abaqus.py",
+        "apply(x - a)",
+        "apply(x)",
+        (f"{DECKS}::test_instances_are_where_the_file_says[about a line apart]",),
+    ),
+    Fault(
+        "instances of Abaqus turn the other way round",
+        "shellmb/meshes/files/abaqus.py",
+        "axis = (b - a) /",
+        "axis = (a - b) /",
+        (f"{DECKS}::test_instances_are_where_the_file_says[turned]",),
+    ),
+    Fault(
+        "instances of Abaqus are translated the other way",
+        "shellmb/meshes/files/abaqus.py",
+        "x = x + np.array(moved[0][:3])",
+        "x = x - np.array(moved[0][:3])",
+        (f"{DECKS}::test_instances_are_where_the_file_says[both]",),
+    ),
+    Fault(
+        "a strain of one's own without its value at rest",
+        "forms/steps/path.py",
+        "parts.append(m.linear[0] * measure.rest(states[0]))",
+        "pass",
+        (
+            "tests/api/test_motion.py::"
+            "test_a_strain_that_is_not_zero_at_rest_is_a_prestrain[ep4-0.0]",
+        ),
+    ),
+    Fault(
+        "edge hinges that hold what others hold",
+        "shellmb/constraint_analysis/redundancy.py",
+        "            redundant += held",
+        "            pass",
+        (
+            "tests/mechanisms/test_redundant_hinges.py::"
+            "test_hinges_that_hold_the_same_are_redundant[equal-1]",
+        ),
     ),
 )

@@ -357,6 +357,42 @@ def test_bad_starts_get_a_sentence(message: str, path: tuple[Path, RunResult]) -
         BAD[message](path[0])
 
 
+# shapes that map a strip or a rod to a line or point, or turn parts of it over, and what is left
+COLLAPSED: dict[str, tuple[str, Any, Any]] = {
+    "to a line": ("0 of the area", lambda x: np.array([0 * x[0], -x[1], 0 * x[0]]), None),
+    "to a point": ("0 of the area", lambda x: -x, None),
+    "turned over": ("-1 of the area", lambda x: np.array([-2 * x[0], 0 * x[0], 0 * x[0]]), None),
+    "folded": (
+        "-1 of the area",
+        lambda x: np.array([np.where(x[0] > L / 2, L - 2 * x[0], 0 * x[0]), 0 * x[0], 0 * x[0]]),
+        None,
+    ),
+    "only directors": (
+        "of the area",
+        None,
+        lambda x: np.array([3.0 + 0 * x[0], 0 * x[0], 0 * x[0]]),
+    ),
+    "a rod to a point": ("0 of the length", lambda x: -x, None),
+    "a rod turned over": ("-1 of the length", lambda x: -2 * x, None),
+}
+
+
+@pytest.mark.parametrize("case", COLLAPSED)
+def test_shapes_that_collapse_are_refused(case: str) -> None:
+    message, displacement, rotation = COLLAPSED[case]
+    start = sm.FromShape(displacement, rotation)
+    moving: dict[str, Any] = {"scheme": "ep", "dt": 0.01, "t_end": 0.01, "start": start}
+    if "rod" in case:
+        section = sm.RectangularSection(E=E, nu=0.3, width=H, height=H, density=1e3)
+        rod = sm.Beam("rod", sm.Line((0, 0, 0), (L, 0, 0)), section, elements=4)
+        scene = sm.Scene("rod", beams=rod, **moving)
+    else:
+        strip = sm.Shell("strip", sm.Rectangle(L, WIDTH), SECTION, mesh=(4, 1))
+        scene = sm.Scene("strip", strip, **moving)
+    with pytest.raises(SceneError, match=rf"start from a shape of .*: at .* {message}"):
+        Simulation(scene)
+
+
 def test_a_damaged_state_is_refused(path: tuple[Path, RunResult], tmp_path: Path) -> None:
     """What a start counts on has its checksum."""
     (tmp_path / "state").mkdir()

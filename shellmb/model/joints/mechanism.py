@@ -328,9 +328,9 @@ def _drive(scene: Scene, made: Mechanism, signals: Signals) -> None:
     """
     for driver in scene.drivers:
         for kind in driver.coordinates:
-            motion: TimeFunction = signals.bound(getattr(driver, kind))
+            motion = signals.bound(getattr(driver, kind), f"driver '{driver.name}': {kind}")
             coordinate = made.table[driver.joint, kind]
-            start = float(motion(0.0))
+            start = motion(0.0)
             if not scene.static and not scene.assemble and abs(start) > AT_START * coordinate.size:
                 raise SceneError(
                     f"driver '{driver.name}': {kind} is {start:g} at the time 0; it must begin as "
@@ -346,7 +346,7 @@ def _drive(scene: Scene, made: Mechanism, signals: Signals) -> None:
 
 
 def _motion(motion: TimeFunction, count: int) -> Any:
-    return lambda t: np.full(count, float(motion(t)))
+    return lambda t: np.full(count, motion(t))
 
 
 def _windows(scene: Scene, groups: Sequence[ConstraintGroup]) -> list[Switched]:

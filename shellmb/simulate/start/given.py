@@ -18,6 +18,7 @@ from shellmb.modal.tangent import tangent
 from shellmb.model.body import Body
 from shellmb.model.joints.columns import COLUMN
 from shellmb.model.model import Model
+from shellmb.model.plausible import refuse_folded
 from shellmb.model.shells.shell import ShellModel
 from shellmb.prefixes import below
 from shellmb.scene import Beam, FromMode, FromRun, FromShape, Scene, Shell
@@ -183,6 +184,8 @@ def _(start: FromShape, problem: Problem, scene: Scene) -> bool:
         if start.rotation is not None:
             d = rotated(D, values_at(start.rotation, x, 3, f"{who}: rotation").T)
     _place(body, q, nodes, D, u, d)
+    if target.name in model.meshed:
+        refuse_folded(model.meshed[target.name], problem.levels[body.name].q, who)
     return True
 
 
