@@ -14,14 +14,9 @@ from shellmb.model.signals import Signals, Way
 from shellmb.scene import Scene
 from shellmb.simulate.control.readings import Readings, Running
 from shellmb.simulate.control.sampling import Sampler
-from shellmb.simulate.control.watching import (
-    LEAST,
-    Watch,
-    comes_soon,
-    first_crossing,
-    turning_point,
-)
+from shellmb.simulate.control.watching import Watch, comes_soon, first_crossing, turning_point
 from shellmb.simulate.stepping import Attempt
+from shellmb.simulate.stepsize.control import LEAST
 
 
 class Control:
