@@ -156,7 +156,8 @@ def resume(
 
         given = scene if isinstance(scene, Scene) else None
         file = scene if isinstance(scene, str) else None
-        return Run(out, resume_request(out, given, file, trust, world).run)
+        more = {"pictures": pictures, "observers": observers}
+        return Run(out, resume_request(out, given, file, trust, world, **more).run)
     computed = go_on(
         out,
         observers,

@@ -29,7 +29,7 @@ PICTURE = "accuracy.png"
 # elements along a side of which half are enough to tell anything
 FEW = 4
 # what belongs to the request and not to its last run
-OWN = {LOCK, ACCURACY, LEVELS, PICTURE}
+OWN = {LOCK, ACCURACY, REQUEST, LEVELS, PICTURE}
 
 
 def run_to_accuracy(
@@ -95,8 +95,10 @@ def run_to_accuracy(
         }
         if comm.rank == 0:
             with written(out, comm):
-                _move(out / LEVELS / str(len(outcome.levels)), out)
+                # before the files of the last level, of which it says what they are: a request that
+                # is stopped among them puts them back
                 write_json(out / ACCURACY, about)
+                _move(out / LEVELS / str(len(outcome.levels)), out)
                 if pictures:
                     _draw(out, outcome, size, found)
         comm.Barrier()
@@ -230,8 +232,8 @@ def _difference(stored: dict[str, Any], scene: Scene, wanted: Wanted) -> str:
 
 
 def _put_back(out: Path, stored: dict[str, Any] | None) -> None:
-    """The run of a request that had ended is a level again."""
-    if stored is not None and stored.get("levels") and (out / SUMMARY).is_file():
+    """The run of a request that had ended, or all but ended, is a level again."""
+    if stored is not None and stored.get("levels"):
         place = out / LEVELS / str(len(stored["levels"]))
         place.mkdir(parents=True, exist_ok=True)
         for path in [p for p in out.iterdir() if p.name not in OWN]:
