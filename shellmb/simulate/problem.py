@@ -6,6 +6,7 @@ import math
 from collections.abc import Hashable
 from dataclasses import replace
 from functools import cached_property, lru_cache
+from typing import Any
 
 import numpy as np
 from dolfinx import fem
@@ -93,12 +94,14 @@ class Problem:
         load_factor: Factor of all loads, where it is an unknown; None: loads depend on time.
         counted: Coordinates of joints in the state that the run starts from, by column of the
             history, as another run has counted them: whole turns do not show in the bodies.
+        controlled: States of controllers in it, by name, as of `Sampler.state`.
     """
 
     def __init__(self, model: Model, scheme: Scheme) -> None:
         self.model, self.scheme = model, scheme
         self.load_factor: float | None = None
         self.counted: dict[str, float] = {}
+        self.controlled: dict[str, dict[str, Any]] = {}
         self.levels: dict[str, Levels] = {}
         self.forms: dict[str, dict[str, StageForms]] = {}
         self._dt, self._time = list[fem.Constant](), list[fem.Constant]()

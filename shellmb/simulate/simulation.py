@@ -205,6 +205,7 @@ class Simulation:
         self.dropped = DroppedConstraints(self.problem)
         self.landing = Landing(scene, self.model.mechanism.events)
         self.control = Control(scene, self.model.signals)
+        self.control.go_on(self.problem.controlled)
         self._calls = _Called(())
         self.setup_seconds = now() - begin - self.problem.system.jit_seconds
         self.step_seconds = 0.0
