@@ -51,6 +51,8 @@ class _Bodies:
     meshed: dict[str, Body] = field(default_factory=dict)
     faces: tuple[Any, ...] = ()
     slides: bool = False
+    # displacements are fields of the user's own
+    farthest: float = 0.0
 
     @property
     def stores(self) -> list[Body]:

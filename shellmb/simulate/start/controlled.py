@@ -20,7 +20,7 @@ MEMORY = ("'].law", "'].outputs", "'].sensors")
 def taken_up(signals: Signals, scene: Scene, stored: Stored, who: str) -> dict[str, dict[str, Any]]:
     """States of samplers that go on in a scene, whose time begins at zero, by controller.
 
-    Coordinates that controllers accelerate go on, too.
+    Coordinates that controllers accelerate go on, too, by whatever law.
 
     Args:
         signals: The signals of the scene.
@@ -40,7 +40,7 @@ def taken_up(signals: Signals, scene: Scene, stored: Stored, who: str) -> dict[s
         return {}
     saved = dict(zip(names, control["controllers"], strict=True))
     for key, way in zip(control.get("accelerated", ()), control["ways"], strict=False):
-        if tuple(key) in signals.ways and key[0] in same:
+        if tuple(key) in signals.ways:
             begin, *rest = way
             signals.ways[key[0], key[1]] = Way(begin - stored.t, *rest)
     return {name: _since(saved[name], stored.t) for name in same}
