@@ -123,6 +123,11 @@ class Convergence:
         return found
 
     @property
+    def far(self) -> float:
+        """Largest size of what is beside the values of a part, relative to its scale."""
+        return max((part.beside / part.scale for part in self.parts), default=0.0)
+
+    @property
     def moving(self) -> Ints:
         """Owned unknowns of parts that move: those that must not move far."""
         bounded = np.isfinite([part.bound for part in self.parts])
