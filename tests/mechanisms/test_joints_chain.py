@@ -31,9 +31,6 @@ from shellmb.scene import (
 )
 
 STEPS, DT = 12, 0.02
-
-# velocities are given to bodies as if they were free, and projected on the joints
-pytestmark = pytest.mark.filterwarnings("ignore:.*do not allow the velocities that are given")
 SCHEMES = [("ep", 0.0), ("ed", 0.0), ("ed", 0.5), ("ed", 1.0), ("ep4", 0.0), ("ed3", 0.5)]
 # an axis that is not that of anything else, and one across it
 AXIS, ACROSS = (0.2, 1.0, 0.3), (1.0, -0.2, 0.0)

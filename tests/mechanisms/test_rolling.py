@@ -28,9 +28,6 @@ from shellmb.scene.multibody.joints import Joint
 from shellmb.simulate.simulation import Silent, Simulation
 from tests.mechanisms.rolling import Disc, Sleigh, ball_on_turntable, rolling_disc
 
-# velocities are given to bodies as if they were free, and projected on the joints
-pytestmark = pytest.mark.filterwarnings("ignore:.*do not allow the velocities that are given")
-
 SCHEMES = [("ep", 0.0), ("ed", 0.0), ("ed", 1.0), ("ep4", 0.0), ("ed3", 0.5)]
 # in CI; the others share their kernels
 SOME = [

@@ -31,9 +31,6 @@ from shellmb.scene import (
 )
 from shellmb.simulate.simulation import Simulation
 
-# velocities are given to bodies as if they were free, and projected on the joints
-pytestmark = pytest.mark.filterwarnings("ignore:.*do not allow the velocities that are given")
-
 Y = (0.0, 1.0, 0.0)
 A, B, C, D = (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), (1.2, 0.0, 1.3), (1.2, 0.0, 0.0)
 SCHEMES = [("ep", 0.0), ("ed", 1.0), ("ep4", 0.0), ("ed3", 0.5)]

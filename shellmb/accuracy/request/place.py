@@ -15,6 +15,7 @@ from shellmb.accuracy.request.search import Outcome, Running, Search
 from shellmb.accuracy.request.wanted import UnknownQuantity, Wanted, frequency_number
 from shellmb.errors import SceneError, Stopped
 from shellmb.guarding.reading import read_json
+from shellmb.locks import is_temporary
 from shellmb.observers.summary import write_json
 from shellmb.options.accuracy import ACCURACY
 from shellmb.running.directory import LOCK, claimed, refuse_used, written
@@ -80,9 +81,10 @@ def run_to_accuracy(
         try:
             search, outcome = _search(scene, wanted, out, how)
         except Stopped as error:
-            raise Stopped(
-                error.signal, f"{going_on(out, how)} repeats the level it was in"
-            ) from None
+            says = f"{going_on(out, how)} repeats the level it was in"
+            if is_temporary(out):
+                says = "nothing of it is left when Python ends; give out to go on later"
+            raise Stopped(error.signal, says) from None
         size = search.size
         found = offers(outcome.levels, wanted.accuracy, size, search.label)
         about |= asdict(search.wanted) | {
