@@ -74,13 +74,6 @@ FAULTS = (
     ),
     # starts
     Fault(
-        "resultants of another section are taken",
-        GIVEN,
-        "return anew or not _same_sections(scene, stored)",
-        "return anew",
-        (f"{STARTS}::test_a_thicker_section_has_the_energy_of_the_same_bending",),
-    ),
-    Fault(
         "a mode turns three directors twice as far",
         GIVEN,
         "turns = cross if rows.shape[1] == 1 else cross / 2",
