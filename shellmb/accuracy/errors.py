@@ -13,6 +13,7 @@ from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 from mpi4py import MPI
 
@@ -302,23 +303,25 @@ def add_errors(run: RunResult, begin: Beginning | None = None) -> Errors:
         begin: An observer of the run that kept its first state; None: models are made anew.
     """
     found = estimate_errors(run, begin)
-    write_errors(run, found)
+    write_errors(run.summary, run.out, run.simulation.model.comm, found)
     return found
 
 
-def write_errors(run: RunResult, found: Errors) -> None:
+def write_errors(summary: dict[str, Any], out: Path | None, comm: MPI.Comm, found: Errors) -> None:
     """Put errors into the summary of a run, also the one on disk; collective.
 
     Args:
-        run: The run.
+        summary: The summary.
+        out: Directory of the run; None: nothing is written.
+        comm: Communicator of the run.
         found: Its errors.
     """
-    plain, comm = found.to_dict(), run.simulation.model.comm
-    run.summary["results"] = plain.pop("results")
-    run.summary["errors"] = plain
-    if run.out is not None and comm.rank == 0:
-        with written(run.out, comm):
-            write_json(run.out / SUMMARY, run.summary)
+    plain = found.to_dict()
+    summary["results"] = plain.pop("results")
+    summary["errors"] = plain
+    if out is not None and comm.rank == 0:
+        with written(out, comm):
+            write_json(out / SUMMARY, summary)
     comm.Barrier()
 
 

@@ -18,6 +18,7 @@ from shellmb.observers.account.energy import EnergyAccount, scalar
 from shellmb.scene import Solver
 from shellmb.schemes.registry import make_scheme
 from shellmb.simulate.problem import Problem
+from shellmb.simulate.stepsize.landing import Count
 
 
 @dataclass(frozen=True)
@@ -50,6 +51,8 @@ class _Bodies:
     meshed: dict[str, Body] = field(default_factory=dict)
     faces: tuple[Any, ...] = ()
     slides: bool = False
+    # displacements are fields of the user's own
+    farthest: float = 0.0
 
     @property
     def stores(self) -> list[Body]:
@@ -114,7 +117,7 @@ class Motion:
                 f"scheme is '{self.scheme.name}'; a motion needs one with velocities, as 'ep4'"
             )
         self.problem = Problem(self.model, self.scheme)
-        self.dt, self.time = dt, 0.0
+        self.dt, self.time, self._count = dt, 0.0, Count()
         self.last: _Last | None = None
         self.account = EnergyAccount()
         self._bodies, self._started = {body.name: body for body in bodies}, False
@@ -175,7 +178,7 @@ class Motion:
             self.last = _Last(self.dt)
             self.account.solved(self)  # type: ignore[arg-type]
             self.problem.accept(self.dt)
-            self.time += self.dt
+            self.time = self._count.after(self.time, self.dt)
             self.account.accepted(self)  # type: ignore[arg-type]
 
     @property

@@ -156,7 +156,10 @@ def resume(
 
         given = scene if isinstance(scene, Scene) else None
         file = scene if isinstance(scene, str) else None
-        return Run(out, resume_request(out, given, file, trust, world).run)
+        found = resume_request(
+            out, given, file, trust, world, pictures=pictures, observers=observers
+        )
+        return Run(out, found.run)
     computed = go_on(
         out,
         observers,

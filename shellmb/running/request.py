@@ -210,7 +210,7 @@ def scene_of_run(
 def _unreadable(what: str) -> str:
     return (
         f"resume: {what}; the state may be whole: continue from Python with "
-        "`shellmb.running.resuming.resume.resume(directory, scene=...)`"
+        "`sm.resume(directory, scene)`"
     )
 
 

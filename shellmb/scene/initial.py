@@ -44,7 +44,8 @@ class FromRun:
     """A start from the last state of another run or from one of its frames; prestress stays.
 
     The other run may have another scheme, other loads, supports, joints and sections. Its bodies
-    must have the same names, meshes and degrees. The time of the new run begins at 0.
+    must have the same names, meshes and degrees. The time of the new run begins at 0. Controllers
+    of the same name and law go on from their memories; events begin anew.
 
     Args:
         run: The run, or its directory.

@@ -52,7 +52,8 @@ class Scene(Description):
             0.8) of ``"generalized-alpha"``. Other schemes ignore it, with a warning.
         dt: Time step [s]; in statics the load step in the same measure as ``t_end``; if left out
             a tenth of ``t_end``, or all of it where the scheme is linear.
-        t_end: Time at the end [s]; in statics 1 if left out.
+        t_end: Time at the end [s]; in statics 1 if left out. Steps are counted: the last one ends
+            here, and shares what is left with the one before if that is less than ``0.1 dt``.
         solver: Newton's method.
         step_control: How the step size changes.
         output: What is written.

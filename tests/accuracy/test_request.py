@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import json
 import math
+import os
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 import pytest
@@ -325,3 +327,75 @@ def test_a_signal_leaves_a_request_that_goes_on(tmp_path: Path) -> None:
     found = sm.resume(out, strip(), pictures=False)
     assert json.loads((out / "accuracy.json").read_text())["met"]
     assert found.errors.loc["tip:end", "error"] <= 6e-4 * abs(found.errors.loc["tip:end", "value"])
+
+
+def listed(patch: pytest.MonkeyPatch, last: float = math.inf) -> list[str]:
+    """List files as they take their places; at a number of them the process ends as if killed."""
+    done: list[str] = []
+
+    def dying(method: Any) -> Any:
+        def act(self: Path, target: Path) -> Any:
+            if len(done) >= last:
+                os._exit(0)
+            done.append(f"{target.parent.name}/{target.name}")
+            return method(self, target)
+
+        return act
+
+    patch.setattr(Path, "replace", dying(Path.replace))
+    patch.setattr(Path, "rename", dying(Path.rename))
+    return done
+
+
+# what a request writes beside its levels, and what becomes of them
+SUMMARISED = ("companions.json", "summary.json", "accuracy.json", "run/history.csv")
+
+
+@pytest.mark.parametrize("which", [SUMMARISED, pytest.param(("",), marks=pytest.mark.slow)])
+def test_a_request_that_is_killed_at_any_write_ends_as_if_it_was_not(
+    which: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Before and in its levels, between them and their errors, and while the last one is moved."""
+    asked: Any = {"accuracy": 5e-2, "of": "tip:end", "pictures": False}
+    scene = strip(output=sm.Output(frames=2))
+    with monkeypatch.context() as patch:
+        names = listed(patch)
+        sm.run(scene, out=tmp_path / "whole" / "run", **asked)
+    files = visible(tmp_path / "whole" / "run")
+    whole = json.loads((tmp_path / "whole" / "run" / "summary.json").read_text())
+    assert whole["errors"]["probes"]
+    # before the first one there is nothing to go on with
+    ends = [n for n in range(1, len(names)) if any(part in names[n] for part in which)]
+    assert len(ends) > 5
+    for end in ends:
+        out = tmp_path / str(end) / "run"
+        if not (child := os.fork()):
+            try:
+                listed(monkeypatch, end)
+                sm.run(scene, out=out, **asked)
+            finally:
+                os._exit(1)
+        assert os.waitpid(child, 0)[1] == 0
+        sm.resume(out, scene, pictures=False)
+        found = json.loads((out / "summary.json").read_text())
+        for part in ("errors", "results"):
+            same(found[part], whole[part])
+        assert json.loads((out / "accuracy.json").read_text())["met"]
+        assert visible(out) == files, names[end]
+
+
+def visible(folder: Path) -> set[str]:
+    """Names of files but for locks, and for drafts that a process leaves where it is killed."""
+    return {path.name for path in folder.rglob("*") if not path.name.startswith(".")}
+
+
+def same(found: Any, right: Any) -> None:
+    """Check that values are equal but for round-off."""
+    if isinstance(right, dict):
+        assert found.keys() == right.keys()
+        for key in right:
+            same(found[key], right[key])
+    elif isinstance(right, float):
+        assert found == pytest.approx(right, rel=1e-6, abs=1e-12)
+    else:
+        assert found == right

@@ -257,3 +257,7 @@ def test_a_turning_point_is_where_the_parabola_has_it() -> None:
     # far below
     below = [m - 1.0 for m in at(-0.5, 0.0, 0.8)]
     assert turning_point(*below, (0.5, 0.8)) is None
+    # it stays below zero by less than a quarter of its rise of 0.09 from the higher end, or by more
+    for top, found in ((-0.022, 0.3), (-0.023, None)):
+        near = [np.array([m[0] + top - 0.01, -1.0]) for m in at(-0.5, 0.0, 0.8)]
+        assert turning_point(*near, (0.5, 0.8)) == (found and pytest.approx(found))

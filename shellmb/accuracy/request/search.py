@@ -102,8 +102,9 @@ class Search:
         # levels are companions of one another, not of what ran before
         begin_model()
         self._family = Family(scene, how.results, how.comm, ":" in (wanted.of or ""))
-        kept, self._stored = how.comm.bcast(store.read() if how.comm.rank == 0 else None)
+        kept, failures, self._stored = how.comm.bcast(store.read() if how.comm.rank == 0 else None)
         self._family.found.update(kept)
+        self._family.failures.update(failures)
         self._begun, self._cpu = time.perf_counter(), time.process_time()
         self._companions: list[Companions] = []
 
@@ -215,27 +216,28 @@ class Search:
         known = next((c for c in reversed(self._companions) if _helps(c.base, change)), None)
         self._companions.append(find_companions(self._family, change, kept.steps, known))
         self.levels.append(self._judge(change))
-        if run is not None:
+        out, comm = self.store.place(len(self.levels)), self.how.comm
+        # of a request that was stopped before it knew them, too
+        summary = self.store.summary(len(self.levels), comm) if run is None else run.summary
+        if "errors" not in summary:
             scene = change.apply(self.scene)
             errors = judged(self._companions[-1], self._family, scene, order_of(scene))
-            write_errors(run, errors)
-        self.store.keep(self._family.found, self.levels)
+            write_errors(summary, out, comm, errors)
+        self.store.keep(self._family, self.levels)
         return run
 
     def _run(self, change: Change, on: ExitStack) -> RunResult | None:
         """The run of a level; None where it is in the store."""
-        number = len(self.levels) + 1
-        done = self.store.is_done(number, self.how.comm)
-        if done and self._family.found.get(change) is not None:
-            return None
-        place = self.store.emptied(number, self.how.comm)
-        how = self.how
-        run, begin, cpu = self._family.start(change, place, how.observers, how.request)
-        self._family.take_up(run, begin, change, on, cpu)
+        number, how, run = len(self.levels) + 1, self.how, None
+        if not self.store.is_done(number, how.comm) or self._family.found.get(change) is None:
+            place = self.store.emptied(number, how.comm)
+            run, begin, cpu = self._family.start(change, place, how.observers, how.request)
+            self._family.take_up(run, begin, change, on, cpu)
         kept = self._family.found[change]
         assert kept is not None
         self._see(kept)
-        self.store.keep(self._family.found, self.levels)
+        if run is not None:
+            self.store.keep(self._family, self.levels)
         return run
 
     def _see(self, kept: Kept) -> None:

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 from shellmb.simulate.stepsize.control import StepSize
 
@@ -60,6 +61,8 @@ class ErrorSize(StepSize):
         lag: What a spinning body is behind by besides, where each step takes as much of its speed.
     """
 
+    # two steps of the same length in place of a long one and what is left
+    least_rest: ClassVar[float] = 1.0
     t_end: float = 1.0
     order: int = 2
     noise: float = 0.0
