@@ -100,3 +100,26 @@ class Stopping:
 
 # signals are of the process, and so is this
 STOPPING = Stopping()
+
+
+@contextmanager
+def held() -> Iterator[None]:
+    """Signals come behind this, whoever handles them.
+
+    A handler that raises inside native code that is being loaded ends the process by a segmentation
+    fault: the initialisation of nanobind's modules calls Python and does not expect an exception.
+    """
+    came: list[int] = []
+    before: dict[int, Any] = {}
+    if threading.current_thread() is threading.main_thread():
+        handlers = {number: signal.getsignal(number) for number in SIGNALS}
+        before = {number: handler for number, handler in handlers.items() if callable(handler)}
+        for number in before:
+            signal.signal(number, lambda number, frame: came.append(number))
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+        for number in came[:1]:
+            signal.raise_signal(number)
