@@ -12,10 +12,8 @@ from types import FrameType
 from typing import Any
 
 from shellmb.errors import Stopped
+from shellmb.guarding.signals import SIGNALS
 
-# Ctrl-C, batch systems, a terminal that is closed, Ctrl-\\, a pipe that nobody reads any more
-NAMES = ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT", "SIGPIPE", "SIGXCPU", "SIGUSR1", "SIGUSR2")
-SIGNALS: tuple[int, ...] = tuple(getattr(signal, n) for n in NAMES if hasattr(signal, n))
 _PIPE = getattr(signal, "SIGPIPE", None)
 # what a shell adds to the number of the signal that ended a process
 EXIT = 128
@@ -63,6 +61,10 @@ class Stopping:
             if before:
                 self.requested = None
 
+    def answered(self) -> None:
+        """A signal has been taken up, and the user told."""
+        self.requested = None
+
     def renew(self) -> None:
         """Take the signals back from PETSc, which takes them for itself when it is loaded."""
         for number in self._ours:
@@ -100,26 +102,3 @@ class Stopping:
 
 # signals are of the process, and so is this
 STOPPING = Stopping()
-
-
-@contextmanager
-def held() -> Iterator[None]:
-    """Signals come behind this, whoever handles them.
-
-    A handler that raises inside native code that is being loaded ends the process by a segmentation
-    fault: the initialisation of nanobind's modules calls Python and does not expect an exception.
-    """
-    came: list[int] = []
-    before: dict[int, Any] = {}
-    if threading.current_thread() is threading.main_thread():
-        handlers = {number: signal.getsignal(number) for number in SIGNALS}
-        before = {number: handler for number, handler in handlers.items() if callable(handler)}
-        for number in before:
-            signal.signal(number, lambda number, frame: came.append(number))
-    try:
-        yield
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
-        for number in came[:1]:
-            signal.raise_signal(number)

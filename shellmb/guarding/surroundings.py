@@ -21,7 +21,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from shellmb.stopping import held
+from shellmb.guarding.signals import held
 
 # longer files are no options [bytes]
 LONGEST = 1_000_000

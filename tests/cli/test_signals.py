@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from shellmb.stopping import held
+from shellmb.guarding.signals import held
 
 # a signal comes while a module is looked for: of the commands, of DOLFINx, of PETSc
 CODE = """
