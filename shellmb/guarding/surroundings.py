@@ -83,7 +83,18 @@ def _elsewhere() -> Iterator[None]:
 def _read_options(module: Any) -> None:
     """Let a library of FEniCS read its files of options: it reads them once and remembers them."""
     with _elsewhere():
-        module.get_options()
+        try:
+            module.get_options()
+        except OSError:
+            # a home that is no folder, or that is closed to us, holds no options
+            given = os.environ.get("XDG_CONFIG_HOME")
+            os.environ["XDG_CONFIG_HOME"] = "/"
+            try:
+                module.get_options()
+            finally:
+                del os.environ["XDG_CONFIG_HOME"]
+                if given is not None:
+                    os.environ["XDG_CONFIG_HOME"] = given
 
 
 def _initialise(module: ModuleType) -> None:
