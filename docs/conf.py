@@ -96,7 +96,7 @@ def _types(app: Any, *_: Any) -> None:
 
 def _commands(app: Any) -> None:
     """The command line's own help, as a page."""
-    command = ["-m", "typer", "shellmb.cli", "utils", "docs", "--name", "shellmb"]
+    command = ["-m", "typer", "shellmb.cli.main", "utils", "docs", "--name", "shellmb"]
     said = subprocess.run([sys.executable, *command], capture_output=True, text=True, check=True)
     text = said.stdout.replace("# `shellmb`\n", "# Commands\n", 1)
     # the list of commands cuts their summaries short

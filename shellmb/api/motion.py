@@ -15,7 +15,9 @@ from shellmb.model.body import Body, constraint_error
 from shellmb.model.model import Model
 from shellmb.model.own.body import OwnBody
 from shellmb.observers.account.energy import EnergyAccount, scalar
+from shellmb.options.described import takes
 from shellmb.scene import Solver
+from shellmb.scene.values.sentences import show
 from shellmb.schemes.registry import make_scheme
 from shellmb.simulate.problem import Problem
 from shellmb.simulate.stepsize.landing import Count
@@ -94,6 +96,7 @@ class Motion:
         SceneError: If two bodies have one name, or there is no such scheme.
     """
 
+    @takes()
     def __init__(
         self,
         *bodies: OwnBody,
@@ -103,6 +106,11 @@ class Motion:
         tolerance: float = 1e-10,
         newton: Literal["full", "auto", "modified"] = "full",
     ) -> None:
+        for body in bodies:
+            if not isinstance(body, OwnBody):
+                raise SceneError(f"Motion: a body is {show(body)}; it must be an OwnBody")
+        if not 0 < dt < float("inf"):
+            raise SceneError(f"Motion: dt is {show(dt)}; it must be finite and greater than 0")
         names = [body.name for body in bodies]
         if not names or len(set(names)) < len(names):
             raise SceneError(

@@ -143,11 +143,10 @@ class Run:
     @cached_property
     def history(self) -> pd.DataFrame:
         """All columns of all steps, one row per step and one before the first."""
-        import pandas as pd
-
         from shellmb.observers.history import read_history
+        from shellmb.show.columns import Columns
 
-        return pd.DataFrame(read_history(self.directory / "history.csv"))
+        return Columns(read_history(self.directory / "history.csv"))
 
     @cached_property
     def fields(self) -> Fields:

@@ -123,6 +123,7 @@ def failures_reported[**P, T](command: Callable[P, T]) -> Callable[P, T]:
                 if _may_be_alone(error) or not met():
                     _end_alone(sentence, code)
                 tell(sentence)
+                STOPPING.answered()
         _end_together(code)
         if failure is not None:
             raise typer.Exit(code) from None

@@ -41,6 +41,8 @@ TIES = {
     "MASS",
     "ROTARY INERTIA",
 }
+# sets have no more elements that are counted up
+LONGEST = 10**7
 
 
 @dataclass
@@ -181,8 +183,12 @@ class _Reader:
         self._add(name, of, [])
         if "GENERATE" in options:
             for first, last, *step in ([int(v) for v in row] for row in rows):
-                numbers = list(range(first, last + 1, step[0] if step else 1))
-                self._add(name, of, numbers)
+                numbers = range(first, last + 1, step[0] if step else 1)
+                if len(numbers[: LONGEST + 1]) > LONGEST:
+                    raise ValueError(
+                        f"GENERATE goes from {first} to {last}, beyond {LONGEST} elements"
+                    )
+                self._add(name, of, list(numbers))
             return
         for value in (v for row in rows for v in row):
             self._member(name, of, value)

@@ -36,7 +36,7 @@ OPTIONS = {
 LINES = {1: 2, 8: 3}
 # faces of CAD within this part of its size are one: what files are written with, and no feature
 SEAM = 2e-6
-# what endings of programs begin with, which may read others beside them
+# the ending of programs, which may read others beside them
 PROGRAM = ".geo"
 
 
@@ -88,7 +88,7 @@ def _load(gmsh: Any, shell: Shell) -> None:
     surface = shell.surface
     if isinstance(surface, GmshFile):
         path = Path(surface.path).resolve()
-        if path.suffix.startswith(PROGRAM):
+        if path.suffix.lower() == PROGRAM:
             gmsh.merge(str(path))
             return
         # beside FILE it looks for FILE.opt, a program that it runs; it knows not all endings in

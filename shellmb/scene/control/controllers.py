@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import math
 from collections.abc import Callable
 from typing import Annotated, Any, ClassVar
@@ -93,6 +94,13 @@ class Controller(Law):
                 f"controller '{self.name}': outputs is {show(self.outputs)}; it must be one name "
                 "at least, each once"
             )
+        try:
+            copy.deepcopy(self.state)
+        except Exception as error:
+            raise SceneError(
+                f"controller '{self.name}': state is {show(self.state)}, which cannot be copied "
+                f"({error}); it must be numbers, texts, arrays, lists, tuples and dicts of these"
+            ) from None
 
     def act(self, t: float, readings: Floats, state: Any, dt: float) -> Any:
         """Outputs and the new state, by the law."""

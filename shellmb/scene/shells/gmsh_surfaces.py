@@ -27,7 +27,7 @@ MERGE = 1e-3
 Fraction = Annotated[float, Field(ge=0, lt=0.5, allow_inf_nan=False)]
 Group = Edge | None
 # what gmsh reads as the ending says; anything else it takes for a program
-READ = (".msh", ".geo", ".geo_unrolled", ".step", ".stp", ".brep", ".iges", ".igs", ".med", ".unv")
+READ = (".msh", ".geo", ".step", ".stp", ".brep", ".iges", ".igs", ".med", ".unv")
 # of these CAD, which says nothing of the size of elements
 CAD = (".step", ".stp", ".brep", ".iges", ".igs")
 # how a mesh of gmsh begins, in all versions
@@ -105,6 +105,11 @@ class GmshFile(Meshed):
         """
         _there(self.path, "gmsh file")
         ending = self.path.suffix.lower()
+        if ending == ".geo_unrolled":
+            raise SceneError(
+                f"gmsh file: '{self.path}' is a program for gmsh, which may do anything on this "
+                "machine; if you trust it, name it .geo"
+            )
         if ending not in READ:
             raise SceneError(
                 f"gmsh file: path is '{self.path}'; it must end in one of {', '.join(READ)}, or be "

@@ -195,7 +195,7 @@ def stacking_angles(notation: str) -> tuple[float, ...]:
     Raises:
         SceneError: If the notation cannot be read.
     """
-    match = _STACKING.fullmatch(notation.strip())
+    match = _STACKING.fullmatch(notation.strip()) if isinstance(notation, str) else None
     if match is None:
         raise SceneError(
             f"laminate: stacking is {show(notation)}; it must read like '[0/90/45]s' or '[45/-45]4'"
