@@ -15,10 +15,11 @@ from shellmb.errors import SceneError
 from shellmb.native.assembler import assembled_as
 from shellmb.rotating.axis import Axis, check_steady, find_axis
 from shellmb.rotating.branches import track
-from shellmb.rotating.modes import SPARE, RotatingModes, check_count, modes_at
+from shellmb.rotating.modes import SPARE, RotatingModes, modes_at
 from shellmb.rotating.steady import SteadyRotation
 from shellmb.scene import Scene
 from shellmb.scene.values.validate import show
+from shellmb.vibration import check_count
 
 # an axis where nothing turns
 UPWARD = (0.0, 0.0, 1.0)
