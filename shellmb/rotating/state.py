@@ -146,7 +146,8 @@ class StateModes:
     def drift(self) -> float:
         """Distance that the state moves during one radian of its slowest mode.
 
-        In lengths of the scene, root mean square over the mass.
+        In lengths of the scene, root mean square over the mass; and the part by which inertia
+        changes that spins and is not the same all around.
         """
         sizes = np.abs(self.modes.values[self.modes.rigid :])
         return self.state.unsteady.drift(float(min(sizes, default=self.state.shift)))
@@ -157,9 +158,9 @@ class StateModes:
         if self.drift <= STEADY:
             return [*self.modes.doubtful]
         return [
-            f"the state is no steady motion: it moves by {self.drift:.2g} of the scene's length "
-            "in the time in which its slowest mode turns by one radian; eigenvalues frozen in "
-            "time say little about what follows",
+            f"the state is no steady motion: it moves by {self.drift:.2g} of the scene's length, "
+            "or its inertia changes by that part, in the time in which its slowest mode turns by "
+            "one radian; eigenvalues frozen in time say little about what follows",
             *self.modes.doubtful,
         ]
 
