@@ -230,7 +230,7 @@ def _wrong(kind: Option | str | None, value: Any) -> str | None:
     """
     if isinstance(kind, Option):
         if kind.about.many:
-            return None if _is_several(value) else "a list of values"
+            return None if _is_several(value) or _is_scheme(value) else "a list of values"
         if kind.choices or (kind.about.parse and isinstance(value, str)):
             return None
         counts = kind.type == tuple[int, int]
@@ -272,6 +272,11 @@ def _is_several(value: Any) -> bool:
     return known and getattr(value, "ndim", 1) == 1
 
 
+def _is_scheme(value: Any) -> bool:
+    """Decide whether a value is a scheme itself in place of its name."""
+    return all(hasattr(value, name) for name in ("stages", "expand"))
+
+
 def _is_mapping(value: Any) -> bool:
     return isinstance(value, Mapping)
 
@@ -288,7 +293,7 @@ KINDS: dict[str, tuple[Callable[[Any], bool], str]] = {
     "float": (_is_number, "a number"),
     "counts": (_are_counts, "two counts as in (8, 4) or '8x4'"),
     "str | Sequence": (lambda value: isinstance(value, str | list | tuple), "one name or several"),
-    "str": (lambda value: isinstance(value, Hashable), "a text"),
+    "str": (lambda value: isinstance(value, Hashable) or _is_scheme(value), "a text"),
     "Sequence[str]": (lambda value: isinstance(value, str | list | tuple), "a list of names"),
     "Sequence[Observer]": (_is_several, "a list of observers"),
     "Path | str": (_is_path, "a path, of names with less than 256 letters"),
