@@ -113,8 +113,8 @@ class Products:
             self._ends, (first, second), strict=True
         ):
             for name, function in functions.items():
-                some = given is not None and name in given
-                function.x.array[:] = given[name].x.array if some else 0.0
+                some = (given or {}).get(name)
+                function.x.array[:] = 0.0 if some is None else some.x.array
             for A, c in constants:
                 A.value[:], c.value[:] = matrix, shift
         return 0.0 if self._sum is None else self._sum()

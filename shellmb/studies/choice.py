@@ -120,7 +120,7 @@ class Base:
             # the scene's own stays as it is: it may be an object that no name stands for
             options = replace(options, scheme=None)
         else:
-            options = replace(options, scheme=self.schemes.get(options.scheme, options.scheme))
+            options = replace(options, scheme=self.schemes.get(str(options.scheme), options.scheme))
         if (choice.scheme or scene.scheme_name) not in DISSIPATIVE:
             # of several schemes some have no dissipation
             options = replace(options, alpha=None)
