@@ -17,7 +17,7 @@ from shellmb.model.locations.nodes import local_nodes, local_point
 from shellmb.observers.booking import STEPS, Booked, Row
 from shellmb.observers.fields.modal import ModalNodes, modal_members
 from shellmb.observers.fields.modalresultants import ModalResultants
-from shellmb.observers.fields.nodal import Nodes, Reading
+from shellmb.observers.fields.nodal import Nodes, Reading, rotation_vectors
 from shellmb.observers.fields.resultants import Resultants, has_resultants
 from shellmb.observers.relative_motion import packed, seen, unpacked
 from shellmb.observers.whole_rotations import WholeTurns
@@ -48,12 +48,13 @@ class _Spot:
 
     def vector(self, means: list[Floats]) -> Floats:
         """The quantity by the means of what is read, shape (3,)."""
-        if self.probe.frame is None:
-            found = means[0]
-        else:
+        if self.probe.frame is not None:
             found = seen(self.probe.quantity, *map(unpacked, means))
-            if self.turns is not None:
-                (found,) = self.turns.nearest(found[None])
+        elif self.turns is not None:
+            pose = unpacked(means[0])
+            (found,) = rotation_vectors(pose.D[None], pose.d[None])
+        else:
+            found = means[0]
         return found if self.turns is None else self.turns.count(found)
 
 
@@ -123,8 +124,9 @@ class Probes(Booked):
             return (partial(self._resultants[body.name].sums, nodes, probe.quantity),)
         spot = _spot(simulation, given.name, probe.at, who)
         if probe.frame is None:
-            turns = self._turns.get(probe.name)
-            return (_total(simulation, *spot, probe.quantity, turns),)
+            if probe.name in self._turns:
+                return (_pose(simulation, *spot),)
+            return (_total(simulation, *spot, probe.quantity),)
         # a reduced body is seen from its floating frame, and has coordinates for names there
         seen_from = next(p for p in scene.probes if p.name == probe.name)
         assert seen_from.frame is not None
@@ -220,15 +222,9 @@ def _total(
     nodes: Nodes | ModalNodes,
     arms: Floats | None,
     quantity: str,
-    turns: WholeTurns | None,
-) -> Sum:
+) -> _Total:
     """Sum over nodes, or over points at the ends of arms."""
-    read = nodes.reader(simulation, body, quantity, arms)
-    count = nodes.count
-    if turns is not None:
-        # each node passes half a turn at another time
-        return lambda: (np.add.reduce(turns.nearest(read())), count)
-    return _Total(read, count)
+    return _Total(nodes.reader(simulation, body, quantity, arms), nodes.count)
 
 
 class _Total:

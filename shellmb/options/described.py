@@ -251,9 +251,8 @@ def _wrong(kind: Option | str | None, value: Any) -> str | None:
         if value is None:
             return None
         if kind.about.many:
-            return (
-                None if _is_several(value) and all(map(kind.takes, value)) else "a list of values"
-            )
+            fits = _is_scheme(value) or _is_several(value) and all(map(kind.takes, value))
+            return None if fits else "a list of values"
         if kind.choices or (kind.about.parse and isinstance(value, str)):
             return None
         return _unfit(kind.kind, value)
@@ -300,6 +299,11 @@ def _is_several(value: Any) -> bool:
     return known and getattr(value, "ndim", 1) == 1
 
 
+def _is_scheme(value: Any) -> bool:
+    """Decide whether a value is a scheme itself in place of its name."""
+    return all(hasattr(value, name) for name in ("stages", "expand"))
+
+
 def _is_mapping(value: Any) -> bool:
     return isinstance(value, Mapping) and all(isinstance(key, str) for key in value)
 
@@ -329,7 +333,7 @@ KINDS: dict[str, tuple[Callable[[Any], bool], str]] = {
     "float": (_is_number, "a number"),
     "counts": (_are_counts, "two counts as in (8, 4) or '8x4'"),
     "str | Sequence": (lambda v: isinstance(v, str) or _are_names(v), "one name or several"),
-    "scheme": (lambda value: isinstance(value, Hashable), "a text"),
+    "scheme": (lambda value: isinstance(value, Hashable) or _is_scheme(value), "a text"),
     "str": (lambda value: isinstance(value, str), "a text"),
     "Sequence[str]": (lambda v: isinstance(v, str) or _are_names(v), "a list of names"),
     "Sequence[Observer]": (

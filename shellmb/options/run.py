@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 from shellmb.options.described import option, parse_mesh
+from shellmb.scene.schemes import is_static
 
 if TYPE_CHECKING:
     from shellmb.scene import Scene
@@ -22,6 +23,7 @@ class Options:
     # where one is read from a file
     __pydantic_config__: ClassVar = {"extra": "forbid"}
 
+    # from Python also a scheme itself
     scheme: str | None = option(
         "Time scheme (ep, ed, ep4, ed3, generalized-alpha, ed-printed, linear-dynamics), or "
         "statics (static, linear-statics)."
@@ -80,7 +82,8 @@ class Options:
         Raises:
             SceneError: If it is impossible.
         """
-        chosen = asdict(self)
+        # a scheme may be an object, which stays one
+        chosen: dict[str, Any] = {f.name: getattr(self, f.name) for f in fields(Options)}
         solver: dict[str, Any] = {name: chosen.pop(name) for name in _SOLVER}
         solver = {name: choice for name, choice in solver.items() if choice is not None}
         step_tolerance = chosen.pop("step_tolerance")
@@ -89,7 +92,7 @@ class Options:
         if solver:
             scene = replace(scene, solver=replace(scene.solver, **solver))
         end_forces = chosen.pop("end_forces")
-        if self.scheme in ("static", "linear-statics") and not scene.static and self.dt is None:
+        if is_static(self.scheme or "ep") and not scene.static and self.dt is None:
             # a time step is no load step: take the default one
             end = scene.t_end if self.t_end is None else self.t_end
             dropped: dict[str, Any] = {"dt": None, "start": "given", "alpha": None}

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from shellmb.arrays import Floats
 from shellmb.diagnostics.stiffened_modes import Motion, stiffened_modes
-from shellmb.errors import SceneError, TooFewModesError, petsc_in_words
+from shellmb.errors import TooFewModesError, petsc_in_words
 from shellmb.model.model import Model
 from shellmb.native.assembler import assembled_as
 from shellmb.rotating.linearised import Linearised
@@ -181,13 +181,3 @@ def _upright(pair: Pair, rotating: Linearised) -> Pair:
     mirrored = pair._replace(imaginary=-1.0 * pair.imaginary)
     square = product(rotating.mass, mirrored, pair)
     return turned(pair, -float(np.angle(square)) / 2)
-
-
-def check_count(count: int) -> None:
-    """A number of modes.
-
-    Raises:
-        SceneError: If it is not positive.
-    """
-    if count < 1:
-        raise SceneError(f"modes: count is {count}; it must be at least 1")

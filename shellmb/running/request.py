@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -63,7 +63,13 @@ class Request:
                 "scene": self.scene if file is None else str(file),
                 "scene_sha256": None if file is None else checksum(file.read_bytes()),
                 "parameters": dict(self.parameters),
-                "options": {k: v for k, v in asdict(self.options).items() if v is not None},
+                # a scheme that is an object has no words: who resumes gives the scene with it
+                "options": {
+                    f.name: value
+                    for f in fields(self.options)
+                    if (value := getattr(self.options, f.name)) is not None
+                    and (f.name != "scheme" or isinstance(value, str))
+                },
             }
         )
 

@@ -40,12 +40,15 @@ class Probe:
         at: A named point, or coordinates (x, y, z): of a node of a shell or a beam, of any
             point of a rigid body [m]; or an ``Offset`` from a node.
         quantity: What is recorded; of a shell ``"director"``, of a beam or a rigid body
-            ``"rotation"`` (a rotation vector [rad], continuous: it goes on beyond pi about an axis
-            that stays) and ``"angular_velocity"``, of a beam the resultants ``"force"`` and
+            ``"rotation"`` (a rotation vector from the reference [rad]) and
+            ``"angular_velocity"``, of a beam the resultants ``"force"`` and
             ``"moment"``; of a shell the resultants ``"membrane"`` [N/m] and ``"bending"`` [N] (11,
             22, 12) and ``"shear"`` [N/m] (13, 23). In motion resultants are means over the step,
             all others values at its end. Resultants at nodes are continued from inside elements,
             at free edges, too, and converge with the square of the elements' size (degree 2).
+            A rotation vector goes on beyond pi and counts whole turns. Near a whole turn, what
+            tumbles has no such vector near the last one: there it jumps by up to ``2 pi``. The
+            angle of a joint, ``"JOINT.rotation"``, has no jumps.
         component: 0, 1, 2 for x, y, z (of resultants: along d1, d2, d3; 11, 22, 12; in a frame
             along its axes), or ``"norm"`` for the magnitude.
         body: Name of the body.

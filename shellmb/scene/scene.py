@@ -240,7 +240,7 @@ def _without_effect(scene: Scene, scheme: Any) -> dict[str, Any]:
     if is_static(scheme):
         still = tuple(s for s in scene.starts if isinstance(s, FromRun | FromShape))
         dropped |= {"initial": (), "start": still or "given"}
-    if scheme not in DISSIPATIVE:
+    if not isinstance(scheme, str) or scheme not in DISSIPATIVE:
         dropped["alpha"] = None
     return dropped
 

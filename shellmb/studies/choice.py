@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from shellmb.options.run import Options
@@ -91,12 +91,14 @@ class Base:
         parameters: Values of the scene's parameters as text, of one that is named.
         t_end: Time at the end, s; None: that of the scene.
         body: The only shell or beam that gets mesh, degree and cell; None: all of them.
+        schemes: Schemes that are objects, by their names.
     """
 
     scene: str | SceneModule
     parameters: tuple[tuple[str, str], ...] = ()
     t_end: float | None = None
     body: str | None = None
+    schemes: Mapping[str, Any] = field(default_factory=dict)
 
     def module(self) -> SceneModule:
         """Module that defines the scene.
@@ -117,6 +119,8 @@ class Base:
         if options.scheme == scene.scheme_name:
             # the scene's own stays as it is: it may be an object that no name stands for
             options = replace(options, scheme=None)
+        else:
+            options = replace(options, scheme=self.schemes.get(str(options.scheme), options.scheme))
         if (choice.scheme or scene.scheme_name) not in DISSIPATIVE:
             # of several schemes some have no dissipation
             options = replace(options, alpha=None)

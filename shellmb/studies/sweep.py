@@ -15,6 +15,7 @@ from shellmb.errors import SceneError
 from shellmb.options.described import read
 from shellmb.options.study import StudyOptions
 from shellmb.running.loader import SceneModule
+from shellmb.scene.schemes import SCHEMES
 from shellmb.studies.choice import AXES, REFINED, Base, Choice
 from shellmb.studies.quantity import Quantity, parse_quantity
 
@@ -110,12 +111,33 @@ def sweep_of(
     Raises:
         SceneError: If one is impossible.
     """
-    base = Base(scene, tuple(parameters.items()), t_end, body)
     given = {name: value for name, value in options.items() if value is not None}
+    schemes = dict[str, Any]()
+    if "reference" in given:
+        given["reference"] = _name(given["reference"], schemes)
+    if (several := given.get("scheme")) is not None:
+        several = several.split(",") if isinstance(several, str) else several
+        several = several if isinstance(several, Iterable) else (several,)
+        given["scheme"] = tuple(_name(scheme, schemes) for scheme in several)
+    base = Base(scene, tuple(parameters.items()), t_end, body, schemes)
     # beside an exact value the error of a single run is whole
     if "exact" not in given and not any(given.get(axis) for axis in AXES):
         given = usual_axes(base) | given
     return Sweep(base, tuple(map(parse_quantity, quantity)), **read(StudyOptions, given))
+
+
+def _name(scheme: Any, found: dict[str, Any]) -> Any:
+    """Name of a scheme; one that is an object is taken down by it.
+
+    Raises:
+        SceneError: If two have one name.
+    """
+    if isinstance(scheme, str) or not hasattr(scheme, "expand"):
+        return scheme
+    name = str(scheme.name)
+    if name in SCHEMES or found.setdefault(name, scheme) != scheme:
+        raise SceneError(f"study: two schemes are called '{name}'; names must be different")
+    return name
 
 
 def usual_axes(base: Base) -> dict[str, Any]:

@@ -211,16 +211,19 @@ class Start:
     def accelerations(self, t: float = 0.0) -> None:
         """Find accelerations from the equations of motion, for schemes that keep them.
 
+        These have a rate "a" or "acceleration".
+
         Args:
             t: Time, s.
         """
-        if "acceleration" not in self.problem.scheme.rates:
+        kept = {"a", "acceleration"}.intersection(self.problem.scheme.rates)
+        if not kept:
             return
         # motions are known from here on, and not before
         self._forces.solve(t, -self._dt)
         for body in self.model.bodies:
             dofs, rates = kinematic_dofs(body), self.problem.levels[body.name].rates
-            for rate in ("a", "acceleration"):
+            for rate in kept:
                 rates[rate].x.array[dofs] = self._forces.state(body.name).x.array[dofs]
 
     @cached_property
