@@ -251,7 +251,7 @@ def _wrong(kind: Option | str | None, value: Any) -> str | None:
         if value is None:
             return None
         if kind.about.many:
-            fits = _is_scheme(value) or _is_several(value) and all(map(kind.takes, value))
+            fits = _is_scheme(value) or (_is_several(value) and all(map(kind.takes, value)))
             return None if fits else "a list of values"
         if kind.choices or (kind.about.parse and isinstance(value, str)):
             return None
