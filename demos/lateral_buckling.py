@@ -203,7 +203,7 @@ def shear_force(history: pd.DataFrame) -> np.ndarray:
 
 def _middle(history: pd.DataFrame, name: str) -> np.ndarray:
     """A probed quantity of the beam at mid-span: at a node, or from those of a cubic element."""
-    columns = [c for c in history if c.startswith(f"{name}_")]
+    columns = [c for c in history.columns if c.startswith(f"{name}_")]
     values = history[columns].to_numpy()
     return values[:, 0] if len(columns) == 1 else values @ WEIGHTS
 

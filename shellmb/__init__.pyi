@@ -33,7 +33,7 @@ from shellmb.errors import ShellmbWarning as ShellmbWarning
 from shellmb.model.own.body import Hold as Hold
 from shellmb.model.own.body import OwnBody as OwnBody
 from shellmb.scene import *
-from shellmb.scene import Scene
+from shellmb.scene import Scene as Scene
 from shellmb.sensitivity.adjoint.objective import Objective
 from shellmb.sensitivity.adjoint.run import Adjoint as Adjoint
 from shellmb.sensitivity.fitting.fitted import Fit as Fit

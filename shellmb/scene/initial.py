@@ -9,7 +9,15 @@ from pydantic import BeforeValidator
 
 from shellmb.errors import SceneError
 from shellmb.scene.values.positions import OfPosition
-from shellmb.scene.values.validate import Finite, Name, NonNegative, PositiveInt, Vec3, described
+from shellmb.scene.values.validate import (
+    Finite,
+    Held,
+    Name,
+    NonNegative,
+    PositiveInt,
+    Vec3,
+    described,
+)
 
 __all__ = ["FromMode", "FromRun", "FromShape", "InitialVelocity", "Starts"]
 
@@ -53,7 +61,7 @@ class FromRun:
         velocities: Whether velocities are taken, too; False: the new run starts at rest.
     """
 
-    run: Annotated[str, BeforeValidator(_directory)]
+    run: Annotated[Held[str, object], BeforeValidator(_directory)]
     at: NonNegative | None = None
     velocities: bool = True
 

@@ -25,14 +25,14 @@ from shellmb.scene.schemes import DISSIPATIVE, is_static
 from shellmb.scene.shells.divided import divided, refined_times
 from shellmb.scene.shells.shell import Shell
 from shellmb.scene.values.models import model_of
-from shellmb.scene.values.validate import described, show
+from shellmb.scene.values.validate import extended, show
 
 __all__ = ["Scene"]
 
 STATIC_STEPS = 10
 
 
-@described("scene")
+@extended("scene")
 class Scene(Description):
     """Bodies, their joints, supports and loads, and how the equations are solved.
 

@@ -1,6 +1,14 @@
 """Schemes by their names: what a scene may have with each of them."""
 
-from typing import Any
+from typing import Any, Protocol
+
+
+class Scheme(Protocol):
+    """A scheme object, as far as a scene knows it (`shellmb.schemes.base.Scheme`)."""
+
+    @property
+    def name(self) -> str: ...  # noqa: D102
+
 
 # name -> whether it has velocities, and whether it has a state j just after the step's beginning
 SCHEMES = {

@@ -9,7 +9,7 @@ from pydantic import BeforeValidator, Field
 
 from shellmb.errors import SceneError
 from shellmb.scene.fields import DEFAULT, FIELDS
-from shellmb.scene.values.validate import Positive, PositiveInt, described, show
+from shellmb.scene.values.validate import NONE, Listed, Positive, PositiveInt, described, show
 
 __all__ = ["Output", "Solver", "StepControl"]
 
@@ -82,7 +82,7 @@ class StepControl:
     patience: PositiveInt = 4
     jump_tolerance: Positive | None = None
     tolerance: Positive | None = None
-    times: tuple[Positive, ...] = ()
+    times: Listed[Positive] = NONE
 
     def __post_init__(self) -> None:
         """Check that the steps are in order, and that one thing controls them.

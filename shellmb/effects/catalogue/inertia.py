@@ -31,7 +31,7 @@ def _dissipates(scene: Scene) -> bool:
 
 
 def _alpha(scene: Scene) -> float:
-    return float(scene.dissipation if isinstance(scene.scheme, str) else scene.scheme.alpha)
+    return float(getattr(scene.scheme, "alpha", scene.dissipation))
 
 
 def _turns(body: Flexible) -> bool:
@@ -115,9 +115,10 @@ def _with_dissipation(scene: Scene) -> Scene:
     if not _dissipates(scene):
         scheme = "ed3" if scene.scheme == "ep4" else "ed"
         return replace(scene, scheme=scheme, alpha=scene.alpha or None)
-    if isinstance(scene.scheme, str):
+    scheme: Any = scene.scheme
+    if isinstance(scheme, str):
         return replace(scene, alpha=None)
-    return replace(scene, scheme=replace(scene.scheme, alpha=0.5))
+    return replace(scene, scheme=replace(scheme, alpha=0.5))
 
 
 def _adaptivity(scene: Scene) -> Use:
