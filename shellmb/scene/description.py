@@ -24,7 +24,7 @@ from shellmb.scene.multibody.joints import Joint
 from shellmb.scene.multibody.rigid import RigidBody
 from shellmb.scene.paths import PathFollowing
 from shellmb.scene.probes import Probe
-from shellmb.scene.schemes import DISSIPATIVE, LINEAR, Scheme, is_static
+from shellmb.scene.schemes import LINEAR, Scheme, dissipation, is_static
 from shellmb.scene.settings import Output, Solver, StepControl
 from shellmb.scene.shells.shell import Join, Shell
 from shellmb.scene.units import check_order, parse_units
@@ -89,8 +89,7 @@ class Description:
     @property
     def dissipation(self) -> float:
         """The ``alpha`` that its scheme works with: the given one, or the scheme's own."""
-        own = DISSIPATIVE.get(self.scheme, 0.0) if isinstance(self.scheme, str) else 0.0
-        return own if self.alpha is None else self.alpha
+        return dissipation(self.scheme, self.alpha)
 
     @property
     def linear(self) -> bool:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from shellmb.errors import SceneError
 from shellmb.scene.multibody.offsets import Point
-from shellmb.scene.values.validate import Name, Spot, Untrue, described, show
+from shellmb.scene.values.validate import Held, Name, Spot, Untrue, described, show
 
 __all__ = ["MOTIONS", "RESULTANTS", "Probe"]
 
@@ -29,6 +29,10 @@ Quantity = Literal[
 MOTIONS = ("displacement", "position", "velocity", "director", "rotation", "angular_velocity")
 # what it records of a section: in motion a mean over the step
 RESULTANTS = ("force", "moment", "membrane", "bending", "shear")
+
+
+Component = Literal[0, 1, 2, "norm"]
+Z: Any = 2
 
 
 @described("probe")
@@ -59,7 +63,7 @@ class Probe:
     name: Name
     at: Point
     quantity: Quantity = "displacement"
-    component: Annotated[Literal[0, 1, 2, "norm"], Untrue] = 2
+    component: Annotated[Held[Component, int | Literal["norm"]], Untrue] = Z
     body: Name | None = None
     frame: Name | None = None
     frame_at: Spot | None = None

@@ -153,7 +153,7 @@ class Scene(Description):
         """Replace some choices and check the scene again; None keeps a choice.
 
         What a new scheme cannot have is left out: the path of a static scene, initial velocities,
-        the start and the tolerance of a dynamic one, the dissipation; and of a new model of all
+        the start and the step error of a dynamic one, the dissipation; and of a new model of all
         bodies fields of resultants. A load step that exceeds a new end becomes the default one.
 
         Args:
@@ -190,8 +190,8 @@ class Scene(Description):
         changes |= dropped
         if dt is None and is_static(new) and t_end is not None and t_end < (self.dt or 0.0):
             changes["dt"] = None
-        if is_static(new) and self.step_control.tolerance is not None:
-            changes["step_control"] = replace(self.step_control, tolerance=None)
+        if is_static(new) and self.step_control.step_error is not None:
+            changes["step_control"] = replace(self.step_control, step_error=None)
         names = self._refined(body, mesh) if shell_changes or divide is not None else set()
         if shell_changes:
             changes["shells"] = _changed(self.shells, names, shell_changes)

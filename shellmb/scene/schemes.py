@@ -37,6 +37,13 @@ KEEP_ANGULAR_MOMENTUM = ("ep",)
 DISSIPATIVE = {"ed": 0.5, "ed3": 0.5, "generalized-alpha": 1 / 9, "ed-printed": 0.5}
 
 
+def dissipation(scheme: Any, alpha: float | None) -> float:
+    """The ``alpha`` that a scheme works with: the given one; None: the default of its name."""
+    if alpha is not None:
+        return alpha
+    return DISSIPATIVE.get(scheme, 0.0) if isinstance(scheme, str) else 0.0
+
+
 def is_static(scheme: Any) -> bool:
     """Decide whether a scheme, or that of a name, has no velocities."""
     if isinstance(scheme, str):

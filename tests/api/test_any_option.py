@@ -85,3 +85,12 @@ def test_values_that_are_not_meant(call, options, said) -> None:
 def test_numbers_of_numpy_and_lists_are_welcome() -> None:
     found = sm.matrices(scene(), np.False_, mesh=[np.int64(2), 1], divide=np.int32(1))
     assert found.M.shape == sm.matrices(scene(), mesh="2x1").M.shape
+
+
+@pytest.mark.parametrize(
+    ("former", "today"), [("step_tolerance", "step_error"), ("tolerance", "newton_tolerance")]
+)
+def test_a_former_name_is_refused_with_the_new_one(former: str, today: str) -> None:
+    for function in (sm.run, sm.study, sm.fit, sm.sensitivities):
+        with pytest.raises(sm.SceneError, match=f"{former} is now called {today}; write {today}="):
+            function(**CALLS[function], **{former: 1e-3})

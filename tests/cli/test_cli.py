@@ -113,8 +113,12 @@ def test_a_bad_scene_ends_the_process_at_once(tmp_path):
         ([SMALL, "--mesh", "6"], "mesh is '6'; it must be two counts as in 8x4"),
         ([SMALL, "--dt", "-1"], "dt is -1.0; it must be greater than 0"),
         ([SMALL, "--scheme", "ed", "--alpha", "2"], "alpha is 2.0; it must be at most 1"),
-        ([SMALL, "--scheme", "ep", "--tolerance", "2"], "tolerance is 2.0; it must be less than 1"),
-        ([SMALL, "--scheme", "static", "--tolerance", "1e-3"], "scheme 'static' has no motion"),
+        (
+            [SMALL, "--scheme", "ep", "--step-error", "2"],
+            "step_error is 2.0; it must be less than 1",
+        ),
+        ([SMALL, "--scheme", "static", "--step-error", "1e-3"], "scheme 'static' has no motion"),
+        ([SMALL, "--tolerance", "1e-3"], "--tolerance is now called --step-error"),
         ([SMALL, "--set", "colour=red"], "there is no parameter 'colour'"),
     ],
 )

@@ -126,8 +126,8 @@ def _adaptivity(scene: Scene) -> Use:
     assert dt is not None
     if control.jump_tolerance is not None:
         return Use(True, f"step_control.jump_tolerance={control.jump_tolerance:g}")
-    if control.tolerance is not None:
-        return Use(True, f"step_control.tolerance={control.tolerance:g}")
+    if control.step_error is not None:
+        return Use(True, f"step_control.step_error={control.step_error:g}")
     smallest = dt / 1024 if control.min_dt is None else control.min_dt
     largest = control.max_dt or dt
     if smallest >= dt and largest <= dt:

@@ -206,8 +206,8 @@ Windows = Annotated[tuple[tuple[float, float], ...], BeforeValidator(_windows)]
 Edge = Annotated[str | tuple[str, ...], BeforeValidator(_edge)]
 Place = Annotated[str | tuple[str, ...] | tuple[float, float, float], BeforeValidator(_place)]
 
-# type checkers take a field whose type is a descriptor as it is set when an object is made, and as it
-# is read afterwards (mypy: of the class itself, not of one that is derived from it)
+# type checkers take a field whose type is a descriptor as it is set when an object is made, and as
+# it is read afterwards (mypy: of the class itself, not of one that is derived from it)
 if TYPE_CHECKING:
 
     class Held[R, G]:

@@ -29,7 +29,7 @@ class Landing:
 
     def __init__(self, scene: Scene, events: Iterable[float]) -> None:
         self._corners = frozenset(
-            corners(scene) if scene.step_control.tolerance is not None else ()
+            corners(scene) if scene.step_control.step_error is not None else ()
         )
         self.times = tuple(sorted({*events, *scene.step_control.times, *self._corners}))
 
