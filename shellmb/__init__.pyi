@@ -51,7 +51,7 @@ def run(
     parameters: Mapping[str, Any] | None = None,
     observers: Sequence[Observer] = (),
     pictures: bool | None = None,
-    progress: bool = False,
+    progress: bool | None = None,
     comm: MPI.Comm | None = None,
     scheme: str | None = None,
     alpha: float | None = None,

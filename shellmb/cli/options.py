@@ -52,6 +52,14 @@ JsonOption = Annotated[bool, typer.Option("--json", help="Print a JSON list.")]
 class Command(TyperCommand):
     """A command that refuses the former name of an option with that of today."""
 
+    def get_params(self, ctx: Any) -> Any:
+        """List the parameters; help shows no type of what is just on or off."""
+        found = super().get_params(ctx)
+        for parameter in found:
+            if getattr(parameter, "is_flag", False) and parameter.metavar is None:
+                parameter.metavar = ""
+        return found
+
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Look for former names before anything is parsed."""
         flags = {flag for parameter in self.params for flag in parameter.opts}
