@@ -73,8 +73,12 @@ class Campbell:
     @property
     def verdict(self) -> str:
         """Say whether the rotation is stable, where that is not decided, and what is doubtful."""
-        doubtful = (said for modes in self.modes for said in modes.doubtful)
-        return "; ".join([self._stability + self._undecided, *dict.fromkeys(doubtful)])
+        return "; ".join([self._stability + self._undecided, *self.warnings])
+
+    @property
+    def warnings(self) -> list[str]:
+        """Sentences on what is doubtful, each once."""
+        return list(dict.fromkeys(said for modes in self.modes for said in modes.doubtful))
 
     @property
     def _undecided(self) -> str:

@@ -41,8 +41,9 @@ class Probe:
 
     Args:
         name: Its column in ``history.csv``.
-        at: A named point, or coordinates (x, y, z): of a node of a shell or a beam, of any
-            point of a rigid body [m]; or an ``Offset`` from a node.
+        at: A named point, or coordinates (x, y, z) of any point of the body [m]; or an ``Offset``
+            from a node. Between nodes of a shell or a beam values follow the functions of its
+            element.
         quantity: What is recorded; of a shell ``"director"``, of a beam or a rigid body
             ``"rotation"`` (a rotation vector [rad], continuous: it goes on beyond pi about an axis
             that stays) and ``"angular_velocity"``, of a beam the resultants ``"force"`` and

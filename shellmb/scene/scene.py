@@ -99,6 +99,16 @@ class Scene(Description):
         check_path(self)
         check_fields(self)
 
+    def __repr__(self) -> str:
+        kinds = {"shell": self.shells, "beam": self.beams, "rigid": self.rigid_bodies}
+        words = {"rigid": ("rigid body", "rigid bodies")}
+        counts = [
+            f"{len(some)} {words.get(kind, (kind, f'{kind}s'))[len(some) > 1]}"
+            for kind, some in kinds.items()
+            if some
+        ]
+        return f"<Scene '{self.name}': {', '.join(counts)}, {self.scheme_name}>"
+
     def body(self, name: str | None = None) -> Body:
         """The body of that name, or the only one.
 

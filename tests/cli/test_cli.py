@@ -81,7 +81,7 @@ def check(results):
         ({"force": "NAN"}, "force"),
         ({"scheme": "ep", "dt": "0"}, "dt is 0; it must be greater than 0"),
         ({"scheme": "eq"}, "scheme is 'eq'"),
-        ({"point": "(1.5, 0.3, 7)"}, "no node at (1.5, 0.3, 7)"),
+        ({"point": "(1.5, 0.3, 7)"}, "(1.5, 0.3, 7) is not on shell 'plate'"),
     ],
 )
 def test_bad_scenes_say_so_at_once(tmp_path, change, message):
@@ -102,7 +102,7 @@ def test_a_bad_scene_ends_the_process_at_once(tmp_path):
     assert result.returncode == 2
     assert time.perf_counter() - begin < 20, "far beyond 5 s, even on a machine with other work"
     assert result.stdout == ""
-    assert "error: probe 'tip': shell 'plate' has no node at (1.5, 0.3, 7)" in result.stderr
+    assert "error: probe 'tip': (1.5, 0.3, 7) is not on shell 'plate'; it is 7" in result.stderr
     assert "Traceback" not in result.stderr
 
 
