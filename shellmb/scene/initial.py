@@ -10,12 +10,13 @@ from pydantic import BeforeValidator
 from shellmb.errors import SceneError
 from shellmb.scene.values.positions import OfPosition
 from shellmb.scene.values.validate import (
+    ORIGIN,
     Finite,
     Held,
     Name,
     NonNegative,
     PositiveInt,
-    Vec3,
+    Vector,
     described,
 )
 
@@ -33,9 +34,9 @@ class InitialVelocity:
         body: Name of the body; None: all of them.
     """
 
-    linear: Vec3 = (0.0, 0.0, 0.0)
-    spin: Vec3 = (0.0, 0.0, 0.0)
-    about: Vec3 = (0.0, 0.0, 0.0)
+    linear: Vector = ORIGIN
+    spin: Vector = ORIGIN
+    about: Vector = ORIGIN
     body: Name | None = None
 
 

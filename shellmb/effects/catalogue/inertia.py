@@ -113,8 +113,8 @@ def _with_dissipation(scene: Scene) -> Scene:
             "or 'ed'"
         )
     if not _dissipates(scene):
-        scheme = "ed3" if scene.scheme == "ep4" else "ed"
-        return replace(scene, scheme=scheme, alpha=scene.alpha or None)
+        damped = "ed3" if scene.scheme == "ep4" else "ed"
+        return replace(scene, scheme=damped, alpha=scene.alpha or None)
     scheme: Any = scene.scheme
     if isinstance(scheme, str):
         return replace(scene, alpha=None)

@@ -53,11 +53,11 @@ def surrounding(body: Meshed, point: Any, who: str) -> tuple[list[tuple[float, .
             f"{who}: {shown(x)} is not on {kind} '{body.name}'; it is {off:.3g} m away from its "
             f"nearest point {shown(place)}"
         )
-    mine: tuple[Any, Any] = ((), ())
+    mine: Any = None
     if comm.rank == rank:
         space = body.mixed.subspaces["u"]
-        element = space.element.basix_element
-        weights = element.tabulate(0, np.array([local]))[0, 0, :, 0]
+        element: Any = space.element.basix_element
+        weights = np.asarray(element.tabulate(0, np.array([local])))[0, 0, :, 0]
         there = nodes[space.dofmap.cell_dofs(cell)]
         kept = np.abs(weights) > NOTHING
         mine = ([tuple(p) for p in there[kept].tolist()], weights[kept])

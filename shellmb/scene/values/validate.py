@@ -27,6 +27,7 @@ from shellmb.scene.values.sentences import in_words, plain, sentence, show, with
 __all__ = [
     "NONE",
     "NOTHING",
+    "ORIGIN",
     "Axis",
     "Edge",
     "Finite",
@@ -43,6 +44,7 @@ __all__ = [
     "Spot",
     "Untrue",
     "Vec3",
+    "Vector",
     "Windows",
     "described",
     "edge_names",
@@ -219,6 +221,7 @@ if TYPE_CHECKING:
 
     type Several[T] = Held[tuple[T, ...], T | Sequence[T]]
     type Listed[T] = Held[tuple[T, ...], Sequence[T] | NDArray[Any]]
+    type Vector = Held[tuple[float, float, float], Sequence[float] | NDArray[Any]]
     type OneWindowOrMore = Held[
         tuple[tuple[float, float], ...] | None,
         tuple[float, float] | Sequence[tuple[float, float]] | None,
@@ -233,14 +236,15 @@ else:
             return kinds[0]
 
     Listed = tuple[_T, ...]
-    OneWindowOrMore = Windows | None
+    OneWindowOrMore, Vector = Windows | None, Vec3
     Several = Annotated[
         tuple[InstanceOf[_T], ...],
         BeforeValidator(lambda given: given if isinstance(given, tuple) else (given,)),
     ]
-# defaults of such fields: no objects, and nothing at all
+# defaults of such fields: no objects, nothing at all, and zero
 NONE: Any = ()
 NOTHING: Any = None
+ORIGIN: Any = (0.0, 0.0, 0.0)
 
 
 def edge_names(edge: str | tuple[str, ...]) -> tuple[str, ...]:
