@@ -119,6 +119,8 @@ def test_a_bad_scene_ends_the_process_at_once(tmp_path):
         ),
         ([SMALL, "--scheme", "static", "--step-error", "1e-3"], "scheme 'static' has no motion"),
         ([SMALL, "--tolerance", "1e-3"], "--tolerance is now called --step-error"),
+        ([SMALL, "--accuracy", "1e-2", "--of", "tip:l3"], "of is 'tip:l3'; it must be one of"),
+        (["sudden_laod"], "there is no scene 'sudden_laod'; did you mean 'sudden_load'?"),
         ([SMALL, "--set", "colour=red"], "there is no parameter 'colour'"),
     ],
 )
@@ -126,6 +128,15 @@ def test_bad_options_say_so(tmp_path, arguments, message):
     result = within("run", *arguments, cwd=tmp_path)
     assert result.exit_code == 2
     assert message in result.stderr
+    # nothing is left of what was never begun
+    assert [*tmp_path.iterdir()] == []
+
+
+def test_a_directory_that_is_not_there(tmp_path):
+    for command in ("report", "plot", "view"):
+        result = within(command, "nothing", cwd=tmp_path)
+        assert result.exit_code == 2
+        assert "error: there is no directory nothing; give the directory of a" in result.stderr
 
 
 def test_list_version_and_help(tmp_path):
@@ -138,6 +149,8 @@ def test_list_version_and_help(tmp_path):
     helped = within("run", "--help", cwd=tmp_path).stdout
     for option in ("--scheme", "--alpha", "--t-end", "--mesh", "--set", "--no-pictures"):
         assert option in helped
+    # what is on or off has no type
+    assert "<bool>" not in helped
 
 
 def test_run_prints_a_log_and_a_table(tmp_path):
