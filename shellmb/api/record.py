@@ -175,7 +175,8 @@ class Run:
         from shellmb.show.account import bands
         from shellmb.show.plots import plot_history
 
-        return plot_history(self.history, self.described, columns, bands(self.summary))
+        history: Any = self.history
+        return plot_history(history, self.described, columns, bands(self.summary))
 
     def picture(
         self,

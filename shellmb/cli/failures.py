@@ -229,7 +229,9 @@ def met() -> bool:
 class App(typer.Typer):
     """The commands, started by a user: streams may be full, and ranks asked for other things."""
 
-    def command(self, name: str | None = None, **more: Any) -> Any:
+    def command[F: Callable[..., Any]](
+        self, name: str | None = None, **more: Any
+    ) -> Callable[[F], F]:
         """Add a command, which knows former names of options."""
         return super().command(name, cls=Command, **more)
 

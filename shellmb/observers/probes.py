@@ -122,7 +122,7 @@ class Probes(Booked):
         return _Spot(probe, sums, weights, turns, None if len(sums) > 1 else later)
 
     def _sum(self, simulation: Simulation, given: Body, probe: Probe) -> Sum:
-        """What it reads at one node, or at the nodes of one place."""
+        """Reading at one node, or at the nodes of one place."""
         who = f"probe '{probe.name}'"
         modal = modal_members(simulation.model).get(given.name)
         body = simulation.model.meshed.get(given.name)

@@ -74,7 +74,7 @@ def _mixed(alike: Floats, first: Floats, second: Floats) -> Floats:
 
 
 def _equal(omega: Floats) -> Floats:
-    """Which frequencies are equal, 1 or 0, shape (n, n)."""
+    """Pairs of equal frequencies: 1, of others 0, shape (n, n)."""
     size = np.abs(omega)
     gaps = np.abs(omega[:, None] - omega[None])
     bound = EQUAL * np.minimum(size[:, None], size[None]) + NONE * size.max(initial=0.0)
