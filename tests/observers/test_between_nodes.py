@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -132,12 +133,23 @@ def plate(load: float = 3.0) -> sm.Scene:
     )
 
 
-def test_derivatives_and_adjoints_know_them() -> None:
+def test_derivatives_know_them() -> None:
     found = sm.sensitivities(plate, ["load"])
     last = found.run.history.iloc[-1]
     table = found.history["load"].iloc[-1]
     for name in ("w", "displacement", "membrane", "bending", "shear"):
         assert table[name] == pytest.approx(last[name] / 3.0, rel=1e-6)
+
+
+def moving(load: float = 3.0) -> sm.Scene:
+    changes = {"scheme": "ep", "dt": 5e-3, "t_end": 0.02}
+    return replace(plate(load), probes=sm.Probe("w", (0.877, 0.411, 0.0)), **changes)
+
+
+def test_the_adjoint_knows_them() -> None:
+    found = sm.adjoint(moving, lambda history: history["w"][-1], parameters=["load"])
+    above, below = (sm.run(moving(3.0 + h)).history["w"].iloc[-1] for h in (1e-4, -1e-4))
+    assert found.parameters["load"] == pytest.approx((above - below) / 2e-4, rel=1e-6)
 
 
 @pytest.mark.mpi
