@@ -43,6 +43,8 @@ nb_execution_timeout = 300
 # what tutorials write is not left beside them
 nb_execution_in_temp = True
 nb_execution_cache_path = str(Path(__file__).parent / "_build" / "tutorials")
+# what runs say of their progress
+nb_output_stderr = "remove"
 nb_merge_streams = True
 
 autodoc_typehints = "description"

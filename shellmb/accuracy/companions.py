@@ -105,9 +105,9 @@ def with_steps(scene: Scene, times: float) -> Scene:
         SceneError: If it is impossible.
     """
     control = scene.step_control
-    if control.tolerance is not None:
-        tolerance = min(control.tolerance * times**POWER, 0.5)
-        return replace(scene, step_control=replace(control, tolerance=tolerance))
+    if control.step_error is not None:
+        error = min(control.step_error * times**POWER, 0.5)
+        return replace(scene, step_control=replace(control, step_error=error))
     limits = {"min_dt": control.min_dt, "max_dt": control.max_dt}
     changes: dict[str, Any] = {k: v * times for k, v in limits.items() if v is not None}
     assert scene.dt is not None

@@ -17,6 +17,7 @@ from shellmb.model.own.body import OwnBody
 from shellmb.observers.account.energy import EnergyAccount, scalar
 from shellmb.options.described import takes
 from shellmb.scene import Solver
+from shellmb.scene.schemes import dissipation
 from shellmb.scene.values.sentences import show
 from shellmb.schemes.registry import make_scheme
 from shellmb.simulate.problem import Problem
@@ -83,7 +84,7 @@ class Motion:
         bodies: The bodies.
         scheme: Name of a scheme, or a scheme.
         dt: Length of a step, s.
-        alpha: Dissipation of `ed` and `ed3`.
+        alpha: Numerical dissipation, 0 to 1; None: that of scenes, 0.5 of `ed` and `ed3`.
         tolerance: Of Newton's method, relative to the sizes of the bodies.
         newton: When the matrix is factorised: "full": in each iteration; "auto", "modified".
 
@@ -102,7 +103,7 @@ class Motion:
         *bodies: OwnBody,
         scheme: Any = "ep",
         dt: float,
-        alpha: float = 0.0,
+        alpha: float | None = None,
         tolerance: float = 1e-10,
         newton: Literal["full", "auto", "modified"] = "full",
     ) -> None:
@@ -119,7 +120,7 @@ class Motion:
         settings = _Settings(Solver(tolerance=tolerance, newton=newton))
         every: list[Any] = list(bodies)
         self.model = cast(Model, _Bodies(bodies[0].space.mesh.comm, every, settings))
-        self.scheme = make_scheme(scheme, alpha)
+        self.scheme = make_scheme(scheme, dissipation(scheme, alpha))
         if not self.scheme.dynamic:
             raise SceneError(
                 f"scheme is '{self.scheme.name}'; a motion needs one with velocities, as 'ep4'"

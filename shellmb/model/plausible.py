@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from mpi4py import MPI
 
@@ -16,6 +16,7 @@ from shellmb.errors import SceneError, warn
 from shellmb.forms import frame as frame_forms
 from shellmb.forms.surface import along
 from shellmb.model.locations.nodes import local_point, said_point
+from shellmb.model.locations.surrounding import is_point, surrounding
 from shellmb.native.expressions import compiled_expression
 from shellmb.scene.lookup import said
 
@@ -102,7 +103,8 @@ def check_probes(scene: Scene, meshed: Mapping[str, ShellModel | BeamModel]) -> 
     for probe in scene.probes:
         (target,) = scene.bodies_of(probe)
         if target.name in meshed:
-            local_point(meshed[target.name], probe.at, f"probe '{probe.name}'")
+            find: Any = surrounding if is_point(probe.at) else local_point
+            find(meshed[target.name], probe.at, f"probe '{probe.name}'")
         if probe.frame is not None and probe.frame in meshed:
             local_point(meshed[probe.frame], probe.frame_at, f"probe '{probe.name}'")
 

@@ -31,6 +31,8 @@ class About:
         flag: Its name there; None: its own.
         parse: Makes its value of a text; None: as its type says.
         many: Whether it has several values: on the command line with commas between them.
+        former: Its former name in Python; whoever uses it is told that of today.
+        former_flag: Its former name on the command line.
     """
 
     help: str
@@ -38,6 +40,8 @@ class About:
     flag: str | None = None
     parse: Callable[[str], Any] | None = None
     many: bool = False
+    former: str | None = None
+    former_flag: str | None = None
 
 
 @dataclass(frozen=True)
@@ -182,6 +186,17 @@ def read(kind: Any, given: Mapping[str, Any]) -> dict[str, Any]:
     return found
 
 
+def of_today(kind: Any, stored: Mapping[str, Any]) -> dict[str, Any]:
+    """Stored values of options by their names of today.
+
+    Args:
+        kind: The dataclass.
+        stored: The values, of a run or a study that may be older than a name.
+    """
+    names = {o.about.former: o.name for o in options_of(kind) if o.about.former}
+    return {names.get(name, name): value for name, value in stored.items()}
+
+
 def takes[F: Callable[..., Any]](*options: Option) -> Callable[[F], F]:
     """Let a function with `**options` list them in its signature and its docstring.
 
@@ -217,6 +232,12 @@ def takes[F: Callable[..., Any]](*options: Option) -> Callable[[F], F]:
 
         @functools.wraps(function)
         def named_ones(*args: Any, **kwargs: Any) -> Any:
+            for o in options:
+                if o.about.former in kwargs and o.about.former not in shown.parameters:
+                    raise SceneError(
+                        f"{function.__name__}: {o.about.former} is now called {o.name}; write "
+                        f"{o.name}=..."
+                    )
             try:
                 given = shown.bind(*args, **kwargs)
             except TypeError as error:

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 # options that are of meshes, and of the scene's solver
 ELEMENTS = ("mesh", "degree", "cell", "divide")
-_SOLVER = ("solve", "newton", "backend", "assembler", "tolerance")
+_SOLVER = ("solve", "newton", "backend", "assembler")
 
 
 @dataclass(frozen=True)
@@ -62,18 +62,19 @@ class Options:
         "Assemble with loops in C (native), or slowly by DOLFINx alone, with all unknowns in one "
         "matrix (reference)."
     )
-    tolerance: float | None = option(
-        "Relative tolerance of Newton's method.", flag="--newton-tolerance"
+    newton_tolerance: float | None = option(
+        "Relative tolerance of Newton's method.", former="tolerance"
     )
     end_forces: bool | None = option("Also record forces at the end of steps.")
     errors: bool | None = option(
         "Estimate the errors of results and of histories of probes, from runs with larger steps "
         "and more elements."
     )
-    step_tolerance: float | None = option(
+    step_error: float | None = option(
         "Adapt steps to this error, relative to the body size; dt is the first step. Steps are "
         "fixed without it.",
-        flag="--tolerance",
+        former="step_tolerance",
+        former_flag="--tolerance",
     )
 
     def apply(self, scene: Scene) -> Scene:
@@ -85,10 +86,11 @@ class Options:
         # a scheme may be an object, which stays one
         chosen: dict[str, Any] = {f.name: getattr(self, f.name) for f in fields(Options)}
         solver: dict[str, Any] = {name: chosen.pop(name) for name in _SOLVER}
+        solver["tolerance"] = chosen.pop("newton_tolerance")
         solver = {name: choice for name, choice in solver.items() if choice is not None}
-        step_tolerance = chosen.pop("step_tolerance")
-        if step_tolerance is None and self.dt is not None:
-            scene = replace(scene, step_control=replace(scene.step_control, tolerance=None))
+        step_error = chosen.pop("step_error")
+        if step_error is None and self.dt is not None:
+            scene = replace(scene, step_control=replace(scene.step_control, step_error=None))
         if solver:
             scene = replace(scene, solver=replace(scene.solver, **solver))
         end_forces = chosen.pop("end_forces")
@@ -96,7 +98,7 @@ class Options:
             # a time step is no load step: take the default one
             end = scene.t_end if self.t_end is None else self.t_end
             dropped: dict[str, Any] = {"dt": None, "start": "given", "alpha": None}
-            dropped["step_control"] = replace(scene.step_control, tolerance=None)
+            dropped["step_control"] = replace(scene.step_control, step_error=None)
             scene = replace(scene, scheme=self.scheme, t_end=end, **dropped)
             chosen["scheme"] = None
         if (errors := chosen.pop("errors")) is not None:
@@ -104,6 +106,6 @@ class Options:
         if end_forces is not None:
             scene = replace(scene, output=replace(scene.output, end_forces=end_forces))
         scene = scene.with_options(**chosen)
-        if step_tolerance is None:
+        if step_error is None:
             return scene
-        return replace(scene, step_control=replace(scene.step_control, tolerance=step_tolerance))
+        return replace(scene, step_control=replace(scene.step_control, step_error=step_error))

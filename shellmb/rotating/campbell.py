@@ -24,6 +24,8 @@ from shellmb.scene import Scene
 from shellmb.scene.values.validate import show
 from shellmb.vibration import check_count
 
+# modes whose frequencies differ by less, relatively or of the largest one, may be mixed at will
+EQUAL, NONE = 1e-4, 1e-6
 # shapes with less in common than this are different modes; of a double eigenvalue that splits into
 # a forward and a backward wave each has one half in common with both
 SAME = 0.3
@@ -81,8 +83,12 @@ class Campbell:
     @property
     def verdict(self) -> str:
         """Say whether the rotation is stable, where that is not decided, and what is doubtful."""
-        doubtful = (said for modes in self.modes for said in modes.doubtful)
-        return "; ".join([self._stability + self._undecided, *dict.fromkeys(doubtful)])
+        return "; ".join([self._stability + self._undecided, *self.warnings])
+
+    @property
+    def warnings(self) -> list[str]:
+        """Sentences on what is doubtful, each once."""
+        return list(dict.fromkeys(said for modes in self.modes for said in modes.doubtful))
 
     @property
     def _undecided(self) -> str:
@@ -148,6 +154,30 @@ def assurance(first: Sequence[Pair], second: Sequence[Pair], mass: PETSc.Mat) ->
     return np.array(rows) / np.outer(own, other)
 
 
+def _mixed(alike: Floats, first: Floats, second: Floats) -> Floats:
+    """Share of one group of equal frequencies in another, for all modes of both, from 0 to 1.
+
+    Any mixture of modes with equal frequencies is a mode: each alone may have little in common with
+    each of the same modes at the next rate.
+
+    Args:
+        alike: What single modes have in common, shape (first, second).
+        first: Frequencies at one rate.
+        second: Frequencies at another.
+    """
+    own, other = (_equal(omega) for omega in (first, second))
+    sizes = np.minimum(own.sum(axis=1)[:, None], other.sum(axis=1)[None])
+    return np.asarray(np.minimum(own @ alike @ other / sizes, 1.0))
+
+
+def _equal(omega: Floats) -> Floats:
+    """Pairs of equal frequencies: 1, of others 0, shape (n, n)."""
+    size = np.abs(omega)
+    gaps = np.abs(omega[:, None] - omega[None])
+    bound = EQUAL * np.minimum(size[:, None], size[None]) + NONE * size.max(initial=0.0)
+    return np.asarray(gaps <= bound, dtype=float)
+
+
 def track(found: Sequence[RotatingModes], mass: PETSc.Mat) -> Ints:
     """Branches through modes at ascending rates.
 
@@ -161,11 +191,12 @@ def track(found: Sequence[RotatingModes], mass: PETSc.Mat) -> Ints:
     branches: list[list[int]] = [[k] for k in range(len(found[0].values))]
     for step, (before, after) in enumerate(pairwise(found), start=1):
         alike = assurance(before.pairs, after.pairs, mass)
+        same = _mixed(alike, before.omega, after.omega)
         # of shapes that are equally like the nearest frequency decides
         gaps = np.abs(before.omega[:, None] - after.omega[None])
-        cost = alike - 1e-3 * gaps / max(float(gaps.max()), 1e-300)
+        cost = same + 1e-2 * alike - 1e-3 * gaps / max(float(gaps.max()), 1e-300)
         rows, columns = linear_sum_assignment(-cost)
-        follows = {int(r): int(c) for r, c in zip(rows, columns, strict=True) if alike[r, c] > SAME}
+        follows = {int(r): int(c) for r, c in zip(rows, columns, strict=True) if same[r, c] > SAME}
         for branch in branches:
             branch.append(follows.get(branch[-1], -1))
         new = set(range(len(after.values))) - set(follows.values())

@@ -89,6 +89,7 @@ def find_campbell(
             "rates_rad_per_s": found.rates,
             "stable": not found.unstable,
             "verdict": found.verdict,
+            "warnings": found.warnings,
             "wall_s": clock.perf_counter() - begin,
         }
         for number, modes in enumerate(found.modes, start=1):

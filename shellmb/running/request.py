@@ -11,7 +11,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from shellmb.errors import SceneError
 from shellmb.guarding.seal import checksum, is_sealed, sealed
-from shellmb.options.described import parse_mesh
+from shellmb.options.described import of_today, parse_mesh
 from shellmb.options.run import Options
 from shellmb.running.loader import SceneModule, demos, is_file_name, load
 from shellmb.running.tables import Damaged, first_error, read_table
@@ -80,7 +80,10 @@ class Request:
         Raises:
             pydantic.ValidationError: If they are none.
         """
-        stored = _STORED.validate_python({k: values[k] for k in _FIELDS if k in values})
+        given = {k: values[k] for k in _FIELDS if k in values}
+        if isinstance(given.get("options"), dict):
+            given["options"] = of_today(Options, given["options"])
+        stored = _STORED.validate_python(given)
         return cls(stored.scene, stored.parameters, stored.options)
 
 

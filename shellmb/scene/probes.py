@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from shellmb.errors import SceneError
 from shellmb.scene.multibody.offsets import Point
-from shellmb.scene.values.validate import Name, Spot, Untrue, described, show
+from shellmb.scene.values.validate import Held, Name, Spot, Untrue, described, show
 
 __all__ = ["MOTIONS", "RESULTANTS", "Probe"]
 
@@ -31,14 +31,19 @@ MOTIONS = ("displacement", "position", "velocity", "director", "rotation", "angu
 RESULTANTS = ("force", "moment", "membrane", "bending", "shear")
 
 
+Component = Literal[0, 1, 2, "norm"]
+Z: Any = 2
+
+
 @described("probe")
 class Probe:
     """One number at one point over time.
 
     Args:
         name: Its column in ``history.csv``.
-        at: A named point, or coordinates (x, y, z): of a node of a shell or a beam, of any
-            point of a rigid body [m]; or an ``Offset`` from a node.
+        at: A named point, or coordinates (x, y, z) of any point of the body [m]; or an ``Offset``
+            from a node. Between nodes of a shell or a beam values follow the functions of its
+            element.
         quantity: What is recorded; of a shell ``"director"``, of a beam or a rigid body
             ``"rotation"`` (a rotation vector from the reference [rad]) and
             ``"angular_velocity"``, of a beam the resultants ``"force"`` and
@@ -62,7 +67,7 @@ class Probe:
     name: Name
     at: Point
     quantity: Quantity = "displacement"
-    component: Annotated[Literal[0, 1, 2, "norm"], Untrue] = 2
+    component: Annotated[Held[Component, int | Literal["norm"]], Untrue] = Z
     body: Name | None = None
     frame: Name | None = None
     frame_at: Spot | None = None

@@ -25,14 +25,14 @@ from shellmb.scene.schemes import DISSIPATIVE, is_static
 from shellmb.scene.shells.divided import divided, refined_times
 from shellmb.scene.shells.shell import Shell
 from shellmb.scene.values.models import model_of
-from shellmb.scene.values.validate import described, show
+from shellmb.scene.values.validate import extended, show
 
 __all__ = ["Scene"]
 
 STATIC_STEPS = 10
 
 
-@described("scene")
+@extended("scene")
 class Scene(Description):
     """Bodies, their joints, supports and loads, and how the equations are solved.
 
@@ -100,6 +100,16 @@ class Scene(Description):
         check_path(self)
         check_fields(self)
 
+    def __repr__(self) -> str:
+        kinds = {"shell": self.shells, "beam": self.beams, "rigid": self.rigid_bodies}
+        words = {"rigid": ("rigid body", "rigid bodies")}
+        counts = [
+            f"{len(some)} {words.get(kind, (kind, f'{kind}s'))[len(some) > 1]}"
+            for kind, some in kinds.items()
+            if some
+        ]
+        return f"<Scene '{self.name}': {', '.join(counts)}, {self.scheme_name}>"
+
     def body(self, name: str | None = None) -> Body:
         """The body of that name, or the only one.
 
@@ -154,7 +164,7 @@ class Scene(Description):
         """Replace some choices and check the scene again; None keeps a choice.
 
         What a new scheme cannot have is left out: the path of a static scene, initial velocities,
-        the start and the tolerance of a dynamic one, the dissipation; and of a new model of all
+        the start and the step error of a dynamic one, the dissipation; and of a new model of all
         bodies fields of resultants. A load step that exceeds a new end becomes the default one.
 
         Args:
@@ -191,8 +201,8 @@ class Scene(Description):
         changes |= dropped
         if dt is None and is_static(new) and t_end is not None and t_end < (self.dt or 0.0):
             changes["dt"] = None
-        if is_static(new) and self.step_control.tolerance is not None:
-            changes["step_control"] = replace(self.step_control, tolerance=None)
+        if is_static(new) and self.step_control.step_error is not None:
+            changes["step_control"] = replace(self.step_control, step_error=None)
         names = self._refined(body, mesh) if shell_changes or divide is not None else set()
         if shell_changes:
             changes["shells"] = _changed(self.shells, names, shell_changes)

@@ -235,7 +235,8 @@ class Sensitivities:
             parameter: The parameter.
         """
         run, table = self.run, self.history[parameter.name]
-        both = [(run.results[name], slope) for name, slope in self.results[parameter.name].items()]
+        slopes = self.results[parameter.name].items()
+        both: list[tuple[Any, Any]] = [(run.results[str(name)], slope) for name, slope in slopes]
         both += [(run.history[p.name], table[p.name]) for p in run.described.probes]
         return bool(both) and all(
             _largest(slope) * parameter.step <= ROUND_OFF * _largest(value) for value, slope in both

@@ -219,7 +219,7 @@ class Simulation:
         )
         if self.scene.path is not None:
             return ArcSize(control, dt)
-        if control.tolerance is None:
+        if control.step_error is None:
             return StepSize(control, dt) if self.scheme.dynamic else LoadSize(control, dt)
         law = self.scheme.local_error
         noise = law.per_radian(solver.tolerance ** (1 / law.degree))

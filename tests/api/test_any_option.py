@@ -129,3 +129,12 @@ def test_values_that_end_no_call_in_an_error_of_python() -> None:
                 except Exception as error:
                     bad[call.__name__, name, what] = f"{type(error).__name__}: {error}"
     assert not bad
+
+
+@pytest.mark.parametrize(
+    ("former", "today"), [("step_tolerance", "step_error"), ("tolerance", "newton_tolerance")]
+)
+def test_a_former_name_is_refused_with_the_new_one(former: str, today: str) -> None:
+    for function in (sm.run, sm.study, sm.fit, sm.sensitivities):
+        with pytest.raises(sm.SceneError, match=f"{former} is now called {today}; write {today}="):
+            function(**CALLS[function], **{former: 1e-3})

@@ -202,7 +202,7 @@ def test_time_of_a_latch_is_of_the_order_of_the_scheme(scheme, order, arm) -> No
 
 
 def test_a_latch_where_steps_follow_a_tolerance(arm) -> None:
-    control = StepControl(tolerance=1e-5)
+    control = StepControl(step_error=1e-5)
     lock = Lock("hinge", when=ANGLE >= math.pi / 2)
     run = execute(falling(arm, dt=1e-3, step_control=control, locks=lock))
     (found,) = times(run, "hinge lock")

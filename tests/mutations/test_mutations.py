@@ -43,10 +43,9 @@ LIMIT = 900.0
 def copied(folder: Path) -> Path:
     """A copy of the package as it is installed: forms and demos inside of it."""
     package = folder / "shellmb"
-    ignore = shutil.ignore_patterns("__pycache__", "figures", "studies")
-    shutil.copytree(ROOT / "shellmb", package, ignore=shutil.ignore_patterns("__pycache__"))
-    for part in ("forms", "demos"):
-        shutil.copytree(ROOT / part, package / part, ignore=ignore)
+    shutil.copytree(
+        ROOT / "shellmb", package, ignore=shutil.ignore_patterns("__pycache__", "figures")
+    )
     return package
 
 

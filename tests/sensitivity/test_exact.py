@@ -195,7 +195,7 @@ from mpi4py import MPI
 from tests.sensitivity import scenes
 
 found = sm.sensitivities(
-    scenes.plate, ("length",), values={"scheme": "ed"}, newton="full", tolerance=1e-11
+    scenes.plate, ("length",), values={"scheme": "ed"}, newton="full", newton_tolerance=1e-11
 )
 if MPI.COMM_WORLD.rank == 0:
     print(repr(float(found.history["length"]["total_energy"].iloc[-1])))

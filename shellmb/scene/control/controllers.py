@@ -13,14 +13,17 @@ from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.scene.control.sensors import Sensor
 from shellmb.scene.values.times import TimeFunction
-from shellmb.scene.values.validate import Finite, Name, NonNegative, Positive, described, show
+from shellmb.scene.values.validate import (
+    Finite,
+    Name,
+    NonNegative,
+    Positive,
+    Several,
+    described,
+    show,
+)
 
 __all__ = ["PID", "Controller", "Law"]
-
-
-def _sensors(value: Any) -> Any:
-    """One sensor in place of a tuple of one is welcome."""
-    return (value,) if isinstance(value, Sensor) else value
 
 
 def _names(value: Any) -> Any:
@@ -79,7 +82,7 @@ class Controller(Law):
     """
 
     name: Name
-    sensors: Annotated[tuple[InstanceOf[Sensor], ...], BeforeValidator(_sensors)]
+    sensors: Several[Sensor]
     law: Callable[..., Any]
     outputs: Annotated[tuple[Name, ...], BeforeValidator(_names)] = ("u",)
     state: Any = None

@@ -17,7 +17,7 @@ from pydantic import Field
 
 from shellmb.errors import SceneError
 from shellmb.scene.shells.surfaces import Surface
-from shellmb.scene.values.validate import Edge, Name, Positive, PositiveInt, described
+from shellmb.scene.values.validate import Edge, Held, Name, Positive, PositiveInt, described
 
 __all__ = ["GmshFile", "GmshModel", "MeshFile", "Meshed"]
 
@@ -87,7 +87,7 @@ class GmshFile(Meshed):
         refine: Elements along each side of one of the file's, whose shape and groups stay.
     """
 
-    path: Annotated[Path, Field(strict=False)]  # a text names a file, too
+    path: Annotated[Held[Path, Path | str], Field(strict=False)]  # a text names a file, too
     group: Group = None
     edges_where: EdgesWhere = field(default_factory=dict)
     where: Callable[[Any], Any] | None = None
@@ -179,7 +179,7 @@ class MeshFile(Meshed):
         refine: Elements along each side of one of the file's, whose shape and groups stay.
     """
 
-    path: Annotated[Path, Field(strict=False)]
+    path: Annotated[Held[Path, Path | str], Field(strict=False)]
     group: Group = None
     edges_where: EdgesWhere = field(default_factory=dict)
     where: Callable[[Any], Any] | None = None

@@ -12,7 +12,7 @@ import numpy as np
 
 from shellmb.errors import warn
 from shellmb.native.later import known_forms
-from shellmb.observers.probes import plain_spot
+from shellmb.observers.probes import places_of, plain_spot
 from shellmb.running.execute import RunResult, execute
 from shellmb.running.results import Results
 from shellmb.scene import Probe, Scene
@@ -45,14 +45,18 @@ class Reading:
     def __init__(self, simulation: Simulation, probe: Probe) -> None:
         (given,) = simulation.scene.bodies_of(probe)
         who = f"probe '{probe.name}'"
-        body, nodes, arms = plain_spot(simulation, given.name, probe.at, who)
-        self._key = body, "v" if probe.quantity == "velocity" else "q"
-        u, w = nodes.dofs  # type: ignore[union-attr]
-        count, part = simulation.model.comm.allreduce(nodes.count), int(probe.component)
-        self._dofs, self._weights = u[:, part], np.full(len(u), 1 / count)
-        if arms is not None:
-            self._dofs = np.concatenate([self._dofs, w[:, :, part].ravel()])
-            self._weights = np.concatenate([self._weights, arms.ravel() / count])
+        dofs, weights = [], []
+        for place, weight in zip(*places_of(simulation, given.name, probe), strict=True):
+            body, nodes, arms = plain_spot(simulation, given.name, place, who)
+            self._key = body, "v" if probe.quantity == "velocity" else "q"
+            u, w = nodes.dofs  # type: ignore[union-attr]
+            count, part = simulation.model.comm.allreduce(nodes.count), int(probe.component)
+            dofs.append(u[:, part])
+            weights.append(np.full(len(u), weight / count))
+            if arms is not None:
+                dofs.append(w[:, :, part].ravel())
+                weights.append(weight * arms.ravel() / count)
+        self._dofs, self._weights = np.concatenate(dofs), np.concatenate(weights)
 
     def add(self, covector: Covector, slope: float) -> None:
         """Add a derivative by what is read to the covector of a state."""

@@ -106,7 +106,7 @@ class Band:
         for name in wanted:
             if name not in self.history:
                 raise SceneError(
-                    f"band: there is no column '{name}'; there are {listed(self.history)}"
+                    f"band: there is no column '{name}'; there are {listed(self.history.columns)}"
                 )
         made = figure(WIDE, HIGH * len(wanted))
         axes = made.subplots(len(wanted), 1, squeeze=False)
