@@ -159,7 +159,8 @@ class Companions:
         found = self._alone(quantity, order)
         # what one companion tells of a point is chance, too, as what those tell that are far away;
         # the extreme at the start has no error
-        told = curve.resolved and not curve.far and (len(self.steps) > 2 or self.ratio < 1)
+        sure = curve.resolved and not (curve.far or curve.rough)
+        told = sure and (len(self.steps) > 2 or self.ratio < 1)
         # a point of a curve that converges does so; extremes may without the curve
         if quantity.norm == "end":
             found = replace(found, converges=curve.converges)
@@ -225,7 +226,8 @@ def find_companions(
             ratio = 0.5
             smaller = family.run(replace(base, step=base.step * ratio))
             series = [mine] if smaller is None else [smaller, mine]
-    mesh, better, meshes = None, True, ()
+    mesh, better = None, True
+    meshes: tuple[Kept, ...] = ()
     times = _largest(scene, steps, len(series) if ratio > 1 else 1)
     coarse = replace(base, step=base.step * times)
     if known is not None and known.base.mesh == base.mesh and moves:

@@ -107,7 +107,8 @@ def double_pendulum(scheme: str, dt: float, t_end: float = 6.0) -> Scene:
             sm.InitialVelocity((0.6, 0, 0), (0, 3.0, 0), body="link1"),
         ),
         probes=tuple(
-            sm.Probe(n, (0, 0, 0.4), component=k, body="link1") for n, k in (("bx", 0), ("bz", 2))
+            sm.Probe(n, (0, 0, 0.4), component=k, body="link1")  # type: ignore[arg-type]
+            for n, k in (("bx", 0), ("bz", 2))
         ),
         scheme=scheme,
         dt=dt,
