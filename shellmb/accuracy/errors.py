@@ -159,7 +159,7 @@ class Companions:
         found = self._alone(quantity, order)
         # what one companion tells of a point is chance, too, as what those tell that are far away;
         # the extreme at the start has no error
-        sure = curve.resolved and not (curve.far or curve.rough)
+        sure = curve.resolved and not (curve.far or curve.rough or found.rough)
         told = sure and (len(self.steps) > 2 or self.ratio < 1)
         # a point of a curve that converges does so; extremes may without the curve
         if quantity.norm == "end":
