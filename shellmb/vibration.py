@@ -199,7 +199,7 @@ def _doubtful(
     ]
     if not modes:
         return []
-    motions = [(number, part) for number, _, part in modes]
+    motions = [(number, (part,)) for number, _, part in modes]
     elastic = [Motion(number, energy, (part,)) for number, energy, part in modes]
     return [
         *(stiffened_modes(model, state, elastic) if state is not None else ()),

@@ -194,7 +194,8 @@ def find_buckling(
         shapes = [mode_shape(found.system, found.model, vector) for vector in found.vectors]
         parts = parts_of(found.system, found.vectors)
         said = ("load factor", "load factors")
-        warnings = unresisted_modes(found.model, enumerate(parts, start=1), said)
+        motions = [(number, (part,)) for number, part in enumerate(parts, start=1)]
+        warnings = unresisted_modes(found.model, motions, said)
         summary: dict[str, Any] = {
             "scene": scene.name,
             "load_factors": found.factors,

@@ -17,7 +17,7 @@ from shellmb.accuracy.companions import Change
 from shellmb.accuracy.family import Family
 from shellmb.accuracy.kept import Kept
 from shellmb.accuracy.remarks import remarks
-from shellmb.accuracy.request.choose import choose, work
+from shellmb.accuracy.request.choose import choose, mesh_order, work
 from shellmb.accuracy.request.curve import offers
 from shellmb.accuracy.request.levels import Level
 from shellmb.api.modeshapes import ModeShapes
@@ -47,7 +47,8 @@ def strip(**options: object) -> Scene:
 
 def level(**changes: object) -> Level:
     values = {"mesh": 1e-2, "step": 1e-2, "others": 0.0, "order": 2.0, "refinable": True} | changes
-    known = {"change": Change(), "label": "", "value": 1.0, "seconds": 2.0, "stepping": 1.0}
+    values = {"change": Change()} | values
+    known = {"label": "", "value": 1.0, "seconds": 2.0, "stepping": 1.0}
     error = sum(float(values[k]) for k in ("mesh", "step", "others"))  # type: ignore[arg-type]
     return Level(**known, error=error, total=2.0, dimension=2, **values)  # type: ignore[arg-type]
 
@@ -64,6 +65,30 @@ def test_what_limits_is_refined() -> None:
     assert of_step.change.step < 1
     assert choose([level(others=1e-2)], 3e-3) is None
     assert choose([level(refinable=False, step=0.0)], 3e-3) is None
+
+
+def test_predictions_leave_a_fifth_of_the_error() -> None:
+    """The kind: the cheapest level in closed form, of an error that goes with the step's square."""
+    # 0.8 of the target is 1/4 and 1/9 of the error, and a hundredth less is not enough
+    for part, least in ((4.0, 2), (9.0, 3)):
+        for target, times in (
+            (1.0 / part / 0.8 * 1.005, least),
+            (1.0 / part / 0.8 * 0.995, least + 1),
+        ):
+            given = level(mesh=0.0, step=1.0, order=2.0, refinable=False)
+            found = choose([given], target)
+            assert found is not None and found.change.step <= 1 / times, (part, target)
+            assert found.error <= 0.8 * target
+
+
+def test_the_order_of_meshes_is_observed_with_some_caution() -> None:
+    """Of errors `h^q` of 1 and 2 times the elements: `q - 0.25`, and between one and two."""
+    for q, believed in ((0.5, 1.0), (1.5, 1.25), (2.0, 1.75), (4.0, 2.0)):
+        levels = [level(mesh=1.0), level(mesh=2.0**-q, change=Change(mesh=2))]
+        assert mesh_order(levels) == pytest.approx(believed), q
+    # errors that do not fall, or no other mesh, tell nothing
+    assert mesh_order([level(mesh=1.0), level(mesh=1.1, change=Change(mesh=2))]) == 2.0
+    assert mesh_order([level(mesh=1.0)]) == 2.0
 
 
 def test_steps_whose_companions_are_there_are_cheaper() -> None:

@@ -17,6 +17,7 @@ import pytest
 from . import (
     faults,
     faults_control,
+    faults_derived,
     faults_faces,
     faults_locations,
     faults_recent,
@@ -33,6 +34,7 @@ FAULTS = (
     *faults_said.FAULTS,
     *faults_recent.FAULTS,
     *faults_faces.FAULTS,
+    *faults_derived.FAULTS,
 )
 
 ROOT = Path(__file__).parents[2]

@@ -42,6 +42,7 @@ class Level:
         total: Processor time so far, with all companions [s].
         dimension: Elements go with this power of those along a side.
         refinable: Whether its mesh can be refined.
+        converges: Whether differences of its companions fall; else only sizes of its parts do.
     """
 
     change: Change
@@ -57,6 +58,7 @@ class Level:
     total: float
     dimension: int
     refinable: bool = True
+    converges: bool = True
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values."""

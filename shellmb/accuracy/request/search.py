@@ -18,6 +18,7 @@ from shellmb.accuracy.family import Family, is_large
 from shellmb.accuracy.found import Found
 from shellmb.accuracy.kept import Kept, difference
 from shellmb.accuracy.modes import ModeResults
+from shellmb.accuracy.remarks import NO_LIMIT
 from shellmb.accuracy.request.choose import AIM, Choice, choose
 from shellmb.accuracy.request.levels import Level, Store
 from shellmb.accuracy.request.wanted import Wanted
@@ -41,6 +42,8 @@ SCHEMES = ("ep", "ed", "ep4", "ed3")
 FIRST, LARGEST = FEWEST * RATIO**2, 9
 # levels at most
 MOST = 8
+# so many levels in a row whose differences do not fall are the last ones
+LEVELS_THAT_TELL = 2
 # what companions add to the run of a level
 OVERHEAD = 1.9
 
@@ -276,6 +279,7 @@ class Search:
             total=past + total if before is None else before,
             dimension=2 if any(s.model != "rigid" for s in scene.shells) else 1,
             refinable=self._refinable(scene),
+            converges=all(part.converges for part in found.parts.values()),
         )
 
     def _refinable(self, scene: Scene) -> bool:
@@ -290,7 +294,14 @@ class Search:
         level, requested = self.levels[-1], self._requested
         if met:
             return f"{requested} is met"
-        if not isfinite(level.error):
+        if not any(v.converges for v in self.levels[-LEVELS_THAT_TELL:]) and (
+            following is None or len(self.levels) >= LEVELS_THAT_TELL
+        ):
+            return (
+                f"{requested} cannot be met, because {self.quantity} {NO_LIMIT}: each finer level "
+                "changes it by as much as the one before"
+            )
+        if level.converges and not isfinite(level.error):
             why = "; ".join(self._family.failures.values())
             return f"{requested} cannot be met, because an error is not known: {why}"
         if following is None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from functools import cached_property
 
@@ -30,6 +31,7 @@ class Convergence:
 
     Attributes:
         iterations: Number of updates measured since `begin`.
+        ratio: The last one over that before it; infinite where there is one only.
     """
 
     def __init__(self, system: BlockSystem) -> None:
@@ -47,11 +49,11 @@ class Convergence:
         given = self._ends, self._entries, self._scales, bounds, weights
         self._sizes = operations().part_sizes(*given)
         self._serial = system.comm.size == 1
-        self.iterations = 0
+        self.begin()
 
     def begin(self) -> None:
         """A new solution."""
-        self.iterations = 0
+        self.iterations, self.ratio, self._largest = 0, math.inf, 0.0
 
     def widen(self, way: float) -> None:
         """Let updates be larger by a way [m] that is known to be flown; the same on all ranks."""
@@ -75,6 +77,8 @@ class Convergence:
             self._sizes.relate()
         self.iterations += 1
         largest, moved, diverged, weighted = self._sizes.found.tolist()
+        self.ratio = largest / self._largest if self._largest else math.inf
+        self._largest = largest
         if diverged:
             raise self.error("the iteration diverged")
         return largest, moved, weighted
