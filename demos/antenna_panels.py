@@ -39,7 +39,8 @@ def rigid(connector: Beam) -> RigidBody:
     slender = mass * (length**2 + CONNECTOR**2) / 12
     inertia = slender * np.eye(3) + (mass * CONNECTOR**2 / 6 - slender) * np.outer(unit, unit)
     rows: Any = tuple(tuple(float(x) for x in row) for row in inertia)
-    return RigidBody(connector.name, mass, rows, tuple(float(x) for x in ends.mean(axis=0)))
+    middle: Any = tuple(float(x) for x in ends.mean(axis=0))
+    return RigidBody(connector.name, mass, rows, middle)
 
 
 def scene(panels: str = "modal:1", nx: int = 5, ny: int = 2, dt: float = 0.2) -> Scene:

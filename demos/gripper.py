@@ -11,6 +11,7 @@ friction bears its weight.
 # CI: mpiexec -n 2 shellmb run gripper --check --no-pictures
 
 import math
+from typing import Any
 
 from shellmb.scene import (
     GROUND,
@@ -57,7 +58,12 @@ def scene(closing: float = CLOSING, dt: float = 4e-3, t_end: float = 0.6):
     steel = Isotropic(MODULUS, 0.3, thickness=THICKNESS, density=DENSITY)
     depth = MASS * GRAVITY / STIFFNESS
     top = RADIUS + LENGTH
-    law = {"stiffness": STIFFNESS, "body": "ball", "radius": RADIUS, "relative_damping": 1.0}
+    law: dict[str, Any] = {
+        "stiffness": STIFFNESS,
+        "body": "ball",
+        "radius": RADIUS,
+        "relative_damping": 1.0,
+    }
     inertia = 0.4 * MASS * RADIUS**2
     bodies = [
         RigidBody("ball", MASS, (inertia,) * 3, position=(0, 0, RADIUS - depth)),

@@ -154,7 +154,7 @@ def scene(
         edge, more = "edge", [Weld("tip", "edge", "plate", at=(LENGTH, 0.0, MIDDLE))]
         # there is no node at mid-span in an odd number of elements
         inner = (elements - 1) / 2 + CUBIC if elements % 2 else np.array([elements / 2])
-        places = [tuple(map(float, curve(np.array(xi / elements)))) for xi in inner]
+        places: Any = [tuple(map(float, curve(np.array(xi / elements)))) for xi in inner]
         probes = [
             *(Probe(f"lateral_{k}", p, component=1, body="plate") for k, p in enumerate(places)),
             *(Probe(f"F12_{k}", p, "force", 2, body="plate") for k, p in enumerate(places)),
@@ -203,7 +203,7 @@ def shear_force(history: pd.DataFrame) -> np.ndarray:
 
 def _middle(history: pd.DataFrame, name: str) -> np.ndarray:
     """A probed quantity of the beam at mid-span: at a node, or from those of a cubic element."""
-    columns = [c for c in history if c.startswith(f"{name}_")]
+    columns = [c for c in history.columns if c.startswith(f"{name}_")]
     values = history[columns].to_numpy()
     return values[:, 0] if len(columns) == 1 else values @ WEIGHTS
 

@@ -60,7 +60,8 @@ def scene(
     top = (0.0, -WIDTH / 2, LENGTH)
     inner = Rectangle(LENGTH, WIDTH, corner, axis1=(0, 0, 1), axis2=(0, 1, 0))
     outer = Rectangle(LENGTH, WIDTH, top, axis1=(0, 0, -1), axis2=(0, 1, 0))
-    elements, events, locks = [], [], []
+    elements: list[JointSpring | JointDamper] = []
+    events, locks = [], []
     for name, (stiffness, rest, latch, damping) in HINGES.items():
         elements.append(JointSpring(f"{name} spring", name, stiffness, rest=rest))
         elements.append(JointDamper(f"{name} damper", name, damping))

@@ -15,6 +15,7 @@ scheme hide (0.7057 m for the tip's height at 3 s with 10 ms, 0.04 m with 1.25 m
 
 import math
 from dataclasses import replace
+from typing import Literal
 
 import numpy as np
 
@@ -68,7 +69,7 @@ def scene(rigid: bool = False, dt: float = 0.01, t_end: float = 3.0):
     """
     tip = (LENGTH, 0.0, 0.0)
     section = SECTION if rigid else replace(SECTION, stiffness_damping=DAMPING)
-    model = "rigid" if rigid else "exact"
+    model: Literal["rigid", "exact"] = "rigid" if rigid else "exact"
     arm = Beam("arm", Line((0, 0, 0), tip), section, elements=3, model=model)
     return Scene(
         "pid_arm",

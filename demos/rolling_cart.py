@@ -18,6 +18,7 @@ from shellmb.scene import (
     GROUND,
     Gravity,
     Isotropic,
+    Joint,
     Output,
     Probe,
     Rectangle,
@@ -55,7 +56,7 @@ def scene(dt: float = 5e-3, t_end: float = 0.5):
     middle = (LENGTH / 2, WIDTH / 2, 0.0)
     bodies = [RigidBody("load", LOAD_MASS, (0.1, 0.1, 0.1), position=middle, shape="box")]
     # the load stands on the plate's middle, and cannot turn about the director there
-    joints = [Weld("lashing", "load", "plate", at=middle)]
+    joints: list[Joint] = [Weld("lashing", "load", "plate", at=middle)]
     for axle, x in (("rear", 0.0), ("front", LENGTH)):
         place = (x, WIDTH / 2, 0.0)
         bodies.append(RigidBody(axle, AXLE_MASS, (0.08, 0.002, 0.08), position=place, shape="rod"))

@@ -18,6 +18,8 @@ first order in the step only.
 # CI: shellmb run slider_crank --set flexible=True --check --no-pictures --out runs/ci-crank-soft
 # CI: shellmb run slider_crank --set flexible=True --set modes=3 --check --no-pictures --out runs/cm
 
+from typing import Literal
+
 import numpy as np
 
 from shellmb.analytic.inertia import rod
@@ -108,7 +110,7 @@ def scene(
         # d2 = z across the plane, d3 = y in it
         section = RectangularSection(modulus, 0.3, width=WIDTH, height=HEIGHT, density=DENSITY)
         line = Line(pin, end)
-        model = Modal(modes) if modes else "exact"
+        model: Literal["exact"] | Modal = Modal(modes) if modes else "exact"
         beams = [Beam("coupler", line, section, elements=4, up=(0, 1, 0), model=model)]
     else:
         inertia = (1e-3 * COUPLER_INERTIA, COUPLER_INERTIA, COUPLER_INERTIA)

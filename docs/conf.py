@@ -43,6 +43,8 @@ nb_execution_timeout = 300
 # what tutorials write is not left beside them
 nb_execution_in_temp = True
 nb_execution_cache_path = str(Path(__file__).parent / "_build" / "tutorials")
+# what runs say of their progress
+nb_output_stderr = "remove"
 nb_merge_streams = True
 
 autodoc_typehints = "description"
@@ -96,7 +98,7 @@ def _types(app: Any, *_: Any) -> None:
 
 def _commands(app: Any) -> None:
     """The command line's own help, as a page."""
-    command = ["-m", "typer", "shellmb.cli", "utils", "docs", "--name", "shellmb"]
+    command = ["-m", "typer", "shellmb.cli.main", "utils", "docs", "--name", "shellmb"]
     said = subprocess.run([sys.executable, *command], capture_output=True, text=True, check=True)
     text = said.stdout.replace("# `shellmb`\n", "# Commands\n", 1)
     # the list of commands cuts their summaries short

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import ufl
 from ufl.core.expr import Expr
 
-from shellmb.forms.steps.discrete import second_variation, variation
+from shellmb.forms.steps.discrete import at_rest, second_variation, variation
 
 
 class Measure(NamedTuple):
@@ -26,11 +26,13 @@ class Measure(NamedTuple):
         change: Derivative at a state, the first argument, in a direction, the second one.
         slope: Of a quadratic one `c lin(dq) + sum_a w_a quad(s_a, dq)` from `c`, pairs `(w_a, s_a)`
             and `dq`; `c` is None where there is no linear part.
+        rest: Value at rest, of any state of the space; zero where that is symbolic. None: zero.
     """
 
     value: Callable[[Expr], Expr]
     change: Callable[[Expr, Expr], Expr]
     slope: Callable[[Any, Sequence[tuple[Any, Expr]], Expr], Expr]
+    rest: Callable[[Expr], Expr] | None = None
 
     def quad(self, a: Expr, b: Expr) -> Expr:
         """Bilinear part."""
@@ -125,7 +127,12 @@ def measure(function: Callable[[Expr], Expr]) -> Measure:
             found.append(second_variation(function, 0 * dq, dq, y))
         return sum(found[1:], found[0])
 
-    return Measure(function, lambda q, dq: variation(function, q, dq), slope)
+    return Measure(
+        function,
+        lambda q, dq: variation(function, q, dq),
+        slope,
+        lambda q: at_rest(function, q),
+    )
 
 
 # what a stress has in a row, and how that follows from a strain, two states and their middle

@@ -33,7 +33,7 @@ from shellmb.errors import ShellmbWarning as ShellmbWarning
 from shellmb.model.own.body import Hold as Hold
 from shellmb.model.own.body import OwnBody as OwnBody
 from shellmb.scene import *
-from shellmb.scene import Scene
+from shellmb.scene import Scene as Scene
 from shellmb.sensitivity.adjoint.objective import Objective
 from shellmb.sensitivity.adjoint.run import Adjoint as Adjoint
 from shellmb.sensitivity.fitting.fitted import Fit as Fit
@@ -51,7 +51,7 @@ def run(
     parameters: Mapping[str, Any] | None = None,
     observers: Sequence[Observer] = (),
     pictures: bool | None = None,
-    progress: bool = False,
+    progress: bool | None = None,
     comm: MPI.Comm | None = None,
     scheme: str | None = None,
     alpha: float | None = None,
@@ -67,10 +67,10 @@ def run(
     newton: Literal["auto", "modified", "full"] | None = None,
     backend: Literal["newton", "snes"] | None = None,
     assembler: Literal["native", "reference"] | None = None,
-    tolerance: float | None = None,
+    newton_tolerance: float | None = None,
     end_forces: bool | None = None,
     errors: bool | None = None,
-    step_tolerance: float | None = None,
+    step_error: float | None = None,
     accuracy: float | None = None,
     of: str | None = None,
     budget: float | str | None = None,
@@ -93,8 +93,8 @@ def study(
     divide: Sequence[int] = (),
     model: Sequence[str] = (),
     solve: Sequence[str] = (),
-    step_tolerance: Sequence[float] = (),
-    tolerance: Sequence[float] = (),
+    step_error: Sequence[float] = (),
+    newton_tolerance: Sequence[float] = (),
     exact: float | None = None,
     reference: str | None = None,
     refine: int = 2,
@@ -124,9 +124,9 @@ def sensitivities(
     solve: Literal["reduced", "full"] | None = None,
     newton: Literal["auto", "modified", "full"] | None = None,
     backend: Literal["newton", "snes"] | None = None,
-    tolerance: float | None = None,
+    newton_tolerance: float | None = None,
     end_forces: bool | None = None,
-    step_tolerance: float | None = None,
+    step_error: float | None = None,
 ) -> Sensitivities: ...
 def adjoint(
     scene: Callable[..., Scene] | str,
@@ -151,9 +151,9 @@ def adjoint(
     solve: Literal["reduced", "full"] | None = None,
     newton: Literal["auto", "modified", "full"] | None = None,
     backend: Literal["newton", "snes"] | None = None,
-    tolerance: float | None = None,
+    newton_tolerance: float | None = None,
     end_forces: bool | None = None,
-    step_tolerance: float | None = None,
+    step_error: float | None = None,
 ) -> Adjoint: ...
 def fit(
     scene: Callable[..., Scene] | str,
@@ -179,9 +179,9 @@ def fit(
     solve: Literal["reduced", "full"] | None = None,
     newton: Literal["auto", "modified", "full"] | None = None,
     backend: Literal["newton", "snes"] | None = None,
-    tolerance: float | None = None,
+    newton_tolerance: float | None = None,
     end_forces: bool | None = None,
-    step_tolerance: float | None = None,
+    step_error: float | None = None,
 ) -> Fit: ...
 def frequency_sensitivities(
     scene: Callable[..., Scene] | str,

@@ -11,6 +11,9 @@ import filelock
 
 from shellmb.guarding.writing import clear, is_plain
 
+# a file for each rank that has not let go of a temporary directory, beside it
+HELD = "held-{rank}"
+
 
 class FileLock:
     """A file that one process at a time holds.
@@ -72,3 +75,12 @@ class FileLock:
                 return file.read(200).decode(errors="replace") or "another process"
         except OSError:
             return "another process"
+
+
+def is_temporary(directory: Path) -> bool:
+    """Decide whether a run directory is one that goes with the process that made it.
+
+    Args:
+        directory: The directory.
+    """
+    return (directory.parent / HELD.format(rank=0)).exists()

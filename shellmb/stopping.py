@@ -12,10 +12,8 @@ from types import FrameType
 from typing import Any
 
 from shellmb.errors import Stopped
+from shellmb.guarding.signals import SIGNALS
 
-# Ctrl-C, batch systems, a terminal that is closed, Ctrl-\\, a pipe that nobody reads any more
-NAMES = ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT", "SIGPIPE", "SIGXCPU", "SIGUSR1", "SIGUSR2")
-SIGNALS: tuple[int, ...] = tuple(getattr(signal, n) for n in NAMES if hasattr(signal, n))
 _PIPE = getattr(signal, "SIGPIPE", None)
 # what a shell adds to the number of the signal that ended a process
 EXIT = 128
@@ -62,6 +60,10 @@ class Stopping:
                 signal.signal(number, handler)
             if before:
                 self.requested = None
+
+    def answered(self) -> None:
+        """A signal has been taken up, and the user told."""
+        self.requested = None
 
     def renew(self) -> None:
         """Take the signals back from PETSc, which takes them for itself when it is loaded."""

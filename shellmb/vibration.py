@@ -8,7 +8,7 @@ from petsc4py import PETSc
 
 import numpy as np
 
-from shellmb.arrays import Floats
+from shellmb.arrays import Bools, Floats
 from shellmb.checked_model import checked_model
 from shellmb.diagnostics.elements.hourglass import unresisted_modes
 from shellmb.diagnostics.elements.locked_modes import locked_modes
@@ -22,6 +22,8 @@ from shellmb.scene import Scene
 from shellmb.simulate.eigenmodes import Lowest, lowest
 from shellmb.simulate.simulation import Simulation
 from shellmb.system.assembly.blocks import BlockSystem
+
+Shape = dict[str, Floats]
 
 
 @dataclass(frozen=True)
@@ -45,7 +47,7 @@ class Modes:
     """
 
     omega2: Floats
-    shapes: list[dict[str, Floats]]
+    shapes: list[Shape]
     model: Model
     unknowns: int
     rigid: int
@@ -67,15 +69,25 @@ class Modes:
         return np.where(grows, np.abs(root.imag), 0.0)
 
     @property
+    def growing(self) -> Bools:
+        """Modes that grow."""
+        return self.growth > 0
+
+    @property
+    def fields(self) -> list[dict[str, Shape]]:
+        """Fields of each mode by name, as files have them."""
+        return [{"displacement": shape} for shape in self.shapes]
+
+    @property
     def warnings(self) -> list[str]:
         """Warnings that the state is unstable, or that bodies are too stiff or too soft."""
         said, growth = [], self.growth
-        places = np.flatnonzero(growth > 0)
+        places = np.flatnonzero(self.growing)
         if len(places):
             k = int(places[np.argmax(growth[places])])
             numbers = ", ".join(str(n + 1) for n in places)
             which = f"mode {numbers} grows" if len(places) == 1 else f"modes {numbers} grow"
-            kind = "divergence" if self.imaginary[k] == 0.0 else "flutter"
+            kind = "flutter" if self.imaginary[k] or self.omega[k] > 0 else "divergence"
             said.append(
                 f"the state is unstable: {which}, the fastest by {growth[k]:.4g}/s (mode {k + 1}, "
                 f"{kind})"
@@ -112,16 +124,36 @@ def natural_modes(
         ConvergenceError: If the static state or the eigenproblem does not converge, or there are
             fewer modes than wanted.
     """
-    if count < 1:
-        raise SceneError(f"modes: count is {count}; it must be at least 1")
+    return modes_about(scene, comm, count, equilibrium(scene, comm) if loaded else None)
+
+
+def equilibrium(scene: Scene, comm: MPI.Comm) -> Simulation:
+    """Static run of a scene to its end, before it begins.
+
+    Args:
+        scene: The scene; its scheme does not matter.
+        comm: Communicator.
+    """
+    return Simulation(scene.with_options(scheme="static"), comm)
+
+
+def modes_about(scene: Scene, comm: MPI.Comm, count: int, state: Simulation | None) -> Modes:
+    """Natural modes as of `natural_modes`, without what resists velocities.
+
+    Args:
+        scene: The scene.
+        comm: Communicator.
+        count: Number of modes wanted, rigid-body modes included.
+        state: Static run whose end they are about, which is run here; None: the reference.
+    """
+    check_count(count)
     moving = scene.with_options(scheme="ep", dt=scene.dt or 1.0, t_end=scene.t_end or 1.0)
-    state = Simulation(scene.with_options(scheme="static"), comm) if loaded else None
     # forces of joints and supports are those of the equilibrium, in its unit
     model, _ = checked_model(moving, comm, None if state is None else state.model.force)
     if state is not None:
         state.run()
     system, stiffness, mass = _tangent_at(model, state)
-    found = lowest(model, system, stiffness, mass, count, loaded)
+    found = lowest(model, system, stiffness, mass, count, state is not None)
     shapes = [mode_shape(system, model, vector) for vector in found.vectors]
     values = found.values
     return Modes(
@@ -134,6 +166,16 @@ def natural_modes(
         found.unstable,
         _doubtful(model, system, found, state),
     )
+
+
+def check_count(count: int) -> None:
+    """A number of modes.
+
+    Raises:
+        SceneError: If it is not positive.
+    """
+    if count < 1:
+        raise SceneError(f"modes: count is {count}; it must be at least 1")
 
 
 def _doubtful(
@@ -157,7 +199,7 @@ def _doubtful(
     ]
     if not modes:
         return []
-    motions = [(number, part) for number, _, part in modes]
+    motions = [(number, (part,)) for number, _, part in modes]
     elastic = [Motion(number, energy, (part,)) for number, energy, part in modes]
     return [
         *(stiffened_modes(model, state, elastic) if state is not None else ()),
@@ -185,9 +227,6 @@ def _tangent_at(model: Model, state: Simulation | None) -> tuple[BlockSystem, Bl
         return tangent(model)
     end, t = state.problem.start_factor, state.t
     return tangent(model, state.arrays(), lambda function: end(t, function))
-
-
-Shape = dict[str, Floats]
 
 
 def mode_shape(system: BlockSystem, model: Model, vector: PETSc.Vec) -> Shape:

@@ -56,7 +56,16 @@ def test_bundled_packages_are_the_top_level_folders() -> None:
     code = "from shellmb import demos, forms; print(*forms.__path__, *demos.__path__, sep='\\n')"
     # from elsewhere: they must be found through the installed package alone
     paths = subprocess.check_output([sys.executable, "-c", code], text=True, cwd="/").splitlines()
-    assert [Path(path) for path in paths] == [ROOT / "forms", ROOT / "demos"]
+    assert [Path(path).resolve() for path in paths] == [ROOT / "forms", ROOT / "demos"]
+
+
+def test_an_editable_install_is_a_folder_on_the_path() -> None:
+    """Editors and mypy follow no import hook; and nothing but `shellmb` may be in that folder."""
+    files = [f for f in distribution("shellmb").files or () if f.suffix == ".pth"]
+    for file in files:
+        (line,) = Path(str(file.locate())).read_text().splitlines()
+        packages = [p.name for p in Path(line).iterdir() if not p.name.endswith(".egg-info")]
+        assert packages == ["shellmb"]
 
 
 @pytest.mark.mpi

@@ -10,11 +10,13 @@ import typer
 
 from demos.paper.example import Example
 from demos.paper.make import find_examples, make
+from demos.paper.page import PAGE, differences, with_table
 from demos.paper.report import print_made
 from shellmb.cli.failures import App, failures_reported, first_rank, tell
 from shellmb.cli.options import JsonOption, PicturesOption
 from shellmb.cli.report import say
 from shellmb.errors import SceneError
+from shellmb.guarding.writing import write_text
 from shellmb.measuring.records import to_json
 
 app = App(pretty_exceptions_enable=False)
@@ -34,7 +36,11 @@ def figures(
         list[str] | None, typer.Option(metavar="RUN", help="Only this run; may be repeated.")
     ] = None,
     check: Annotated[
-        bool, typer.Option("--check", help="Fail unless all statements hold.")
+        bool,
+        typer.Option("--check", help=f"Fail unless {PAGE.name} lists these verdicts and figures."),
+    ] = False,
+    write: Annotated[
+        bool, typer.Option("--write", help=f"Write the tables of statements in {PAGE.name}.")
     ] = False,
     json: JsonOption = False,
     no_pictures: PicturesOption = False,
@@ -44,6 +50,8 @@ def figures(
     The runs of an example take minutes to hours; one that was stopped goes on where it was.
     """
     examples = find_examples(section)
+    if write and only:
+        raise SceneError("figures: --write needs all runs of a section; leave out --only")
     if only:
         examples = _with_runs(examples, only)
 
@@ -52,11 +60,16 @@ def figures(
         pictures = None if no_pictures else out / example.section
         made = make(example, runs / example.section, pictures, only or [], tell)
         judged += made.judged
+        if write and first_rank():
+            write_text(PAGE, with_table(PAGE.read_text(), example.section, made.judged))
         if first_rank() and not json:
             print_made(made)
     if first_rank() and json:
         say(to_json(judged, passed="pass"))
-    if check and not all(j.passed for j in judged):
+    found = differences(PAGE.read_text(), judged) if check else []
+    for one in found:
+        tell(one)
+    if found:
         raise typer.Exit(1)
 
 

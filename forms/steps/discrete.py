@@ -57,6 +57,17 @@ def second_variation(measure: Callable[[Expr], Expr], q: Expr, first: Expr, seco
     return ufl.replace(derivative, dict(zip((z, *directions), (q, first, second), strict=True)))
 
 
+def at_rest(measure: Callable[[Expr], Expr], like: Expr) -> Expr:
+    """Value of a measure where the state is zero.
+
+    Args:
+        measure: A function of the state.
+        like: A state, built from functions of the space.
+    """
+    value, (z,) = derivatives(measure, _space(like), 0)
+    return ufl.replace(apply_derivatives(apply_algebra_lowering(value)), {z: 0 * z})
+
+
 def _space(*states: Expr) -> Any:
     """The function space of which states and directions are built."""
     terms = (term for state in states for term in unique_pre_traversal(state))

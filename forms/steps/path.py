@@ -5,7 +5,8 @@ second Legendre polynomial) the path is
 
     q(tau) = x + D (tau - 1/2) + z (6 tau^2 - 6 tau + 1),     q'(tau) = D + 6 z P1,   P1 = 2 tau - 1
 
-Measures are `e(q) = lin(q) + quad(q, q)/2` (strains, constraints); `<.>` is the integral over a
+Measures are `e(q) = lin(q) + quad(q, q)/2` (strains, constraints), and strains of a user's own have
+a constant part, which goes with `lin(x)`; `<.>` is the integral over a
 step. The velocity is quadratic, too, and with a dissipation `alpha`
 
     <q' - h v> = 0,   <P1 (q' - h v)> = alpha h v_2/3,   z = [(1 + alpha) h v_f - (1 - alpha) h v_i
@@ -309,6 +310,9 @@ def moment_of(measure: Measure, m: Moment, states: Sequence[Expr]) -> Expr:
         pairs = [(w, states[a]) for (a, c), w in weighed if c == b and w is not None]
         if pairs or m.linear[b] is not None:
             parts.append(measure.slope(m.linear[b], pairs, state))
+    # the mean is a sum of states with weights that add up to one, the others are differences
+    if m.linear[0] is not None and measure.rest is not None:
+        parts.append(m.linear[0] * measure.rest(states[0]))
     return sum(parts[1:], parts[0])
 
 

@@ -5,9 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any
 
-from shellmb.scene import Scene
+from shellmb.errors import SceneError
+from shellmb.scene import Scene, Shell
 from shellmb.scene.checks.control import corners
 from shellmb.scene.loads.loads import PointLoad
+from shellmb.scene.probes import RESULTANTS
+from shellmb.scene.shells.divided import refined_times
 from shellmb.scene.values.models import Modal
 
 # tolerances by which steps are chosen go with this power of what would be the step
@@ -27,6 +30,7 @@ class Change:
     Args:
         step: Factor on the step; where steps follow a tolerance, its square on that.
         mesh: So many elements along a side replace one.
+        coarser: One element along a side replaces so many.
         degree: Degree of the elements; None: as it is.
         tolerance: Factor on the tolerance of Newton's method.
         stiffness: Factor on the stiffness of contacts.
@@ -37,6 +41,7 @@ class Change:
 
     step: float = 1.0
     mesh: int = 1
+    coarser: int = 1
     degree: int | None = None
     tolerance: float = 1.0
     stiffness: float = 1.0
@@ -64,6 +69,8 @@ class Change:
             scene = _exact(scene)
         if self.mesh != 1:
             scene = scene.with_options(divide=self.mesh, body=self.body)
+        if self.coarser != 1:
+            scene = _with_fewer(scene, self.coarser, self.body)
         if self.degree is not None:
             scene = scene.with_options(degree=self.degree, body=self.body)  # type: ignore[arg-type]
         if self.stiffness != 1.0:
@@ -85,6 +92,7 @@ class Change:
         parts = {
             "twice the elements": self.mesh == 2,
             f"{self.mesh} times the elements": self.mesh > 2,
+            f"1/{self.coarser} of the elements": self.coarser > 1,
             f"degree {self.degree}": self.degree is not None,
             "another tolerance of Newton's method": self.tolerance != 1.0,
             f"{self.stiffness:g} times the stiffness of contacts": self.stiffness != 1.0,
@@ -105,9 +113,9 @@ def with_steps(scene: Scene, times: float) -> Scene:
         SceneError: If it is impossible.
     """
     control = scene.step_control
-    if control.tolerance is not None:
-        tolerance = min(control.tolerance * times**POWER, 0.5)
-        return replace(scene, step_control=replace(control, tolerance=tolerance))
+    if control.step_error is not None:
+        error = min(control.step_error * times**POWER, 0.5)
+        return replace(scene, step_control=replace(control, step_error=error))
     limits = {"min_dt": control.min_dt, "max_dt": control.max_dt}
     changes: dict[str, Any] = {k: v * times for k, v in limits.items() if v is not None}
     assert scene.dt is not None
@@ -142,9 +150,50 @@ def prefers_degree(scene: Scene) -> bool:
     Args:
         scene: The scene.
     """
-    count = sum(s.mesh[0] * s.mesh[1] for s in scene.shells) + sum(b.elements for b in scene.beams)
     at_points = any(isinstance(load, PointLoad) for load in scene.loads)
-    return count > SMALL and not (at_points or scene.joints or scene.glues)
+    return elements_of(scene) > SMALL and not (at_points or scene.joints or scene.glues)
+
+
+def elements_of(scene: Scene) -> int:
+    """Number of elements of shells and beams, as far as the scene says it.
+
+    Args:
+        scene: The scene.
+    """
+    return sum(s.mesh[0] * s.mesh[1] for s in scene.shells) + sum(b.elements for b in scene.beams)
+
+
+def has_resultants(scene: Scene) -> bool:
+    """Decide whether resultants are probed, of which two meshes tell too little.
+
+    Args:
+        scene: The scene.
+    """
+    return any(probe.quantity in RESULTANTS for probe in scene.probes)
+
+
+def _with_fewer(scene: Scene, times: int, body: str | None) -> Scene:
+    """The scene with one element along each side in place of several.
+
+    Raises:
+        SceneError: If a mesh comes from a file, or its numbers of elements are no multiples.
+    """
+    chosen = [b for b in scene.meshed if body in (None, b.name)]
+    sides = [n for b in chosen for n in (b.mesh if isinstance(b, Shell) else (b.elements,))]
+    files = [b for b in chosen if isinstance(b, Shell) and refined_times(b) is not None]
+    if files or any(n % times for n in sides):
+        raise SceneError(f"no mesh has 1/{times} of the elements")
+
+    def fewer(b: Any) -> Any:
+        if b not in chosen:
+            return b
+        if isinstance(b, Shell):
+            return replace(b, mesh=(b.mesh[0] // times, b.mesh[1] // times))
+        return replace(b, elements=b.elements // times)
+
+    return replace(
+        scene, shells=tuple(map(fewer, scene.shells)), beams=tuple(map(fewer, scene.beams))
+    )
 
 
 def is_reduced(scene: Scene) -> bool:

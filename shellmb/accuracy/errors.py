@@ -13,10 +13,19 @@ from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 from mpi4py import MPI
 
-from shellmb.accuracy.companions import SHAPELESS, Change, degree_of, is_reduced, prefers_degree
+from shellmb.accuracy.companions import (
+    SHAPELESS,
+    Change,
+    degree_of,
+    elements_of,
+    has_resultants,
+    is_reduced,
+    prefers_degree,
+)
 from shellmb.accuracy.estimates import (
     CAUTION,
     NONE,
@@ -55,6 +64,8 @@ FEWEST, FEWEST_STATIC = 5, 2
 MANY = 40
 # of Newton's tolerance a looser one tells, where it is not far below all else
 LOOSE, LOOSER = 1e-7, 10.0
+# elements up to which four times as many along each side are a companion
+FEW = 1024
 # the penalty of contacts
 STIFFER = 4.0
 
@@ -71,6 +82,7 @@ class Companions:
         mesh: Two runs that differ in their elements; None: not known, or nothing to know.
         better: Whether the first of them has the better elements.
         others: Two runs by the part of the error that they differ in, and which share of it.
+        meshes: Three runs whose elements become more, the last one first; none: not known.
     """
 
     base: Change
@@ -80,6 +92,7 @@ class Companions:
     mesh: tuple[Kept, Kept] | None
     better: bool
     others: Mapping[str, tuple[Kept, Kept, float] | None]
+    meshes: tuple[Kept, ...] = ()
 
     def find(self, quantity: Quantity, scene: Scene, order: float, resolved: bool = True) -> Found:
         """A quantity with its error.
@@ -92,8 +105,7 @@ class Companions:
         """
         parts = {"mesh": NONE, "step": NONE}
         if degree_of(scene) is not None:
-            away = None if self.mesh is None else difference(*self.mesh, quantity)
-            parts["mesh"] = mesh_error(away, self.better)
+            parts["mesh"] = self._mesh(quantity)
         if not scene.static or scene.path is not None:
             step = self._step(quantity, order)
             # what no companion changes, as a count, has no error
@@ -109,6 +121,19 @@ class Companions:
             away = None if pair is None else difference(pair[0], pair[1], quantity)
             parts[name] = UNKNOWN if pair is None else model_error(away, pair[2])
         return Found(self.mine.size(quantity), parts)
+
+    def _mesh(self, quantity: Quantity) -> Estimate:
+        """The error of the mesh."""
+        away = None if self.mesh is None else difference(*self.mesh, quantity)
+        pairs = [difference(a, b, quantity) for a, b in pairwise(self.meshes)]
+        fine, coarse = pairs if len(pairs) == 2 else (None, None)
+        levels = None if fine is None or coarse is None else (coarse, fine)
+        return mesh_error(away, self.better, levels, self._scale(quantity))
+
+    def _scale(self, quantity: Quantity) -> float:
+        """Size of a quantity; of one point of a curve, that of the curve, if it is larger."""
+        sizes = [quantity] if quantity.norm is None else [quantity, Quantity(quantity.name, "l2")]
+        return max(abs(self.mine.size(each)) for each in sizes)
 
     def _result(self, quantity: Quantity, order: float, resolved: bool) -> Estimate:
         """The error of the step of a number that a function of the user's gives."""
@@ -133,8 +158,13 @@ class Companions:
         if quantity.norm == "l2":
             return curve
         found = self._alone(quantity, order)
-        # what one companion tells of a point is chance, too; the extreme at the start has no error
-        told = curve.resolved and (len(self.steps) > 2 or self.ratio < 1)
+        # what one companion tells of a point is chance, too, as what those tell that are far away;
+        # the extreme at the start has no error
+        sure = curve.resolved and not (curve.far or curve.rough or found.rough)
+        told = sure and (len(self.steps) > 2 or self.ratio < 1)
+        # a point of a curve that converges does so; extremes may without the curve
+        if quantity.norm == "end":
+            found = replace(found, converges=curve.converges)
         if told or found.error == 0:
             return replace(found, resolved=curve.resolved)
         if quantity.norm == "end":
@@ -149,14 +179,15 @@ class Companions:
         found = self._alone(Quantity(name, "l2"), order)
         alternating = self.mine.alternating(name)
         if alternating > found.error > 0:
-            return replace(found, error=alternating, resolved=False)
+            return replace(found, error=alternating, resolved=False, converges=True)
         return found
 
     def _alone(self, quantity: Quantity, order: float) -> Estimate:
         """The error of the step, as differences of one quantity tell it."""
         size = abs(self.mine.size(quantity))
         caution = 2 * CAUTION if quantity.norm in EXTREMES else CAUTION
-        return step_error(self._differences(quantity), order, size, self.ratio, caution)
+        away, scale = self._differences(quantity), self._scale(quantity)
+        return step_error(away, order, size, self.ratio, caution, scale)
 
     def _differences(self, quantity: Quantity) -> list[float]:
         """Differences of the runs with other steps, each from the one before it."""
@@ -197,17 +228,21 @@ def find_companions(
             smaller = family.run(replace(base, step=base.step * ratio))
             series = [mine] if smaller is None else [smaller, mine]
     mesh, better = None, True
+    meshes: tuple[Kept, ...] = ()
     times = _largest(scene, steps, len(series) if ratio > 1 else 1)
     coarse = replace(base, step=base.step * times)
     if known is not None and known.base.mesh == base.mesh and moves:
-        mesh, better = known.mesh, known.better
+        mesh, better, meshes = known.mesh, known.better, known.meshes
     elif degree_of(scene) is not None:
+        fewer = _fewer(family, coarse) if has_resultants(scene) else None
         mesh, better = _mesh_pair(family, base, coarse, scene)
+        if mesh is not None and better and has_resultants(scene):
+            meshes = _three_meshes(family, coarse, scene, mesh, fewer)
     others: dict[str, tuple[Kept, Kept, float] | None] = {}
     for name, change, share in _others(scene, coarse):
         here, there = family.run(coarse), family.run(change)
         others[name] = None if here is None or there is None else (there, here, share)
-    return Companions(base, mine, tuple(series), ratio, mesh, better, others)
+    return Companions(base, mine, tuple(series), ratio, mesh, better, others, meshes)
 
 
 def _largest(scene: Scene, steps: int, known: int) -> float:
@@ -242,6 +277,28 @@ def _mesh_pair(
         mine = family.run(same)
         return (None if mine is None else (kept, mine)), better
     return None, True
+
+
+def _fewer(family: Family, coarse: Change) -> Kept | None:
+    """A companion with half the elements along each side; None where there is no such mesh."""
+    half = replace(coarse, mesh=coarse.mesh // 2)
+    change = replace(coarse, coarser=2) if coarse.mesh % 2 else half
+    found = family.run(change)
+    # that is no fault, as four times the elements tell the same
+    family.failures.pop(change, None)
+    return found
+
+
+def _three_meshes(
+    family: Family, coarse: Change, scene: Scene, pair: tuple[Kept, Kept], fewer: Kept | None
+) -> tuple[Kept, ...]:
+    """Three runs with fewer and fewer elements; none where a third one costs too much."""
+    if fewer is not None:
+        return *pair, fewer
+    if 16 * elements_of(scene) > FEW:
+        return ()
+    more = family.run(replace(coarse, mesh=4 * coarse.mesh))
+    return () if more is None else (more, *pair)
 
 
 def _others(scene: Scene, coarse: Change) -> list[tuple[str, Change, float]]:
@@ -302,23 +359,25 @@ def add_errors(run: RunResult, begin: Beginning | None = None) -> Errors:
         begin: An observer of the run that kept its first state; None: models are made anew.
     """
     found = estimate_errors(run, begin)
-    write_errors(run, found)
+    write_errors(run.summary, run.out, run.simulation.model.comm, found)
     return found
 
 
-def write_errors(run: RunResult, found: Errors) -> None:
+def write_errors(summary: dict[str, Any], out: Path | None, comm: MPI.Comm, found: Errors) -> None:
     """Put errors into the summary of a run, also the one on disk; collective.
 
     Args:
-        run: The run.
+        summary: The summary.
+        out: Directory of the run; None: nothing is written.
+        comm: Communicator of the run.
         found: Its errors.
     """
-    plain, comm = found.to_dict(), run.simulation.model.comm
-    run.summary["results"] = plain.pop("results")
-    run.summary["errors"] = plain
-    if run.out is not None and comm.rank == 0:
-        with written(run.out, comm):
-            write_json(run.out / SUMMARY, run.summary)
+    plain = found.to_dict()
+    summary["results"] = plain.pop("results")
+    summary["errors"] = plain
+    if out is not None and comm.rank == 0:
+        with written(out, comm):
+            write_json(out / SUMMARY, summary)
     comm.Barrier()
 
 

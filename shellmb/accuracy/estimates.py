@@ -20,10 +20,18 @@ is not resolved: its phase is one of many, as after a snap. Its end and its extr
 or wrong by chance: the end has at least the error of the curve, and each extreme the largest error
 of both and of the end.
 
+Where companions are other motions, as of chaos, differences are no larger than motions are apart.
+Where the larger steps are off by half of the quantity, and smaller ones by a tenth, the least order
+is believed.
+
 *Mesh.* Coarser meshes come close to the right answer by chance, and their orders are not those of
 finer ones (clamped corners). The difference from a better mesh needs no order: it is the error but
 for that of the better mesh, and a factor covers it. Twice the elements, and degree 3 in place of 2,
-differ from the run by about the same.
+differ from the run by about the same. Resultants are derivatives, and less regular: of them a third
+mesh tells whether differences fall, and how fast.
+
+*No limit.* Where differences do not fall from one level to the next, there is no error: the moment
+under a point force, or in a re-entrant corner, grows with each finer mesh, and chaos with any step.
 
 `python -m tests.bench errors` measures what these factors cover.
 """
@@ -41,8 +49,16 @@ SAFETY, CAUTION, LOWEST, SLACK = 1.25, 0.5, 0.5, 2.0
 GROWING = 1.75
 # part of the quantity beyond which the differences of steps are no powers of them
 COARSE = 0.01
+# part of the quantity beyond which a companion with larger steps is another motion
+UNRESOLVED = 0.5
+# and beyond which the next one may be so for a part of the time
+PARTLY = 0.1
 # error of a mesh over its difference from a better one, of first order at least
 BETTER = 2.0
+# the same over the difference of a coarser mesh from the run's, of order 1.6 at least
+COARSER = 0.5
+# a difference over the one of the level before, beyond which it does not fall
+FALLS = 0.7
 
 
 @dataclass(frozen=True)
@@ -54,14 +70,24 @@ class Estimate:
         order: The observed order; None where there is none.
         rough: Whether companions are too far from the run to tell an order.
         resolved: Whether errors of a quantity that is this far off shrink with the step.
+        far: Whether the companion with the largest steps is another motion.
         damped: Whether it is that of vibrations that the scheme has damped.
+        converges: Whether differences of the levels fall; else the size is only what the next
+            level is chosen by.
     """
 
     error: float
     order: float | None = None
     rough: bool = False
     resolved: bool = True
+    far: bool = False
     damped: bool = False
+    converges: bool = True
+
+    @property
+    def known(self) -> float:
+        """The error; infinite of what does not converge."""
+        return self.error if self.converges else inf
 
     @property
     def believed(self) -> float:
@@ -78,6 +104,7 @@ def step_error(
     size: float,
     ratio: float = RATIO,
     caution: float = CAUTION,
+    scale: float = 0.0,
 ) -> Estimate:
     """Error of the step of a run.
 
@@ -88,6 +115,7 @@ def step_error(
         size: Size of the quantity.
         ratio: Factor between steps; that of a single companion may be below 1.
         caution: What is taken off the observed order.
+        scale: Size of the curve that the quantity is a point of.
 
     Returns:
         The estimate. With one difference, the order is taken as 1; where differences grow as steps
@@ -104,26 +132,46 @@ def step_error(
     possible = highest + SLACK
     order = log(coarse / fine) / log(ratio) if fine > 0 else inf
     rough = order > highest and coarse > COARSE * size
-    resolved = order >= LOWEST or fine <= COARSE * size
+    scale = max(scale, size)
+    resolved, far = order >= LOWEST or fine <= COARSE * scale, coarse > UNRESOLVED * scale
     if order <= 0:
-        return Estimate(GROWING * fine, order, resolved=resolved)
+        return Estimate(GROWING * fine, order, resolved=resolved, far=far, converges=resolved)
     if order > possible:
         fine, order = coarse / ratio**possible, possible
     caution += CAUTION if rough else 0.0
     believed = max(min(order, highest) - caution, min(order, 1.0), LOWEST)
-    return Estimate(SAFETY * fine / (ratio**believed - 1), order, rough, resolved)
+    if far and fine > PARTLY * scale:
+        believed = LOWEST
+    error = SAFETY * fine / (ratio**believed - 1)
+    return Estimate(error, order, rough, resolved, far, converges=resolved)
 
 
-def mesh_error(difference: float | None, better: bool = True) -> Estimate:
+def mesh_error(
+    difference: float | None,
+    better: bool = True,
+    levels: tuple[float, float] | None = None,
+    size: float = 0.0,
+) -> Estimate:
     """Error of the mesh of a run.
 
     Args:
         difference: Of its companion with other elements; None: not known.
         better: Whether the companion's elements are the better ones.
+        levels: Differences of a coarser level from the next one, and of this from the one after
+            it; None: not known.
+        size: Size of the quantity.
     """
     if difference is None:
         return UNKNOWN
-    return Estimate(BETTER * difference if better else difference)
+    error = BETTER * difference if better else difference
+    if levels is None:
+        return Estimate(error)
+    coarse, fine = levels
+    falls = fine <= max(FALLS * coarse, COARSE * size)
+    # what all finer levels change if each changes so much of what the one before did
+    rest = error / (BETTER * (1.0 - min(fine / coarse, FALLS))) if coarse > 0 else 0.0
+    error = SAFETY * max(error, rest, COARSER * coarse)
+    return Estimate(error, resolved=falls, converges=falls)
 
 
 def model_error(difference: float | None, share: float = 1.0) -> Estimate:

@@ -34,14 +34,15 @@ class Found:
 
     @property
     def error(self) -> float:
-        """The sum of all."""
-        return sum(part.error for part in self.parts.values())
+        """The sum of all; infinite where one is not known, or does not converge."""
+        return sum(part.known for part in self.parts.values())
 
     def to_dict(self) -> dict[str, float | None]:
         """Plain values: what is not known is None."""
-        errors = {f"error_{name}": _finite(part.error) for name, part in self.parts.items()}
+        errors = {f"error_{name}": _finite(part.known) for name, part in self.parts.items()}
         orders = {f"order_{name}": self.parts[name].order for name in ("mesh", "step")}
-        return {"value": self.value, "error": _finite(self.error)} | errors | orders
+        converges = {"converges": all(part.converges for part in self.parts.values())}
+        return {"value": self.value, "error": _finite(self.error)} | errors | orders | converges
 
 
 @dataclass(frozen=True)

@@ -15,11 +15,12 @@ from shellmb.accuracy.found import Found
 from shellmb.errors import ShellmbError, Stopped
 from shellmb.native.later import known_forms
 from shellmb.observers.summary import write_json
+from shellmb.rotating.loaded import modes_at_rest
 from shellmb.running.directory import written
 from shellmb.running.results import measured
 from shellmb.running.standard import SUMMARY
 from shellmb.scene import Scene
-from shellmb.vibration import Modes, natural_modes
+from shellmb.vibration import Modes
 
 # relative error up to which elements follow the waves of a mode, and the share of it that higher
 # modes have then at least
@@ -177,7 +178,7 @@ def _companion(
     comm, why = modes.model.comm, ""
     for change in changes:
         try:
-            found = natural_modes(change.apply(scene), comm, len(modes.omega2), loaded)
+            found = modes_at_rest(change.apply(scene), comm, len(modes.omega2), loaded)
             numbers = {} if results is None else measured(results, found, comm, "mode_results")
         except Stopped:
             raise

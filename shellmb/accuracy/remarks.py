@@ -60,7 +60,13 @@ def remarks(
                 "companion: errors after it are not known"
             )
     named = {k: Quantity(k) if k in mine.results else parse_quantity(k) for k in found}
-    wild = [named[k] for k, f in found.items() if _unresolved(f, named[k], steps)]
+    for part, words in LEVELS.items():
+        stay = [named[k] for k, f in found.items() if not f.parts[part].converges]
+        if stay:
+            said.append(f"{_by_name(stay)}: {NO_LIMIT} with {words}")
+    wild = [
+        named[k] for k, f in found.items() if f.step.converges and _unresolved(f, named[k], steps)
+    ]
     if wild:
         said.append(
             f"{_by_name(wild)}: companions with larger steps are far from the run: an instability, "
@@ -88,6 +94,21 @@ def remarks(
         said.append("histories along a path have no errors: points of two runs differ")
     return tuple(said)
 
+
+# what is said of levels whose differences do not fall, and of the parts that they differ in
+NO_LIMIT = "does not converge"
+LEVELS = {
+    "mesh": (
+        "finer meshes: each level changes it by as much as the one before. At a point under a "
+        "point force, at a support or joint at a point, at the end of a clamped edge or in a "
+        "re-entrant corner resultants have no limit: read them at a distance from it, or spread "
+        "the load"
+    ),
+    "step": (
+        "smaller steps: each level changes it by as much as the one before, as of chaos, after an "
+        "instability, under a blow that steps do not resolve, or where steps are far too large"
+    ),
+}
 
 WORDS = {
     "mesh": "mesh",

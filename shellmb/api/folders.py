@@ -9,12 +9,10 @@ import weakref
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from shellmb.locks import HELD
+
 if TYPE_CHECKING:
     from mpi4py import MPI
-
-
-# a file for each rank that has not let go of a temporary directory, beside it
-HELD = "held-{rank}"
 
 
 def path_of(given: Any) -> Path:

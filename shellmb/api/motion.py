@@ -15,9 +15,13 @@ from shellmb.model.body import Body, constraint_error
 from shellmb.model.model import Model
 from shellmb.model.own.body import OwnBody
 from shellmb.observers.account.energy import EnergyAccount, scalar
+from shellmb.options.described import takes
 from shellmb.scene import Solver
+from shellmb.scene.schemes import dissipation
+from shellmb.scene.values.sentences import show
 from shellmb.schemes.registry import make_scheme
 from shellmb.simulate.problem import Problem
+from shellmb.simulate.stepsize.landing import Count
 
 
 @dataclass(frozen=True)
@@ -50,6 +54,8 @@ class _Bodies:
     meshed: dict[str, Body] = field(default_factory=dict)
     faces: tuple[Any, ...] = ()
     slides: bool = False
+    # displacements are fields of the user's own
+    farthest: float = 0.0
 
     @property
     def stores(self) -> list[Body]:
@@ -78,7 +84,7 @@ class Motion:
         bodies: The bodies.
         scheme: Name of a scheme, or a scheme.
         dt: Length of a step, s.
-        alpha: Dissipation of `ed` and `ed3`.
+        alpha: Numerical dissipation, 0 to 1; None: that of scenes, 0.5 of `ed` and `ed3`.
         tolerance: Of Newton's method, relative to the sizes of the bodies.
         newton: When the matrix is factorised: "full": in each iteration; "auto", "modified".
 
@@ -91,15 +97,21 @@ class Motion:
         SceneError: If two bodies have one name, or there is no such scheme.
     """
 
+    @takes()
     def __init__(
         self,
         *bodies: OwnBody,
         scheme: Any = "ep",
         dt: float,
-        alpha: float = 0.0,
+        alpha: float | None = None,
         tolerance: float = 1e-10,
         newton: Literal["full", "auto", "modified"] = "full",
     ) -> None:
+        for body in bodies:
+            if not isinstance(body, OwnBody):
+                raise SceneError(f"Motion: a body is {show(body)}; it must be an OwnBody")
+        if not 0 < dt < float("inf"):
+            raise SceneError(f"Motion: dt is {show(dt)}; it must be finite and greater than 0")
         names = [body.name for body in bodies]
         if not names or len(set(names)) < len(names):
             raise SceneError(
@@ -108,13 +120,13 @@ class Motion:
         settings = _Settings(Solver(tolerance=tolerance, newton=newton))
         every: list[Any] = list(bodies)
         self.model = cast(Model, _Bodies(bodies[0].space.mesh.comm, every, settings))
-        self.scheme = make_scheme(scheme, alpha)
+        self.scheme = make_scheme(scheme, dissipation(scheme, alpha))
         if not self.scheme.dynamic:
             raise SceneError(
                 f"scheme is '{self.scheme.name}'; a motion needs one with velocities, as 'ep4'"
             )
         self.problem = Problem(self.model, self.scheme)
-        self.dt, self.time = dt, 0.0
+        self.dt, self.time, self._count = dt, 0.0, Count()
         self.last: _Last | None = None
         self.account = EnergyAccount()
         self._bodies, self._started = {body.name: body for body in bodies}, False
@@ -175,7 +187,7 @@ class Motion:
             self.last = _Last(self.dt)
             self.account.solved(self)  # type: ignore[arg-type]
             self.problem.accept(self.dt)
-            self.time += self.dt
+            self.time = self._count.after(self.time, self.dt)
             self.account.accepted(self)  # type: ignore[arg-type]
 
     @property

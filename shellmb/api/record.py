@@ -143,11 +143,10 @@ class Run:
     @cached_property
     def history(self) -> pd.DataFrame:
         """All columns of all steps, one row per step and one before the first."""
-        import pandas as pd
-
         from shellmb.observers.history import read_history
+        from shellmb.show.columns import Columns
 
-        return pd.DataFrame(read_history(self.directory / "history.csv"))
+        return Columns(read_history(self.directory / "history.csv"))
 
     @cached_property
     def fields(self) -> Fields:
@@ -175,7 +174,8 @@ class Run:
         from shellmb.show.account import bands
         from shellmb.show.plots import plot_history
 
-        return plot_history(self.history, self.described, columns, bands(self.summary))
+        history: Any = self.history
+        return plot_history(history, self.described, columns, bands(self.summary))
 
     def picture(
         self,
@@ -232,8 +232,8 @@ class Run:
         field: str | None = None,
         component: str | int | None = None,
         **appearance: Any,
-    ) -> None:
-        """Show the deformed shape in an interactive 3-D window, or in a notebook.
+    ) -> Any:
+        """Show the deformed shape in a view that can be turned: a window, or in a notebook.
 
         Args:
             t: As in `picture`.
@@ -241,12 +241,21 @@ class Run:
             component: As in `picture`.
             appearance: As in `picture`; windows have no width.
 
+        Returns:
+            In a notebook the view of `report`, which it displays; None elsewhere.
+
         Raises:
             RunError: If there is no display.
         """
+        from shellmb.observers.progress import in_notebook
         from shellmb.show.space.scenery import show
 
-        show(self.fields, self.described, t, field, component, _appearance(appearance))
+        if in_notebook():
+            from shellmb.show.space.web import in_cell
+
+            at, look = [self.fields.nearest(t)], _appearance(appearance)
+            return in_cell(self.fields, self.described, at, field, component, None, look)
+        return show(self.fields, self.described, t, field, component, _appearance(appearance))
 
     def draw(
         self, folder: Path | str | None = None, curves: str = "png", **appearance: Any

@@ -59,6 +59,11 @@ class RotatingModes:
         return str(self.summary["verdict"])
 
     @property
+    def warnings(self) -> tuple[str, ...]:
+        """Sentences on what is doubtful; empty where nothing is."""
+        return tuple(self.summary.get("warnings", ()))
+
+    @property
     def results(self) -> dict[str, float]:
         """Results of the scene, measured on the modes."""
         return dict(self.summary["results"])

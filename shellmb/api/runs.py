@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -35,7 +36,7 @@ def run(
     parameters: Mapping[str, Any] | None = None,
     observers: Sequence[Observer] = (),
     pictures: bool | None = None,
-    progress: bool = False,
+    progress: bool | None = None,
     comm: MPI.Comm | None = None,
     **options: Any,
 ) -> Run:
@@ -47,7 +48,8 @@ def run(
         parameters: Values of the parameters of a bundled scene or a file.
         observers: Further observers; what they measure becomes columns of the history.
         pictures: Whether to draw pictures at the end; None: if `out` is given.
-        progress: Whether to print progress on stderr.
+        progress: Whether stderr shows progress: a bar with the time that is left; None: on a
+            terminal and in a notebook.
         comm: Communicator; None: all ranks.
         **options: Choices that replace the scene's, as `shellmb run` has them.
 
@@ -65,17 +67,19 @@ def run(
 
     world = MPI.COMM_WORLD if comm is None else comm
     directory, temporary = place(out, world)
-    if progress:
-        from shellmb.observers.progress import ProgressReport
+    from shellmb.observers.progress import ProgressReport, is_watched
 
-        observers = [*observers, ProgressReport()]
+    shown = is_watched() if progress is None else progress
+    report = ProgressReport()
+    if shown:
+        observers = [*observers, report]
     draw = out is not None if pictures is None else pictures
     if accuracy is not None:
         from shellmb.accuracy.request.place import run_to_accuracy
         from shellmb.accuracy.request.search import Running
         from shellmb.accuracy.request.wanted import UnknownQuantity, frequency_number, wanted_of
 
-        tell = print if progress and world.rank == 0 else _nothing
+        tell = print if shown and world.rank == 0 else _nothing
         how = Running(world, wanted.results, wanted.request, observers, tell, modes=False)
         of = wanted_of(accuracy)
         try:
@@ -95,15 +99,16 @@ def run(
         from shellmb.accuracy.errors import execute_with_errors as run_it
     else:
         from shellmb.running.execute import execute as run_it
-    computed = run_it(
-        wanted.scene,
-        directory,
-        observers,
-        comm=world,
-        pictures=draw,
-        request=wanted.request,
-        results=wanted.results,
-    )
+    with report.building(wanted.scene.name, world.rank) if shown else nullcontext():
+        computed = run_it(
+            wanted.scene,
+            directory,
+            observers,
+            comm=world,
+            pictures=draw,
+            request=wanted.request,
+            results=wanted.results,
+        )
     world.Barrier()
     found = Run(computed.out or directory, computed)
     if temporary:
@@ -156,7 +161,10 @@ def resume(
 
         given = scene if isinstance(scene, Scene) else None
         file = scene if isinstance(scene, str) else None
-        return Run(out, resume_request(out, given, file, trust, world).run)
+        found = resume_request(
+            out, given, file, trust, world, pictures=pictures, observers=observers
+        )
+        return Run(out, found.run)
     computed = go_on(
         out,
         observers,

@@ -17,7 +17,9 @@ from typing import TYPE_CHECKING, Any
 from shellmb.api.folders import path_of
 from shellmb.errors import RunError, SceneError, ShellmbError
 from shellmb.guarding.writing import write_text
-from shellmb.options.described import takes
+from shellmb.options.accuracy import AccuracyOptions
+from shellmb.options.described import options_of, takes
+from shellmb.options.run import Options
 from shellmb.running.error_origin import in_words
 from shellmb.running.loader import check_function, check_names, check_values, scene_of
 from shellmb.scene import Scene
@@ -78,6 +80,13 @@ def sweep(
         raise SceneError(f"sweep: measure is {measure!r:.60}; it must be a function of a run")
     folder = None if out is None else path_of(out)
     chosen = dict(options or {})
+    known = [one.name for kind in (Options, AccuracyOptions) for one in options_of(kind)]
+    for name in chosen:
+        if name not in known:
+            raise SceneError(
+                f"sweep: options has '{name}', which run does not take; it must be one of "
+                f"{', '.join(known)}"
+            )
     if folder is not None:
         _claim(folder, _about(scene, measure, chosen))
     rows: dict[int, dict[str, Any]] = {}

@@ -15,6 +15,7 @@ from typing import Any, cast
 
 import typer
 
+from shellmb.cli.options import Command
 from shellmb.errors import RunError, SceneError, ShellmbError, ShellmbWarning, Stopped
 from shellmb.guarding.streams import Stream, Unprinted
 from shellmb.running.error_origin import in_words, user_frame
@@ -123,6 +124,7 @@ def failures_reported[**P, T](command: Callable[P, T]) -> Callable[P, T]:
                 if _may_be_alone(error) or not met():
                     _end_alone(sentence, code)
                 tell(sentence)
+                STOPPING.answered()
         _end_together(code)
         if failure is not None:
             raise typer.Exit(code) from None
@@ -227,6 +229,12 @@ def met() -> bool:
 
 class App(typer.Typer):
     """The commands, started by a user: streams may be full, and ranks asked for other things."""
+
+    def command[F: Callable[..., Any]](
+        self, name: str | None = None, **more: Any
+    ) -> Callable[[F], F]:
+        """Add a command, which knows former names of options."""
+        return super().command(name, cls=Command, **more)
 
     def __call__(self, *args: Any, **kwargs: Any) -> Any:
         """Run a command and end the process."""

@@ -10,9 +10,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+from typer.core import TyperCommand
 
 from shellmb.errors import SceneError
-from shellmb.options.described import Option, read
+from shellmb.options.described import Option, options_of, read
 from shellmb.options.run import Options
 
 if TYPE_CHECKING:
@@ -46,6 +47,27 @@ SetOption = Annotated[
 ]
 PicturesOption = Annotated[bool, typer.Option("--no-pictures", help="Do not draw pictures.")]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print a JSON list.")]
+
+
+class Command(TyperCommand):
+    """A command that refuses the former name of an option with that of today."""
+
+    def get_params(self, ctx: Any) -> Any:
+        """List the parameters; help shows no type of what is just on or off."""
+        found = super().get_params(ctx)
+        for parameter in found:
+            if getattr(parameter, "is_flag", False) and parameter.metavar is None:
+                parameter.metavar = ""
+        return found
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Look for former names before anything is parsed."""
+        flags = {flag for parameter in self.params for flag in parameter.opts}
+        for option in options_of(Options):
+            former = option.about.former_flag
+            if option.flag in flags and any(a.partition("=")[0] == former for a in args):
+                raise typer.BadParameter(f"{former} is now called {option.flag}", ctx)
+        return super().parse_args(ctx, args)
 
 
 def offers[F: Callable[..., Any]](*options: Option) -> Callable[[F], F]:

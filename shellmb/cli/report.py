@@ -44,13 +44,15 @@ def announced(scene: str, quiet: bool) -> Iterator[None]:
     from shellmb.native.kernels import told
 
     tell(f"{scene}: building; new kernels are compiled once")
-    last = clock.monotonic()
+    last, done = clock.monotonic(), 0
 
     def tell_now(number: int, count: int) -> None:
-        nonlocal last
+        # how many follow in later stages is not known yet
+        nonlocal last, done
+        done += 1
         if clock.monotonic() - last > PATIENCE:
             last = clock.monotonic()
-            tell(f"{scene}: kernel {number} of {count}")
+            tell(f"{scene}: {done} kernels compiled")
 
     with told(tell_now):
         yield
@@ -159,6 +161,8 @@ def print_modes(found: Modes, directory: Path, errors: Mapping[str, Any] | None 
         for k, growth in enumerate(found.growth)
     ]
     _print_columns(("mode", "frequency [Hz]", *(["growth [1/s]"] if grows else [])), rows)
+    if found.rigid:
+        say(f"rigid: motions that no support or spring resists, {found.rigid} of them")
     for name, each in known.items():
         if name not in numbered:
             say(f"{name}: {with_error(each.to_dict())}")

@@ -8,6 +8,7 @@ it is redundant; if the same combination of the right-hand sides is not zero, it
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
@@ -274,9 +275,21 @@ def refuse(model: Model, redundant: list[Redundant]) -> None:
                 "satisfy them all; remove one of the drivers, supports or joints"
             )
     counts: dict[str, int] = {}
-    # hinges of edges leave out by themselves what supports and one another imply
-    hinges = {j.name for j in model.scene.joints if isinstance(j, EdgeHinge)}
-    redundant = [item for item in redundant if item.row.owner not in hinges]
+    # hinges of edges leave out by themselves what supports and, at corners, one another imply
+    hinges = [j for j in model.scene.joints if isinstance(j, EdgeHinge)]
+    named = {hinge.name for hinge in hinges}
+    of_edges = [item for item in redundant if item.row.owner in named]
+    redundant = [item for item in redundant if item.row.owner not in named]
+    for hinge in hinges:
+        mine = [item for item in of_edges if item.row.owner == hinge.name]
+        if _beyond_a_corner([item.row for item in mine if item.row.void]):
+            raise SceneError(
+                f"{hinge.said} cannot turn: the edges of '{hinge.first}' and '{hinge.second}' are "
+                "joined there; remove the join or the hinge"
+            )
+        held = [item for item in mine if item.with_]
+        if _beyond_a_corner([item.row for item in held]):
+            redundant += held
     for item in redundant:
         if item.row.body in joints:
             counts[item.row.owner] = counts.get(item.row.owner, 0) + 1
@@ -290,6 +303,13 @@ def refuse(model: Model, redundant: list[Redundant]) -> None:
             + (f" (implied by {', '.join(implied)})" if implied else "")
             + "; use joints with fewer constraints, or redundant='drop'"
         )
+
+
+def _beyond_a_corner(rows: list[Row]) -> bool:
+    """Decide whether rows of a hinge hold neighbouring nodes, and not single ones at its ends."""
+    counts = Counter(row.item for row in rows)
+    whole = [item for item, count in counts.items() if count == 3]
+    return any(item + 1 in whole for item in whole)
 
 
 def _drop(model: Model, unknowns: Unknowns, redundant: list[Redundant]) -> None:

@@ -35,6 +35,7 @@ class Row:
         rate: What they have to add up to, because of rates that are given.
         gap: By how much given values violate it, where nothing else is tied; infinite where what
             is free changes it to second order only.
+        void: Whether it ties a place to itself: nothing, whatever is given.
     """
 
     body: str
@@ -47,6 +48,7 @@ class Row:
     entries: Floats
     rate: float
     gap: float
+    void: bool
 
 
 def local_rows(
@@ -162,12 +164,13 @@ def _row(
     held = given.has(numbers)
     rate = -float(entries[held] @ given.rates[given.place(numbers[held])])
     # both ends of a joint may be at one node
-    columns, place = np.unique(numbers[~held], return_inverse=True)
+    columns, place = np.unique(numbers, return_inverse=True)
     sums, weights = np.zeros(len(columns)), np.zeros(len(columns))
-    np.add.at(sums, place, entries[~held])
-    np.maximum.at(weights, place, sizes[~held])
-    keep = np.abs(sums * weights) > ZERO * np.max(np.abs(entries * sizes), initial=0.0)
-    return Row(*whose, columns[keep], sums[keep], rate, gap)
+    np.add.at(sums, place, entries)
+    np.maximum.at(weights, place, sizes)
+    ties = np.abs(sums * weights) > ZERO * np.max(np.abs(entries * sizes), initial=0.0)
+    keep = ties & ~given.has(columns)
+    return Row(*whose, columns[keep], sums[keep], rate, gap, not ties.any())
 
 
 def connected(rows: Sequence[Row]) -> Iterator[list[Row]]:

@@ -14,10 +14,10 @@ from shellmb.observers.summary import Sources
 from shellmb.simulate.simulation import Silent, Simulation
 from shellmb.simulate.stepsize.tolerance import ErrorSize
 
-# a motion smaller than so many tolerances is not known to a tenth of it
+# a motion smaller than so many step errors is not known to a tenth of it
 KNOWN = 10.0
-# errors that add up to more tolerances than these are said: the error was found to be up to 1.6
-# times the sum, so that what is missed by more than three tolerances is
+# errors that add up to more step errors than these are said: the error was found to be up to 1.6
+# times the sum, so that what is missed by more than three of them is
 ADDED = 2.0
 
 
@@ -49,43 +49,42 @@ class StepErrors(Silent):
     def cautions(self, simulation: Simulation) -> Iterator[Caution]:
         """A sentence for each."""
         size = simulation.size
-        if not isinstance(size, ErrorSize) or size.settings.tolerance is None:
+        if not isinstance(size, ErrorSize) or size.settings.step_error is None:
             return
-        tolerance = size.settings.tolerance
+        wanted = size.settings.step_error
         if size.coarse:
             why = (
                 f"the solver's tolerance of {simulation.scene.solver.tolerance:g} hides smaller "
-                "errors: use a larger tolerance, or a smaller one of the solver"
-                if size.noise > tolerance
+                "errors: use a larger step_error, or a smaller tolerance of the solver"
+                if size.noise > wanted
                 else f"no step may be below min_dt = {size.smallest:.2g} s: use a smaller one, or "
-                "a larger tolerance"
+                "a larger step_error"
             )
             yield Caution(
                 self.name,
                 None,
                 size.worst,
-                tolerance,
-                f"{size.coarse} steps are off by up to {size.worst:.2g}, more than the tolerance "
-                f"of {tolerance:g}; {why}",
+                wanted,
+                f"{size.coarse} steps are off by up to {size.worst:.2g}, more than step_error="
+                f"{wanted:g}; {why}",
             )
         yield from self._added(simulation, size)
         reach = simulation.model.comm.allreduce(self._reach, op=MPI.MAX)
-        if simulation.step and reach < KNOWN * tolerance:
+        if simulation.step and reach < KNOWN * wanted:
             yield Caution(
                 self.name,
                 None,
                 reach,
-                KNOWN * tolerance,
-                f"all bodies move by less than {reach:.1e} of their size: the tolerance of "
-                f"{tolerance:g}, which is relative to it, says little about their motion; use "
-                "one of "
+                KNOWN * wanted,
+                f"all bodies move by less than {reach:.1e} of their size: step_error={wanted:g}, "
+                "which is relative to it, says little about their motion; use one of "
                 f"about {1e-2 * reach:.0e}",
             )
 
     def _added(self, simulation: Simulation, size: ErrorSize) -> Iterator[Caution]:
-        """The tolerance is for each radian of the motion: what that makes of all of it."""
-        tolerance = size.settings.tolerance
-        if tolerance is None or size.total <= ADDED * tolerance:
+        """The step error is for each radian of the motion: what that makes of all of it."""
+        allowed = size.settings.step_error
+        if allowed is None or size.total <= ADDED * allowed:
             return
         found, scheme = size.total, simulation.scheme
         slows = scheme.rotations.slows
@@ -94,18 +93,18 @@ class StepErrors(Silent):
             if slows
             else ""
         )
-        wanted = f"{tolerance**2 / found:.0e}"
+        wanted = f"{allowed**2 / found:.0e}"
         if slows:
-            wanted += f", of {tolerance**2 / (found + size.lag):.0e} where something spins"
+            wanted += f", of {allowed**2 / (found + size.lag):.0e} where something spins"
         radians = "a radian" if size.radians == 1 else f"{size.radians:.1f} radians"
         yield Caution(
             self.name,
             None,
             found,
-            ADDED * tolerance,
+            ADDED * allowed,
             f"the errors of {simulation.step} steps may add up to {found:.1e} of the size of "
-            f"bodies{behind}: the tolerance of {tolerance:g} is for {radians} of motion; for "
-            f"errors of {tolerance:g} in all use one of {wanted}",
+            f"bodies{behind}: step_error={allowed:g} is for {radians} of motion; for "
+            f"errors of {allowed:g} in all use one of {wanted}",
         )
 
     def state(self) -> dict[str, Any]:

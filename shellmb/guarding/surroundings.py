@@ -21,6 +21,8 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+from shellmb.guarding.signals import held
+
 # longer files are no options [bytes]
 LONGEST = 1_000_000
 
@@ -81,7 +83,18 @@ def _elsewhere() -> Iterator[None]:
 def _read_options(module: Any) -> None:
     """Let a library of FEniCS read its files of options: it reads them once and remembers them."""
     with _elsewhere():
-        module.get_options()
+        try:
+            module.get_options()
+        except OSError:
+            # a home that is no folder, or that is closed to us, holds no options
+            given = os.environ.get("XDG_CONFIG_HOME")
+            os.environ["XDG_CONFIG_HOME"] = "/"
+            try:
+                module.get_options()
+            finally:
+                del os.environ["XDG_CONFIG_HOME"]
+                if given is not None:
+                    os.environ["XDG_CONFIG_HOME"] = given
 
 
 def _initialise(module: ModuleType) -> None:
@@ -97,13 +110,18 @@ _AFTER: dict[str, Callable[[ModuleType], None]] = {
     "ffcx.options": _read_options,
 }
 
+# an exception of a signal's handler within the native modules of these packages, or between their
+# creation and their initialisation, is a segmentation fault; their Python modules load them
+_NATIVE = ("basix", "dolfinx", "mpi4py", "petsc4py")
+
 
 class _Finder(importlib.abc.MetaPathFinder):
     """Finds the modules above where all are found, and sees to them when they are executed."""
 
     def find_spec(self, fullname: str, path: Any, target: Any = None) -> ModuleSpec | None:
         """The specification of one of them."""
-        if fullname not in _BEFORE and fullname not in _AFTER:
+        named = fullname in _BEFORE or fullname in _AFTER
+        if not named and fullname.partition(".")[0] not in _NATIVE:
             return None
         spec = importlib.machinery.PathFinder.find_spec(fullname, path, target)
         if spec is not None and spec.loader is not None:
@@ -112,7 +130,7 @@ class _Finder(importlib.abc.MetaPathFinder):
 
 
 class _Loader(importlib.abc.Loader):
-    """Executes a module, and what comes before and behind it."""
+    """Executes a module, and what comes before and behind it; signals come when it is there."""
 
     def __init__(self, loader: Any) -> None:
         self._loader = loader
@@ -128,8 +146,9 @@ class _Loader(importlib.abc.Loader):
     def exec_module(self, module: ModuleType) -> None:
         """Delegate to the module's own loader."""
         name = module.__name__
-        if name in _BEFORE:
-            _BEFORE[name](module)
-        self._loader.exec_module(module)
-        if name in _AFTER:
-            _AFTER[name](module)
+        with held():
+            if name in _BEFORE:
+                _BEFORE[name](module)
+            self._loader.exec_module(module)
+            if name in _AFTER:
+                _AFTER[name](module)

@@ -21,7 +21,6 @@ from shellmb.running.directory import make_directory
 from shellmb.running.standard import StandardObservers
 from shellmb.scene import Scene
 from shellmb.simulate.simulation import Observer, Silent, Simulation
-from shellmb.simulate.stepsize.landing import ROUND_OFF
 
 # steps before those that are measured: the predictor needs four, an observer may load its library
 WARM = 5
@@ -147,8 +146,7 @@ class Stepping:
     @property
     def over(self) -> bool:
         """Decide whether the scene is at its end."""
-        simulation = self.simulation
-        return simulation.t_end - simulation.t <= ROUND_OFF * simulation.size.dt
+        return self.simulation.over
 
     def again(self) -> None:
         """Be at the start again, with nothing left of what was learnt on the way."""

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import cast
 
 from mpi4py import MPI
@@ -14,7 +15,13 @@ from shellmb.model.body import Body
 from shellmb.model.building.constraints import check_turnable, hold
 from shellmb.model.building.links import resolve_links
 from shellmb.model.building.meshed import build_meshed
-from shellmb.model.building.nodes import build_rigid, force_unit, rigid_places, scene_length
+from shellmb.model.building.nodes import (
+    build_rigid,
+    force_unit,
+    rigid_places,
+    scene_length,
+    scene_points,
+)
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.frames.glue import glue_beams
 from shellmb.model.frames.rigid import GROUND, RigidBodies
@@ -22,6 +29,7 @@ from shellmb.model.frames.rigidify import RigidMeshes, rigidified
 from shellmb.model.joints.constraints import ConstraintGroup
 from shellmb.model.joints.mechanism import Mechanism, build_mechanism
 from shellmb.model.locations.finder import Finder
+from shellmb.model.locations.unjoined import doubt_unjoined
 from shellmb.model.plausible import check_probes
 from shellmb.model.potentials.build import potential_groups
 from shellmb.model.potentials.group import PotentialGroup
@@ -95,6 +103,13 @@ class Model:
     def outside(self) -> list[Body]:
         """Bodies whose forces come from outside."""
         return [*self.potentials, *(part for v in self.volumes for part in v.surfaces)]
+
+    @cached_property
+    def farthest(self) -> float:
+        """Largest coordinate of reference points, m, of which all places have the round-off."""
+        meshes = [body.domain.mesh.geometry.x for body in self.meshed.values()]
+        here = max(float(np.abs(x).max(initial=0.0)) for x in (scene_points(self.scene), *meshes))
+        return float(self.comm.allreduce(here, op=MPI.MAX))
 
     def nodes_of(self, name: str) -> tuple[Body, Ints, Floats, Floats]:
         """Nodes of a shell, beam or rigid body on this rank.
@@ -205,6 +220,7 @@ def build_model(
         hold_middles(shell)
     resolve_links(bodies, comm)
     check_probes(scene, meshed.all)
+    doubt_unjoined(described, comm, {**rigid_meshes, **meshed.all})
     return Model(
         scene=scene,
         comm=comm,

@@ -1,16 +1,23 @@
-"""Doubts whether a model is what is meant: sizes, and where probes are."""
+"""Doubts whether a model is what is meant: sizes, shapes, and where probes are."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from mpi4py import MPI
 
+import basix
 import numpy as np
+import ufl
+from dolfinx import fem
 
-from shellmb.errors import warn
-from shellmb.model.locations.nodes import local_point
+from shellmb.errors import SceneError, warn
+from shellmb.forms import frame as frame_forms
+from shellmb.forms.surface import along
+from shellmb.model.locations.nodes import local_point, said_point
+from shellmb.model.locations.surrounding import is_point, surrounding
+from shellmb.native.expressions import compiled_expression
 from shellmb.scene.lookup import said
 
 if TYPE_CHECKING:
@@ -19,6 +26,8 @@ if TYPE_CHECKING:
     from shellmb.scene import Scene
 
 
+# part of an area or length by which an element has collapsed
+COLLAPSED = 1e-3
 # edges that are nearer than this part of the shell's length lie on one another
 SAME = 1e-6
 
@@ -94,6 +103,43 @@ def check_probes(scene: Scene, meshed: Mapping[str, ShellModel | BeamModel]) -> 
     for probe in scene.probes:
         (target,) = scene.bodies_of(probe)
         if target.name in meshed:
-            local_point(meshed[target.name], probe.at, f"probe '{probe.name}'")
+            find: Any = surrounding if is_point(probe.at) else local_point
+            find(meshed[target.name], probe.at, f"probe '{probe.name}'")
         if probe.frame is not None and probe.frame in meshed:
             local_point(meshed[probe.frame], probe.frame_at, f"probe '{probe.name}'")
+
+
+def refuse_folded(body: ShellModel | BeamModel, q: fem.Function, who: str) -> None:
+    """Refuse a state in which a surface or line has collapsed, or is turned over; collective.
+
+    What is left of the area of an element (of the length, of a beam) is taken along the directors.
+
+    Args:
+        body: The shell or beam.
+        q: The state.
+        who: Where the state comes from, for the error.
+
+    Raises:
+        SceneError: Says where, and what is left there.
+    """
+    domain, u, w = body.domain.mesh, *body.layout.strained(q)
+    if hasattr(body, "surface"):
+        surf = body.surface
+        sides = (e + along(u, e) for e in (surf.e1, surf.e2))
+        left, what = ufl.dot(ufl.cross(*sides), surf.D + w), "area"
+    else:
+        t, first = body.line.t, frame_forms.vectors(body.line.D + w)[0]
+        left, what = ufl.dot(t + along(u, t), first), "length"
+    points, _ = basix.make_quadrature(domain.basix_cell(), 4)
+    cells = np.arange(domain.topology.index_map(domain.topology.dim).size_local, dtype=np.int32)
+    value = ufl.as_vector([left, *ufl.SpatialCoordinate(domain)])
+    found = compiled_expression(value, np.asarray(points)).eval(domain, cells).reshape(-1, 4)
+    worst = min(map(tuple, found), default=(np.inf,))
+    least, *x = min(domain.comm.allgather(worst))
+    if least < COLLAPSED:
+        place, share = said_point(np.array(x), body.domain.length), round(least, 3) + 0.0
+        raise SceneError(
+            f"{who}: at {place} {share:g} of the {what} is left, along the directors; it "
+            "must be greater than 0 everywhere: the shape must not map to a point or line, fold, "
+            "or turn over without rotation="
+        )

@@ -8,11 +8,15 @@ from dataclasses import dataclass
 from typing import Any
 
 from shellmb.scene import Scene
+from shellmb.scene.checks.locations import numbers_at
 from shellmb.scene.control.signals import Acceleration, Commanded, Off, Signal, Switched
+from shellmb.scene.lookup import said
 
 TimeFunction = Callable[[float], float]
 # name of a controller, and of its output
 Key = tuple[str, str]
+# what messages call a function of which nothing is known
+TIME = "a function of time"
 
 
 @dataclass(frozen=True)
@@ -66,6 +70,10 @@ class Signals:
                 if isinstance(motion, Acceleration):
                     self.ways[self.key(motion)] = Way()
         self.windows: dict[str, list[tuple[float, float]]] = {e.name: [] for e in scene.all_events}
+        self._named = {id(load.time): f"{load.label}: time" for load in scene.loads}
+        for body in scene.meshed:
+            if body.natural is not None:
+                self._named[id(body.natural.time)] = f"natural strain of {said(body)}: time"
 
     def key(self, signal: Commanded) -> Key:
         """Output of a command."""
@@ -89,7 +97,7 @@ class Signals:
             t: Time within the step, s.
         """
         if not isinstance(function, Signal):
-            return float(function(t))
+            return float(numbers_at(function(t), t, self._named.get(id(function), TIME)))
         if isinstance(function, Switched):
             on = self.on(function.event)
             return function.times(t) if on is not isinstance(function, Off) else 0.0
@@ -97,6 +105,12 @@ class Signals:
         key = self.key(function)
         return self.ways[key].at(t) if isinstance(function, Acceleration) else self.commands[key]
 
-    def bound(self, function: TimeFunction) -> TimeFunction:
-        """A function of time that is one, whatever is given."""
-        return (lambda t: self(function, t)) if isinstance(function, Signal) else function
+    def bound(self, function: TimeFunction, who: str) -> TimeFunction:
+        """A function of time that gives numbers, whatever is given.
+
+        Args:
+            function: The function, or a signal.
+            who: What messages call it.
+        """
+        self._named[id(function)] = who
+        return lambda t: self(function, t)

@@ -26,6 +26,89 @@ from shellmb.scene.values.validate import in_words, show
 VALUES = Expr.__float__.__code__, Expr.__complex__.__code__
 
 
+def called(function: Callable[..., Any], arguments: Sequence[Any], who: str) -> Any:
+    """Value that a user's function in UFL returns.
+
+    Args:
+        function: The function.
+        arguments: What it is called with.
+        who: What it is, for errors, as in ``"shell 'plate': energy"``.
+
+    Raises:
+        SceneError: If it fails; says in which file and line.
+    """
+    try:
+        with _without_values():
+            return function(*arguments)
+    except (Exception, SystemExit) as error:
+        raise SceneError(
+            f"{_place(function, error)}{who} {show(function)} fails ({in_words(error)}); it must "
+            "be written with operators and functions of UFL"
+        ) from error
+
+
+def vector_of(function: Callable[..., Any], arguments: Sequence[Any], who: str) -> Expr:
+    """The vector that a user's function returns; a scalar is one of one component.
+
+    Args:
+        function: The function.
+        arguments: What it is called with.
+        who: What it is, for errors.
+
+    Raises:
+        SceneError: If it fails, or returns something else; says in which file and line.
+    """
+    value = called(function, arguments, who)
+    try:
+        found = ufl.as_ufl(value)
+        shape = found.ufl_shape
+    except (TypeError, ValueError):
+        shape = None
+    if shape is None or isinstance(value, bool) or len(shape) > 1:
+        raise SceneError(
+            f"{_place(function)}{who} {show(function)} returns {_said(value)}; it must return a "
+            "scalar or a vector of UFL"
+        )
+    _check_numbers(found, function, who)
+    return found if shape else ufl.as_vector([found])
+
+
+def components(
+    function: Callable[..., Any],
+    arguments: Sequence[Any],
+    who: str,
+    parts: Mapping[str, int],
+) -> list[Expr]:
+    """Components of the vectors that a user's function returns as attributes of an object.
+
+    Args:
+        function: The function.
+        arguments: What it is called with.
+        who: What it is, for errors.
+        parts: Names of the attributes, and how many components each must have.
+
+    Raises:
+        SceneError: If it fails, or returns something else; says in which file and line.
+    """
+    value, found = called(function, arguments, who), []
+    for name, size in parts.items():
+        try:
+            part = ufl.as_ufl(getattr(value, name))
+            right = part.ufl_shape == (size,)
+        except (AttributeError, TypeError, ValueError):
+            right = False
+        if not right:
+            given = _said(getattr(value, name, value))
+            raise SceneError(
+                f"{_place(function)}{who} {show(function)} returns {given}"
+                + (f" as {name}" if hasattr(value, name) else "")
+                + f"; it must return ShellStrains, with {name} a vector of UFL of shape ({size},)"
+            )
+        _check_numbers(part, function, who)
+        found += [part[k] for k in range(size)]
+    return found
+
+
 def written(function: Callable[..., Any], arguments: Sequence[Any], who: str) -> Expr:
     """The scalar that a user's function returns.
 
@@ -38,14 +121,7 @@ def written(function: Callable[..., Any], arguments: Sequence[Any], who: str) ->
         SceneError: If it fails, or returns something else than a number or a scalar of UFL; says in
             which file and line.
     """
-    try:
-        with _without_values():
-            value = function(*arguments)
-    except (Exception, SystemExit) as error:
-        raise SceneError(
-            f"{_place(function, error)}{who} {show(function)} fails ({in_words(error)}); it must "
-            "be written with operators and functions of UFL"
-        ) from error
+    value = called(function, arguments, who)
     try:
         expression = ufl.as_ufl(value)
     except (TypeError, ValueError):
@@ -55,13 +131,20 @@ def written(function: Callable[..., Any], arguments: Sequence[Any], who: str) ->
             f"{_place(function)}{who} {show(function)} returns {_said(value)}; it must return a "
             "scalar of UFL"
         )
-    for number in traverse_unique_terminals(expression):
-        if isinstance(number, ScalarValue) and not np.isfinite(complex(number)):
-            raise SceneError(
-                f"{_place(function)}{who} {show(function)} has the number {number}; it must be "
-                "finite"
-            )
+    _check_numbers(expression, function, who)
     return expression
+
+
+def _check_numbers(expression: Expr, function: Callable[..., Any], who: str) -> None:
+    """Refuse numbers that are not finite or not real."""
+    for number in traverse_unique_terminals(expression):
+        if isinstance(number, ScalarValue):
+            value = complex(number)
+            if not np.isfinite(value) or value.imag:
+                raise SceneError(
+                    f"{_place(function)}{who} {show(function)} has the number {number}; it must be "
+                    "finite and real"
+                )
 
 
 @contextmanager

@@ -1,9 +1,9 @@
-"""Probes: one number each at a node, or a point of a rigid body, over time."""
+"""Probes: one number each at a point of a body over time."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import islice
 from typing import Any, cast
@@ -14,14 +14,16 @@ import numpy as np
 
 from shellmb.arrays import Floats
 from shellmb.model.locations.nodes import local_nodes, local_point
+from shellmb.model.locations.surrounding import is_point, surrounding
 from shellmb.observers.booking import STEPS, Booked, Row
 from shellmb.observers.fields.modal import ModalNodes, modal_members
 from shellmb.observers.fields.modalresultants import ModalResultants
-from shellmb.observers.fields.nodal import Nodes, Reading
+from shellmb.observers.fields.nodal import Nodes, Reading, rotation_vectors
 from shellmb.observers.fields.resultants import Resultants, has_resultants
 from shellmb.observers.relative_motion import packed, seen, unpacked
 from shellmb.observers.whole_rotations import WholeTurns
 from shellmb.scene import Probe, RigidBody
+from shellmb.scene.description import Body
 from shellmb.simulate.simulation import Simulation
 
 # sum of what a probe reads over its nodes on this rank, shape (n,), and their number
@@ -36,24 +38,28 @@ class _Spot:
 
     Args:
         probe: The probe.
-        sums: What it reads, between two steps: its quantity, or its pose and that of a frame.
+        sums: What it reads, between two steps: its quantity, or its pose and that of a frame; of a
+            point between nodes that of each of them.
+        weights: Of the nodes that it lies between, shape (nodes,).
         turns: Counts the turns of a rotation; None of other quantities.
         later: Reads its quantity for many steps at a time; None: in each step.
     """
 
     probe: Probe
     sums: tuple[Sum, ...]
+    weights: Floats
     turns: WholeTurns | None
     later: Reading | None
 
     def vector(self, means: list[Floats]) -> Floats:
         """The quantity by the means of what is read, shape (3,)."""
-        if self.probe.frame is None:
-            found = means[0]
-        else:
-            found = seen(self.probe.quantity, *map(unpacked, means))
-            if self.turns is not None:
-                (found,) = self.turns.nearest(found[None])
+        count = len(self.weights)
+        found = means[0] if count == 1 else self.weights @ np.array(means[:count])
+        if self.probe.frame is not None:
+            found = seen(self.probe.quantity, unpacked(found), unpacked(means[count]))
+        elif self.turns is not None:
+            pose = unpacked(found)
+            (found,) = rotation_vectors(pose.D[None], pose.d[None])
         return found if self.turns is None else self.turns.count(found)
 
 
@@ -101,13 +107,24 @@ class Probes(Booked):
         self.begin(*self.book_rows(slice(0, 1)))
 
     def _find(self, simulation: Simulation, probe: Probe) -> _Spot:
-        turns, sums = self._turns.get(probe.name), self._sums(simulation, probe)
-        later = getattr(sums[0], "reading", None) if self._comm.size == 1 else None
-        return _Spot(probe, sums, turns, None if len(sums) > 1 else later)
-
-    def _sums(self, simulation: Simulation, probe: Probe) -> tuple[Sum, ...]:
-        scene, who = simulation.model.scene, f"probe '{probe.name}'"
         (given,) = simulation.scene.bodies_of(probe)
+        names, weights = places_of(simulation, given.name, probe)
+        each = [self._sum(simulation, given, replace(probe, at=at)) for at in names]
+        turns, sums = self._turns.get(probe.name), tuple(each)
+        if probe.frame is not None:
+            who = f"probe '{probe.name}'"
+            # a reduced body is seen from its floating frame, and has coordinates for names there
+            scene = simulation.model.scene
+            seen_from = next(p for p in scene.probes if p.name == probe.name)
+            assert seen_from.frame is not None
+            frame = plain_spot(simulation, seen_from.frame, seen_from.frame_at, who)
+            sums += (_pose(simulation, *frame),)
+        later = getattr(sums[0], "reading", None) if self._comm.size == 1 else None
+        return _Spot(probe, sums, weights, turns, None if len(sums) > 1 else later)
+
+    def _sum(self, simulation: Simulation, given: Body, probe: Probe) -> Sum:
+        """Reading at one node, or at the nodes of one place."""
+        who = f"probe '{probe.name}'"
         modal = modal_members(simulation.model).get(given.name)
         body = simulation.model.meshed.get(given.name)
         if modal is not None:
@@ -120,16 +137,13 @@ class Probes(Booked):
                     else ModalResultants(simulation, body.name)
                 )
             nodes = local_nodes(body, cast(Any, probe.at), who)
-            return (partial(self._resultants[body.name].sums, nodes, probe.quantity),)
+            return partial(self._resultants[body.name].sums, nodes, probe.quantity)
         spot = _spot(simulation, given.name, probe.at, who)
         if probe.frame is None:
-            turns = self._turns.get(probe.name)
-            return (_total(simulation, *spot, probe.quantity, turns),)
-        # a reduced body is seen from its floating frame, and has coordinates for names there
-        seen_from = next(p for p in scene.probes if p.name == probe.name)
-        assert seen_from.frame is not None
-        frame = plain_spot(simulation, seen_from.frame, seen_from.frame_at, who)
-        return _pose(simulation, *spot), _pose(simulation, *frame)
+            if probe.name in self._turns:
+                return _pose(simulation, *spot)
+            return _total(simulation, *spot, probe.quantity)
+        return _pose(simulation, *spot)
 
     def take_solved(self, simulation: Simulation, row: int) -> None:
         """Means over a step need its start, too."""
@@ -182,6 +196,30 @@ class Probes(Booked):
             self._turns.setdefault(name, WholeTurns()).restore(turns)
 
 
+def places_of(simulation: Simulation, name: str, probe: Probe) -> tuple[list[Any], Floats]:
+    """Places that a probe is read at, and the weights of what is read there; collective.
+
+    Args:
+        simulation: The simulation.
+        name: Name of its body.
+        probe: The probe.
+
+    Returns:
+        Its own place, or the nodes that it lies between, and weights, shape (places,).
+
+    Raises:
+        SceneError: If it is not on its body.
+    """
+    modal = modal_members(simulation.model).get(name)
+    body: Any = simulation.model.meshed.get(name)
+    if modal is not None:
+        body = modal.members[name].body
+    if body is None or not is_point(probe.at):
+        return [probe.at], np.ones(1)
+    found, weights = surrounding(body, probe.at, f"probe '{probe.name}'")
+    return list(found), weights
+
+
 def _spot(simulation: Simulation, name: str, point: Any, who: str) -> Where:
     """Name of a body in the system, the nodes of a point on this rank, and its arms there."""
     model = simulation.model
@@ -220,15 +258,9 @@ def _total(
     nodes: Nodes | ModalNodes,
     arms: Floats | None,
     quantity: str,
-    turns: WholeTurns | None,
-) -> Sum:
+) -> _Total:
     """Sum over nodes, or over points at the ends of arms."""
-    read = nodes.reader(simulation, body, quantity, arms)
-    count = nodes.count
-    if turns is not None:
-        # each node passes half a turn at another time
-        return lambda: (np.add.reduce(turns.nearest(read())), count)
-    return _Total(read, count)
+    return _Total(nodes.reader(simulation, body, quantity, arms), nodes.count)
 
 
 class _Total:

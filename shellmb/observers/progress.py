@@ -1,30 +1,103 @@
-"""Progress of a run: a bar on a terminal, lines of a log elsewhere."""
+"""Progress of a run: a bar on a terminal or in a notebook, lines of a log elsewhere."""
 
 from __future__ import annotations
 
+import sys
 import time as clock
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
 
+from shellmb.native.kernels import told
 from shellmb.simulate.simulation import Silent, Simulation
 
 # a line of the log at every tenth of the run, or when nothing was said for so long [s]
 TENTHS = 10
 PATIENCE = 30.0
+# columns of a bar in a notebook, which knows no width
+WIDTH = 100
+
+
+def in_notebook() -> bool:
+    """Decide whether this process is the kernel of a notebook."""
+    ipython = sys.modules.get("IPython")
+    shell = ipython.get_ipython() if ipython is not None else None
+    return type(shell).__name__ == "ZMQInteractiveShell"
+
+
+def is_watched() -> bool:
+    """Decide whether somebody sees a bar on stderr: on a terminal, or in a notebook."""
+    return in_notebook() or sys.stderr.isatty()
+
+
+def _console() -> Console:
+    if not in_notebook():
+        return Console(stderr=True)
+    # one line that is written again and again, which needs no widgets
+    plain = {"force_jupyter": False, "force_terminal": True, "color_system": None}
+    return Console(stderr=True, width=WIDTH, **plain)  # type: ignore[arg-type]
 
 
 class ProgressReport(Silent):
     """Shows how far a run is, on rank 0 only.
 
     Args:
-        console: Where to; a terminal gets a bar.
+        console: Where to; a terminal gets a bar. None: stderr.
     """
 
     def __init__(self, console: Console | None = None) -> None:
-        self.console = console or Console(stderr=True)
+        self.console = console or _console()
         self._bar: Progress | None = None
         self._task: TaskID | None = None
+
+    @contextmanager
+    def building(self, name: str, rank: int) -> Iterator[None]:
+        """Context in which a run is built and carried out, shown from its first second.
+
+        Args:
+            name: Name of the scene.
+            rank: Rank of this process.
+        """
+        if rank != 0:
+            yield
+            return
+        done, about = 0, f"{name}: building"
+
+        def compiled(number: int, count: int) -> None:
+            # how many follow in later stages is not known yet
+            nonlocal done
+            done += 1
+            if self._bar is not None and self._task is not None:
+                self._bar.update(self._task, description=f"{about}, {done} kernels compiled")
+
+        self._open(about)
+        try:
+            with told(compiled):
+                yield
+        finally:
+            self._close()
+
+    def _open(self, about: str) -> None:
+        """Show a bar, where there is none and there can be one."""
+        if self._bar is not None or not self.console.is_terminal:
+            return
+        self._bar = Progress(
+            TextColumn("{task.description}"),
+            BarColumn(),
+            TextColumn("{task.percentage:>3.0f} %"),
+            TimeRemainingColumn(),
+            console=self.console,
+            transient=True,
+        )
+        self._bar.start()
+        self._task = self._bar.add_task(about, total=None)
+
+    def _close(self) -> None:
+        if self._bar is not None:
+            self._bar.stop()
+            self._bar = None
 
     def start(self, simulation: Simulation) -> None:
         """Say what is run."""
@@ -40,17 +113,9 @@ class ProgressReport(Silent):
             f"{simulation.scheme.title}, {self._range(simulation)}, "
             f"compiled in {problem.system.jit_seconds:.1f} s"
         )
-        if self.console.is_terminal:
-            self._bar = Progress(
-                TextColumn("{task.description}"),
-                BarColumn(),
-                TextColumn("{task.percentage:>3.0f} %"),
-                TimeRemainingColumn(),
-                console=self.console,
-                transient=True,
-            )
-            self._bar.start()
-            self._task = self._bar.add_task(simulation.scene.name, total=1.0)
+        self._open(simulation.scene.name)
+        if self._bar is not None and self._task is not None:
+            self._bar.reset(self._task, total=1.0, description=simulation.scene.name)
             self._bar.update(self._task, completed=self._done)
 
     def _line(self, text: str) -> None:
@@ -104,6 +169,4 @@ class ProgressReport(Silent):
 
     def finish(self, simulation: Simulation, error: BaseException | None) -> None:
         """Take the bar away."""
-        if self._bar is not None:
-            self._bar.stop()
-            self._bar = None
+        self._close()

@@ -2,11 +2,12 @@
 
 At half a turn a rotation vector goes over from `pi n` to `-pi n`. A continuous one keeps count,
 
-    r = p + 2 pi k m
+    c = p + 2 pi k m
 
-with `p` up to pi, whole turns `k` and their axis `m`. That axis follows the one of `p`, so that `r`
-is a rotation vector of the same rotation; but near a whole turn, where `p` is small and has any
-direction, it stays. It is so for steps of less than half a turn.
+with `p` up to pi, whole turns `k` and their axis `m`. That axis follows the one of `p` where `p` is
+long enough to tell; near a whole turn, where `p` is small and has any direction, it stays. There
+`c` keeps the count but is no rotation vector of the rotation. So the result is the one next to `c`
+that is: all of them are `p + 2 pi j p/|p|`. It is so for steps of less than half a turn.
 """
 
 from __future__ import annotations
@@ -21,6 +22,8 @@ from shellmb.arrays import Floats
 TURN = 2 * math.pi
 # from this angle on a rotation vector tells the axis
 TELLS = math.pi / 2
+# up to this angle across the axis a rotation is a whole turn about it: round-off of directors
+ROUND_OFF = 1e-12
 
 
 class WholeTurns:
@@ -31,35 +34,26 @@ class WholeTurns:
         # the last vector, up to pi
         self._last = np.zeros(3)
 
-    def nearest(self, vectors: Floats) -> Floats:
-        """Rotation vectors that may pass pi a little, those which are nearest to the last one.
-
-        Args:
-            vectors: Rotation vectors up to pi, shape (n, 3), rad.
-        """
-        size = np.linalg.norm(vectors, axis=1)
-        axes = vectors / np.where(size > 0, size, 1.0)[:, None]
-        # on the line through the vector, turns from it to the place next to the last one
-        turns = np.rint((axes @ self._last - size) / TURN)
-        return np.asarray(vectors + TURN * turns[:, None] * axes)
-
     def count(self, vector: Floats) -> Floats:
         """The continuous rotation vector, shape (3,), rad.
 
         Args:
-            vector: One of the `nearest` vectors, or a mean of such, shape (3,), rad.
+            vector: The rotation vector up to pi, shape (3,), rad.
         """
         size = float(np.linalg.norm(vector))
-        p = vector
-        if size > TELLS:
-            axis = vector / size
-            along = -1 if self._turns and axis @ self._axis < 0 else 1
-            self._axis = along * axis
-            if size > math.pi:
-                self._turns += along
-                p = vector - TURN * axis
-        self._last = p
-        return np.asarray(p + TURN * self._turns * self._axis)
+        axis = vector / (size or 1.0)
+        # next to the last one is not it, but what goes on behind half a turn the other way
+        passed = bool(axis @ self._last - size < -math.pi)
+        if passed or size > TELLS:
+            way = -axis if passed else axis
+            along = -1 if self._turns and way @ self._axis < 0 else 1
+            self._axis = along * way
+            self._turns += along * passed
+        self._last = vector
+        counted = np.asarray(vector + TURN * self._turns * self._axis)
+        if np.linalg.norm(vector - vector @ self._axis * self._axis) < ROUND_OFF:
+            return counted
+        return np.asarray(vector + TURN * round(float(axis @ counted - size) / TURN) * axis)
 
     def state(self) -> dict[str, Any]:
         """State for a restart."""

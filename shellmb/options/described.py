@@ -31,6 +31,8 @@ class About:
         flag: Its name there; None: its own.
         parse: Makes its value of a text; None: as its type says.
         many: Whether it has several values: on the command line with commas between them.
+        former: Its former name in Python; whoever uses it is told that of today.
+        former_flag: Its former name on the command line.
     """
 
     help: str
@@ -38,6 +40,8 @@ class About:
     flag: str | None = None
     parse: Callable[[str], Any] | None = None
     many: bool = False
+    former: str | None = None
+    former_flag: str | None = None
 
 
 @dataclass(frozen=True)
@@ -67,6 +71,26 @@ class Option:
     def choices(self) -> tuple[Any, ...]:
         """All values that it may have; none: its type says."""
         return get_args(self.type) if get_origin(self.type) is Literal else ()
+
+    @property
+    def kind(self) -> str:
+        """Type as it is written, of several values that of one, without None."""
+        if self.type == tuple[int, int]:
+            return "counts"
+        # an object of the user's own may stand for the name of a scheme
+        if self.name == "scheme":
+            return "scheme"
+        return str(self.type.__name__) if self.about.many else self.written.removesuffix(" | None")
+
+    def takes(self, value: Any) -> bool:
+        """Decide whether one of several values is of its type, or a text that means one."""
+        if not isinstance(value, str):
+            return value is None or bool(self.choices) or _unfit(self.kind, value) is None
+        try:
+            self.value(value)
+        except (ValueError, SceneError):
+            return False
+        return True
 
     def value(self, text: str) -> Any:
         """The value that a text means.
@@ -162,6 +186,17 @@ def read(kind: Any, given: Mapping[str, Any]) -> dict[str, Any]:
     return found
 
 
+def of_today(kind: Any, stored: Mapping[str, Any]) -> dict[str, Any]:
+    """Stored values of options by their names of today.
+
+    Args:
+        kind: The dataclass.
+        stored: The values, of a run or a study that may be older than a name.
+    """
+    names = {o.about.former: o.name for o in options_of(kind) if o.about.former}
+    return {names.get(name, name): value for name, value in stored.items()}
+
+
 def takes[F: Callable[..., Any]](*options: Option) -> Callable[[F], F]:
     """Let a function with `**options` list them in its signature and its docstring.
 
@@ -191,24 +226,29 @@ def takes[F: Callable[..., Any]](*options: Option) -> Callable[[F], F]:
             if o.name not in named
         ]
         shown = signature.replace(parameters=[*own, *more])
-        kinds: dict[str, Any] = {p.name: p.annotation.removesuffix(" | None") for p in own}
+        kinds: dict[str, Any] = {p.name: p.annotation for p in own}
         kinds |= {o.name: o for o in options if o.name not in named}
+        called = function.__qualname__.removesuffix(".__init__")
 
         @functools.wraps(function)
         def named_ones(*args: Any, **kwargs: Any) -> Any:
+            for o in options:
+                if o.about.former in kwargs and o.about.former not in shown.parameters:
+                    raise SceneError(
+                        f"{function.__name__}: {o.about.former} is now called {o.name}; write "
+                        f"{o.name}=..."
+                    )
             try:
                 given = shown.bind(*args, **kwargs)
             except TypeError as error:
                 # as Python says it of any function
-                raise TypeError(f"{function.__name__}() {error}") from None
+                raise TypeError(f"{called}() {error}") from None
             for name, value in given.arguments.items():
-                if value is not None and (wrong := _wrong(kinds.get(name), value)):
+                if wrong := _wrong(kinds.get(name), value):
                     # a command that only lists its options is there at once
                     from shellmb.scene.values.sentences import show
 
-                    raise SceneError(
-                        f"{function.__name__}: {name} is {show(value)}; it must be {wrong}"
-                    )
+                    raise SceneError(f"{called}: {name} is {show(value)}; it must be {wrong}")
             return function(*args, **kwargs)
 
         made: Any = named_ones
@@ -229,13 +269,20 @@ def _wrong(kind: Option | str | None, value: Any) -> str | None:
         value: The value.
     """
     if isinstance(kind, Option):
+        if value is None:
+            return None
         if kind.about.many:
-            return None if _is_several(value) else "a list of values"
+            fits = _is_scheme(value) or (_is_several(value) and all(map(kind.takes, value)))
+            return None if fits else "a list of values"
         if kind.choices or (kind.about.parse and isinstance(value, str)):
             return None
-        counts = kind.type == tuple[int, int]
-        kind = "counts" if counts else kind.written.removesuffix(" | None")
-    known = (pair for begin, pair in KINDS.items() if str(kind).startswith(begin))
+        return _unfit(kind.kind, value)
+    optional, kind = str(kind).endswith(" | None"), str(kind).removesuffix(" | None")
+    return None if optional and value is None else _unfit(kind, value)
+
+
+def _unfit(kind: str, value: Any) -> str | None:
+    known = (pair for begin, pair in KINDS.items() if kind.startswith(begin))
     fits, words = next(known, (None, None))
     return None if fits is None or fits(value) else words
 
@@ -247,8 +294,9 @@ def _is_whole(value: Any) -> bool:
 def _is_path(value: Any) -> bool:
     # a run stands for its own
     value = getattr(value, "directory", value)
-    known = isinstance(value, str | os.PathLike)
-    return known and all(len(os.fsencode(part)) < 256 for part in Path(value).parts)
+    known = isinstance(value, str | os.PathLike) and bool(os.fsencode(value))
+    parts = Path(value).parts if known else ()
+    return known and all(len(os.fsencode(p)) < 256 and "\0" not in p for p in parts)
 
 
 def _is_number(value: Any) -> bool:
@@ -268,12 +316,30 @@ def _are_counts(value: Any) -> bool:
 
 
 def _is_several(value: Any) -> bool:
-    known = isinstance(value, Iterable) and not isinstance(value, bytes | Mapping)
+    known = isinstance(value, Iterable) and not isinstance(value, str | bytes | Mapping)
     return known and getattr(value, "ndim", 1) == 1
 
 
+def _is_scheme(value: Any) -> bool:
+    """Decide whether a value is a scheme itself in place of its name."""
+    return all(hasattr(value, name) for name in ("stages", "expand"))
+
+
 def _is_mapping(value: Any) -> bool:
-    return isinstance(value, Mapping)
+    return isinstance(value, Mapping) and all(isinstance(key, str) for key in value)
+
+
+def _are_names(value: Any) -> bool:
+    return isinstance(value, list | tuple) and all(isinstance(name, str) for name in value)
+
+
+def _has(*names: str) -> Callable[[Any], bool]:
+    """Tell things by their methods, without the libraries that they are of."""
+    return lambda value: all(callable(getattr(type(value), name, None)) for name in names)
+
+
+def _is_time(value: Any) -> bool:
+    return _is_number(value) and 0 < float(value) < float("inf")
 
 
 # truth values of NumPy have the name of Python's
@@ -287,10 +353,16 @@ KINDS: dict[str, tuple[Callable[[Any], bool], str]] = {
     ),
     "float": (_is_number, "a number"),
     "counts": (_are_counts, "two counts as in (8, 4) or '8x4'"),
-    "str | Sequence": (lambda value: isinstance(value, str | list | tuple), "one name or several"),
-    "str": (lambda value: isinstance(value, Hashable), "a text"),
-    "Sequence[str]": (lambda value: isinstance(value, str | list | tuple), "a list of names"),
-    "Sequence[Observer]": (_is_several, "a list of observers"),
+    "str | Sequence": (lambda v: isinstance(v, str) or _are_names(v), "one name or several"),
+    "scheme": (lambda value: isinstance(value, Hashable) or _is_scheme(value), "a text"),
+    "str": (lambda value: isinstance(value, str), "a text"),
+    "Sequence[str]": (lambda v: isinstance(v, str) or _are_names(v), "a list of names"),
+    "Sequence[Observer]": (
+        lambda value: _is_several(value) and all(map(_has("start", "accepted"), value)),
+        "a list of observers",
+    ),
+    "MPI.Comm": (_has("Get_rank", "allreduce"), "a communicator of mpi4py"),
+    "Executor": (_has("submit", "shutdown"), "an executor as of concurrent.futures"),
     "Path | str": (_is_path, "a path, of names with less than 256 letters"),
     "Mapping": (_is_mapping, "values by their names"),
     "Callable[[str]": (callable, "a function"),

@@ -12,7 +12,8 @@ from shellmb.options.described import option, options_of, read
 
 NATURAL = (
     "modes: errors are estimated of natural modes at rest only; leave out errors and accuracy, or "
-    "the rates, the state and buckling"
+    "the rates, the state and buckling. Load factors have none: a buckle that is too short for a "
+    "mesh is missing in its companion, too; compare the factors with divide=2"
 )
 
 
@@ -36,7 +37,11 @@ def numbers(name: str) -> Callable[[str], list[float]]:
 class ModesOptions:
     """Choices of what modes are about; without any of them that is rest, without damping."""
 
-    loaded: bool = option("Linearise about the static equilibrium under the loads.", default=False)
+    loaded: bool = option(
+        "Linearise about the static equilibrium under the loads, with dampers and the damping of "
+        "sections.",
+        default=False,
+    )
     rates: Sequence[float] | None = option(
         "Linearise about steady rotations at these rates, ascending [rad/s], such as 0,5,10: "
         "complex modes.",

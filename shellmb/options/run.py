@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 from shellmb.options.described import option, parse_mesh
+from shellmb.scene.schemes import is_static
 
 if TYPE_CHECKING:
     from shellmb.scene import Scene
 
 # options that are of meshes, and of the scene's solver
 ELEMENTS = ("mesh", "degree", "cell", "divide")
-_SOLVER = ("solve", "newton", "backend", "assembler", "tolerance")
+_SOLVER = ("solve", "newton", "backend", "assembler")
 
 
 @dataclass(frozen=True)
@@ -22,6 +23,7 @@ class Options:
     # where one is read from a file
     __pydantic_config__: ClassVar = {"extra": "forbid"}
 
+    # from Python also a scheme itself
     scheme: str | None = option(
         "Time scheme (ep, ed, ep4, ed3, generalized-alpha, ed-printed, linear-dynamics), or "
         "statics (static, linear-statics)."
@@ -60,18 +62,19 @@ class Options:
         "Assemble with loops in C (native), or slowly by DOLFINx alone, with all unknowns in one "
         "matrix (reference)."
     )
-    tolerance: float | None = option(
-        "Relative tolerance of Newton's method.", flag="--newton-tolerance"
+    newton_tolerance: float | None = option(
+        "Relative tolerance of Newton's method.", former="tolerance"
     )
     end_forces: bool | None = option("Also record forces at the end of steps.")
     errors: bool | None = option(
         "Estimate the errors of results and of histories of probes, from runs with larger steps "
         "and more elements."
     )
-    step_tolerance: float | None = option(
+    step_error: float | None = option(
         "Adapt steps to this error, relative to the body size; dt is the first step. Steps are "
         "fixed without it.",
-        flag="--tolerance",
+        former="step_tolerance",
+        former_flag="--tolerance",
     )
 
     def apply(self, scene: Scene) -> Scene:
@@ -80,20 +83,22 @@ class Options:
         Raises:
             SceneError: If it is impossible.
         """
-        chosen = asdict(self)
+        # a scheme may be an object, which stays one
+        chosen: dict[str, Any] = {f.name: getattr(self, f.name) for f in fields(Options)}
         solver: dict[str, Any] = {name: chosen.pop(name) for name in _SOLVER}
+        solver["tolerance"] = chosen.pop("newton_tolerance")
         solver = {name: choice for name, choice in solver.items() if choice is not None}
-        step_tolerance = chosen.pop("step_tolerance")
-        if step_tolerance is None and self.dt is not None:
-            scene = replace(scene, step_control=replace(scene.step_control, tolerance=None))
+        step_error = chosen.pop("step_error")
+        if step_error is None and self.dt is not None:
+            scene = replace(scene, step_control=replace(scene.step_control, step_error=None))
         if solver:
             scene = replace(scene, solver=replace(scene.solver, **solver))
         end_forces = chosen.pop("end_forces")
-        if self.scheme in ("static", "linear-statics") and not scene.static and self.dt is None:
+        if is_static(self.scheme or "ep") and not scene.static and self.dt is None:
             # a time step is no load step: take the default one
             end = scene.t_end if self.t_end is None else self.t_end
             dropped: dict[str, Any] = {"dt": None, "start": "given", "alpha": None}
-            dropped["step_control"] = replace(scene.step_control, tolerance=None)
+            dropped["step_control"] = replace(scene.step_control, step_error=None)
             scene = replace(scene, scheme=self.scheme, t_end=end, **dropped)
             chosen["scheme"] = None
         if (errors := chosen.pop("errors")) is not None:
@@ -101,6 +106,6 @@ class Options:
         if end_forces is not None:
             scene = replace(scene, output=replace(scene.output, end_forces=end_forces))
         scene = scene.with_options(**chosen)
-        if step_tolerance is None:
+        if step_error is None:
             return scene
-        return replace(scene, step_control=replace(scene.step_control, tolerance=step_tolerance))
+        return replace(scene, step_control=replace(scene.step_control, step_error=step_error))

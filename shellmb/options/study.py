@@ -24,8 +24,8 @@ class StudyOptions:
     divide: tuple[int, ...] = several(Options, "divide", "1,2,...", int)
     model: tuple[str, ...] = several(Options, "model", "exact,rigid,...")
     solve: tuple[str, ...] = several(Options, "solve", "reduced,full")
-    step_tolerance: tuple[float, ...] = several(Options, "step_tolerance", "T,T,...", positive)
-    tolerance: tuple[float, ...] = several(Options, "tolerance", "T,T,...", positive)
+    step_error: tuple[float, ...] = several(Options, "step_error", "E,E,...", positive)
+    newton_tolerance: tuple[float, ...] = several(Options, "newton_tolerance", "T,T,...", positive)
     exact: float | None = option(
         "Exact value of the quantity. Without it a finer run is the reference."
     )

@@ -16,7 +16,7 @@ from shellmb.guarding.writing import write_text
 from shellmb.observers.summary import versions, write_json
 from shellmb.rotating.axis import Axis
 from shellmb.rotating.campbell import Campbell, campbell
-from shellmb.rotating.modes import RotatingModes, check_count, modes_of
+from shellmb.rotating.modes import RotatingModes, modes_of
 from shellmb.rotating.state import MovingState, StateModes, check_state
 from shellmb.running.directory import claimed, written
 from shellmb.running.memory import check_memory
@@ -27,6 +27,7 @@ from shellmb.running.standard import SUMMARY
 from shellmb.scene import Scene
 from shellmb.scene.values.validate import show
 from shellmb.stopping import STOPPING
+from shellmb.vibration import check_count
 
 TABLE, PICTURE = "campbell.csv", "campbell.png"
 
@@ -88,6 +89,7 @@ def find_campbell(
             "rates_rad_per_s": found.rates,
             "stable": not found.unstable,
             "verdict": found.verdict,
+            "warnings": found.warnings,
             "wall_s": clock.perf_counter() - begin,
         }
         for number, modes in enumerate(found.modes, start=1):

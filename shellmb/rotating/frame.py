@@ -97,3 +97,7 @@ class RotatingFrame:
     def gyroscopic(self, q: Expr, dq: Expr) -> ufl.Form | None:
         """`M W y`, whose derivative by the state is half of the matrix of Coriolis' forces."""
         return self.body.inertia(self.turned(q), dq)
+
+    def spun(self, q: Expr, dq: Expr) -> ufl.Form | None:
+        """`M` times the velocities in the frame, whose derivative by the state acts as that."""
+        return None

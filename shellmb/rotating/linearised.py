@@ -83,6 +83,9 @@ class Linearised:
             work = added(forces)
             if work is not None and frame.still in work.coefficients():
                 damping[k, k] = [Derivative(-work, frame.still)]
+            spun = frame.spun(q, test)
+            if spun is not None and q in spun.coefficients():
+                damping.setdefault((k, k), []).append(Derivative(2 * spun, q))
         return mass, unit, damping
 
     def turn(self, rate: float) -> None:

@@ -9,8 +9,9 @@ import numpy as np
 import numpy.typing as npt
 
 from shellmb.arrays import Floats
+from shellmb.diagnostics.elements.hourglass import unresisted_modes
 from shellmb.diagnostics.stiffened_modes import Motion, stiffened_modes
-from shellmb.errors import SceneError, TooFewModesError, petsc_in_words
+from shellmb.errors import TooFewModesError, petsc_in_words
 from shellmb.model.model import Model
 from shellmb.native.assembler import assembled_as
 from shellmb.rotating.linearised import Linearised
@@ -53,7 +54,8 @@ class RotatingModes:
         threshold: Real part above which a mode is unstable, 1/s.
         neutral: Eigenvalues below this are taken for zero, 1/s.
         pairs: Eigenvalues with their vectors.
-        doubtful: Sentences on bodies that forces do not stiffen, as their strains are small.
+        doubtful: Sentences on bodies that forces do not stiffen, as their strains are small, and on
+            modes that elements hardly resist.
     """
 
     rate: float
@@ -165,15 +167,19 @@ def modes_of(rotating: Linearised, count: int, spare: int = 0) -> RotatingModes:
 
 
 def _doubtful(rotating: Linearised, pairs: Sequence[Pair], rigid: int) -> list[str]:
-    """Sentences on bodies that forces do not stiffen, as their strains are small; collective."""
-    modes = []
+    """Sentences on bodies that forces do not stiffen, and that are too soft; collective."""
+    modes: list[Motion] = []
     for number, pair in enumerate(pairs, start=1):
         if number > rigid:
             energy = abs(pair.value) ** 2 * product(rotating.mass, pair, pair).real / 2
             parts = tuple(parts_of(rotating.system, (pair.real, pair.imaginary)))
             modes.append(Motion(number, energy, parts))
     state = {name: levels.q.x.array for name, levels in rotating.levels.items()}
-    return stiffened_modes(rotating.model, state.__getitem__, modes)
+    motions = ((mode.number, mode.parts) for mode in modes)
+    return [
+        *stiffened_modes(rotating.model, state.__getitem__, modes),
+        *unresisted_modes(rotating.model, motions, ("eigenvalue", "eigenvalues")),
+    ]
 
 
 def _upright(pair: Pair, rotating: Linearised) -> Pair:
@@ -181,13 +187,3 @@ def _upright(pair: Pair, rotating: Linearised) -> Pair:
     mirrored = pair._replace(imaginary=-1.0 * pair.imaginary)
     square = product(rotating.mass, mirrored, pair)
     return turned(pair, -float(np.angle(square)) / 2)
-
-
-def check_count(count: int) -> None:
-    """A number of modes.
-
-    Raises:
-        SceneError: If it is not positive.
-    """
-    if count < 1:
-        raise SceneError(f"modes: count is {count}; it must be at least 1")

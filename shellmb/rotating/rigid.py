@@ -10,7 +10,7 @@ body by body, and these motions satisfy the equations with `i Omega`, that is it
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import NamedTuple
@@ -21,7 +21,8 @@ import numpy as np
 import ufl
 from dolfinx import fem
 
-from shellmb.arrays import Floats
+from shellmb.arrays import Bools, Floats, Int32s
+from shellmb.model.frames.frame import FrameBody
 from shellmb.model.frames.rigid import RigidBodies
 from shellmb.model.model import Model
 from shellmb.observers.account.energy import scalar
@@ -83,6 +84,7 @@ class Products:
     """
 
     def __init__(self, model: Model, q: Functions) -> None:
+        self.model, self.q = model, q
         self._ends: list[tuple[dict[str, fem.Function], list[tuple[fem.Constant, ...]]]] = []
         sides: list[dict[str, ufl.core.expr.Expr]] = []
         for _ in range(2):
@@ -111,7 +113,8 @@ class Products:
             self._ends, (first, second), strict=True
         ):
             for name, function in functions.items():
-                function.x.array[:] = 0.0 if given is None else given[name].x.array
+                some = (given or {}).get(name)
+                function.x.array[:] = 0.0 if some is None else some.x.array
             for A, c in constants:
                 A.value[:], c.value[:] = matrix, shift
         return 0.0 if self._sum is None else self._sum()
@@ -168,9 +171,13 @@ class WholeMotion:
 class Unsteady:
     """Distance of a state from a steady rotation.
 
+    Spins of triples of directors do not count: small motions are those of their axes.
+
     Args:
         velocity: Velocities relative to the frame, root mean square over the mass, m/s.
         acceleration: Accelerations beyond those of a steady rotation, m/s^2.
+        turning: Change of the inertia of what spins and is not the same all around, over that of
+            the whole, 1/s.
         energy_share: Part of the kinetic energy that is not the rotation of the frame.
         acceleration_share: Part of all accelerations that are not those of that rotation.
         length: Length of the scene, m.
@@ -178,6 +185,7 @@ class Unsteady:
 
     velocity: float
     acceleration: float
+    turning: float
     energy_share: float
     acceleration_share: float
     length: float
@@ -185,10 +193,13 @@ class Unsteady:
     def drift(self, scale: float) -> float:
         """Distance that the state moves in the time `1/scale`, in lengths of the scene.
 
+        And the part by which its inertia changes.
+
         Args:
             scale: Of an eigenvalue, 1/s.
         """
-        return (self.velocity / scale + self.acceleration / scale**2) / self.length
+        moved = (self.velocity / scale + self.acceleration / scale**2) / self.length
+        return moved + self.turning / scale
 
 
 def unsteady_part(
@@ -211,22 +222,100 @@ def unsteady_part(
     """
     turn = spinning(rate * line.unit, np.asarray(line.about))
     inward = Affine(turn.matrix @ turn.matrix, turn.matrix @ turn.shift)
+    spins = Spins(products, motion, turn.matrix)
     squares, free = [], _free(scene)
-    for of, frame in zip(motion, (turn, inward), strict=True):
+    for of, rest, frame in zip(motion, spins.rest, (turn, inward), strict=True):
         left = frame.minus()
         # a uniform motion, or fall, of all that is free to go on changes nothing
         mean = whole.translation(of) + left.matrix @ whole.centre + left.shift
         left = Affine(left.matrix, left.shift - free @ mean)
-        squares.append((products.square(of, left), products.square(of)))
-    (relative, moved), (pushed, pulled) = squares
+        squares.append((products.square(rest, left), products.square(of, left)))
+    (moving, relative), (pushing, pushed) = squares
+    moved, pulled = (products.square(of) for of in motion)
     mass = max(whole.mass, 1e-300)
     return Unsteady(
-        math.sqrt(relative / mass),
-        math.sqrt(pushed / mass),
+        math.sqrt(moving / mass),
+        math.sqrt(pushing / mass),
+        spins.turning(whole),
         relative / moved if moved > 0 else 0.0,
         math.sqrt(pushed / pulled) if pulled > 0 else 0.0,
         whole.length,
     )
+
+
+class Spins:
+    """Spins of triples of directors relative to a frame, each about its own axes.
+
+    Args:
+        products: Of the state.
+        motion: Velocities and accelerations of all bodies.
+        turn: Velocities of vectors that turn with the frame, shape (3, 3).
+
+    Attributes:
+        rest: Velocities and accelerations without those of steady spins, by body.
+    """
+
+    def __init__(
+        self, products: Products, motion: tuple[Functions, Functions], turn: Floats
+    ) -> None:
+        self._products = products
+        self.rest = tuple({name: f.copy() for name, f in of.items()} for of in motion)
+        # of each body the dofs of its directors, these, and the matrix that mixes them
+        self._bodies: list[tuple[FrameBody, Int32s, Floats, Floats]] = []
+        for body in products.model.bodies:
+            if not isinstance(body, FrameBody):
+                continue
+            w = body.mixed.dofs["w"].reshape(-1, 3, 3)
+            d = body.frames_at(products.q[body.name].x.array)
+            velocity, acceleration = (of[body.name].x.array for of in self.rest)
+            carried = d @ turn.T
+            mixing = d @ (velocity[w] - carried).swapaxes(1, 2)
+            # d_k' and d_k'' of a steady spin in the frame that turns: columns are those of d_k
+            rates = mixing.swapaxes(1, 2) @ d
+            acceleration[w] -= 2 * rates @ turn.T + (mixing @ mixing).swapaxes(1, 2) @ d
+            velocity[w] = carried
+            self._bodies.append((body, w, d, mixing))
+
+    def turning(self, whole: WholeMotion) -> float:
+        """Change of the inertia of what spins and is not the same all around; collective, 1/s.
+
+        Args:
+            whole: Of the state.
+        """
+        changes = 0.0
+        for body, w, d, mixing in self._bodies:
+            for here in _single(body):
+                turned = [np.where(here, np.cross(e, d), 0.0) for e in np.eye(3)]
+                mixed = [mixing.swapaxes(1, 2) @ part for part in turned]
+                functions = [
+                    [{body.name: self._function(body, w, part)} for part in parts]
+                    for parts in (mixed, turned)
+                ]
+                found = np.array(
+                    [
+                        [self._products((a, NOTHING), (b, NOTHING)) for b in functions[1]]
+                        for a in functions[0]
+                    ]
+                )
+                changes += float(np.linalg.norm(found + found.T))
+        about = [spinning(e, whole.centre) for e in np.eye(3)]
+        inertia = sum(self._products.square(None, turn) for turn in about) / 2
+        return changes / inertia if inertia > 0 else 0.0
+
+    @staticmethod
+    def _function(body: FrameBody, w: Int32s, values: Floats) -> fem.Function:
+        function = fem.Function(body.mixed.space)
+        function.x.array[w] = values
+        return function
+
+
+def _single(body: FrameBody) -> Iterator[Bools]:
+    """Nodes of each part of a body that is a body of its own, to be multiplied with vectors."""
+    if isinstance(body, RigidBodies):
+        for item in range(len(body.bodies)):
+            yield (body.node_mesh.item == item)[:, None, None]
+    else:
+        yield np.array([[[True]]])
 
 
 def _free(scene: Scene) -> Floats:

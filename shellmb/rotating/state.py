@@ -9,6 +9,7 @@ from typing import Any
 from mpi4py import MPI
 
 import numpy as np
+import ufl
 from dolfinx import fem
 from ufl import Form
 from ufl.core.expr import Expr
@@ -18,7 +19,9 @@ from shellmb.bodyfields import kinematic_dofs
 from shellmb.checked_model import checked_model
 from shellmb.errors import ConvergenceError, SceneError
 from shellmb.model.body import Body, added
+from shellmb.model.frames.frame import FrameBody
 from shellmb.model.model import Model
+from shellmb.model.reduced.onframe import InertiaPoints
 from shellmb.native.assembler import assembled_as
 from shellmb.rotating.axis import Axis, bearing, check_steady, three
 from shellmb.rotating.frame import RotatingFrame
@@ -61,6 +64,12 @@ STEADY = 1e-2
 class StateFrame(RotatingFrame):
     """A frame that turns, in which a body moves at a state and is accelerated.
 
+    Neighbouring states have the same velocities and accelerations relative to the frame, and
+    triples of directors the same components of these along themselves: they spin about their own
+    axes. So small motions of what spins are those of its axes, not of its material, and have
+    gyroscopic forces. For `d_k(t)` spinning, `d_k + sum_j (d_j(0) . d_k(t)) e_j` are neighbours
+    with small `e_j`, and of `e_j` with constant coefficients if inertia is the same all around.
+
     Args:
         body: The body.
         axis: The axis.
@@ -78,19 +87,47 @@ class StateFrame(RotatingFrame):
         acceleration: fem.Function,
     ) -> None:
         super().__init__(body, axis)
-        self._state, self._velocity, self._acceleration = state, velocity, acceleration
+        self._state = state
+        # relative to the frame
+        self._velocity = velocity - self.turned(state)
+        self._acceleration = (
+            acceleration - self.centripetal(state) - 2 * self._across(self._velocity)
+        )
 
     def motion(self, q: Expr) -> Expr:
-        """Velocities in the frame: the same at neighbouring states."""
-        return self.still + self._velocity - self.turned(self._state)
+        """Velocities in the frame, those of neighbouring states."""
+        return self.still + self._along(q, self._velocity)
 
     def carried(self, q: Expr, dq: Expr) -> Form | None:
         """Inertia forces of a state with these accelerations, and the forces of damped strains."""
-        change = self.centripetal(q) - self.centripetal(self._state)
-        forms = [self.body.inertia(self._acceleration + change, dq)]
+        relative = self._along(q, self._acceleration)
+        coriolis = 2 * self._across(self._along(q, self._velocity))
+        forms = [self.body.inertia(relative + coriolis + self.centripetal(q), dq)]
         if self.body.damping is not None:
             forms.append(self.body.damping.at(q, self.motion(q), dq))
         return added(forms)
+
+    def spun(self, q: Expr, dq: Expr) -> Form | None:
+        """`M` times the velocities in the frame of neighbouring states."""
+        return self.body.inertia(self._along(q, self._velocity), dq)
+
+    def _across(self, rate: Expr) -> Expr:
+        """`omega x` of vectors that a rate has."""
+        return self.turned(self._state + rate) - self.turned(self._state)
+
+    def _along(self, q: Expr, rate: Expr) -> Expr:
+        """The rate that a neighbouring state has: along its own directors that of the state."""
+        body = self.body
+        if not isinstance(body, FrameBody):
+            return rate
+        components = [rate[i] for i in range(rate.ufl_shape[0])]
+        first, size = body.mixed.parts["w"]
+        here, there = body.directors(self._state), body.directors(q)
+        for k in range(first, first + size, 3):
+            own = ufl.as_vector(components[k : k + 3])
+            turned = sum(ufl.dot(d, own) * e for d, e in zip(here, there, strict=True))
+            components[k : k + 3] = [turned[i] for i in range(3)]
+        return ufl.as_vector(components)
 
 
 @dataclass(frozen=True)
@@ -109,7 +146,8 @@ class StateModes:
     def drift(self) -> float:
         """Distance that the state moves during one radian of its slowest mode.
 
-        In lengths of the scene, root mean square over the mass.
+        In lengths of the scene, root mean square over the mass; and the part by which inertia
+        changes that spins and is not the same all around.
         """
         sizes = np.abs(self.modes.values[self.modes.rigid :])
         return self.state.unsteady.drift(float(min(sizes, default=self.state.shift)))
@@ -120,9 +158,9 @@ class StateModes:
         if self.drift <= STEADY:
             return [*self.modes.doubtful]
         return [
-            f"the state is no steady motion: it moves by {self.drift:.2g} of the scene's length "
-            "in the time in which its slowest mode turns by one radian; eigenvalues frozen in "
-            "time say little about what follows",
+            f"the state is no steady motion: it moves by {self.drift:.2g} of the scene's length, "
+            "or its inertia changes by that part, in the time in which its slowest mode turns by "
+            "one radian; eigenvalues frozen in time say little about what follows",
             *self.modes.doubtful,
         ]
 
@@ -193,6 +231,11 @@ class MovingState(Linearised):
         super().__init__(model, line, frames, levels, t, True)
         self.rate = omega
         self.turn(omega)
+        points = [b for b in model.bodies if isinstance(b, InertiaPoints)]
+        if points and f"{points[0].name}/q" not in arrays:
+            self.relaxation.joined()
+            for body in points:
+                body.follow(q[body.name].x.array)
         moved = self.relaxation.step(self.relaxation.tau, 1.0)
         if not moved < BALANCED:
             raise ConvergenceError(
@@ -253,6 +296,9 @@ def _motion(
     problem = Problem(model, make_scheme("ep", 0.0)) if dynamic else None
     for body in model.bodies:
         given = arrays.get(f"{body.name}/q")
+        if given is None and not dynamic and isinstance(body, InertiaPoints):
+            # it follows from modes and frames
+            continue
         if given is None or given.shape != q[body.name].x.array.shape:
             raise SceneError(f"modes: the state has no part '{body.name}' of this scene's size")
         q[body.name].x.array[:] = given

@@ -74,6 +74,10 @@ def claimed(directory: Path, comm: MPI.Comm, new: bool) -> Iterator[None]:
     Raises:
         SceneError: If it cannot be written, is of another run, or another run is writing it.
     """
+    if os.path.realpath(directory) == Path(os.path.realpath(directory)).anchor:
+        raise SceneError(
+            f"out is {directory}, the root of all files; give a directory of the run's own"
+        )
     lock = FileLock(directory / LOCK)
     missing = [path for path in (directory, *directory.parents) if not os.path.exists(path)]
     wrong = None

@@ -29,6 +29,7 @@ from shellmb.errors import (
     ShellmbError,
     Stopped,
 )
+from shellmb.locks import is_temporary
 from shellmb.native.assembler import assembled_as
 from shellmb.observers.account.energy import EnergyAccount
 from shellmb.observers.control import control_summary
@@ -303,13 +304,18 @@ def _with_state(
     """The failure, with a word on what is left and how to go on."""
     if directory is None:
         return failure
+    left = f"the last good state is in {directory / STATE}"
+    if is_temporary(directory):
+        left = "nothing of the run is left when Python ends; give out to keep its last good state"
     if user_frame(failure) is not None and not isinstance(failure, ShellmbError):
-        failure.add_note(f"the last good state is in {directory / STATE}")
+        failure.add_note(left)
     if isinstance(failure, ConvergenceError):
-        message = f"{failure}; the last good state is in {directory / STATE}"
-        return ConvergenceError(message, failure.field, failure.norms)
+        return ConvergenceError(f"{failure}; {left}", failure.field, failure.norms)
     if isinstance(failure, ControlError):
-        return ControlError(f"{failure}; the last good state is in {directory / STATE}")
+        return ControlError(f"{failure}; {left}")
+    if isinstance(failure, Stopped) and is_temporary(directory):
+        where = f"t = {simulation.t:g}, step {simulation.step}"
+        return Stopped(failure.signal, f"{where}; {left}")
     if isinstance(failure, Stopped):
         scene = f" {request.scene}" if request is not None and is_file_name(request.scene) else ""
         return Stopped(

@@ -19,6 +19,7 @@ import types
 import typing
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
@@ -205,9 +206,10 @@ def load(name: str) -> SceneModule:
     elif name in (known := demos()):
         loaded = SceneModule(name, importlib.import_module(f"{DEMOS}.{name}"))
     else:
-        listed = ", ".join(known)
+        near = " or ".join(f"'{n}'" for n in get_close_matches(name, known, 2))
         raise SceneError(
-            f"there is no scene '{name}'; give one of {listed}, or the path of a Python file"
+            f"there is no scene '{name}'{f'; did you mean {near}?' if near else ';'} `shellmb "
+            "list` has all; or give the path of a Python file"
         )
     if not callable(getattr(loaded.module, "scene", None)):
         raise SceneError(f"'{name}' defines no function scene(); it must define one")

@@ -20,6 +20,7 @@ from shellmb.observers.files.described import describe
 from shellmb.observers.files.drawn import drawn_bodies
 from shellmb.observers.files.gridfiles import GridFiles
 from shellmb.observers.summary import versions, write_json
+from shellmb.rotating.loaded import modes_at_rest
 from shellmb.running.directory import claimed, written
 from shellmb.running.memory import check_memory
 from shellmb.running.results import measured
@@ -27,7 +28,7 @@ from shellmb.running.standard import FIELDS, SUMMARY
 from shellmb.scene import Scene
 from shellmb.simulate.buckling import linear_buckling
 from shellmb.stopping import STOPPING
-from shellmb.vibration import Modes, Shape, mode_shape, natural_modes, parts_of
+from shellmb.vibration import Modes, Shape, mode_shape, parts_of
 
 
 def find_modes(
@@ -46,7 +47,7 @@ def find_modes(
         scene: The scene.
         out: Directory to write.
         count: Number of modes, rigid-body modes included.
-        loaded: Whether about the static equilibrium under the scene's loads.
+        loaded: Whether about the static equilibrium under the scene's loads, with its damping.
         results: Gives the `results` of the summary.
         comm: Communicator.
         pictures: Whether the modes are drawn.
@@ -63,7 +64,7 @@ def find_modes(
     with claimed(directory, comm, new=True), written(directory, comm):
         check_memory(scene, comm)
         STOPPING.renew()
-        modes = natural_modes(scene, comm, count, loaded)
+        modes = modes_at_rest(scene, comm, count, loaded)
         wall = clock.perf_counter() - begin
         summary: dict[str, Any] = {
             "scene": scene.name,
@@ -91,14 +92,13 @@ def find_modes(
 def _write(
     directory: Path, modes: Modes, summary: dict[str, Any], pictures: bool, comm: MPI.Comm
 ) -> None:
-    rows = zip(modes.frequencies, modes.omega, modes.growth, strict=True)
+    rows = zip(modes.frequencies, modes.omega, modes.growth, ~modes.growing, strict=True)
     lines = [
-        f"{k},{float(f)!r},{float(w)!r},{float(g)!r},{int(g == 0.0)}"
-        for k, (f, w, g) in enumerate(rows, start=1)
+        f"{k},{float(f)!r},{float(w)!r},{float(g)!r},{int(stable)}"
+        for k, (f, w, g, stable) in enumerate(rows, start=1)
     ]
     table = ["mode,frequency_hz,omega_rad_per_s,growth_per_s,stable", *lines]
-    shapes = [{"displacement": shape} for shape in modes.shapes]
-    write_shapes(directory, modes.model, shapes, table, summary)
+    write_shapes(directory, modes.model, modes.fields, table, summary)
     if pictures and comm.rank == 0:
         from shellmb.show.pictures import draw_directory
 
@@ -194,7 +194,8 @@ def find_buckling(
         shapes = [mode_shape(found.system, found.model, vector) for vector in found.vectors]
         parts = parts_of(found.system, found.vectors)
         said = ("load factor", "load factors")
-        warnings = unresisted_modes(found.model, enumerate(parts, start=1), said)
+        motions = [(number, (part,)) for number, part in enumerate(parts, start=1)]
+        warnings = unresisted_modes(found.model, motions, said)
         summary: dict[str, Any] = {
             "scene": scene.name,
             "load_factors": found.factors,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +11,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from shellmb.errors import SceneError
 from shellmb.guarding.seal import checksum, is_sealed, sealed
-from shellmb.options.described import parse_mesh
+from shellmb.options.described import of_today, parse_mesh
 from shellmb.options.run import Options
 from shellmb.running.loader import SceneModule, demos, is_file_name, load
 from shellmb.running.tables import Damaged, first_error, read_table
@@ -63,7 +63,13 @@ class Request:
                 "scene": self.scene if file is None else str(file),
                 "scene_sha256": None if file is None else checksum(file.read_bytes()),
                 "parameters": dict(self.parameters),
-                "options": {k: v for k, v in asdict(self.options).items() if v is not None},
+                # a scheme that is an object has no words: who resumes gives the scene with it
+                "options": {
+                    f.name: value
+                    for f in fields(self.options)
+                    if (value := getattr(self.options, f.name)) is not None
+                    and (f.name != "scheme" or isinstance(value, str))
+                },
             }
         )
 
@@ -74,7 +80,10 @@ class Request:
         Raises:
             pydantic.ValidationError: If they are none.
         """
-        stored = _STORED.validate_python({k: values[k] for k in _FIELDS if k in values})
+        given = {k: values[k] for k in _FIELDS if k in values}
+        if isinstance(given.get("options"), dict):
+            given["options"] = of_today(Options, given["options"])
+        stored = _STORED.validate_python(given)
         return cls(stored.scene, stored.parameters, stored.options)
 
 
@@ -210,7 +219,7 @@ def scene_of_run(
 def _unreadable(what: str) -> str:
     return (
         f"resume: {what}; the state may be whole: continue from Python with "
-        "`shellmb.running.resuming.resume.resume(directory, scene=...)`"
+        "`sm.resume(directory, scene)`"
     )
 
 

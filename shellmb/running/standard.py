@@ -15,6 +15,7 @@ from shellmb.observers.account.step_error import StepError
 from shellmb.observers.booking import Booked
 from shellmb.observers.control import ControlColumns
 from shellmb.observers.files.checkpoint import Checkpoint, Written
+from shellmb.observers.forces.blows import BlowColumns
 from shellmb.observers.forces.contacts import ContactForces
 from shellmb.observers.forces.endforces import EndForceColumns
 from shellmb.observers.forces.joints import JointForces
@@ -74,6 +75,7 @@ class StandardObservers:
             "contacts": ContactForces(),
             "volumes": Volumes(),
             "end forces": EndForceColumns(),
+            "impulses": BlowColumns(),
             "path": PathRecord(),
             "step error": StepError(),
             "control": ControlColumns(),

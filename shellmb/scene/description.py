@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import KW_ONLY
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, BeforeValidator, Field, InstanceOf
+from pydantic import AfterValidator, Field, SkipValidation
 
 from shellmb.scene.beams.beam import Beam, Glue
 from shellmb.scene.control.controllers import Law
@@ -24,20 +24,15 @@ from shellmb.scene.multibody.joints import Joint
 from shellmb.scene.multibody.rigid import RigidBody
 from shellmb.scene.paths import PathFollowing
 from shellmb.scene.probes import Probe
-from shellmb.scene.schemes import DISSIPATIVE, LINEAR, is_static
+from shellmb.scene.schemes import LINEAR, Scheme, dissipation, is_static
 from shellmb.scene.settings import Output, Solver, StepControl
 from shellmb.scene.shells.shell import Join, Shell
 from shellmb.scene.units import check_order, parse_units
-from shellmb.scene.values.validate import Name, Positive, described
+from shellmb.scene.values.validate import NONE, Name, Positive, Several, described
 
 __all__ = ["Body", "Description"]
 
 type Body = Shell | Beam | RigidBody
-
-
-def _several(value: Any) -> Any:
-    """A list, or a single object in place of a tuple of one, is welcome."""
-    return tuple(value) if isinstance(value, list | tuple) else (value,)
 
 
 def _units(value: str | None) -> str | None:
@@ -50,14 +45,14 @@ class Description:
     """All that a :class:`~shellmb.scene.Scene` has, each part checked by itself."""
 
     name: Name
-    shells: Annotated[tuple[InstanceOf[Shell], ...], BeforeValidator(_several)] = ()
+    shells: Several[Shell] = NONE
     _: KW_ONLY
-    supports: Annotated[tuple[InstanceOf[Support], ...], BeforeValidator(_several)] = ()
-    loads: Annotated[tuple[InstanceOf[Load], ...], BeforeValidator(_several)] = ()
-    joins: Annotated[tuple[InstanceOf[Join], ...], BeforeValidator(_several)] = ()
-    initial: Annotated[tuple[InstanceOf[InitialVelocity], ...], BeforeValidator(_several)] = ()
-    probes: Annotated[tuple[InstanceOf[Probe], ...], BeforeValidator(_several)] = ()
-    scheme: Any = "static"
+    supports: Several[Support] = NONE
+    loads: Several[Load] = NONE
+    joins: Several[Join] = NONE
+    initial: Several[InitialVelocity] = NONE
+    probes: Several[Probe] = NONE
+    scheme: Annotated[str | Scheme, SkipValidation] = "static"
     alpha: Annotated[float, Field(ge=0, le=1, allow_inf_nan=False)] | None = None
     dt: Positive | None = None
     t_end: Positive | None = None
@@ -65,23 +60,23 @@ class Description:
     step_control: StepControl = StepControl()
     output: Output = Output()
     results: Callable[..., Any] | None = None
-    beams: Annotated[tuple[InstanceOf[Beam], ...], BeforeValidator(_several)] = ()
-    rigid_bodies: Annotated[tuple[InstanceOf[RigidBody], ...], BeforeValidator(_several)] = ()
-    joints: Annotated[tuple[InstanceOf[Joint], ...], BeforeValidator(_several)] = ()
-    drivers: Annotated[tuple[InstanceOf[Driver], ...], BeforeValidator(_several)] = ()
-    force_elements: Annotated[tuple[InstanceOf[Element], ...], BeforeValidator(_several)] = ()
-    glues: Annotated[tuple[InstanceOf[Glue], ...], BeforeValidator(_several)] = ()
-    locks: Annotated[tuple[InstanceOf[Lock], ...], BeforeValidator(_several)] = ()
+    beams: Several[Beam] = NONE
+    rigid_bodies: Several[RigidBody] = NONE
+    joints: Several[Joint] = NONE
+    drivers: Several[Driver] = NONE
+    force_elements: Several[Element] = NONE
+    glues: Several[Glue] = NONE
+    locks: Several[Lock] = NONE
     assemble: bool = False
     start: Starts = "given"
     redundant: Literal["error", "drop"] = "error"
     path: PathFollowing | None = None
-    potentials: Annotated[tuple[InstanceOf[Potential], ...], BeforeValidator(_several)] = ()
-    contacts: Annotated[tuple[InstanceOf[Contact], ...], BeforeValidator(_several)] = ()
-    volumes: Annotated[tuple[InstanceOf[EnclosedVolume], ...], BeforeValidator(_several)] = ()
+    potentials: Several[Potential] = NONE
+    contacts: Several[Contact] = NONE
+    volumes: Several[EnclosedVolume] = NONE
     units: Annotated[str | None, AfterValidator(_units)] = None
-    controllers: Annotated[tuple[InstanceOf[Law], ...], BeforeValidator(_several)] = ()
-    events: Annotated[tuple[InstanceOf[Event], ...], BeforeValidator(_several)] = ()
+    controllers: Several[Law] = NONE
+    events: Several[Event] = NONE
     errors: bool = False
 
     @property
@@ -94,8 +89,7 @@ class Description:
     @property
     def dissipation(self) -> float:
         """The ``alpha`` that its scheme works with: the given one, or the scheme's own."""
-        own = DISSIPATIVE.get(self.scheme, 0.0) if isinstance(self.scheme, str) else 0.0
-        return own if self.alpha is None else self.alpha
+        return dissipation(self.scheme, self.alpha)
 
     @property
     def linear(self) -> bool:

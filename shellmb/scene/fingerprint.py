@@ -22,6 +22,7 @@ from typing import Any
 import numpy as np
 
 from shellmb.scene.scene import Scene
+from shellmb.scene.values.renamed import STORED
 
 __all__ = ["Difference", "differences", "fingerprint"]
 
@@ -73,6 +74,7 @@ def differences(then: Mapping[str, Any], now: Mapping[str, Any]) -> list[Differe
         now: The other.
     """
     found: list[Difference] = []
+    then = {STORED.get(path, path): value for path, value in then.items()}
     same_python = then.get(PYTHON) == now.get(PYTHON)
     for path in [*then, *(p for p in now if p not in then)]:
         was, is_ = (_words(x[path]) if path in x else "missing" for x in (then, now))

@@ -9,7 +9,16 @@ from pydantic import BeforeValidator
 
 from shellmb.errors import SceneError
 from shellmb.scene.values.positions import OfPosition
-from shellmb.scene.values.validate import Finite, Name, NonNegative, PositiveInt, Vec3, described
+from shellmb.scene.values.validate import (
+    ORIGIN,
+    Finite,
+    Held,
+    Name,
+    NonNegative,
+    PositiveInt,
+    Vector,
+    described,
+)
 
 __all__ = ["FromMode", "FromRun", "FromShape", "InitialVelocity", "Starts"]
 
@@ -25,9 +34,9 @@ class InitialVelocity:
         body: Name of the body; None: all of them.
     """
 
-    linear: Vec3 = (0.0, 0.0, 0.0)
-    spin: Vec3 = (0.0, 0.0, 0.0)
-    about: Vec3 = (0.0, 0.0, 0.0)
+    linear: Vector = ORIGIN
+    spin: Vector = ORIGIN
+    about: Vector = ORIGIN
     body: Name | None = None
 
 
@@ -44,7 +53,8 @@ class FromRun:
     """A start from the last state of another run or from one of its frames; prestress stays.
 
     The other run may have another scheme, other loads, supports, joints and sections. Its bodies
-    must have the same names, meshes and degrees. The time of the new run begins at 0.
+    must have the same names, meshes and degrees. The time of the new run begins at 0. Controllers
+    of the same name and law go on from their memories; events begin anew.
 
     Args:
         run: The run, or its directory.
@@ -53,7 +63,7 @@ class FromRun:
         velocities: Whether velocities are taken, too; False: the new run starts at rest.
     """
 
-    run: Annotated[str, BeforeValidator(_directory)]
+    run: Annotated[Held[str, object], BeforeValidator(_directory)]
     at: NonNegative | None = None
     velocities: bool = True
 

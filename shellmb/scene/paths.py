@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from shellmb.errors import SceneError
-from shellmb.scene.values.validate import Finite, PositiveInt, Untrue, described, show
+from shellmb.scene.values.validate import NONE, Finite, Listed, PositiveInt, Untrue, described, show
 
 __all__ = ["PathFollowing"]
 
@@ -39,7 +39,7 @@ class PathFollowing:
     """
 
     load_end: Finite | None = None
-    load_levels: tuple[Finite, ...] = ()
+    load_levels: Listed[Finite] = NONE
     iterations: PositiveInt = 5
     turn_deg: Angle = 30.0
     branches: Literal["ignore", "detect", "switch"] = "detect"

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from shellmb.errors import SceneError
 from shellmb.scene.multibody.offsets import Point
-from shellmb.scene.values.validate import Name, Spot, Untrue, described, show
+from shellmb.scene.values.validate import Held, Name, Spot, Untrue, described, show
 
 __all__ = ["MOTIONS", "RESULTANTS", "Probe"]
 
@@ -31,21 +31,29 @@ MOTIONS = ("displacement", "position", "velocity", "director", "rotation", "angu
 RESULTANTS = ("force", "moment", "membrane", "bending", "shear")
 
 
+Component = Literal[0, 1, 2, "norm"]
+Z: Any = 2
+
+
 @described("probe")
 class Probe:
     """One number at one point over time.
 
     Args:
         name: Its column in ``history.csv``.
-        at: A named point, or coordinates (x, y, z): of a node of a shell or a beam, of any
-            point of a rigid body [m]; or an ``Offset`` from a node.
+        at: A named point, or coordinates (x, y, z) of any point of the body [m]; or an ``Offset``
+            from a node. Between nodes of a shell or a beam values follow the functions of its
+            element.
         quantity: What is recorded; of a shell ``"director"``, of a beam or a rigid body
-            ``"rotation"`` (a rotation vector [rad], continuous: it goes on beyond pi about an axis
-            that stays) and ``"angular_velocity"``, of a beam the resultants ``"force"`` and
+            ``"rotation"`` (a rotation vector from the reference [rad]) and
+            ``"angular_velocity"``, of a beam the resultants ``"force"`` and
             ``"moment"``; of a shell the resultants ``"membrane"`` [N/m] and ``"bending"`` [N] (11,
             22, 12) and ``"shear"`` [N/m] (13, 23). In motion resultants are means over the step,
             all others values at its end. Resultants at nodes are continued from inside elements,
             at free edges, too, and converge with the square of the elements' size (degree 2).
+            A rotation vector goes on beyond pi and counts whole turns. Near a whole turn, what
+            tumbles has no such vector near the last one: there it jumps by up to ``2 pi``. The
+            angle of a joint, ``"JOINT.rotation"``, has no jumps.
         component: 0, 1, 2 for x, y, z (of resultants: along d1, d2, d3; 11, 22, 12; in a frame
             along its axes), or ``"norm"`` for the magnitude.
         body: Name of the body.
@@ -59,7 +67,7 @@ class Probe:
     name: Name
     at: Point
     quantity: Quantity = "displacement"
-    component: Annotated[Literal[0, 1, 2, "norm"], Untrue] = 2
+    component: Annotated[Held[Component, int | Literal["norm"]], Untrue] = Z
     body: Name | None = None
     frame: Name | None = None
     frame_at: Spot | None = None

@@ -25,14 +25,14 @@ from shellmb.scene.schemes import DISSIPATIVE, is_static
 from shellmb.scene.shells.divided import divided, refined_times
 from shellmb.scene.shells.shell import Shell
 from shellmb.scene.values.models import model_of
-from shellmb.scene.values.validate import described, show
+from shellmb.scene.values.validate import extended, show
 
 __all__ = ["Scene"]
 
 STATIC_STEPS = 10
 
 
-@described("scene")
+@extended("scene")
 class Scene(Description):
     """Bodies, their joints, supports and loads, and how the equations are solved.
 
@@ -52,7 +52,8 @@ class Scene(Description):
             0.8) of ``"generalized-alpha"``. Other schemes ignore it, with a warning.
         dt: Time step [s]; in statics the load step in the same measure as ``t_end``; if left out
             a tenth of ``t_end``, or all of it where the scheme is linear.
-        t_end: Time at the end [s]; in statics 1 if left out.
+        t_end: Time at the end [s]; in statics 1 if left out. Steps are counted: the last one ends
+            here, and shares what is left with the one before if that is less than ``0.1 dt``.
         solver: Newton's method.
         step_control: How the step size changes.
         output: What is written.
@@ -98,6 +99,16 @@ class Scene(Description):
         checks.check(self)
         check_path(self)
         check_fields(self)
+
+    def __repr__(self) -> str:
+        kinds = {"shell": self.shells, "beam": self.beams, "rigid": self.rigid_bodies}
+        words = {"rigid": ("rigid body", "rigid bodies")}
+        counts = [
+            f"{len(some)} {words.get(kind, (kind, f'{kind}s'))[len(some) > 1]}"
+            for kind, some in kinds.items()
+            if some
+        ]
+        return f"<Scene '{self.name}': {', '.join(counts)}, {self.scheme_name}>"
 
     def body(self, name: str | None = None) -> Body:
         """The body of that name, or the only one.
@@ -153,7 +164,7 @@ class Scene(Description):
         """Replace some choices and check the scene again; None keeps a choice.
 
         What a new scheme cannot have is left out: the path of a static scene, initial velocities,
-        the start and the tolerance of a dynamic one, the dissipation; and of a new model of all
+        the start and the step error of a dynamic one, the dissipation; and of a new model of all
         bodies fields of resultants. A load step that exceeds a new end becomes the default one.
 
         Args:
@@ -190,8 +201,8 @@ class Scene(Description):
         changes |= dropped
         if dt is None and is_static(new) and t_end is not None and t_end < (self.dt or 0.0):
             changes["dt"] = None
-        if is_static(new) and self.step_control.tolerance is not None:
-            changes["step_control"] = replace(self.step_control, tolerance=None)
+        if is_static(new) and self.step_control.step_error is not None:
+            changes["step_control"] = replace(self.step_control, step_error=None)
         names = self._refined(body, mesh) if shell_changes or divide is not None else set()
         if shell_changes:
             changes["shells"] = _changed(self.shells, names, shell_changes)
@@ -239,7 +250,7 @@ def _without_effect(scene: Scene, scheme: Any) -> dict[str, Any]:
     if is_static(scheme):
         still = tuple(s for s in scene.starts if isinstance(s, FromRun | FromShape))
         dropped |= {"initial": (), "start": still or "given"}
-    if scheme not in DISSIPATIVE:
+    if not isinstance(scheme, str) or scheme not in DISSIPATIVE:
         dropped["alpha"] = None
     return dropped
 

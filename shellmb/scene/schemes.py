@@ -1,6 +1,14 @@
 """Schemes by their names: what a scene may have with each of them."""
 
-from typing import Any
+from typing import Any, Protocol
+
+
+class Scheme(Protocol):
+    """A scheme object, as far as a scene knows it (`shellmb.schemes.base.Scheme`)."""
+
+    @property
+    def name(self) -> str: ...  # noqa: D102
+
 
 # name -> whether it has velocities, and whether it has a state j just after the step's beginning
 SCHEMES = {
@@ -27,6 +35,13 @@ KEEP_ANGULAR_MOMENTUM = ("ep",)
 # those that take their dissipation from a scene's `alpha`, with its default: what the studies use,
 # and of generalized-alpha a spectral radius of 0.8, as is usual
 DISSIPATIVE = {"ed": 0.5, "ed3": 0.5, "generalized-alpha": 1 / 9, "ed-printed": 0.5}
+
+
+def dissipation(scheme: Any, alpha: float | None) -> float:
+    """The ``alpha`` that a scheme works with: the given one; None: the default of its name."""
+    if alpha is not None:
+        return alpha
+    return DISSIPATIVE.get(scheme, 0.0) if isinstance(scheme, str) else 0.0
 
 
 def is_static(scheme: Any) -> bool:

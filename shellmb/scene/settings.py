@@ -9,7 +9,7 @@ from pydantic import BeforeValidator, Field
 
 from shellmb.errors import SceneError
 from shellmb.scene.fields import DEFAULT, FIELDS
-from shellmb.scene.values.validate import Positive, PositiveInt, described, show
+from shellmb.scene.values.validate import NONE, Listed, Positive, PositiveInt, described, show
 
 __all__ = ["Output", "Solver", "StepControl"]
 
@@ -50,13 +50,13 @@ class Solver:
 class StepControl:
     """Control of the step size: smaller where Newton's method fails, towards ``dt`` afterwards.
 
-    With a ``tolerance`` the step follows an estimate of its error, and ``dt`` is the first step
-    only; a tolerance below 1e-4 begins with a shorter one (`docs/theory/stepcontrol.md`).
+    With a ``step_error`` the step follows an estimate of its error, and ``dt`` is the first step
+    only; a step error below 1e-4 begins with a shorter one (`docs/theory/stepcontrol.md`).
 
     Args:
-        min_dt: Smallest step before the run gives up [s]; None: 1/1024 of ``dt``, with a tolerance
+        min_dt: Smallest step before the run gives up [s]; None: 1/1024 of ``dt``, with a step error
             1e-5 of it, and in statics less as long as hardly any load acts: 1/16 of that load.
-        max_dt: Largest step [s]; None: ``dt``, with a tolerance a twentieth of ``t_end``; of paths
+        max_dt: Largest step [s]; None: ``dt``, with a step error a twentieth of ``t_end``; of paths
             ten times ``dt``, or a displacement (root mean square) of a twentieth of the scene's
             size, if that is more.
         shrink: Factor on the step when it is rejected.
@@ -64,15 +64,15 @@ class StepControl:
         patience: Number of good steps before the step grows.
         jump_tolerance: Largest jump between the states j and i of the energy-decaying scheme,
             relative to the scale of each field; larger ones reject the step. None: no control.
-        tolerance: What the errors of steps may add up to while a motion as large as the body turns
+        step_error: What the errors of steps may add up to while a motion as large as the body turns
             by one radian, in ``ep4`` and ``ed3`` by 3.8 and 2.7: of positions relative to the size
             of the body, of directors as of positions across the thickness; dynamic schemes only.
             None: no control. Over longer motions errors add up to more, which the run estimates
             (``summary["step_control"]["accumulated_error"]``) and warns of where it is more than
-            two tolerances.
+            two step errors.
         times: Times [s] at which a step has to end: of outputs, or where a function of time of the
             scene has a jump or a corner. Those of ``Step``, ``Ramp``, ``Table`` and ``Sine`` a
-            tolerance knows.
+            step error knows.
     """
 
     min_dt: Positive | None = None
@@ -81,15 +81,15 @@ class StepControl:
     growth: Growth = 2.0
     patience: PositiveInt = 4
     jump_tolerance: Positive | None = None
-    tolerance: Positive | None = None
-    times: tuple[Positive, ...] = ()
+    step_error: Positive | None = None
+    times: Listed[Positive] = NONE
 
     def __post_init__(self) -> None:
         """Check that the steps are in order, and that one thing controls them.
 
         Raises:
-            SceneError: If ``min_dt`` exceeds ``max_dt`` or is it where there is a tolerance, if the
-                tolerance is beyond any use, if there are two, or if times do not increase.
+            SceneError: If ``min_dt`` exceeds ``max_dt`` or is it where there is a step error, if
+                that is beyond any use, if there are two, or if times do not increase.
         """
         if self.min_dt and self.max_dt and self.min_dt > self.max_dt:
             raise SceneError(
@@ -99,22 +99,22 @@ class StepControl:
         for a, b in pairwise(self.times):
             if not b > a:
                 raise SceneError(f"step control: time {b:g} follows {a:g}; times must increase")
-        if self.tolerance is None:
+        if self.step_error is None:
             return
-        if self.tolerance >= 1:
+        if self.step_error >= 1:
             raise SceneError(
-                f"step control: tolerance is {show(self.tolerance)}; it must be less than 1, which "
-                "is an error as large as the body"
+                f"step control: step_error is {show(self.step_error)}; it must be less than 1, "
+                "which is an error as large as the body"
             )
         if self.jump_tolerance is not None:
             raise SceneError(
-                f"step control: tolerance is {show(self.tolerance)} and jump_tolerance is "
+                f"step control: step_error is {show(self.step_error)} and jump_tolerance is "
                 f"{show(self.jump_tolerance)}; one of them must be left out"
             )
         if self.min_dt and self.min_dt == self.max_dt:
             raise SceneError(
-                f"step control: tolerance is {show(self.tolerance)} and min_dt and max_dt are both "
-                f"{show(self.min_dt)}; a step that cannot change must have no tolerance"
+                f"step control: step_error is {show(self.step_error)} and min_dt and max_dt are "
+                f"both {show(self.min_dt)}; a step that cannot change must have none"
             )
 
 

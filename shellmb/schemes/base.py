@@ -208,6 +208,10 @@ class StepForms(Protocol):
         """Positions of the forces that balance the momentum of the step, as a local array."""
         ...
 
+    def ends(self) -> tuple[Values, Values]:
+        """States at the start and the end of the step, local arrays; a single one is both."""
+        ...
+
     def mean_state(self) -> Expr:
         """State of which mean forces over the step are."""
         ...
@@ -230,7 +234,8 @@ class Scheme(Protocol):
         order: Order of accuracy in time, 0 for statics.
         dynamic: Whether there are velocities.
         stages: Names of the stages; `END` is the state at the end of the step.
-        rates: Names of the rates that it keeps from step to step.
+        rates: Names of the rates that it keeps from step to step. "v" begins with the velocities,
+            "a" and "acceleration" with those accelerations that the forces make, others with zero.
         scaled: Those of them that its rows take times the step, as what is unknown.
         slopes: Change of stresses, and of forces of constraints, in a step whose forces are linear
             in time, over their unknowns beside `scaled`; zeros where there are none.

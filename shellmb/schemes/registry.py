@@ -4,6 +4,7 @@ from collections.abc import Callable
 from typing import Any, cast
 
 from shellmb.errors import SceneError
+from shellmb.scene.schemes import Scheme as Named
 from shellmb.schemes.base import Scheme
 from shellmb.schemes.defaults import Defaults
 from shellmb.schemes.ed import EnergyDecaying
@@ -27,7 +28,7 @@ SCHEMES: dict[str, Callable[[float], Scheme]] = {
 }
 
 
-def make_scheme(scheme: str | Scheme, alpha: float) -> Scheme:
+def make_scheme(scheme: str | Named, alpha: float) -> Scheme:
     """The scheme of that name, or the scheme itself where it is given as an object.
 
     Args:
@@ -44,7 +45,7 @@ def make_scheme(scheme: str | Scheme, alpha: float) -> Scheme:
     return SCHEMES[scheme](alpha)
 
 
-def completed(scheme: Scheme) -> Scheme:
+def completed(scheme: Named) -> Scheme:
     """A scheme with the members of `Defaults` that it does not have.
 
     Args:
@@ -52,7 +53,7 @@ def completed(scheme: Scheme) -> Scheme:
     """
     kind = type(scheme)
     if issubclass(kind, Defaults):
-        return scheme
+        return cast(Scheme, scheme)
     whole: Any = object.__new__(type(kind.__name__, (kind, Defaults), {}))
     whole.__dict__.update(vars(scheme))
     return cast(Scheme, whole)

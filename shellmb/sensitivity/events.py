@@ -31,16 +31,16 @@ from shellmb.scene.control.signals import Signal, Switched
 from shellmb.scene.lookup import listed
 from shellmb.sensitivity.parameters import Parameter
 from shellmb.sensitivity.shadow import Shadow
-from shellmb.simulate.control.watching import LEAST
 from shellmb.simulate.simulation import Simulation
-from shellmb.simulate.stepsize.landing import ROUND_OFF
+from shellmb.simulate.stepsize.control import LEAST
+from shellmb.simulate.stepsize.landing import near
 
 # change of a step's length, in parts of it
 UNIT = 2e-4
 # largest difference of a step's length between the run and a side, in parts of it
 MOST = 0.5
-# relative difference of two rates of time that are one
-SAME = 1e-3
+# relative difference of two rates of time that are one, and round-off of times, in steps
+SAME, ROUND_OFF = 1e-3, 1e-9
 # part by which slopes on both sides may differ from their mean: what is smooth leaves the distance
 # of both sides
 BENT = 0.02
@@ -150,7 +150,7 @@ def _time(run: Simulation, since: float, margins: Floats, rates: Floats) -> tupl
     names = [watch.event.name for watch in watches]
     end = run.last.t + run.last.dt
     fixed = [run.control.next, *run.landing.times]
-    if any(abs(end - t) <= ROUND_OFF * run.size.nominal for t in fixed):
+    if any(abs(end - t) <= near(end, run.size.nominal) for t in fixed):
         return 0.0, [_held(name, end, "a step has to end at this time") for name in names]
     with np.errstate(divide="ignore", invalid="ignore"):
         over, until = margins.mean(axis=0) / rates, since - _apart(margins) / (2 * rates)

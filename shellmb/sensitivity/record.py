@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
+    from shellmb.running.execute import RunResult
     from shellmb.sensitivity.fitting.band import Band
 
 # names in a directory of sensitivities
@@ -58,6 +59,7 @@ class Sensitivities:
 
     Args:
         directory: Its directory.
+        computed: What computed the run, in this process; None: it is read back.
 
     Attributes:
         run: The run itself.
@@ -68,7 +70,7 @@ class Sensitivities:
         SceneError: If the directory holds no sensitivities.
     """
 
-    def __init__(self, directory: Path | str) -> None:
+    def __init__(self, directory: Path | str, computed: RunResult | None = None) -> None:
         self.directory = Path(directory)
         file = self.directory / ABOUT
         if not file.is_file():
@@ -82,7 +84,7 @@ class Sensitivities:
             self._points: Mapping[str, list[float | None]] = about.get("points", {})
         except (TypeError, KeyError) as error:
             raise SceneError(f"{file} is damaged ({error})") from None
-        self.run = Run(self.directory / RUN)
+        self.run = Run(self.directory / RUN, computed)
 
     def _sides(self, parameter: Parameter) -> tuple[Run, Run]:
         if parameter.name not in self._read:
@@ -235,7 +237,8 @@ class Sensitivities:
             parameter: The parameter.
         """
         run, table = self.run, self.history[parameter.name]
-        both = [(run.results[name], slope) for name, slope in self.results[parameter.name].items()]
+        slopes = self.results[parameter.name].items()
+        both: list[tuple[Any, Any]] = [(run.results[str(name)], slope) for name, slope in slopes]
         both += [(run.history[p.name], table[p.name]) for p in run.described.probes]
         return bool(both) and all(
             _largest(slope) * parameter.step <= ROUND_OFF * _largest(value) for value, slope in both

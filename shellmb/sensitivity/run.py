@@ -31,6 +31,7 @@ from shellmb.sensitivity.record import ABOUT, RUN, SIDES, Sensitivities, side_fo
 if TYPE_CHECKING:
     from mpi4py import MPI
 
+    from shellmb.running.execute import RunResult
     from shellmb.simulate.simulation import Simulation
 
 COLUMNS = ("all", "probes")
@@ -119,9 +120,11 @@ def sensitivities(
 
     fields = fields and columns == "all"
     with claimed(directory, world, new=not resume):
-        _execute(made, base, scenes, unmoved, directory, said, world, columns, fields, resume, at)
+        computed = _execute(
+            made, base, scenes, unmoved, directory, said, world, columns, fields, resume, at
+        )
     world.Barrier()
-    found = Sensitivities(directory)
+    found = Sensitivities(directory, computed)
     if temporary:
         gone_with(found, directory, world.rank)
     return found
@@ -168,7 +171,7 @@ def _execute(
     fields: bool,
     resumed: bool,
     at: str,
-) -> None:
+) -> RunResult:
     """Run the scene with those beside it, and write what there is of each."""
     from shellmb.running.execute import execute
     from shellmb.running.resuming.resume import resume
@@ -236,3 +239,4 @@ def _execute(
         if zero:
             about["warnings"] = [*said, *zero]
             write_text(directory / ABOUT, json.dumps(about, indent=1) + "\n")
+    return result

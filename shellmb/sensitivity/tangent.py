@@ -37,6 +37,8 @@ from shellmb.sensitivity.sizes import Sizes
 from shellmb.simulate.simulation import Silent, Simulation
 from shellmb.system.both import Kind, both_sides
 from shellmb.system.direct.linear import Linear
+from shellmb.system.direct.solver import Purpose
+from shellmb.system.newton.iteration import Iteration
 
 Floats = npt.NDArray[np.float64]
 
@@ -49,12 +51,13 @@ USELESS = 1e-5
 # with old factors both sides are evaluated once, when the derivatives will change by so little, or
 # after so many iterations: before and after that one side tells the difference, to `STEP` of it
 NEAR, ROUGH = 1e-3, 3
-# iterations with old factors, and with new ones
-PATIENCE, MOST = 12, 30
-# steps for which the contraction of new factors is trusted
-TRUSTED = 10
+# iterations in all, and those that are left with old factors beyond which new ones are made, if
+# these do not cost more: they take two
+MOST, PATIENCE, AFRESH = 30, 12.0, 2.0
 # contraction that is none any more
 STALLED = 0.5
+# updates up to so many times those that round-off has left before are round-off, too
+ALIKE = 2.0
 # change of the unknowns by which both sides do not mirror each other, relative to the derivative,
 # beyond which the run has a kink between them: what is smooth leaves `STEP` times its curvature
 KINK = 0.05
@@ -72,6 +75,7 @@ class Pair:
     Attributes:
         guess: Extrapolates the derivatives of the steps before.
         contraction: Last one that was measured.
+        floor: Last relative update that was round-off.
         kinks: Times of steps at which both sides do not mirror each other, s.
         both: Unknowns at both sides, from `begin` on.
         vectors: Right-hand side of the next update, and place for it.
@@ -84,6 +88,7 @@ class Pair:
     below: Shadow
     guess: Guess = field(default_factory=Guess)
     contraction: float = 1.0
+    floor: float = 0.0
     kinks: list[float] = field(default_factory=list)
     corners: Corners = field(init=False)
 
@@ -206,6 +211,8 @@ class Tangents(Silent):
         All parameters whose iteration goes on have their next update from one solution.
         """
         linear = simulation.problem.iteration.linear
+        # factors of a state that the run has left behind; new ones serve all parameters
+        self._old = simulation.problem.iteration.refresh.purpose is Purpose.LAGGED
         going = [(pair, self._updates(simulation, pair)) for pair in pairs]
         wanted = [next(updates) for _, updates in going]
         while going:
@@ -225,18 +232,16 @@ class Tangents(Silent):
         """Iteration of one parameter: asks for updates, and gets their relative sizes."""
         assert simulation.last is not None
         both = pair.both
-        linear, last = simulation.problem.iteration.linear, simulation.last
-        lags = simulation.problem.iteration.lags
+        last, iteration = simulation.last, simulation.problem.iteration
         both.d[:] = STEP * pair.guess.next(len(self._now), last.dt)
-        # new factors contract in this step as in the last ones; once in a while that is measured
-        known = 1.0 if lags or simulation.step % TRUSTED == 0 else pair.contraction
-        before = now = 1.0
-        # old factors contract about as they did: an update that will be near is of both sides
-        contraction, rough, central = min(known, pair.contraction), lags, False
+        lags, now = iteration.refresh.purpose is Purpose.LAGGED, 1.0
+        # old factors contract about as they did, which tells of which sides an update is; whether
+        # they do is measured in each step, as a contact may have begun in it
+        contraction = pair.contraction
+        if not lags and contraction < 1.0:
+            contraction = _by_run(iteration)
+        rough, central, sizes = lags, False, list[float]()
         for count in range(1, MOST + 1):
-            if count == PATIENCE:
-                # the run itself goes on with them
-                check_solution(linear.factorise())
             rough = rough and count <= ROUGH and now * min(1.0, contraction) > NEAR
             # or of both once more, where it was not
             central = central and now <= NEAR
@@ -249,13 +254,27 @@ class Tangents(Silent):
             self.iterations += 1
             if math.isinf(now):
                 raise _no_number(pair.parameter, last.t)
-            if count > 1:
-                contraction = pair.contraction = now / before
-            if now * min(1.0, contraction) <= TOLERANCE and not rough:
+            sizes.append(now)
+            if len(sizes) > 1:
+                contraction = now / (sizes[-2] or 1.0)
+                # round-off does not contract
+                pair.contraction = contraction if sizes[-2] > TOLERANCE else pair.contraction
+            measured = not lags or len(sizes) > 1
+            if measured and now * min(1.0, contraction) <= TOLERANCE and not rough:
                 break
-            if not rough and contraction > STALLED and now <= USELESS:
+            # every other contraction of old factors may be another one: two in a row tell
+            mean = math.sqrt(now / (sizes[-3] or 1.0)) if len(sizes) > 2 else contraction
+            stalled = len(sizes) > 1 and min(mean, contraction) > STALLED
+            if stalled and not rough and now <= (ALIKE * pair.floor if self._old else USELESS):
+                pair.floor = now
                 break
-            before = now or 1.0
+            if (
+                self._old
+                and len(sizes) > 1
+                and _left(now, mean) > min(iteration.linear.cost, PATIENCE) + AFRESH
+            ):
+                check_solution(iteration.linear.factorise())
+                self._old, sizes = False, []
         else:
             why = self.said[-1] if self.said else "use smaller steps"
             raise ConvergenceError(
@@ -307,6 +326,24 @@ class Tangents(Silent):
         for pair in self.pairs:
             for side in pair.sides:
                 side.finish(simulation, error)
+
+
+def _by_run(iteration: Iteration) -> float:
+    """Contraction by factors of the run that are not old, as its own last updates tell it.
+
+    Where all is linear, they are exact. Else they are those of the state before the last update,
+    from which the solution is as far as that.
+    """
+    if iteration.refresh.purpose is Purpose.EXACT:
+        return 0.0
+    return 2.0 * iteration.convergence.ratio**2
+
+
+def _left(update: float, contraction: float) -> float:
+    """Number of updates that are left until the derivatives are known."""
+    if contraction >= 1.0:
+        return math.inf
+    return math.log(TOLERANCE / update) / math.log(contraction) if contraction > 0.0 else 0.0
 
 
 def _of_lengths(simulation: Simulation) -> frozenset[str]:

@@ -71,6 +71,8 @@ def with_error(found: Mapping[str, float | None]) -> str:
         found: Value, error, and its parts error_mesh, error_step, ...; None: not known.
     """
     value, error = found["value"], found["error"]
+    if found.get("converges") is False:
+        return f"{_number(value)} (does not converge)"
     parts = {k.removeprefix("error_"): v for k, v in found.items() if k.startswith("error_")}
     if value is None or error is None:
         unknown = " and ".join(name for name, part in parts.items() if part is None)

@@ -204,19 +204,13 @@ def _turnable(run: Shown) -> str:
     if not len(run.fields.times):
         return ""
     from shellmb.show.space.scenery import showing
-    from shellmb.show.space.web import page
+    from shellmb.show.space.web import framed
 
     what = showing(run.fields, run.described, [run.fields.nearest(None)])
     try:
-        inner = page(what)
+        return framed(what)
     except RunError as error:
         return f'<p class="quiet">{html.escape(str(error))}</p>'
-    low, high = what.limits
-    said = f"{what.title(what.states[0])}; colours: {what.shown.label}, {low:.4g} to {high:.4g}"
-    return (
-        f'<iframe title="shape" loading="lazy" srcdoc="{html.escape(inner, quote=True)}"></iframe>'
-        f'<p class="quiet">Turn it with the mouse. {html.escape(said)}</p>'
-    )
 
 
 def _details(folder: Path) -> list[str]:

@@ -6,6 +6,7 @@ import math
 from collections.abc import Hashable
 from dataclasses import replace
 from functools import cached_property, lru_cache
+from typing import Any
 
 import numpy as np
 from dolfinx import fem
@@ -29,7 +30,7 @@ from shellmb.schemes.linearised import at_reference
 from shellmb.schemes.residuals.residual import StageForms
 from shellmb.simulate.couplings.faces import FacesCoupling
 from shellmb.simulate.predictor import Predictor
-from shellmb.simulate.scaled_rates import ScaledRates
+from shellmb.simulate.scaled_rates import ScaledRates, flight
 from shellmb.simulate.start.consistent import VelocityProjection
 from shellmb.system.assembly.blocks import BlockSystem
 from shellmb.system.assembly.fields import (
@@ -93,16 +94,17 @@ class Problem:
         load_factor: Factor of all loads, where it is an unknown; None: loads depend on time.
         counted: Coordinates of joints in the state that the run starts from, by column of the
             history, as another run has counted them: whole turns do not show in the bodies.
+        controlled: States of controllers in it, by name, as of `Sampler.state`.
     """
 
     def __init__(self, model: Model, scheme: Scheme) -> None:
         self.model, self.scheme = model, scheme
         self.load_factor: float | None = None
         self.counted: dict[str, float] = {}
+        self.controlled: dict[str, dict[str, Any]] = {}
         self.levels: dict[str, Levels] = {}
         self.forms: dict[str, dict[str, StageForms]] = {}
         self._dt, self._time = list[fem.Constant](), list[fem.Constant]()
-        # the numbers of these
         self._dt_values, self._time_values = list[Floats](), list[Floats]()
         self.steps: dict[str, StepForms] = {}
         for body in model.bodies:
@@ -222,6 +224,7 @@ class Problem:
                 p.advice,
                 DIVERGED * p.scale if p.name in body.kinematic and not jump else math.inf,
                 p.idle,
+                self.model.farthest if p.name == "u" else 0.0,
             )
             for p in body.parts
         )
@@ -274,14 +277,16 @@ class Problem:
         """Function with the state of a body."""
         return self.levels[body].q
 
+    def unknown(self, body: str) -> list[fem.Function]:
+        """Functions of a body's stages."""
+        return list(self.levels[body].unknown.values())
+
     def number(self, body: str, stage: str) -> int:
         """Number of that field in the system."""
         return self._index[body, stage]
 
-    @property
-    def last(self) -> str:
-        """Name of the stage at the end of a step."""
-        return END
+    # name of the stage at the end of a step
+    last = END
 
     def start_factor(self, t: float, function: TimeFunction | None) -> float:
         """Factor of a load at a time: its time function, or the default of the scheme."""
@@ -403,8 +408,7 @@ class Problem:
         """
         iterations, times = self._solve(dt), 0
         while lacking := [c.name for c in self.couplings if not c.covered()]:
-            times += 1
-            if times > SEARCHES:
+            if (times := times + 1) > SEARCHES:
                 raise ConvergenceError(
                     f"contact '{lacking[0]}': each solution of the step touches elsewhere; use a "
                     "smaller step",
@@ -437,7 +441,7 @@ class Problem:
         key = self.key(dt)
         guess = self.predictor.guess(self.switches, dt) if self.scheme.dynamic else None
         if guess is None:
-            self.start_from_state()
+            self._begin_at_state(dt)
         self.iteration.guessed = guess is not None
         try:
             return self.newton.solve(key, guess=guess)
@@ -446,8 +450,14 @@ class Problem:
                 raise
         self.predictor.clear()
         self.iteration.guessed = False
-        self.start_from_state()
+        self._begin_at_state(dt)
         return self.newton.solve(full=True)
+
+    def _begin_at_state(self, dt: float) -> None:
+        """Take the first guess of the scheme, from which bodies fly as far as they do in a step."""
+        self.start_from_state()
+        if "v" in self.scheme.rates:
+            self.iteration.convergence.widen(flight(self.model.bodies, self.levels, dt))
 
     def accept(self, dt: float) -> None:
         """Make the state at the end of the step the start of the next one."""

@@ -1,15 +1,19 @@
 """Rates at the start of a step times the step, for schemes whose unknowns are such, too."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+
+from mpi4py import MPI
 
 import numpy as np
 
 from shellmb.arrays import Floats, Ints
-from shellmb.model.body import NodeLink
+from shellmb.model.body import Body, NodeLink
 from shellmb.schemes.base import Levels
 from shellmb.system.assembly.blocks import BlockSystem
 
 type Pair = tuple[Floats, Floats]
+# times the way that a speed at the start carries a body in a step it is no motion of it
+FLOWN = 10.0
 # an array, some of its places, and what belongs to them
 type Found = tuple[Floats, Ints, Ints]
 
@@ -66,3 +70,17 @@ class ScaledRates:
         self._system.exchange.look(self._vector)
         for scaled, dofs, places in self._linked:
             scaled[dofs] = self._system.exchange.local[places]
+
+
+def flight(bodies: Sequence[Body], levels: Mapping[str, Levels], dt: float) -> float:
+    """A way that no body flies in a step, by its speed at the start, m; collective.
+
+    Args:
+        bodies: The bodies.
+        levels: Their functions.
+        dt: Length of the step, s.
+    """
+    moving = [b for b in bodies if "u" in b.kinematic]
+    speeds = [levels[b.name].rates["v"].x.array[b.mixed.dofs["u"]] for b in moving]
+    here = max((float(np.abs(v).max(initial=0.0)) for v in speeds), default=0.0)
+    return FLOWN * dt * float(bodies[0].mixed.space.mesh.comm.allreduce(here, op=MPI.MAX))

@@ -34,7 +34,7 @@ from shellmb.simulate.start.cellwise import numbering, spread
 from shellmb.simulate.start.start import Start
 from shellmb.simulate.stepping import Arrays, Attempt, StepInfo, Stepping, TimeSteps
 from shellmb.simulate.stepsize.control import LoadSize, StepSize
-from shellmb.simulate.stepsize.landing import ROUND_OFF, Landing, step_to
+from shellmb.simulate.stepsize.landing import Count, Landing, near
 from shellmb.simulate.stepsize.tolerance import ErrorSize
 
 # what names of saved arrays of steps before the last one begin with
@@ -180,7 +180,7 @@ class Simulation:
         self.scheme: Scheme = make_scheme(scene.scheme, scene.dissipation)
         assert scene.dt is not None and scene.t_end is not None
         self.t, self.t_end = 0.0, float(scene.t_end)
-        self.step, self.iterations = 0, 0
+        self._count, self.step, self.iterations = Count(), 0, 0
         self.size = self._size()
         self.last: StepInfo | None = None
         self.doubts: tuple[str, ...] = ()
@@ -205,6 +205,7 @@ class Simulation:
         self.dropped = DroppedConstraints(self.problem)
         self.landing = Landing(scene, self.model.mechanism.events)
         self.control = Control(scene, self.model.signals)
+        self.control.go_on(self.problem.controlled)
         self._calls = _Called(())
         self.setup_seconds = now() - begin - self.problem.system.jit_seconds
         self.step_seconds = 0.0
@@ -218,7 +219,7 @@ class Simulation:
         )
         if self.scene.path is not None:
             return ArcSize(control, dt)
-        if control.tolerance is None:
+        if control.step_error is None:
             return StepSize(control, dt) if self.scheme.dynamic else LoadSize(control, dt)
         law = self.scheme.local_error
         noise = law.per_radian(solver.tolerance ** (1 / law.degree))
@@ -242,7 +243,7 @@ class Simulation:
         begin = now()
         before = self.step_seconds
         try:
-            while self.t_end - self.t > ROUND_OFF * self.size.dt and not self.finished:
+            while not self.over and not self.finished:
                 self.advance(observers)
                 self.step_seconds = before + now() - begin
         except BaseException as failure:
@@ -254,6 +255,11 @@ class Simulation:
                 last.callback(self._own.finish)
                 for observer in reversed(observers):
                     last.callback(observer.finish, self, error)
+
+    @property
+    def over(self) -> bool:
+        """Decide whether the last time is reached."""
+        return self.t_end - self.t <= near(self.t_end, self.size.dt)
 
     @property
     def finished(self) -> bool:
@@ -272,16 +278,14 @@ class Simulation:
         if self.landing.corner(self.t):
             self.stepping.forget(velocities=False)
         while True:
-            end = min(self.landing.after(self.t, self.t_end), self.control.next)
-            dt = step_to(end, self.t, self.size)
-            lands = dt == end - self.t
+            dt, end = self.landing.step(self.t, self.t_end, self.control.next, self.size)
             try:
                 attempt = self.stepping.attempt(self.t, dt)
                 jump, measured = self._measured(attempt)
                 wrong = self.size.too_large(measured, attempt.dt)
                 if wrong and self.size.reject(attempt.dt, measured):
                     continue
-                located = self.control.locate(self, attempt, lands and attempt.dt == dt)
+                located = self.control.locate(self, attempt, end is not None and attempt.dt == dt)
                 if located is not attempt:
                     attempt = located
                     jump, measured = self._measured(attempt)
@@ -294,7 +298,8 @@ class Simulation:
                     error.field,
                     error.norms,
                 ) from error
-            lands, dt = lands and attempt.dt == dt, attempt.dt
+            if attempt.dt != dt:
+                dt, end = attempt.dt, None
             break
         self.dropped.check(self.t)
         self.last = StepInfo(self.t, dt, attempt.iterations, jump, attempt.error)
@@ -302,7 +307,7 @@ class Simulation:
         for observer in called.solved:
             observer.solved(self)
         self.stepping.accept(dt)
-        self.t = end if lands else self.t + dt
+        self.t = self._count.after(self.t, dt) if end is None else end
         self.problem.arrive(self.t)
         self.control.accept(dt, self.t)
         if self.finished:
@@ -331,11 +336,12 @@ class Simulation:
         self.control.begin(self, observers)
         if self.model.mechanism.update(self.t, self.problem.state) and self.scheme.dynamic:
             self.problem.projection.project()
+            # as long as the impulses are there, of which accelerations leave nothing
+            for observer in observers:
+                observer.switched(self)
             self._start.accelerations(self.t)
             # velocities have jumped: what went before tells nothing
             self.stepping.forget(velocities=True)
-            for observer in observers:
-                observer.switched(self)
         self.model.mechanism.refresh(self.problem.levels)
 
     def _why(self, error: ConvergenceError) -> str:
@@ -431,6 +437,8 @@ class Simulation:
             for rate, function in levels.rates.items():
                 function.x.array[:] = arrays[f"{body}/{rate}"]
         self.t, self.step = float(state["t"]), int(state["step"])
+        # former versions did not count
+        self._count.restore(state.get("count", ()))
         self.problem.arrive(self.t)
         self.iterations = int(state["iterations"])
         self.step_seconds = float(state["step_seconds"])
@@ -476,6 +484,7 @@ class Simulation:
         """Counters and step size, for a restart."""
         return {
             "t": self.t,
+            "count": self._count.state(),
             "step": self.step,
             "iterations": self.iterations,
             "step_seconds": self.step_seconds,

@@ -112,7 +112,7 @@ class TimeSteps:
     def __init__(self, problem: Problem) -> None:
         self._problem, self._turns = problem, Turns(problem)
         self._times = TimesAlike(problem.model.scene, problem.model.comm)
-        controlled = problem.model.scene.step_control.tolerance is not None
+        controlled = problem.model.scene.step_control.step_error is not None
         self._errors = StepErrors(problem) if controlled else None
 
     @property

@@ -137,7 +137,7 @@ def _alone(judged: Judged) -> str:
 def _refined(judged: Judged) -> str:
     """Say what the study refines."""
     refined = set(judged.reference.refined)
-    told = [("the mesh", {"mesh", "divide"}), ("the step", {"dt", "step_tolerance"})]
+    told = [("the mesh", {"mesh", "divide"}), ("the step", {"dt", "step_error"})]
     return " and ".join(said for said, axes in told if axes & refined)
 
 

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
+from shellmb.options.described import of_today
 from shellmb.options.run import Options
 from shellmb.running.loader import SceneModule, load
 from shellmb.scene import Scene, Shell
@@ -14,11 +15,11 @@ from shellmb.scene.shells.divided import refined_times
 
 # in this order choices are named, and vary from the slowest to the fastest in the grid
 AXES = (
-    *("model", "scheme", "alpha", "cell", "degree", "solve", "tolerance", "mesh", "divide", "dt"),
-    "step_tolerance",
+    *("model", "scheme", "alpha", "cell", "degree", "solve", "newton_tolerance", "mesh", "divide"),
+    *("dt", "step_error"),
 )
 # what a run is the more accurate for, and what its curve in the picture is drawn over
-REFINED = ("mesh", "divide", "dt", "step_tolerance")
+REFINED = ("mesh", "divide", "dt", "step_error")
 # schemes that are called by their initials
 SHORT = ("ep", "ed", "ep4", "ed3")
 
@@ -46,7 +47,8 @@ class Choice(Options):
     def from_dict(cls, values: Mapping[str, Any]) -> Choice:
         """The choice from its plain values."""
         mesh = values.get("mesh")
-        return cls(**{**values, "mesh": None if mesh is None else tuple(mesh)})
+        read = of_today(Options, values)
+        return cls(**{**read, "mesh": None if mesh is None else tuple(mesh)})
 
     def without(self, *names: str) -> Choice:
         """A copy with some choices left out."""
@@ -73,8 +75,8 @@ def _words(choice: Choice, name: str) -> str:
         "model": f"{value}",
         "degree": f"degree {value}",
         "solve": f"{value} system",
-        "tolerance": f"Newton tolerance {value}",
-        "step_tolerance": f"tolerance {value:g}" if name == "step_tolerance" else "",
+        "newton_tolerance": f"Newton tolerance {value}",
+        "step_error": f"step error {value:g}" if name == "step_error" else "",
         "mesh": f"{value[0]}x{value[1]}" if name == "mesh" else "",
         "divide": "mesh as it is" if value == 1 else f"mesh divided by {value}",
         "dt": f"dt = {value:g} s" if name == "dt" else "",
@@ -91,12 +93,14 @@ class Base:
         parameters: Values of the scene's parameters as text, of one that is named.
         t_end: Time at the end, s; None: that of the scene.
         body: The only shell or beam that gets mesh, degree and cell; None: all of them.
+        schemes: Schemes that are objects, by their names.
     """
 
     scene: str | SceneModule
     parameters: tuple[tuple[str, str], ...] = ()
     t_end: float | None = None
     body: str | None = None
+    schemes: Mapping[str, Any] = field(default_factory=dict)
 
     def module(self) -> SceneModule:
         """Module that defines the scene.
@@ -117,6 +121,8 @@ class Base:
         if options.scheme == scene.scheme_name:
             # the scene's own stays as it is: it may be an object that no name stands for
             options = replace(options, scheme=None)
+        else:
+            options = replace(options, scheme=self.schemes.get(str(options.scheme), options.scheme))
         if (choice.scheme or scene.scheme_name) not in DISSIPATIVE:
             # of several schemes some have no dissipation
             options = replace(options, alpha=None)
@@ -133,9 +139,9 @@ class Base:
             "scheme": scene.scheme_name,
             "alpha": scene.dissipation if scene.scheme_name in DISSIPATIVE else None,
             "solve": scene.solver.solve,
-            "tolerance": scene.solver.tolerance,
+            "newton_tolerance": scene.solver.tolerance,
             "dt": scene.dt,
-            "step_tolerance": scene.step_control.tolerance,
+            "step_error": scene.step_control.step_error,
         }
         meshed = [b for b in scene.meshed if self.body in (None, b.name)]
         if meshed:

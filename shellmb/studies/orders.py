@@ -22,7 +22,7 @@ class Order:
 
     Args:
         family: What the runs have in common.
-        direction: "dt", "h", or "tolerance".
+        direction: "dt", "h", or "step_error".
         order: The slope; None if fewer than two runs tell.
         points: Number of runs that tell.
         at: The other size, at which it was found: that of the finest runs.
@@ -45,11 +45,11 @@ def find_orders(judged: Judged) -> list[Order]:
     found = []
     for family, points in judged.families().items():
         # of several tolerances the tightest
-        tight = min(p.choice.tolerance or 0.0 for p in points)
-        some = [p for p in points if (p.choice.tolerance or 0.0) == tight]
-        if some[0].choice.step_tolerance is not None:
-            allowed = [p.choice.step_tolerance or 1.0 for p in some]
-            found.append(_order(judged, family, "tolerance", some, allowed, ""))
+        tight = min(p.choice.newton_tolerance or 0.0 for p in points)
+        some = [p for p in points if (p.choice.newton_tolerance or 0.0) == tight]
+        if some[0].choice.step_error is not None:
+            allowed = [p.choice.step_error or 1.0 for p in some]
+            found.append(_order(judged, family, "step_error", some, allowed, ""))
             continue
         if "dt" in judged.swept:
             finest = max((p.choice for p in some), key=lambda c: prod(c.counts))

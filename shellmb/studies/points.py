@@ -92,14 +92,14 @@ class Judged:
     @property
     def family_axes(self) -> tuple[str, ...]:
         """Swept axes but mesh and step: what a curve of the picture is named after."""
-        return tuple(a for a in self.swept if a not in (*REFINED, "tolerance"))
+        return tuple(a for a in self.swept if a not in (*REFINED, "newton_tolerance"))
 
     def families(self) -> dict[str, list[Point]]:
         """Points with an error by what they have in common beside mesh, step and tolerance."""
         found: dict[str, list[Point]] = {}
         for point in self.good:
             label = point.choice.label(self.family_axes)
-            if point.choice.step_tolerance is not None:
+            if point.choice.step_error is not None:
                 label = f"{label}, controlled" if label else "controlled"
             found.setdefault(label, []).append(point)
         return found
@@ -130,13 +130,13 @@ def credited(points: Sequence[Point]) -> tuple[Point, ...]:
 
 def _finer(one: Choice, other: Choice) -> bool:
     """Decide whether one is as fine as the other in all, and the same otherwise."""
-    sizes = (*REFINED, "tolerance")
+    sizes = (*REFINED, "newton_tolerance")
     if one.without(*sizes) != other.without(*sizes):
         return False
-    if (one.step_tolerance is None) != (other.step_tolerance is None):
+    if (one.step_error is None) != (other.step_error is None):
         return False
     counts = zip(one.counts, other.counts, strict=True)
-    steps = ((c.dt or 0.0, c.tolerance or 0.0, c.step_tolerance or 0.0) for c in (one, other))
+    steps = ((c.dt or 0.0, c.newton_tolerance or 0.0, c.step_error or 0.0) for c in (one, other))
     return all(a >= b for a, b in counts) and all(a <= b for a, b in zip(*steps, strict=True))
 
 

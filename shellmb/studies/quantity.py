@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -178,7 +178,7 @@ def _number(t: Floats, y: Floats, norm: str) -> float:
 
 
 def _unknown(name: str, results: Mapping[str, float], history: pd.DataFrame) -> str:
-    def listed(names: Sequence[str]) -> str:
+    def listed(names: Iterable[str]) -> str:
         return ", ".join(f"'{n}'" for n in names) or "none"
 
     return (

@@ -33,7 +33,7 @@ class Reference:
         order: Observed order of the three runs; None where there are only two, or the exact value.
         differences: Relative differences of each run of the chain from the next finer one, the
             finest pair first.
-        refined: In what the runs of the chain differ: "mesh", "dt", "step_tolerance".
+        refined: In what the runs of the chain differ: "mesh", "dt", "step_error".
     """
 
     source: str

@@ -15,6 +15,7 @@ from shellmb.errors import SceneError
 from shellmb.options.described import read
 from shellmb.options.study import StudyOptions
 from shellmb.running.loader import SceneModule
+from shellmb.scene.schemes import SCHEMES
 from shellmb.studies.choice import AXES, REFINED, Base, Choice
 from shellmb.studies.quantity import Quantity, parse_quantity
 
@@ -110,12 +111,33 @@ def sweep_of(
     Raises:
         SceneError: If one is impossible.
     """
-    base = Base(scene, tuple(parameters.items()), t_end, body)
     given = {name: value for name, value in options.items() if value is not None}
+    schemes = dict[str, Any]()
+    if "reference" in given:
+        given["reference"] = _name(given["reference"], schemes)
+    if (several := given.get("scheme")) is not None:
+        several = several.split(",") if isinstance(several, str) else several
+        several = several if isinstance(several, Iterable) else (several,)
+        given["scheme"] = tuple(_name(scheme, schemes) for scheme in several)
+    base = Base(scene, tuple(parameters.items()), t_end, body, schemes)
     # beside an exact value the error of a single run is whole
     if "exact" not in given and not any(given.get(axis) for axis in AXES):
         given = usual_axes(base) | given
     return Sweep(base, tuple(map(parse_quantity, quantity)), **read(StudyOptions, given))
+
+
+def _name(scheme: Any, found: dict[str, Any]) -> Any:
+    """Name of a scheme; one that is an object is taken down by it.
+
+    Raises:
+        SceneError: If two have one name.
+    """
+    if isinstance(scheme, str) or not hasattr(scheme, "expand"):
+        return scheme
+    name = str(scheme.name)
+    if name in SCHEMES or found.setdefault(name, scheme) != scheme:
+        raise SceneError(f"study: two schemes are called '{name}'; names must be different")
+    return name
 
 
 def usual_axes(base: Base) -> dict[str, Any]:
@@ -139,8 +161,8 @@ def usual_axes(base: Base) -> dict[str, Any]:
         found["mesh"] = (*half, own.mesh, twice)
     elif own.divide is not None:
         found["divide"] = (1, 2)
-    if own.step_tolerance is not None:
-        found["step_tolerance"] = tuple(own.step_tolerance * f for f in (10.0, 1.0, 0.1))
+    if own.step_error is not None:
+        found["step_error"] = tuple(own.step_error * f for f in (10.0, 1.0, 0.1))
     elif own.dt is not None and own.scheme not in ("static", "linear-statics"):
         found["dt"] = tuple(own.dt * f for f in (2.0, 1.0, 0.5))
     return found
@@ -211,7 +233,7 @@ def make_grid(sweep: Sweep, module: SceneModule) -> Grid:
 
 def _products(named: dict[str, tuple[Any, ...]]) -> Iterator[dict[str, Any]]:
     """All combinations; fixed steps and steps that follow their error are two kinds of one axis."""
-    kinds: list[str] = [k for k in ("dt", "step_tolerance") if k in named]
+    kinds: list[str] = [k for k in ("dt", "step_error") if k in named]
     others = [axis for axis in named if axis not in kinds]
     for kind in kinds or [""]:
         axes = [axis for axis in named if axis in (*others, kind)]
@@ -223,7 +245,7 @@ def cost(choice: Choice) -> float:
     """About what a run costs, relative to others of its scene."""
     elements = prod(choice.counts)
     stages = {"ed": 3, "ed-printed": 3, "ed3": 4, "ep4": 4}.get(choice.scheme or "", 1)
-    step = choice.step_tolerance or choice.dt or 1.0
+    step = choice.step_error or choice.dt or 1.0
     return elements * stages * (choice.degree or 1) ** 2 / step
 
 
@@ -238,9 +260,9 @@ def chain(sweep: Sweep, grid: Grid) -> list[Choice]:
     """
     some = _of_scheme(sweep, grid)
     # fixed steps, where there are some
-    some = [c for c in some if c.step_tolerance is None] or some
+    some = [c for c in some if c.step_error is None] or some
     best = min(some, key=_fineness)
-    time = "dt" if best.step_tolerance is None else "step_tolerance"
+    time = "dt" if best.step_error is None else "step_error"
     axes = ("mesh", "divide", time)
     directions = [axis for axis in axes if len({getattr(c, axis) for c in some}) > 1]
     if not directions:
@@ -301,7 +323,7 @@ def not_refined(sweep: Sweep, grid: Grid, finer: Sequence[Choice]) -> tuple[str,
         ]
     if sweep.base.body is not None:
         found.append(f"the meshes of bodies other than '{sweep.base.body}'")
-    steps = {(c.dt, c.step_tolerance) for c in runs}
+    steps = {(c.dt, c.step_error) for c in runs}
     if first.scheme not in ("static", "linear-statics") and len(steps) == 1:
         found.append(f"the step ({first.label(('dt',))} in all runs)")
     return tuple(found)
@@ -314,9 +336,9 @@ def _fineness(choice: Choice) -> tuple[float, ...]:
         choice.alpha or 0.0,
         float(choice.cell == "tri"),
         -float(choice.degree or 0),
-        choice.tolerance or 0.0,
+        choice.newton_tolerance or 0.0,
         float(choice.solve == "full"),
-        choice.step_tolerance or 0.0,
+        choice.step_error or 0.0,
         choice.dt or 0.0,
     )
 
@@ -326,11 +348,11 @@ def _scaled(
 ) -> Choice | None:
     """The choice finer by a factor, or coarser by a negative one; None if it cannot be."""
     scaled = choice
-    if "step_tolerance" in directions and choice.step_tolerance is not None:
+    if "step_error" in directions and choice.step_error is not None:
         # the error is proportional to it; that of a step is so to its square at least
         square = float(factor**2)
-        tolerance = choice.step_tolerance / square if factor > 0 else choice.step_tolerance * square
-        scaled = replace(scaled, step_tolerance=tolerance)
+        error = choice.step_error / square if factor > 0 else choice.step_error * square
+        scaled = replace(scaled, step_error=error)
     if "dt" in directions and choice.dt is not None:
         dt = choice.dt / factor if factor > 0 else choice.dt * -factor
         scaled = replace(scaled, dt=dt)

@@ -14,10 +14,15 @@ import shellmb as sm
 from shellmb.accuracy.companions import with_steps
 from shellmb.accuracy.errors import execute_with_errors
 from shellmb.accuracy.modes import frequencies, mode_errors
+from shellmb.accuracy.request.levels import Store
+from shellmb.accuracy.request.search import Running, Search
+from shellmb.accuracy.request.wanted import Wanted
 from shellmb.running.execute import execute
 from shellmb.scene import Scene
+from shellmb.show.account import with_error
 from shellmb.studies.quantity import Quantity
 from shellmb.vibration import natural_modes
+from tests.bench.errors.points import double_pendulum, pushed
 
 SECTION = sm.RectangularSection(210e9, 0.3, width=0.02, height=0.01, density=7850)
 
@@ -85,3 +90,45 @@ def test_the_start_of_a_motion_from_rest_is_its_extreme(norm: str, sign: float) 
     t = np.linspace(0.0, 1.0, 7)
     history = pd.DataFrame({"t": t, "x": -sign * t**2 * np.cos(4 * t) ** 2 - sign * t**3})
     assert Quantity("x", norm).take({}, history)["value"] == 0.0
+
+
+def test_a_moment_under_a_point_force_has_no_limit_and_others_have() -> None:
+    """The kind: resultants at singular points; half of what they are was stated as their error.
+
+    Under the force the moment is a logarithm of the element's size: twice the elements add as much
+    as the ones before did. Beside it the moment is that of a finer mesh within the error.
+    """
+    found = execute_with_errors(pushed((8, 8)), pictures=False).summary["errors"]
+    under, away = (found["probes"][f"m11_{where}:end"] for where in ("force", "away"))
+    assert under["error"] is None and not under["converges"]
+    assert with_error(under) == f"{under['value']:.6g} (does not converge)"
+    fine = execute(pushed((32, 32)), pictures=False).column("m11_away")[-1]
+    assert away["converges"] and abs(away["value"] - fine) <= away["error"]
+    (said,) = found["remarks"]
+    assert said.startswith("m11_force (l2, end, max): does not converge with finer meshes")
+
+
+def test_what_does_not_converge_ends_a_request() -> None:
+    levels: list[str] = []
+    how = Running(MPI.COMM_WORLD, tell=levels.append)
+    asked = Wanted(1e-2, "m11_force:end")
+    ended = Search(pushed((4, 4)), asked, Store(None, True), how).run()
+    assert not ended.met and len(ended.levels) == 2
+    assert "m11_force:end does not converge" in ended.says
+
+
+@pytest.mark.parametrize(
+    ("scheme", "dt"), [("ep4", 0.02), pytest.param("ep", 0.01, marks=pytest.mark.slow)]
+)
+def test_chaos_is_covered_or_said(scheme: str, dt: float) -> None:
+    """The kind: motions that any step makes another one; another step length is a reference."""
+    scene = double_pendulum(scheme, dt, 6.0)
+    found = execute_with_errors(scene, pictures=False).summary["errors"]
+    other = execute(double_pendulum("ep4", 2.5e-3, 6.0), pictures=False)
+    mine = execute(scene, pictures=False)
+    for name in ("bx", "bz"):
+        t = mine.column("t")
+        away = mine.column(name) - np.interp(t, other.column("t"), other.column(name))
+        stated = found["probes"][f"{name}:l2"]["error"]
+        assert stated is None or stated >= 0.9 * np.sqrt(np.mean(away**2))
+    assert found["remarks"]

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import json
 import math
+import os
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 import pytest
@@ -15,7 +17,7 @@ from shellmb.accuracy.companions import Change
 from shellmb.accuracy.family import Family
 from shellmb.accuracy.kept import Kept
 from shellmb.accuracy.remarks import remarks
-from shellmb.accuracy.request.choose import choose, work
+from shellmb.accuracy.request.choose import choose, mesh_order, work
 from shellmb.accuracy.request.curve import offers
 from shellmb.accuracy.request.levels import Level
 from shellmb.api.modeshapes import ModeShapes
@@ -45,7 +47,8 @@ def strip(**options: object) -> Scene:
 
 def level(**changes: object) -> Level:
     values = {"mesh": 1e-2, "step": 1e-2, "others": 0.0, "order": 2.0, "refinable": True} | changes
-    known = {"change": Change(), "label": "", "value": 1.0, "seconds": 2.0, "stepping": 1.0}
+    values = {"change": Change()} | values
+    known = {"label": "", "value": 1.0, "seconds": 2.0, "stepping": 1.0}
     error = sum(float(values[k]) for k in ("mesh", "step", "others"))  # type: ignore[arg-type]
     return Level(**known, error=error, total=2.0, dimension=2, **values)  # type: ignore[arg-type]
 
@@ -62,6 +65,30 @@ def test_what_limits_is_refined() -> None:
     assert of_step.change.step < 1
     assert choose([level(others=1e-2)], 3e-3) is None
     assert choose([level(refinable=False, step=0.0)], 3e-3) is None
+
+
+def test_predictions_leave_a_fifth_of_the_error() -> None:
+    """The kind: the cheapest level in closed form, of an error that goes with the step's square."""
+    # 0.8 of the target is 1/4 and 1/9 of the error, and a hundredth less is not enough
+    for part, least in ((4.0, 2), (9.0, 3)):
+        for target, times in (
+            (1.0 / part / 0.8 * 1.005, least),
+            (1.0 / part / 0.8 * 0.995, least + 1),
+        ):
+            given = level(mesh=0.0, step=1.0, order=2.0, refinable=False)
+            found = choose([given], target)
+            assert found is not None and found.change.step <= 1 / times, (part, target)
+            assert found.error <= 0.8 * target
+
+
+def test_the_order_of_meshes_is_observed_with_some_caution() -> None:
+    """Of errors `h^q` of 1 and 2 times the elements: `q - 0.25`, and between one and two."""
+    for q, believed in ((0.5, 1.0), (1.5, 1.25), (2.0, 1.75), (4.0, 2.0)):
+        levels = [level(mesh=1.0), level(mesh=2.0**-q, change=Change(mesh=2))]
+        assert mesh_order(levels) == pytest.approx(believed), q
+    # errors that do not fall, or no other mesh, tell nothing
+    assert mesh_order([level(mesh=1.0), level(mesh=1.1, change=Change(mesh=2))]) == 2.0
+    assert mesh_order([level(mesh=1.0)]) == 2.0
 
 
 def test_steps_whose_companions_are_there_are_cheaper() -> None:
@@ -325,3 +352,75 @@ def test_a_signal_leaves_a_request_that_goes_on(tmp_path: Path) -> None:
     found = sm.resume(out, strip(), pictures=False)
     assert json.loads((out / "accuracy.json").read_text())["met"]
     assert found.errors.loc["tip:end", "error"] <= 6e-4 * abs(found.errors.loc["tip:end", "value"])
+
+
+def listed(patch: pytest.MonkeyPatch, last: float = math.inf) -> list[str]:
+    """List files as they take their places; at a number of them the process ends as if killed."""
+    done: list[str] = []
+
+    def dying(method: Any) -> Any:
+        def act(self: Path, target: Path) -> Any:
+            if len(done) >= last:
+                os._exit(0)
+            done.append(f"{target.parent.name}/{target.name}")
+            return method(self, target)
+
+        return act
+
+    patch.setattr(Path, "replace", dying(Path.replace))
+    patch.setattr(Path, "rename", dying(Path.rename))
+    return done
+
+
+# what a request writes beside its levels, and what becomes of them
+SUMMARISED = ("companions.json", "summary.json", "accuracy.json", "run/history.csv")
+
+
+@pytest.mark.parametrize("which", [SUMMARISED, pytest.param(("",), marks=pytest.mark.slow)])
+def test_a_request_that_is_killed_at_any_write_ends_as_if_it_was_not(
+    which: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Before and in its levels, between them and their errors, and while the last one is moved."""
+    asked: Any = {"accuracy": 5e-2, "of": "tip:end", "pictures": False}
+    scene = strip(output=sm.Output(frames=2))
+    with monkeypatch.context() as patch:
+        names = listed(patch)
+        sm.run(scene, out=tmp_path / "whole" / "run", **asked)
+    files = visible(tmp_path / "whole" / "run")
+    whole = json.loads((tmp_path / "whole" / "run" / "summary.json").read_text())
+    assert whole["errors"]["probes"]
+    # before the first one there is nothing to go on with
+    ends = [n for n in range(1, len(names)) if any(part in names[n] for part in which)]
+    assert len(ends) > 5
+    for end in ends:
+        out = tmp_path / str(end) / "run"
+        if not (child := os.fork()):
+            try:
+                listed(monkeypatch, end)
+                sm.run(scene, out=out, **asked)
+            finally:
+                os._exit(1)
+        assert os.waitpid(child, 0)[1] == 0
+        sm.resume(out, scene, pictures=False)
+        found = json.loads((out / "summary.json").read_text())
+        for part in ("errors", "results"):
+            same(found[part], whole[part])
+        assert json.loads((out / "accuracy.json").read_text())["met"]
+        assert visible(out) == files, names[end]
+
+
+def visible(folder: Path) -> set[str]:
+    """Names of files but for locks, and for drafts that a process leaves where it is killed."""
+    return {path.name for path in folder.rglob("*") if not path.name.startswith(".")}
+
+
+def same(found: Any, right: Any) -> None:
+    """Check that values are equal but for round-off."""
+    if isinstance(right, dict):
+        assert found.keys() == right.keys()
+        for key in right:
+            same(found[key], right[key])
+    elif isinstance(right, float):
+        assert found == pytest.approx(right, rel=1e-6, abs=1e-12)
+    else:
+        assert found == right

@@ -85,3 +85,56 @@ def test_values_that_are_not_meant(call, options, said) -> None:
 def test_numbers_of_numpy_and_lists_are_welcome() -> None:
     found = sm.matrices(scene(), np.False_, mesh=[np.int64(2), 1], divide=np.int32(1))
     assert found.M.shape == sm.matrices(scene(), mesh="2x1").M.shape
+
+
+def test_values_that_end_no_call_in_an_error_of_python() -> None:
+    """Kind: any argument of any function, given anything; what is taken is not run."""
+    values = {
+        "nothing": None,
+        "text": "x",
+        "a letter that no file has": "a\0b",
+        "negative": -1,
+        "not a number": float("nan"),
+        "endless": 10**400,
+        "object": object(),
+        "things": [object()],
+        "numbers": [1],
+        "by no name": {1: 2},
+    }
+    calls = CALLS | {
+        sm.sweep: {"scene": scene, "parameters": {"E": [1e9]}, "executor": "x"},
+        sm.resume: {"out": "nothing", "comm": "x"},
+        sm.adjoint: {"scene": scene, "objective": max, "comm": "x"},
+        sm.frequency_sensitivities: {"scene": scene, "parameters": ["E"], "count": "x"},
+        sm.load: {"directory": "nothing"},
+        sm.load_scene: {"scene": "nothing"},
+        sm.rank: {"found": 1},
+        sm.stacking_angles: {"notation": "x"},
+        sm.thermal_strain: {"section": STEEL, "expansions": "x", "temperature": 1.0},
+    }
+    bad = {}
+    for call, given in calls.items():
+        # a second value that no call takes, behind all those that are looked at
+        given = given | ({"comm": "x"} if "comm" in inspect.signature(call).parameters else {})
+        for name, parameter in inspect.signature(call).parameters.items():
+            if parameter.kind is parameter.VAR_KEYWORD:
+                continue
+            for what, value in values.items():
+                if call in (sm.study, sm.fit) and (name in given or value is None):
+                    continue
+                try:
+                    call(**{**given, name: value})
+                except sm.SceneError:
+                    pass
+                except Exception as error:
+                    bad[call.__name__, name, what] = f"{type(error).__name__}: {error}"
+    assert not bad
+
+
+@pytest.mark.parametrize(
+    ("former", "today"), [("step_tolerance", "step_error"), ("tolerance", "newton_tolerance")]
+)
+def test_a_former_name_is_refused_with_the_new_one(former: str, today: str) -> None:
+    for function in (sm.run, sm.study, sm.fit, sm.sensitivities):
+        with pytest.raises(sm.SceneError, match=f"{former} is now called {today}; write {today}="):
+            function(**CALLS[function], **{former: 1e-3})

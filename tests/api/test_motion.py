@@ -28,6 +28,8 @@ def account(motion: Any) -> float:
 @pytest.mark.parametrize(("scheme", "alpha"), SCHEMES)
 def test_a_chain_keeps_its_account_and_its_rod(scheme: str, alpha: float) -> None:
     motion = fall(scheme, alpha)
+    # steps are counted: their sum is 1.0000000000000007
+    assert motion.time == 1.0
     assert account(motion) < CLOSED
     assert motion.violation < HELD
     dissipation = motion.energies["dissipation"]
@@ -83,6 +85,42 @@ def test_a_stiffness_is_the_energy_that_it_belongs_to() -> None:
         ends.append(motion.u("mass").x.array.copy())
     # what is left of Newton's iterations
     assert np.abs(ends[1] - ends[0]).max() < 1e-9
+
+
+@pytest.mark.parametrize(("scheme", "alpha"), SCHEMES)
+def test_a_strain_that_is_not_zero_at_rest_is_a_prestrain(scheme: str, alpha: float) -> None:
+    """Of any stiffness: strains of the user are 1 + u + c u^2, not 0 where the field is.
+
+    By a stiffness it moves as by the same energy as a function, and where c is 0 as the cosine
+    that it must be.
+    """
+    ends = {}
+    for c in (0.0, 0.3):
+        for name, energy in (
+            ("stiffness", np.array([[100.0]])),
+            ("energy", lambda e: 50 * e[0] ** 2),
+        ):
+            body = sm.OwnBody(
+                "mass",
+                _points(1),
+                strain=lambda u, c=c: ufl.as_vector([1 + u + c * u**2]),  # type: ignore[misc]
+                energy=energy,
+                mass=ufl.dot,
+            )
+            motion = sm.Motion(body, scheme=scheme, alpha=alpha, dt=0.01)
+            motion.take("mass", u=lambda x: 0 * x[0])
+            motion.step(20)
+            (u,) = motion.u("mass").x.array
+            ends[c, name] = float(u)
+            e, stored = 1 + u + c * u**2, motion.energies
+            assert stored["strain_energy"] == pytest.approx(50 * e**2, rel=1e-12)
+            assert account(motion) < CLOSED
+            assert stored["total_energy"] + stored["dissipation"] == pytest.approx(50, rel=1e-11)
+        # what is left of Newton's iterations
+        assert ends[c, "stiffness"] == pytest.approx(ends[c, "energy"], abs=1e-9)
+    # steps of a tenth of a radian; ed damps by its order
+    near = {"ep": 2e-3, "ed": 0.1, "ep4": 1e-5, "ed3": 1e-3}[scheme]
+    assert ends[0.0, "stiffness"] == pytest.approx(np.cos(2.0) - 1, rel=near)
 
 
 def test_momenta_of_a_free_body_are_kept() -> None:

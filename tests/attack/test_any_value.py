@@ -81,6 +81,13 @@ def test_values_of_any_kind_end_in_a_sentence(part) -> None:
     [
         (lambda: sm.Modal(modes=10**400), "modes is 1000.*; it must be at most 1e"),
         (lambda: replace(PARTS["beam"], elements=10**10), "elements is 10000000000; it must be at"),
+        (lambda: 1 / sm.Sensor("j.rotation"), "formula of a sensor and 1: a sensor can be"),
+        (lambda: sm.Sensor("j.rotation") ** 2, "formula of a sensor and 2: a sensor can be"),
+        (
+            lambda: sm.Controller("c", sm.Sensor("a"), lambda *a: a, state=(i for i in "a")),
+            "controller 'c': state is .*, which cannot be copied",
+        ),
+        (lambda: sm.thermal_strain(STEEL, 1e-5, None), "temperature is None; it must be a finite"),
         (lambda: sm.Gas(ROUND), "gas: pressure is a list that holds itself"),
         (lambda: sm.RigidBody("r", 1.0, 10**400), "inertia is .*"),
         (lambda: sm.MeshFile("a" * 300), "there is no such file"),

@@ -187,8 +187,8 @@ PLACES = {
     "an edge where one is possible": lambda: ring(PointForce((10, 0, 0), (0, 0, 1))),
     f"fixed components: shell 'ring' has 2 nodes at (8, 0, 0), {SLIT[:-2]}, or of an edge where "
     "one is possible": lambda: ring(supports=Fixed((8, 0, 0), (0, 0, 0))),
-    "probe 'p': shell 'plate' has no node at (0.1, 0.1, 0); the nearest one is at (0, 0, "
-    "0)": lambda: plate(probes=Probe("p", (0.1, 0.1, 0))),
+    "probe 'p': (0.1, 0.1, 0.01) is not on shell 'plate'; it is 0.01 m away from its nearest "
+    "point (0.1, 0.1, 0)": lambda: plate(probes=Probe("p", (0.1, 0.1, 0.01))),
 }
 WRITTEN = {
     f"shell 'plate': term <lambda> returns 3.0, {NO_WORK}point.du)": lambda: with_term(

@@ -1,5 +1,7 @@
 """Names that become files and columns are refused before anything is built."""
 
+from dataclasses import replace
+
 import pytest
 
 from shellmb.errors import SceneError
@@ -44,7 +46,18 @@ def spring(name: str) -> Scene:
     return Scene("s", rigid_bodies=arm, force_elements=pull, scheme="ep", dt=1, t_end=2)
 
 
-MADE = {"shell": shell, "probe": probe, "beam": beam, "rigid body": body, "spring": spring}
+def scene(name: str) -> Scene:
+    return replace(body("arm"), name=name)
+
+
+MADE = {
+    "scene": scene,
+    "shell": shell,
+    "probe": probe,
+    "beam": beam,
+    "rigid body": body,
+    "spring": spring,
+}
 BAD = {
     "../../evil": "with / in it",
     "a\\b": r"with \\ in it",

@@ -18,9 +18,12 @@ def made(**more):
 PLATE = """
 def plate(side=1.0, mesh=(1, 1), **more):
     steel = Isotropic(E=2e11, nu=0.3, thickness=0.01, density=7800.0)
+    given = {k: more.pop(k) for k in ("supports", "scheme", "dt", "t_end") if k in more}
     shell = Shell("plate", Rectangle(side, 1.0), steel, mesh=mesh, **more)
-    return Scene("bad", shell, supports=Clamped("left"))
+    return Scene("bad", shell, **({"supports": Clamped("left")} | given))
 """
+# something else within the first step than before and behind it
+LATE = "def late(bad, good): return lambda t: bad if 3e-4 < t < 8e-4 else good\n"
 
 # name -> (file behind the head, exit code, what is said)
 BEFORE = {
@@ -90,6 +93,40 @@ LATER = {
         "def scene(): return made(loads=Gravity(time=swell))",
         "a function of the scene fails: bad.py, line 9: AssertionError: too late; the last good "
         "state is in",
+    ),
+    "a load function gives text later": (
+        LATE + "def scene(): return made(loads=Gravity(time=late('x', 1.0)))",
+        "gravity: time gives 'x' at t = 0.0005; it must give a finite number",
+    ),
+    "a load function gives no number later": (
+        LATE + "def scene(): return made(loads=Gravity(time=late(float('nan'), 1.0)))",
+        "gravity: time gives nan at t = 0.0005; it must give a finite number",
+    ),
+    "a driver gives nothing later": (
+        LATE + "TURN = Driver('turn', 'pin', rotation=late(None, 0.0))\n"
+        "def scene(): return made(drivers=TURN)",
+        "driver 'turn': rotation gives None at t = 0.0005; it must give a finite number",
+    ),
+    "a support gives complex numbers later": (
+        LATE + PLATE + "def scene():\n"
+        "    held = Fixed('left', displacement=(late(1j, 0.0), 0, 0))\n"
+        "    return plate(supports=held, scheme='ep', dt=1e-3, t_end=4e-3)",
+        "fixed components of 'plate': prescribed value gives 1j at t = 0.0",
+    ),
+    "a driven edge gives two numbers later": (
+        LATE + PLATE + "def scene():\n"
+        "    held = Driven('left', translation=late((0, 0), (0, 0, 0)))\n"
+        "    return plate(supports=held, scheme='ep', dt=1e-3, t_end=4e-3)",
+        "Driven('left') of 'plate': translation gives (0, 0) at t = 0.0",
+    ),
+    "a motor whose number is complex": (
+        "PUSH = Motor('push', 'pin', law=lambda x, rate, t: 1j * x)\n"
+        "def scene(): return made(force_elements=PUSH)",
+        "bad.py, line 8: motor 'push': law <lambda> has the number 1j; it must be finite and real",
+    ),
+    "strains that are text": (
+        PLATE + "def scene(): return plate(strains=lambda u, w, surface: 'x')",
+        "shell 'plate': strains <lambda> returns 'x'; it must return ShellStrains, with eps a",
     ),
     "a motor of numpy": (
         "PUSH = Motor('push', 'pin', law=lambda x, rate, t: np.sin(t))\n"

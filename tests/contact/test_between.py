@@ -3,6 +3,8 @@
 The kind: contact of points is silent about what is between them.
 """
 
+import math
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -73,6 +75,63 @@ def test_what_comes_between_nodes_is_said(obstacle: Obstacle, moving: bool, miss
         # energy is kept, so that nothing else tells; 5 mm deep at the end
         assert found[0].value == pytest.approx(missed, rel=1e-6)
         assert "contact 'post': between its nodes 'plate' is deeper in the" in found[0].says
+
+
+CORNERS = {f"{k}": tuple(0.1 * c for c in s) for k, s in enumerate(product((-1, 1), repeat=3))}
+POST = Box((0.05, 0.02, -0.02), (0.04, 0.04, 0.04))
+FOOT = {"a": (-0.1, 0, -0.1), "b": (0.1, 0.1, -0.1), "c": (0.1, -0.1, -0.1)}
+TURNED = (math.pi, 0.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("body", "obstacle", "radius", "missed"),
+    [
+        # the cube is 15 mm over the post, and 15 mm deep in it at the end
+        ({"points": CORNERS}, POST, 0.0, 15 / 20),
+        ({"points": CORNERS, "rotation": TURNED}, POST, 0.0, 15 / 20),
+        # its shape is drawn, and only its middle touches
+        ({"shape": (0.2, 0.2, 0.2)}, POST, 0.0, 15 / 20),
+        ({"points": FOOT}, Ball((0.03, 0.01, -0.02), 0.02), 0.0, 15 / 20),
+        ({"points": {k: FOOT[k] for k in "bc"}}, Ball((0.1, 0, -0.02), 0.02), 0.0, 15 / 20),
+        # under a point, beside it, under a ball, and a large one
+        ({"points": CORNERS}, Box((0.1, 0.1, -0.02), (0.04, 0.04, 0.04)), 0.0, 0),
+        ({"points": CORNERS}, Box((0.5, 0, -0.02), (0.04, 0.04, 0.04)), 0.0, 0),
+        ({}, POST, 0.1, 0),
+        ({"points": CORNERS}, Box((0, 0, -0.1), (1, 1, 0.2)), 0.0, 0),
+    ],
+)
+@pytest.mark.parametrize("moving", [False, True])
+def test_what_comes_between_points_is_said(
+    body: Any, obstacle: Obstacle, radius: float, missed: float, moving: bool
+) -> None:
+    """The kind: a shape of which points touch, and an obstacle smaller than their distance."""
+    block = RigidBody("block", 1.0, (1e-2,) * 3, position=(0, 0, 0.115), **body)
+    points = tuple(body.get("points", ())) or None
+    carrier = RigidBody("carrier", 1e3, (1.0, 1.0, 1.0))
+    scene = Scene(
+        "falling",
+        rigid_bodies=[block, carrier],
+        contacts=Contact(
+            "post",
+            obstacle,
+            1e3,
+            "block",
+            at=points,
+            radius=radius,
+            obstacle_body="carrier" if moving else None,
+        ),
+        initial=InitialVelocity((0, 0, -1.0), body="block"),
+        scheme="ep",
+        dt=5e-3,
+        t_end=0.03,
+    )
+    found = [w for w in execute(scene).warnings if w.watch == "between nodes"]
+    assert len(found) == (missed > 0)
+    if missed:
+        # of a ball by lines that are a quarter of its radius apart
+        near = 1e-6 if isinstance(obstacle, Box) else 0.02
+        assert found[0].value == pytest.approx(missed, rel=near)
+        assert "contact 'post': between its points 'block' is deeper in the" in found[0].says
 
 
 @pytest.mark.parametrize(("cell", "count"), [("quad", 20), ("tri", None)])

@@ -155,7 +155,7 @@ def test_steps_that_follow_a_tolerance_land_on_samples(arm) -> None:
     """And the motion is that of the exact sampled system, to the tolerance."""
     period = math.pi / 40
     law = pid(ANGLE, period=period)
-    control = StepControl(tolerance=1e-4)
+    control = StepControl(step_error=1e-4)
     run = execute(arm(dt=1e-3, t_end=0.8, step_control=control, controllers=law, **on("hinge")))
     t = run.column("t")
     samples = period * np.arange(1, 11)

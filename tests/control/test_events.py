@@ -202,7 +202,7 @@ def test_time_of_a_latch_is_of_the_order_of_the_scheme(scheme, order, arm) -> No
 
 
 def test_a_latch_where_steps_follow_a_tolerance(arm) -> None:
-    control = StepControl(tolerance=1e-5)
+    control = StepControl(step_error=1e-5)
     lock = Lock("hinge", when=ANGLE >= math.pi / 2)
     run = execute(falling(arm, dt=1e-3, step_control=control, locks=lock))
     (found,) = times(run, "hinge lock")
@@ -257,3 +257,7 @@ def test_a_turning_point_is_where_the_parabola_has_it() -> None:
     # far below
     below = [m - 1.0 for m in at(-0.5, 0.0, 0.8)]
     assert turning_point(*below, (0.5, 0.8)) is None
+    # it stays below zero by less than a quarter of its rise of 0.09 from the higher end, or by more
+    for top, found in ((-0.022, 0.3), (-0.023, None)):
+        near = [np.array([m[0] + top - 0.01, -1.0]) for m in at(-0.5, 0.0, 0.8)]
+        assert turning_point(*near, (0.5, 0.8)) == (found and pytest.approx(found))

@@ -1,6 +1,7 @@
 """Runs that stop and go on, fail, or have two ranks."""
 
 import json
+from dataclasses import replace
 from typing import Any
 
 from mpi4py import MPI
@@ -9,7 +10,7 @@ import numpy as np
 import pytest
 
 from shellmb.api.runs import load
-from shellmb.errors import ControlError, Stopped
+from shellmb.errors import ControlError, ShellmbWarning, Stopped
 from shellmb.observers.history import read_history
 from shellmb.running.execute import execute
 from shellmb.running.resuming.resume import resume
@@ -20,6 +21,8 @@ from shellmb.scene import (
     Controller,
     Driver,
     Event,
+    FromRun,
+    Gravity,
     InitialVelocity,
     Lock,
     Motor,
@@ -103,6 +106,51 @@ def test_a_resumed_run_is_the_uninterrupted_one_bit_for_bit(arm, tmp_path) -> No
     for name, array in whole.simulation.arrays().items():
         assert np.array_equal(array, result.simulation.arrays()[name])
     assert whole.summary["energy_balance_error"] < 1e-9
+
+
+def fading(t: float, readings: Any, state: Any, dt: float) -> Any:
+    """A servo that remembers where it has been and for how long."""
+    state = state * np.exp(-5 * dt) + dt * (0.4 - readings[0])
+    return 20 * state - 3 * readings[1], state
+
+
+@pytest.mark.parametrize("kind", ["motors", "driver"])
+def test_a_run_from_another_goes_on_with_its_controllers(kind, arm, slider, tmp_path) -> None:
+    """In two parts as in one: every kind of law, and what each of them moves.
+
+    Where the memory of a controller is not there, or is of another law, the run says so.
+    """
+
+    def scene(t_end: float, law: Any = fading, **more: Any) -> Scene:
+        x, make = (ANGLE, arm) if kind == "motors" else (X, slider)
+        servo = Controller("servo", (x, x.rate), law, state=0.0, period=0.02)
+        pid = PID("pid", x, 0.5, 8.0, ki=20.0, kd=1.0, filter=0.02)
+        if kind == "motors":
+            names = ("servo", "pid")
+            motors = [Motor(f"by {name}", "hinge", command=Command(name)) for name in names]
+            more |= {"controllers": (servo, pid), "force_elements": motors, "loads": Gravity()}
+        else:
+            drive = Driver("drive", "slide", translation=Acceleration("servo"))
+            more |= {"controllers": servo, "drivers": drive}
+        made: Scene = make(t_end=t_end, **more)
+        return made
+
+    whole = execute(scene(0.6))
+    execute(scene(0.3), tmp_path / "first", pictures=False)
+    start = FromRun(str(tmp_path / "first"))
+    second = execute(scene(0.3, start=start))
+    assert not second.summary["warnings"]
+    name = "hinge.rotation" if kind == "motors" else "slide.translation"
+    there, here = whole.column(name)[30:], second.column(name)
+    # not round-off: a start projects velocities of EP on the joints, which changes 3e-6
+    np.testing.assert_allclose(here, there, rtol=0, atol=1e-5 * np.abs(there).max())
+    assert np.ptp(there) > 0.01
+    with pytest.warns(ShellmbWarning, match="controllers 'servo' begin with empty mem.* laws are"):
+        Simulation(scene(0.3, lambda t, readings, state, dt: (0.0, state), start=start))
+    if kind == "driver":
+        return
+    with pytest.warns(ShellmbWarning, match="'servo'.* begin with empty memories, because frames"):
+        Simulation(scene(0.3, start=replace(start, at=0.3, velocities=False)))
 
 
 @pytest.mark.slow

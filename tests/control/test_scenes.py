@@ -117,7 +117,7 @@ def test_what_cannot_be(said, slider) -> None:
 
 
 def test_any_period_will_do_where_steps_follow_a_tolerance(slider) -> None:
-    control = StepControl(tolerance=1e-3)
+    control = StepControl(step_error=1e-3)
     pid = PID("hold", X, 1.0, 1.0, period=math.pi / 300)
     assert slider(controllers=pid, step_control=control).sensors == (X,)
     assert slider(controllers=PID("hold", X, 1.0, 1.0, period=0.03)).controllers

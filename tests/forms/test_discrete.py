@@ -16,6 +16,7 @@ from shellmb.forms.constraints import nodal
 from shellmb.forms.frame import PAIRS, orthonormality
 from shellmb.forms.shell import ShellStrains, director_constraint
 from shellmb.forms.steps.discrete import discrete_gradient, gradient, mean, stress_average
+from shellmb.forms.steps.potentials import convex
 
 RUBBER = {"mu": 1.3, "thickness": 0.1, "shear_correction": 5 / 6}
 
@@ -284,3 +285,14 @@ def test_the_frame_constraints_are_lengths_and_angles(rng: np.random.Generator) 
         products = d @ d.T - np.eye(3)
         wanted = [products[k, m] / (2 if k == m else 1) for k, m in PAIRS]
         np.testing.assert_allclose(found, wanted, atol=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("cosine", "share"), [(-0.5, 0), (-0.02, 0), (0.02, 0.2), (0.05, 0.5), (0.2, 1), (1, 1)]
+)
+def test_what_dissipates_is_scaled_down_where_it_would_gain(cosine: float, share: float) -> None:
+    """By the angle of motion and change of slope alone, not by how large these are."""
+    change = 3.0 * np.array([cosine, np.sqrt(1 - cosine**2), 0.0])
+    for size in (1e-6, 7.0):
+        found = evaluate(convex(vector(change), vector(np.array([size, 0.0, 0.0]))))
+        assert np.allclose(found, share * change, rtol=0, atol=1e-9)

@@ -1,5 +1,6 @@
 """What happens before the first step: redundant joints, open joints, velocities, equilibrium."""
 
+import warnings
 from dataclasses import replace
 from typing import Any
 
@@ -10,16 +11,23 @@ from shellmb.errors import SceneError, ShellmbWarning
 from shellmb.scene import (
     GROUND,
     Beam,
+    Clamped,
     Distance,
     Driver,
     Gravity,
     InitialVelocity,
+    Isotropic,
     JointSpring,
     Line,
+    Prismatic,
+    Rectangle,
     RectangularSection,
     Revolute,
+    RigidBody,
     Scene,
+    Shell,
     Spherical,
+    Weld,
 )
 from shellmb.simulate.simulation import Simulation
 
@@ -209,6 +217,61 @@ def test_velocities_that_nothing_is_left_of_are_said(rod) -> None:  # type: igno
     with pytest.warns(ShellmbWarning, match="do not allow the velocities that are given"):
         Simulation(door)
     Simulation(replace(door, joints=hinges[:1]))
+
+
+PLATE = Isotropic(E=1e9, nu=0.3, thickness=0.01, density=100.0)
+BAR = RectangularSection(E=1e9, nu=0.3, width=0.1, height=0.1, density=100.0)
+# a body of 1 kg with its end at the origin, moment of inertia J about it in y and z, is given a
+# velocity V; what joints there leave of its energy
+J, V = 0.02 + 0.5**2, (1.0, 2.0, 3.0)
+LEFT = {
+    "revolute": (Revolute("j", GROUND, "b", at=A, axis=Y), (0.5 * 3) ** 2 / J / 2),
+    "spherical": (Spherical("j", GROUND, "b", at=A), 0.5**2 * (3**2 + 2**2) / J / 2),
+    "prismatic": (Prismatic("j", GROUND, "b", at=A, axis=Y), 2**2 / 2),
+    "weld": (Weld("j", GROUND, "b", at=A), 0.0),
+    "distance": (
+        Distance("j", GROUND, "b", at=(0.5, 0, -1), second_at=(0.5, 0, 0)),
+        (1**2 + 2**2) / 2,
+    ),
+}
+
+
+@pytest.mark.parametrize("joint", LEFT)
+@pytest.mark.parametrize("scheme", ["ep", "ep4"])
+def test_velocities_that_joints_replace_are_said(joint: str, scheme: str) -> None:
+    """With both energies: by impacts that keep what the joint leaves free."""
+    held, left = LEFT[joint]
+    body = RigidBody("b", 1.0, (0.02,) * 3, com=(0.5, 0, 0))
+    initial = InitialVelocity(linear=V)
+    scene = Scene(
+        "b", rigid_bodies=body, joints=held, initial=initial, **MOTION | {"scheme": scheme}
+    )
+    with pytest.warns(ShellmbWarning, match="do not allow the velocities that are given") as said:
+        Simulation(scene)
+    words = str(said[0].message).split("kinetic energy was ")[1].split(", is ")
+    assert [float(w) for w in words] == pytest.approx([7.0, left], rel=1e-5, abs=1e-12)
+
+
+@pytest.mark.parametrize("kind", ["shell", "beam"])
+def test_velocities_that_supports_replace_are_said(kind: str) -> None:
+    """Of nodes that are held; what is given as it can be is not said."""
+    plate: dict[str, Any] = {
+        "shells": Shell("s", Rectangle(1.0, 0.5), PLATE, mesh=(2, 1)),
+        "supports": Clamped("left"),
+    }
+    rod: dict[str, Any] = {
+        "beams": Beam("s", Line(A, D), BAR, elements=2),
+        "joints": Revolute("j", GROUND, "s", at=A, axis=Y),
+    }
+    scene = Scene("s", **(plate if kind == "shell" else rod), **MOTION)
+    initial = InitialVelocity(linear=(0, 0, 2.0))
+    mass = 100 * 0.01 * 0.5 if kind == "shell" else 100 * 0.1**2 * 1.2
+    with pytest.warns(ShellmbWarning, match=rf"energy was {mass * 2.0**2 / 2:.6g}, is "):
+        Simulation(replace(scene, initial=initial))
+    if kind == "beam":
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            Simulation(replace(scene, initial=InitialVelocity(spin=(0, 2.0, 0))))
 
 
 @pytest.mark.parametrize(("scheme", "alpha"), SCHEMES)

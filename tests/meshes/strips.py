@@ -110,7 +110,7 @@ def of_gmsh(version: float, binary: int, order: int, incomplete: int = 0) -> Cal
                     model.addPhysicalGroup(1, [tag], name="root")
             model.mesh.generate(2)
             model.mesh.setOrder(order)
-            if file.suffix in (".step", ".brep", ".geo_unrolled"):
+            if file.suffix in (".step", ".brep"):
                 model.removePhysicalGroups()
             gmsh.write(str(file))
         finally:

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from shellmb.errors import SceneError, ShellmbWarning
+from shellmb.meshes.files.abaqus import read_abaqus
 from shellmb.meshes.mesh import build_surface
 from shellmb.scene import MeshFile, Shell
 
@@ -179,3 +180,54 @@ def test_instances_with_meshes_of_their_own(tmp_path: Path) -> None:
         mesh = build_surface(shell, MPI.COMM_SELF)
         assert area(mesh) == pytest.approx(size, rel=1e-12)
         np.testing.assert_allclose(mesh.mesh.geometry.x[:, 2], z, atol=1e-12)
+
+
+# places of an instance, and where the node at (1, 0, 0) is then, worked out by hand: translated,
+# then turned by degrees, right-handed about the line from one point to another
+MOVES = {
+    "where it is": ("", (1.0, 0.0, 0.0)),
+    "translated": ("10., 20., 30.\n", (11.0, 20.0, 30.0)),
+    "turned": ("0., 0., 0.\n0., 0., 0., 0., 0., 2., 90.\n", (0.0, 1.0, 0.0)),
+    "turned the other way": ("0., 0., 0.\n0., 0., 2., 0., 0., 0., 90.\n", (0.0, -1.0, 0.0)),
+    "both": ("10., 20., 30.\n10., 20., 0., 10., 20., 5., 90.\n", (10.0, 21.0, 30.0)),
+    "about a line apart": ("3., 0., 0.\n2., 0., 0., 2., 0., -1., 90.\n", (2.0, -2.0, 0.0)),
+    "by a third": ("0., 0., 0.\n0., 0., 0., 1., 1., 1., 120.\n", (0.0, 1.0, 0.0)),
+}
+
+
+@pytest.mark.parametrize("case", MOVES)
+def test_instances_are_where_the_file_says(case: str, tmp_path: Path) -> None:
+    """Kind: each of translation, axis, sense and centre of the rotation of an instance."""
+    move, wanted = MOVES[case]
+    file = tmp_path / "a.inp"
+    file.write_text(
+        "*Part, name=p\n*Node\n1, 0., 0., 0.\n2, 1., 0., 0.\n3, 1., 1., 0.\n"
+        "*Element, type=S3\n1, 1, 2, 3\n*End Part\n*Assembly, name=A\n"
+        f"*Instance, name=i, part=p\n{move}*End Instance\n*End Assembly\n"
+    )
+    x = read_abaqus(file, "shell").x
+    assert np.linalg.norm(x - wanted, axis=1).min() == pytest.approx(0.0, abs=1e-12)
+
+
+@pytest.mark.parametrize("ending", ["bdf", "inp"])
+@pytest.mark.parametrize(("files", "said"), [(12, ""), (101, ""), (102, "at most 100 deep")])
+def test_files_may_include_one_another_deeply(
+    ending: str, files: int, said: str, tmp_path: Path
+) -> None:
+    """Eleven files one in the other are no circle; a file within itself is."""
+    first = tmp_path / f"0.{ending}"
+    (of_nastran("CQUAD4", "free") if ending == "bdf" else of_abaqus("S4"))(first)
+    text = first.read_text()
+    for k in range(files - 1):
+        name = f"{k + 1}.{ending}"
+        line = f"INCLUDE '{name}'\n" if ending == "bdf" else f"*Include, input={name}\n"
+        (tmp_path / f"{k}.{ending}").write_text(line)
+    (tmp_path / f"{files - 1}.{ending}").write_text(text)
+    if said:
+        with pytest.raises(SceneError, match=said):
+            built(MeshFile(first))
+        return
+    assert area(built(MeshFile(first))) == pytest.approx(LENGTH * WIDTH, rel=1e-12)
+    (tmp_path / f"{files - 1}.{ending}").write_text(line.replace(name, f"1.{ending}"))
+    with pytest.raises(SceneError, match="the files go round in a circle"):
+        built(MeshFile(first))

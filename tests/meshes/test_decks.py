@@ -253,3 +253,11 @@ def test_included_files_and_middles_left_empty(tmp_path: Path) -> None:
     (tmp_path / "more/nodes.inp").write_text(text[a:b])
     model.write_text(text[:a] + "*INCLUDE, INPUT=more/nodes.inp\n" + text[b:])
     assert area(built(MeshFile(model))) == pytest.approx(LENGTH * WIDTH, rel=1e-6)
+
+
+def test_sets_are_not_counted_up_without_end(tmp_path: Path) -> None:
+    """Kind: a line of a deck that asks for more than a memory holds."""
+    path = tmp_path / "endless.inp"
+    path.write_text("*NODE\n1, 0, 0, 0\n*ELSET, ELSET=A, GENERATE\n1, 1000000000000, 1\n")
+    with pytest.raises(SceneError, match=r"GENERATE goes from 1 to 1000000000000, beyond"):
+        built(MeshFile(path), "tri")

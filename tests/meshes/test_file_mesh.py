@@ -1,5 +1,6 @@
 """Meshes from files of other programs, and edges by where they lie."""
 
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -135,3 +136,28 @@ def test_files_that_are_no_surfaces(tmp_path: Path) -> None:
         build_mesh(Shell("strip", MeshFile(quad), SECTION, cell="tri"))
     with pytest.raises(SceneError, match="has no set of cells 'skin'"):
         build_mesh(Shell("strip", MeshFile(quad, group="skin"), SECTION))
+
+
+def test_cells_that_are_left_out_are_those_of_the_file(tmp_path: Path) -> None:
+    """Triangles as quadrilaterals; a degree that triangles do not have is refused when they are."""
+    points, quads = grid()
+    halves = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
+    for name, cells in (("quadrilateral", [("quad", quads)]), ("triangle", [("triangle", halves)])):
+        file = tmp_path / f"{name}.vtk"
+        meshio.Mesh(points, cells).write(file)
+        assert build_mesh(Shell("strip", MeshFile(file), SECTION)).mesh.topology.cell_name() == name
+    with pytest.raises(SceneError, match="shell 'strip': degree is 3; it must be 2 on triangles"):
+        build_mesh(Shell("strip", MeshFile(file), SECTION, degree=3))
+    with pytest.raises(SceneError, match="cell must be 'tri', not 'quad'"):
+        build_mesh(Shell("strip", MeshFile(file), SECTION, cell="quad"))
+
+
+@pytest.mark.parametrize("ending", [".xdmf", ".h5m"])
+def test_a_package_that_is_missing_is_named(ending: str, tmp_path: Path, monkeypatch: Any) -> None:
+    monkeypatch.setitem(sys.modules, "h5py", None)
+    file = tmp_path / f"strip{ending}"
+    nodes = '<DataItem DataType="Float" Dimensions="3 3" Format="HDF">a.h5:/x</DataItem>'
+    grid = f'<Grid><Geometry GeometryType="XYZ">{nodes}</Geometry></Grid>'
+    file.write_text(f'<Xdmf Version="3.0"><Domain>{grid}</Domain></Xdmf>')
+    with pytest.raises(SceneError, match=f"strip{ending} is not read, .* needs the package h5py"):
+        build_mesh(Shell("strip", MeshFile(file), SECTION))

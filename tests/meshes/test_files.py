@@ -21,6 +21,7 @@ from shellmb.scene import (
     Scene,
     Shell,
 )
+from shellmb.scene.shells.gmsh_surfaces import READ
 
 from .strips import (
     LENGTH,
@@ -105,7 +106,7 @@ def test_formats(tmp_path: Path, name: str) -> None:
             built(kind(file, group="nobody"), cell)
 
 
-@pytest.mark.parametrize("ending", ["med", "unv", "step", "brep", "geo_unrolled"])
+@pytest.mark.parametrize("ending", ["med", "unv", "step", "brep"])
 def test_formats_of_gmsh(tmp_path: Path, ending: str) -> None:
     file = tmp_path / f"strip.{ending}"
     of_gmsh(4.1, 0, 1)(file)
@@ -205,15 +206,38 @@ def test_a_program_for_gmsh_is_no_mesh(tmp_path: Path) -> None:
         "pos",
         "vtk",
         "gz",
+        "geo_unrolled",
+        "Geo_Unrolled",
+        "opt",
+        "pro",
+        "geo~",
+        "xao",
+        "brp",
+        "mesh",
+        "bdf",
     ):
         file = tmp_path / f"mesh.{ending}"
-        for begin in ("", "\n\n", "// $MeshFormat\n", "\n$MeshFormat\n", "$MeshFormats\n"):
+        for begin in (
+            "",
+            "\n\n",
+            "// $MeshFormat\n",
+            "\n$MeshFormat\n",
+            "$MeshFormats\n",
+            "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n",
+            "$Comments\n$EndComments\n",
+            "$NOD\n",
+        ):
             file.write_text(begin + script)
             for kind in (GmshFile, MeshFile):
                 with pytest.raises(SceneError), warnings.catch_warnings():
                     warnings.simplefilter("ignore")
                     built(kind(file), "tri")
     assert not ran.exists()
+    # no ending but these is read at all, and the page lists them
+    page = (Path(__file__).parents[2] / "docs/howto/cad.md").read_text()
+    assert all(f"`{ending}`" in page for ending in READ)
+    with pytest.raises(SceneError, match=r"geo_unrolled' is a program .* name it \.geo"):
+        GmshFile(tmp_path / "mesh.geo_unrolled")
     with pytest.raises(SceneError, match=r"does not begin as a mesh .* must be named \.geo"):
         (tmp_path / "mesh.msh").write_text(script)
         GmshFile(tmp_path / "mesh.msh")

@@ -11,7 +11,9 @@ import numpy as np
 import pytest
 
 from shellmb.errors import SceneError, ShellmbWarning
+from shellmb.meshes.files.gaps import gaps
 from shellmb.meshes.mesh import SurfaceMesh, build_surface
+from shellmb.meshes.raw import RawMesh
 from shellmb.scene import GmshFile, GmshModel, Isotropic, MeshFile, Shell
 
 SECTION = Isotropic(E=70e9, nu=0.3, thickness=1e-3)
@@ -259,3 +261,20 @@ def test_faces_of_a_model_that_only_touch_are_joined_or_named() -> None:
     with pytest.raises(SceneError, match="touches itself without being joined"):
         with pytest.warns(ShellmbWarning):
             build_surface(Shell("plate", GmshModel(model), SECTION), MPI.COMM_SELF)
+
+
+@pytest.mark.parametrize(("apart", "found"), [(0.004, True), (0.0065, False)])
+@pytest.mark.parametrize("scale", [1.0, 1e3])
+def test_nodes_lie_on_sides_within_a_hundredth_of_the_shorter(
+    apart: float, found: bool, scale: float
+) -> None:
+    """A small cell of side 0.5 above the side of a larger one of side 1, whatever the unit."""
+    (x, one), (y, two) = flat(0, 1, 0, 1, 1, 1), flat(1, 1.5, 0.25, 0.75, 1, 1)
+    y = y + np.array([0.0, 0.0, apart])
+    cells = np.concatenate([one, two + len(x)])[:, [0, 1, 3, 2]]
+    normals = np.tile([0.0, 0.0, 1.0], (2, 1))
+    nothing: Any = {}
+    raw = RawMesh(
+        scale * np.concatenate([x, y]), cells, "quad", 1, normals, nothing, nothing, nothing
+    )
+    assert bool(gaps(raw)) == found

@@ -1,5 +1,8 @@
 """Meshes of gmsh's: files and models, groups, kinks, sides."""
 
+import re
+from pathlib import Path
+
 from mpi4py import MPI
 
 import dolfinx.mesh
@@ -7,7 +10,7 @@ import gmsh
 import numpy as np
 import pytest
 
-from shellmb.errors import SceneError
+from shellmb.errors import SceneError, ShellmbWarning
 from shellmb.meshes.mesh import build_surface
 from shellmb.meshes.surfaces.orient import oriented
 from shellmb.scene import GmshFile, GmshModel, Isotropic, Shell
@@ -45,6 +48,7 @@ def fold_file(tmp_path):
     gmsh.option.setNumber("General.Terminal", 0)
     fold(gmsh, (3, 3))
     gmsh.write(str(tmp_path / "fold.geo_unrolled"))
+    (tmp_path / "fold.geo_unrolled").rename(tmp_path / "fold.geo")
     gmsh.model.mesh.generate(2)
     gmsh.write(str(tmp_path / "fold.msh"))
     gmsh.finalize()
@@ -92,7 +96,7 @@ def test_files_keep_their_cells_and_order(fold_file):
         .degree
         == 2
     )
-    geometry = GmshFile(fold_file.with_suffix(".geo_unrolled"), "wall")
+    geometry = GmshFile(fold_file.with_suffix(".geo"), "wall")
     assert made(geometry).mesh.topology.cell_type == dolfinx.mesh.CellType.quadrilateral
 
 
@@ -159,3 +163,35 @@ def test_one_sided_and_branching_meshes_are_refused():
     x = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1)], dtype=float)
     with pytest.raises(SceneError, match="shell 's': 3 cells of its mesh share one facet"):
         oriented(x, np.array([(0, 1, 2), (0, 1, 3), (0, 1, 4)]), "tri", "s")
+
+
+def torus(file: Path) -> Path:
+    """A face that closes on itself in both directions."""
+    gmsh.initialize(["test"], False, False, False)
+    try:
+        gmsh.option.setNumber("General.Terminal", 0)
+        gmsh.model.occ.addTorus(0, 0, 0, 1.0, 0.2)
+        gmsh.model.occ.synchronize()
+        gmsh.model.occ.remove([(3, 1)])
+        gmsh.write(str(file))
+    finally:
+        gmsh.finalize()
+    return file
+
+
+def test_faces_that_take_no_quadrilaterals_get_triangles(tmp_path):
+    """Kind: faces of CAD on which gmsh does not recombine triangles."""
+    file = GmshFile(torus(tmp_path / "torus.step"))
+    with pytest.warns(ShellmbWarning, match="it has triangles, as with cell='tri'"):
+        meshed = made(file, mesh=(4, 4))
+    assert meshed.mesh.topology.cell_type == dolfinx.mesh.CellType.triangle
+    with pytest.raises(SceneError, match=r"no quadrilaterals on these .*; cell must be 'tri'"):
+        made(file, mesh=(4, 4), cell="quad")
+    assert not gmsh.isInitialized()
+
+
+def test_messages_of_gmsh_have_the_name_of_the_file(tmp_path):
+    file = tmp_path / "part.step"
+    file.write_text("ISO-10303-21;\nnonsense")
+    with pytest.raises(SceneError, match=re.escape(f"gmsh fails: Could not read file '{file}'")):
+        made(GmshFile(file))

@@ -57,6 +57,30 @@ def test_a_path_bifurcates_at_the_factor() -> None:
     assert point["load_factor"] == pytest.approx(factor, rel=1e-3)
 
 
+def test_a_plate_in_shear_buckles_under_either_sign() -> None:
+    """By symmetry the negative factor nearest to zero is the first positive one; others follow."""
+    edges = (("left", (0, -1, 0)), ("right", (0, 1, 0)), ("bottom", (-1, 0, 0)), ("top", (1, 0, 0)))
+    metal = sm.Isotropic(E=E, nu=0.3, thickness=0.01)
+    scene = sm.Scene(
+        "shear",
+        sm.Shell("plate", sm.Rectangle(1.0, 1.0), metal, mesh=(4, 4)),
+        supports=[
+            *(sm.Fixed(edge, displacement=(None, None, 0.0)) for edge, _ in edges),
+            sm.Fixed((0.0, 0.0, 0.0), displacement=(0.0, 0.0, None)),
+            sm.Fixed((1.0, 0.0, 0.0), displacement=(None, 0.0, None)),
+        ],
+        loads=[sm.EdgeForce(edge, force) for edge, force in edges],
+    )
+    found = sm.modes(scene, count=2, buckling=True, pictures=False)
+    # pairs of both signs, farther and farther from zero
+    assert found.load_factors[1] > 1.05 * found.load_factors[0]
+    negative = found.summary["negative_load_factor"]
+    assert negative == pytest.approx(-found.load_factors[0], rel=1e-6)
+    # Timoshenko and Gere, Theory of Elastic Stability (1961), table 9-10: 9.34 pi^2 D/b^2
+    exact = 9.34 * math.pi**2 * E * 0.01**3 / (12 * (1 - 0.3**2))
+    assert found.load_factors[0] == pytest.approx(exact, rel=0.05)
+
+
 def test_buckling_is_written_and_read_back(tmp_path) -> None:  # type: ignore[no-untyped-def]
     found = sm.modes(column((-EULER, 0, 0)), tmp_path / "b", 2, buckling=True, pictures=False)
     again = sm.load(tmp_path / "b")

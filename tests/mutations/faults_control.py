@@ -1,4 +1,4 @@
-"""Faults of controllers and events, as those of `faults`."""
+"""Faults of controllers, events, times and starts, as those of `faults`."""
 
 from .faults import Fault
 
@@ -6,6 +6,8 @@ LAWS, EVENTS = "tests/control/test_laws.py", "tests/control/test_events.py"
 CONTROLLED = "tests/control/test_controlled.py"
 CONTROLLERS = "shellmb/scene/control/controllers.py"
 CONTROL = "shellmb/simulate/control"
+GIVEN, STARTS = "shellmb/simulate/start/given.py", "tests/simulate/test_starts.py"
+TIMES = "tests/simulate/test_times.py"
 
 FAULTS = (
     Fault(
@@ -52,5 +54,69 @@ FAULTS = (
         "        self.armed = False\n",
         "        self.armed = True\n",
         (f"{EVENTS}::test_a_lock_that_lets_go",),
+    ),
+    Fault(
+        "a turning point far below zero is looked at",
+        f"{CONTROL}/watching.py",
+        "top + (top - max(b, c)) / 4 >= 0",
+        "top + (top - min(b, c)) / 4 >= 0",
+        (f"{EVENTS}::test_a_turning_point_is_where_the_parabola_has_it",),
+    ),
+    Fault(
+        "rows of steps that are taken back stay",
+        "shellmb/observers/booking.py",
+        "del self._rows[rows:]",
+        "del self._rows[rows + 1:]",
+        (
+            "tests/observers/test_booking.py"
+            "::test_rows_of_a_step_that_is_taken_back_are_in_no_history",
+        ),
+    ),
+    # starts
+    Fault(
+        "a mode turns three directors twice as far",
+        GIVEN,
+        "turns = cross if rows.shape[1] == 1 else cross / 2",
+        "turns = cross",
+        (f"{STARTS}::test_a_mode_turns_directors_by_its_slope[beam]",),
+    ),
+    Fault(
+        "a mode turns one director half as far",
+        GIVEN,
+        "turns = cross if rows.shape[1] == 1 else cross / 2",
+        "turns = cross / 2",
+        (f"{STARTS}::test_a_mode_turns_directors_by_its_slope[shell]",),
+    ),
+    Fault(
+        "controllers begin with empty memories",
+        "shellmb/simulate/simulation.py",
+        "        self.control.go_on(self.problem.controlled)\n",
+        "",
+        (
+            "tests/control/test_runs.py"
+            "::test_a_run_from_another_goes_on_with_its_controllers[motors]",
+        ),
+    ),
+    Fault(
+        "velocities that joints replace are not said",
+        "shellmb/simulate/start/start.py",
+        "        if abs(after - before) > DRIFT * before:\n",
+        "        if after < 0.01 * before:\n",
+        ("tests/mechanisms/test_start.py::test_velocities_that_joints_replace_are_said",),
+    ),
+    # times
+    Fault(
+        "times of steps are summed",
+        "shellmb/simulate/stepsize/landing.py",
+        "return self.begin + self.steps * dt",
+        "return t + dt",
+        (f"{TIMES}::test_equal_steps_are_counted",),
+    ),
+    Fault(
+        "a rest of a step is a step",
+        "shellmb/simulate/stepsize/landing.py",
+        "(remaining / 2 if remaining < (1 + size.least_rest) * size.dt else size.dt)",
+        "size.dt",
+        (f"{TIMES}::test_a_rest_is_shared_where_it_is_short",),
     ),
 )

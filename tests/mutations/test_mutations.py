@@ -17,6 +17,7 @@ import pytest
 from . import (
     faults,
     faults_control,
+    faults_derived,
     faults_faces,
     faults_locations,
     faults_recent,
@@ -33,6 +34,7 @@ FAULTS = (
     *faults_said.FAULTS,
     *faults_recent.FAULTS,
     *faults_faces.FAULTS,
+    *faults_derived.FAULTS,
 )
 
 ROOT = Path(__file__).parents[2]
@@ -43,10 +45,9 @@ LIMIT = 900.0
 def copied(folder: Path) -> Path:
     """A copy of the package as it is installed: forms and demos inside of it."""
     package = folder / "shellmb"
-    ignore = shutil.ignore_patterns("__pycache__", "figures", "studies")
-    shutil.copytree(ROOT / "shellmb", package, ignore=shutil.ignore_patterns("__pycache__"))
-    for part in ("forms", "demos"):
-        shutil.copytree(ROOT / part, package / part, ignore=ignore)
+    shutil.copytree(
+        ROOT / "shellmb", package, ignore=shutil.ignore_patterns("__pycache__", "figures")
+    )
     return package
 
 

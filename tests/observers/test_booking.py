@@ -205,3 +205,37 @@ def test_only_observers_with_something_to_do_are_called() -> None:
     scene = replace(swing(), t_end=0.02)
     Simulation(scene).run([Looks("idle", True), Looks("busy", False), Silent(), given])
     assert calls == ["given", "busy"] * 2
+
+
+class Squares(booking.Booked):
+    """Books the squares of what it is given."""
+
+    given = 0.0
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.values = np.zeros(booking.STEPS)
+
+    def take_accepted(self, simulation: Any, row: int) -> None:
+        self.values[row] = self.given
+
+    def book_rows(self, rows: slice) -> list[dict[str, float]]:
+        return [{"square": float(value) ** 2} for value in self.values[rows]]
+
+
+def test_rows_of_a_step_that_is_taken_back_are_in_no_history() -> None:
+    """An event looks behind steps, some of which are not taken: only those that are have rows."""
+    squares, simulation = Squares(), SimpleNamespace()
+    assert squares.collect(0) == []
+    for taken, tried in ((1.0, 7.0), (2.0, 8.0), (3.0, 9.0)):
+        kept = squares.state()
+        for squares.given in (tried, -tried):
+            squares.solved(simulation)
+            squares.accepted(simulation)
+            assert squares.measure() == {"square": tried**2}
+        squares.restore(kept)
+        squares.given = taken
+        squares.solved(simulation)
+        squares.accepted(simulation)
+    assert squares.count == 3
+    assert [row["square"] for row in squares.collect(9)] == [1.0, 4.0, 9.0]

@@ -2,11 +2,32 @@
 
 from typing import Any
 
+from mpi4py import MPI
+
 import numpy as np
 import pytest
+from dolfinx import fem
+from scipy.spatial.transform import Rotation
 
+from shellmb.checked_model import checked_model
+from shellmb.modal.geometric_stiffness import GeometricStiffness
+from shellmb.modal.lowest import lowest_frequency
 from shellmb.running.execute import execute
-from shellmb.scene import Beam, Clamped, GeneralSection, Line, Modal, PointForce, Probe, Scene
+from shellmb.scene import (
+    Beam,
+    Clamped,
+    GeneralSection,
+    Isotropic,
+    Line,
+    Modal,
+    PointForce,
+    Probe,
+    Rectangle,
+    RigidBody,
+    Scene,
+    Shell,
+    Weld,
+)
 
 BENDING = 200.0
 # hardly a shear or a stretch
@@ -50,3 +71,47 @@ def test_the_share_is_what_deflections_are_off_by(model: Any) -> None:
         assert len(values) == 1
         assert error / 3 < values[0] < 3 * error
     assert off[0] < 0.01
+
+
+@pytest.mark.parametrize("R", [np.eye(3), Rotation.from_rotvec((0.3, -1.0, 2.0)).as_matrix()])
+@pytest.mark.parametrize("forces", [(3.0, 0.5, 0.7), (-2.0, 4.0, -1.0), (0.0, 0.0, 1.0)])
+@pytest.mark.parametrize("omega", [(0.01, 0.02, -0.03), (0.0, 0.02, 0.01), (0.02, 0.02, 0.0)])
+def test_forces_work_on_rotations(forces: Any, omega: Any, R: np.ndarray) -> None:
+    """`|N_ab (w x e_a) . (w x e_b)|/2` of a plate, by vectors, and `N_ab S_ab/2` of its strain."""
+    plate = Shell("plate", Rectangle(2.0, 0.5), Isotropic(1e6, 0.3, 0.01, 1.0), mesh=(2, 1))
+    model, _ = checked_model(Scene("plate", plate, scheme="ep", dt=1, t_end=1), MPI.COMM_WORLD)
+    body, strain = model.shells["plate"], np.array([[1e-3, 4e-4, 0], [4e-4, -2e-3, 0], [0, 0, 0]])
+    state = np.zeros(len(fem.Function(body.mixed.space).x.array))
+    X = body.mixed.nodes("u")
+    seen = X @ (np.eye(3) + np.cross(omega, np.eye(3)).T + strain).T
+    state[body.mixed.dofs["u"].reshape(-1, 3)] = seen @ R.T - X
+    N = np.zeros((len(body.mixed.dofs["N"]) // body.mixed.parts["N"][1], 3))
+    N[:] = np.array(forces) / float(body.section.formulation.N0)
+    state[body.mixed.dofs["N"].reshape(len(N), -1)[:, :3]] = N
+    squares, stretching, _ = GeometricStiffness(body).of(state, R.T)
+    matrix = np.array([[forces[0], forces[2]], [forces[2], forces[1]]])
+    moved = np.cross(omega, np.eye(3)[:2])
+    area = 2.0 * 0.5
+    assert squares == pytest.approx(area / 2 * abs(np.sum(matrix * (moved @ moved.T))), rel=1e-9)
+    assert stretching == pytest.approx(area / 2 * np.sum(matrix * strain[:2, :2]), rel=1e-9)
+
+
+@pytest.mark.parametrize(("held", "root"), [(False, 22.37), (True, 3.516)])
+def test_a_beam_at_a_joint_is_as_soft_as_a_cantilever(held: bool, root: float) -> None:
+    """`root sqrt(D/(m L^4))`: what a joint may hold as a clamp does, and what nothing holds."""
+    rod = Beam("rod", Line((0, 0, 0), (1, 0, 0)), SECTION, elements=6)
+    hub = RigidBody("hub", 1.0, (1.0, 1.0, 1.0))
+    weld = Weld("root", "hub", "rod", at=(0, 0, 0))
+    scene = Scene(
+        "rod",
+        beams=rod,
+        rigid_bodies=hub if held else (),
+        joints=weld if held else (),
+        scheme="ep",
+        dt=1,
+        t_end=1,
+    )
+    model, _ = checked_model(scene, MPI.COMM_WORLD)
+    exact = root * np.sqrt(BENDING / 1.5)
+    # shear and rotary inertia
+    assert lowest_frequency(model, "rod") == pytest.approx(exact, rel=4e-3)

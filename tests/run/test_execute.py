@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import pyvista
 
+import shellmb as sm
 from shellmb.errors import ConvergenceError, SceneError
 from shellmb.running.execute import execute
 from shellmb.running.loader import load
@@ -195,6 +196,9 @@ def test_failed_run_leaves_its_last_good_state(tmp_path, caplog):
     bad = replace(hard, solver=Solver(max_iterations=4))
     with pytest.raises(ConvergenceError, match=r"step 4.*last good state is in"):
         execute(bad, tmp_path / "run", pictures=False, results=module.results)
+    # a temporary directory is gone before anybody can look into it
+    with pytest.raises(ConvergenceError, match=r"step 4.*left when Python ends; give out to keep"):
+        sm.run(bad, pictures=False)
     summary = json.loads((tmp_path / "run" / "summary.json").read_text())
     assert "step 4" in summary["failed"]
     assert summary["steps"] == 3

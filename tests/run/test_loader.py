@@ -86,7 +86,7 @@ def test_bad_files(tmp_path, source, message):
 
 
 def test_missing_scenes():
-    with pytest.raises(SceneError, match=r"no scene 'nosuch'; give one of .*sudden_load"):
+    with pytest.raises(SceneError, match=r"no scene 'nosuch'; `shellmb list` has all"):
         load("nosuch")
     with pytest.raises(SceneError, match="there is no file"):
         load("nosuch.py")

@@ -92,7 +92,7 @@ SCENES: dict[str, tuple[Scene, int, set[str]]] = {
     "rigid": (rigid(), 11, {"contact", "angular momentum"}),
     "tolerance": (
         rigid(
-            scheme="ed3", alpha=0.5, dt=0.01, t_end=0.2, step_control=StepControl(tolerance=1e-3)
+            scheme="ed3", alpha=0.5, dt=0.01, t_end=0.2, step_control=StepControl(step_error=1e-3)
         ),
         12,
         {"contact"},

@@ -8,7 +8,7 @@ from shellmb.errors import ShellmbWarning
 from shellmb.options.run import Options
 from shellmb.scene import Clamped, Isotropic, Rectangle, Scene, Shell
 from shellmb.scene.checks.effect import doubts
-from shellmb.scene.schemes import DISSIPATIVE, SCHEMES
+from shellmb.scene.schemes import DISSIPATIVE, SCHEMES, dissipation
 from shellmb.schemes.registry import make_scheme
 
 PLATE = Shell("plate", Rectangle(1, 1), Isotropic(E=2e11, nu=0.3, thickness=0.01, density=7800))
@@ -22,6 +22,7 @@ def made(**changes):
 def test_defaults(scheme):
     scene = made(scheme=scheme)
     own = getattr(make_scheme(scene.scheme, scene.dissipation), "alpha", 0.0)
+    assert dissipation(scheme, None) == own  # also of `sm.Motion`
     assert own == scene.dissipation == DISSIPATIVE.get(scheme, 0.0) <= 0.5
     if scheme == "generalized-alpha":
         assert (1 - own) / (1 + own) == pytest.approx(0.8)  # what its users take

@@ -7,8 +7,10 @@ import pytest
 
 from shellmb import scene
 from shellmb.errors import SceneError
+from shellmb.running.request import Request
+from shellmb.scene.fingerprint import differences
 from shellmb.scene.values.models import model_of
-from shellmb.scene.values.renamed import CHOICES, RENAMED, STILL_CHOSEN, STILL_READ
+from shellmb.scene.values.renamed import CHOICES, RENAMED, STILL_CHOSEN, STILL_READ, STORED
 
 DESCRIBED = [c for name in scene.__all__ if is_dataclass(c := getattr(scene, name))]
 PAGE = Path(__file__).parents[2] / "docs" / "reference" / "vocabulary.md"
@@ -36,6 +38,19 @@ def test_a_former_name_is_rejected_with_the_new_one(former):
         with pytest.raises(SceneError) as refused:
             cls(**{former: "left"})
         assert str(refused.value).endswith(f": {former} is now called {name}; write {name}=...")
+
+
+def test_a_run_that_is_older_than_a_name_is_read():
+    """Its request by the names of today, its state as that of the same scene."""
+    given = {
+        "scene": "sudden_load",
+        "parameters": {},
+        "options": {"step_tolerance": 1e-3, "tolerance": 1e-8},
+    }
+    options = Request.from_dict(given).options
+    assert (options.step_error, options.newton_tolerance) == (1e-3, 1e-8)
+    now = {today: 1e-3 for today in STORED.values()}
+    assert differences(dict.fromkeys(STORED, 1e-3), now) == []
 
 
 SQUARE, SECTION = scene.Rectangle(1, 1), scene.Isotropic(1, 0, thickness=0.1)

@@ -10,6 +10,7 @@ import pytest
 import ufl
 from dolfinx import fem
 
+from shellmb.errors import SceneError
 from shellmb.forms.shell import ShellStrains, shell_strains
 from shellmb.model.shells import elastic
 from shellmb.native.kernels import compile_all, compiled, kernel_name
@@ -183,3 +184,30 @@ def test_order_of_hyperelastic_sections(scheme: str, alpha: float, order: int) -
     best = swaying(stretches, "ep4", 0.0, 144, **of)
     errors = [np.linalg.norm(swaying(stretches, scheme, alpha, n, **of) - best) for n in counts]
     assert slope(counts, errors) == pytest.approx(order, abs=0.3)
+
+
+def strained_at_rest(u: Any, w: Any, surf: Any) -> Any:
+    """A membrane strain of a tenth of a per cent more."""
+    e = shell_strains(u, w, surf)
+    return ShellStrains(e.eps + ufl.as_vector([1e-3, 0, 0]), e.kap, e.gam)
+
+
+def curved_at_rest(u: Any, w: Any, surf: Any) -> Any:
+    """A curvature that varies, of a measure that is not quadratic."""
+    x, e = ufl.SpatialCoordinate(ufl.domain.extract_unique_domain(u)), stretches(u, w, surf)
+    return ShellStrains(e.eps, e.kap + ufl.as_vector([0, ufl.sin(x[0]), 0]), e.gam)
+
+
+def zero_by_round_off(u: Any, w: Any, surf: Any) -> Any:
+    """Zero at rest, but not by its symbols."""
+    e, size = shell_strains(u, w, surf), ufl.dot(surf.e1, surf.e1)
+    return ShellStrains(e.eps + ufl.as_vector([size - 1, 0, 0]), e.kap, e.gam)
+
+
+@pytest.mark.parametrize("section", [SOFT, STIFFENING])
+def test_strains_that_are_not_zero_at_rest_are_refused(section: Any) -> None:
+    """Resultants begin as zero: a prestrain of a shell is natural, or in its energy."""
+    for strains in (strained_at_rest, curved_at_rest):
+        with pytest.raises(SceneError, match=f"'plate': strains {strains.__name__} gives a strain"):
+            Simulation(plate("ep", strains=strains, section=section))
+    Simulation(plate("ep", strains=zero_by_round_off, section=section))

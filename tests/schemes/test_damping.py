@@ -236,7 +236,7 @@ def test_a_coupled_laminate_in_steps_of_its_own_choice() -> None:
         (Ply(ply, 0.01, 20.0), Ply(ply, 0.01, 70.0)), stiffness_damping=times, mass_damping=1.0
     )
     scene = strip("shell", "ep4", loads=Gravity((0, 0, -50.0)), dt=1e-2, t_end=0.3)
-    control = StepControl(tolerance=1e-3)
+    control = StepControl(step_error=1e-3)
     scene = replace(scene, shells=replace(scene.shells[0], section=skew), step_control=control)
     simulation, account = Simulation(scene), EnergyAccount()
     works = Works(account)

@@ -143,6 +143,65 @@ def skid(stiffness=2e5, friction=0.3, speed=2.0, dt=1e-3, steps=30):
     )
 
 
+OBSTACLES = {
+    "plane": lambda p: sm.Plane((p, 0, 0), (-1, 0, 0)),
+    "ball": lambda p: sm.Ball((p + 1, 0.1, 0), 1.005),
+    "hollow": lambda p: sm.Ball((p - 1, 0.1, 0), 1.005, inside=True),
+    "rod": lambda p: sm.Rod((p + 1, 0.1, 0), Z, 1.005),
+    "tube": lambda p: sm.Rod((p - 1, 0.05, 0), Z, 1.005, inside=True),
+    "box": lambda p: sm.Box((p + 0.5, 0.1, 0), (1, 1, 1), (1, 0.2, 0), (-0.2, 1, 0), 0.05),
+}
+
+
+def knock(kind="plane", scheme="ep4", place=0.1, stiffness=1e4, dt=0.01, steps=20, **more):
+    """A ball on a spring that meets an obstacle for a few steps."""
+    bodies = [sm.RigidBody("ball", 1.0, (0.02, 0.02, 0.02))]
+    if "obstacle_body" in more:
+        at = (place + 0.5, 0, 0)
+        bodies.append(sm.RigidBody("wall", 3.0, (0.02, 0.03, 0.025), position=at))
+    return sm.Scene(
+        "knock",
+        rigid_bodies=bodies,
+        force_elements=sm.Spring(
+            "spring", sm.GROUND, "ball", (-1, 0, 0), (0, 0, 0), stiffness=30.0, length=1.0
+        ),
+        contacts=sm.Contact(
+            "touch",
+            OBSTACLES[kind](place),
+            stiffness=stiffness,
+            body="ball",
+            radius=0.01,
+            **{"smoothing": 1e-3} | more,
+        ),
+        initial=sm.InitialVelocity((1.0, 0.3, 0.1), (0, 0, 5.0), body="ball"),
+        probes=[sm.Probe(f"x{k}", "center", component=k, body="ball") for k in range(3)],
+        scheme=scheme,
+        dt=dt,
+        t_end=steps * dt,
+    )
+
+
+def stopped(turns=True, scheme="ep4", limit=0.1, stiffness=1e4, dt=0.01, steps=20, **more):
+    """A body on a joint with a spring that meets a stop for a few steps."""
+    joint = sm.Revolute if turns else sm.Prismatic
+    moves = {"spin": (0, 0, 1.0)} if turns else {"velocity": (0, 0, 1.0)}
+    given = {"smoothing": 1e-3} | more
+    return sm.Scene(
+        "stopped",
+        rigid_bodies=sm.RigidBody("body", 1.0, (0.5, 0.5, 1.0)),
+        joints=joint("joint", sm.GROUND, "body", at=(0, 0, 0), axis=Z),
+        force_elements=(
+            sm.JointSpring("spring", "joint", stiffness=30.0),
+            sm.JointStop("stop", "joint", upper=limit, stiffness=stiffness, **given),
+        ),
+        initial=sm.InitialVelocity(**moves),
+        probes=sm.Probe("x", (0, 1.0, 0), component=0 if turns else 2, body="body"),
+        scheme=scheme,
+        dt=dt,
+        t_end=steps * dt,
+    )
+
+
 def carried(stiffness=2e4, friction=0.3, speed=3.0, height=0.02, scheme="ep", dt=1e-3, steps=30):
     """A ball that strikes a box on a body that turns, which it moves."""
     ball = sm.RigidBody("ball", 2.0, (8e-3, 8e-3, 8e-3), position=(0.02, 0.01, 0.13))

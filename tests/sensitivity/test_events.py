@@ -153,7 +153,7 @@ def test_short_steps_between_events_follow_the_closed_form(
         # by its own tolerance
         (sm.StepControl(), 1e-2, 1e-3, 9.0),
         # by the length of the shortest step, where steps have grown to seventy times the scene's
-        (sm.StepControl(tolerance=1e-3), 1e-4, SHARP, 0.093004),
+        (sm.StepControl(step_error=1e-3), 1e-4, SHARP, 0.093004),
     ],
 )
 def test_an_event_that_is_found_late_does_not_jump(

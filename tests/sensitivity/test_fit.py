@@ -365,6 +365,27 @@ def test_bad_covariance(covariance, said: str) -> None:  # type: ignore[no-untyp
         covariance_of(["a", "b"], covariance)
 
 
+def test_deviations_are_squared_and_may_be_zero() -> None:
+    """The kind: a parameter that is known exactly, beside one that is not, in any order."""
+    from shellmb.sensitivity.fitting.band import covariance_of
+
+    found = covariance_of(["a", "b"], {"b": 3.0, "a": 0.0})
+    np.testing.assert_array_equal(found, [[0.0, 0.0], [0.0, 9.0]])
+
+
+def test_ranks_of_histories_are_by_root_mean_squares_of_what_is_known() -> None:
+    """`p rms(dy/dp)/rms(y)` of `y = 3, -4, nan` and `dy/dp = -12, 16, nan` is `4 p`."""
+    found = Sensitivities.__new__(Sensitivities)
+    found.parameters = (Parameter("E", 5.0, 2e-5),)
+    history = pd.DataFrame({"y": [3.0, -4.0, np.nan]})
+    found.__dict__ |= {
+        "history": pd.concat({"E": -4.0 * history}, axis=1),
+        "results": pd.DataFrame({"E": {}}),
+        "run": SimpleNamespace(results={}, history=history, described=None),
+    }
+    assert sm.rank(found, of="y").table.loc["y", "E"] == pytest.approx(20.0, rel=1e-14)
+
+
 def test_a_band_of_a_run_without_probes() -> None:
     """Kind: nothing to draw, which matplotlib said of its own rows."""
     t = pd.DataFrame({"t": [0.0, 1.0]})

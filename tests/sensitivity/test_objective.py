@@ -21,10 +21,11 @@ FLAT = np.array([0.0, 0.5, 1.0, 1.0 - 3e-5, 0.4, 0.2])  # its largest value is n
 DRAWN = iter(range(9))
 
 
-def slopes_of(objective: Callable, tip: np.ndarray = FLAT) -> np.ndarray:
-    history = {"t": T, "tip": tip, "other": 2 * tip}
-    found = slopes(objective, history, evaluated(objective, history))
+def slopes_of(objective: Callable, tip: np.ndarray = FLAT, kinks: int = 0) -> np.ndarray:
+    history, said = {"t": T, "tip": tip, "other": 2 * tip}, list[str]()
+    found = slopes(objective, history, evaluated(objective, history), said)
     assert not found["other"].any()
+    assert ["has a kink in the history of 'tip'" in text for text in said] == [True] * kinks
     return found["tip"]
 
 
@@ -63,8 +64,7 @@ def test_numbers_that_depend_on_nothing() -> None:
 )
 def test_kinks_are_said(objective: Callable) -> None:
     twice = np.array([0.0, 0.5, 1.0, 1.0, 0.4, 0.2])
-    with pytest.warns(sm.ShellmbWarning, match="has a kink in the history of 'tip'"):
-        slopes_of(objective, twice)
+    slopes_of(objective, twice, kinks=1)
 
 
 @pytest.mark.parametrize(
@@ -92,10 +92,13 @@ def last(history: dict) -> float:
 def test_corners_that_a_step_meets_are_said_backwards() -> None:
     """A load is taken in the middle of a step of EP, where its ramp begins."""
     with pytest.warns(sm.ShellmbWarning, match=r"load 1 has a corner at t = 0\.45, .*'start' mov"):
-        sm.adjoint(refusals.thrown, last, parameters=("start",), values={"start": 0.45})
+        found = sm.adjoint(refusals.thrown, last, parameters=("start",), values={"start": 0.45})
+    (said,) = found.warnings
+    assert "load 1 has a corner at t = 0.45" in said
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        sm.adjoint(refusals.thrown, last, parameters=("start",), values={"start": 0.42})
+        found = sm.adjoint(refusals.thrown, last, parameters=("start",), values={"start": 0.42})
+    assert found.warnings == ()
 
 
 def test_kinks_of_the_scene_function_are_said_backwards() -> None:

@@ -36,7 +36,7 @@ def test_small_tolerances_are_kept_over_a_few_radians(scheme: str) -> None:
     Simulation(double_pendulum("ep4", 0.0, 300, t_end=1.0)).run([exact])
     scene = double_pendulum(scheme, alpha, 400, t_end=1.0)
     for tolerance in (1e-6, 1e-7)[: 1 if scheme == "ed3" else 2]:
-        control = StepControl(tolerance=tolerance, max_dt=1.0)
+        control = StepControl(step_error=tolerance, max_dt=1.0)
         path, simulation = RigidPath("b"), Simulation(replace(scene, step_control=control))
         simulation.run([path])
         missed = np.max(np.abs(path.positions[-1] - exact.positions[-1]))
@@ -48,7 +48,7 @@ def test_small_tolerances_are_kept_over_a_few_radians(scheme: str) -> None:
 
 def test_higher_orders_are_asked_for_more_radians_at_no_more_than_half_the_steps_again() -> None:
     for order in (1, 2, 3, 4):
-        size = ErrorSize(StepControl(tolerance=1e-3), 1.0, t_end=100.0, order=order)
+        size = ErrorSize(StepControl(step_error=1e-3), 1.0, t_end=100.0, order=order)
         assert (size.radians > 2.5) == (order > 2)
         assert size.radians ** (1 / order) < 1.5
         # what is more than its share is rejected
@@ -73,7 +73,7 @@ RADIANS = {"ep": "a radian", "ep4": "3.8 radians", "ed3": "2.7 radians"}
 
 def spinning(scheme: str, tolerance: float | None, dt: float) -> Simulation:
     """A free body that turns about an axis near its stablest one: 36 radians and more."""
-    control = StepControl(tolerance=tolerance)
+    control = StepControl(step_error=tolerance)
     scene = Scene(
         "free",
         rigid_bodies=RigidBody("body", 1.0, (1.0, 2.0, 3.0)),
@@ -123,7 +123,7 @@ def test_first_steps_are_short_enough_for_forces_that_begin_to_act(scheme: str) 
             dt=dt,
             t_end=1.0,
             step_control=StepControl(
-                tolerance=tolerance, max_dt=None if tolerance is None else 1.0
+                step_error=tolerance, max_dt=None if tolerance is None else 1.0
             ),
         )
         simulation = Simulation(scene)

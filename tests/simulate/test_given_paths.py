@@ -7,21 +7,29 @@ from typing import Any
 import numpy as np
 import pytest
 
-from shellmb.errors import SceneError
+from shellmb.errors import ConvergenceError, SceneError
 from shellmb.running.execute import RunResult, execute
 from shellmb.scene import (
     GROUND,
+    Beam,
     Clamped,
     Driven,
     Driver,
     Fixed,
     Isotropic,
+    JointSpring,
+    Line,
     PathFollowing,
+    PointForce,
     Potential,
     Prismatic,
     Probe,
+    Rectangle,
+    RectangularSection,
+    Revolute,
     RigidBody,
     Scene,
+    Shell,
     Spring,
 )
 from tests.scenes import plate
@@ -135,3 +143,84 @@ def test_prescribed_motions_begin_at_rest() -> None:
         replace(base, supports=Driven("right", rotation=lambda factor: 0.3 + factor))
     with pytest.raises(SceneError, match=r"has no load to follow.*load=True"):
         replace(base, supports=Clamped("left"))
+
+
+GIVEN = {
+    "steep": lambda f: 0.01 * math.sqrt(f + 0.01) - 0.001,
+    "flat": lambda f: 0.01 * f**2,
+    "flat and far": lambda f: 0.3 * f**3,
+    "down": lambda f: -0.02 * (math.exp(f) - 1 - f),
+}
+
+
+@pytest.mark.parametrize("form", GIVEN)
+@pytest.mark.parametrize("kind", ["shell", "beam", "two", "loaded"])
+def test_each_row_has_what_is_prescribed(kind: str, form: str) -> None:
+    """Kind: values that are no line of the load factor, the only ones, two, or beside a load."""
+    given, other = GIVEN[form], lambda f: 1e-5 * f
+    steel = {"E": 210e9, "nu": 0.3, "density": 7800.0}
+    end = "end" if kind == "beam" else "right"
+    held = Fixed(end, displacement=(other if kind == "two" else None, None, given))
+    line = Line((0, 0, 0), (1, 0, 0))
+    bodies: dict[str, Any] = {
+        "beams": Beam("beam", line, RectangularSection(**steel, width=0.1, height=0.02), elements=2)
+    }
+    if kind != "beam":
+        shape = Rectangle(1.0, 0.1)
+        bodies = {"shells": Shell("s", shape, Isotropic(**steel, thickness=2e-3), mesh=(4, 1))}
+    scene = Scene(
+        "strip",
+        supports=[Clamped("start" if kind == "beam" else "left"), held],
+        loads=PointForce("right-top", (0.0, 0.1, 0.0)) if kind == "loaded" else (),
+        probes=[
+            Probe(name, "end" if kind == "beam" else "right-bottom", component=k)
+            for k, name in enumerate("xyz")
+        ],
+        scheme="static",
+        # with a load the arc length is that of what it moves at first
+        dt=0.1,
+        t_end=1e6,
+        path=PathFollowing(load_end=1.0),
+        **bodies,
+    )
+    found = columns(execute(scene))
+    exact = np.array([given(f) for f in found["load_factor"]])
+    assert np.abs(found["z"] - exact).max() < 1e-12 * np.abs(exact).max()
+    if kind == "two":
+        assert found["x"] == pytest.approx(1e-5 * found["load_factor"], abs=1e-17)
+    assert found["load_factor"][-1] == pytest.approx(1.0, abs=1e-9)
+    # where so much is prescribed long steps of the load find other equilibria
+    steps = columns(execute(replace(scene, path=None, t_end=1.0, dt=0.25)))
+    for name in "" if form == "flat and far" else "xyz":
+        assert found[name][-1] == pytest.approx(steps[name][-1], rel=1e-6, abs=1e-12)
+
+
+@pytest.mark.parametrize("power", [1, 2])
+def test_a_driven_mechanism_has_its_angle(power: int) -> None:
+    """A crank of rigid bodies on a path: its angle in each row, the torque of its spring."""
+    scene = Scene(
+        "crank",
+        rigid_bodies=RigidBody("crank", 1.0, (1.0, 1.0, 1.0), com=(1.0, 0, 0)),
+        joints=Revolute("pin", GROUND, "crank", at=(0, 0, 0), axis=(0, 0, 1)),
+        force_elements=JointSpring("spring", "pin", 3.0),
+        drivers=Driver("drive", "pin", rotation=lambda f: 1.5 * f**power + 0.3 * f**3),
+        scheme="static",
+        t_end=10.0,
+        path=PathFollowing(load_end=1.0),
+    )
+    found = columns(execute(scene))
+    f = found["load_factor"]
+    angle = 1.5 * f**power + 0.3 * f**3
+    assert found["pin.rotation"] == pytest.approx(angle, abs=1e-12)
+    assert found["drive.torque"][1:] == pytest.approx(3.0 * angle[1:], abs=1e-9)
+    assert f[-1] == pytest.approx(1.0, abs=1e-9)
+
+
+def test_what_turns_round_is_said() -> None:
+    """At the largest value of what alone is prescribed nothing moves; it says so, and where."""
+    scene = replace(bent(PathFollowing(load_end=1.0)), probes=())
+    back = Fixed("right", displacement=(None, None, lambda f: 0.1 * math.sin(3 * f)))
+    with pytest.raises(
+        ConvergenceError, match=r"turns round between the load factors 0\.5.*load_end"
+    ):
+        execute(replace(scene, supports=[Clamped("left"), back]))

@@ -247,6 +247,46 @@ def test_sections_may_change(path: tuple[Path, RunResult]) -> None:
     assert np.max(np.abs(2 * states[0][1] - states[1][1])) < 1e-7 * largest
 
 
+def test_a_thicker_section_has_the_energy_of_the_same_bending(
+    path: tuple[Path, RunResult],
+) -> None:
+    """Twice the thickness at the same curvature: eight times the energy, in no unit of sections."""
+    energies = []
+    for thickness in (H, 2 * H):
+        shell = sm.Shell(
+            "strip", sm.Rectangle(L, WIDTH), replace(SECTION, thickness=thickness), mesh=(4, 1)
+        )
+        scene = replace(strip(scheme="ep", dt=0.1, t_end=0.1), shells=shell)
+        simulation, energy = Simulation(replace(scene, start=sm.FromRun(path[0]))), EnergyAccount()
+        energy.start(simulation)
+        energies.append(energy.values["strain_energy"])
+    # not round-off: what the strip is stretched and sheared by
+    assert energies[1] == pytest.approx(8 * energies[0], rel=1e-3)
+
+
+@pytest.mark.parametrize("kind", ["beam", "shell"])
+def test_a_mode_turns_directors_by_its_slope(kind: str) -> None:
+    """Of a slender cantilever, 1.3765 times the deflection over the length at the tip (Blevins)."""
+    amplitude = 1e-4
+    body: dict[str, Any] = {"shells": strip().shells, "supports": sm.Clamped("left")}
+    if kind == "beam":
+        bar = sm.RectangularSection(E, 0.3, width=0.02, height=0.01, density=RHO)
+        line = sm.Line((0, 0, 0), (L, 0, 0))
+        body = {"beams": sm.Beam("strip", line, bar, elements=6), "supports": sm.Clamped("start")}
+    scene = sm.Scene(
+        "strip", **body, scheme="ep", dt=1e-3, t_end=1e-3, start=sm.FromMode(1, amplitude)
+    )
+    simulation = Simulation(scene)
+    own, _, X, _ = simulation.model.nodes_of("strip")
+    q = simulation.problem.state("strip").x.array
+    tips = np.isclose(X[:, 0], L)
+    turned = q[own.mixed.dofs["w"]].reshape(len(X), -1, 3)[tips]
+    deflection = np.abs(q[own.mixed.dofs["u"]].reshape(-1, 3)[tips]).max()
+    assert deflection == pytest.approx(amplitude, rel=1e-6)
+    # two of three directors turn with the slope, the only one of a shell, too
+    assert np.abs(turned).max() * L / deflection == pytest.approx(1.3765, rel=1e-2)
+
+
 def test_what_does_not_fit_is_moved_and_its_energy_is_said(path: tuple[Path, RunResult]) -> None:
     """A support that begins elsewhere is refused; with `assemble` its work is said."""
     folder, _ = path
@@ -355,6 +395,42 @@ BAD = {
 def test_bad_starts_get_a_sentence(message: str, path: tuple[Path, RunResult]) -> None:
     with pytest.raises(SceneError, match=message):
         BAD[message](path[0])
+
+
+# shapes that map a strip or a rod to a line or point, or turn parts of it over, and what is left
+COLLAPSED: dict[str, tuple[str, Any, Any]] = {
+    "to a line": ("0 of the area", lambda x: np.array([0 * x[0], -x[1], 0 * x[0]]), None),
+    "to a point": ("0 of the area", lambda x: -x, None),
+    "turned over": ("-1 of the area", lambda x: np.array([-2 * x[0], 0 * x[0], 0 * x[0]]), None),
+    "folded": (
+        "-1 of the area",
+        lambda x: np.array([np.where(x[0] > L / 2, L - 2 * x[0], 0 * x[0]), 0 * x[0], 0 * x[0]]),
+        None,
+    ),
+    "only directors": (
+        "of the area",
+        None,
+        lambda x: np.array([3.0 + 0 * x[0], 0 * x[0], 0 * x[0]]),
+    ),
+    "a rod to a point": ("0 of the length", lambda x: -x, None),
+    "a rod turned over": ("-1 of the length", lambda x: -2 * x, None),
+}
+
+
+@pytest.mark.parametrize("case", COLLAPSED)
+def test_shapes_that_collapse_are_refused(case: str) -> None:
+    message, displacement, rotation = COLLAPSED[case]
+    start = sm.FromShape(displacement, rotation)
+    moving: dict[str, Any] = {"scheme": "ep", "dt": 0.01, "t_end": 0.01, "start": start}
+    if "rod" in case:
+        section = sm.RectangularSection(E=E, nu=0.3, width=H, height=H, density=1e3)
+        rod = sm.Beam("rod", sm.Line((0, 0, 0), (L, 0, 0)), section, elements=4)
+        scene = sm.Scene("rod", beams=rod, **moving)
+    else:
+        strip = sm.Shell("strip", sm.Rectangle(L, WIDTH), SECTION, mesh=(4, 1))
+        scene = sm.Scene("strip", strip, **moving)
+    with pytest.raises(SceneError, match=rf"start from a shape of .*: at .* {message}"):
+        Simulation(scene)
 
 
 def test_a_damaged_state_is_refused(path: tuple[Path, RunResult], tmp_path: Path) -> None:

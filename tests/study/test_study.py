@@ -162,7 +162,9 @@ def test_failures_are_shown_and_not_repeated(tmp_path, monkeypatch):
     assert result.exit_code == 0, result.output
     assert "failed: Newton tolerance 1e-40" in result.stdout
     records = [json.loads(line) for line in (out / RECORDS).read_text().splitlines()[1:]]
-    assert [(r["choice"]["tolerance"], r["round"]) for r in records if r["failed"]] == [(1e-40, 0)]
+    assert [(r["choice"]["newton_tolerance"], r["round"]) for r in records if r["failed"]] == [
+        (1e-40, 0)
+    ]
     points = json.loads((out / "study.json").read_text())[0]["points"]
     assert [p["failed"] != "" for p in points] == [False, True]
 

@@ -69,7 +69,7 @@ def choose(levels: list[Level], target: float, farther: bool = False) -> Choice 
     if not rest > 0 and not farther and last.step > last.others:
         # companions with larger steps tell the others: while steps are coarse they are not known
         rest = PART * last.others
-    if not rest > 0 or not isfinite(last.error):
+    if not rest > 0 or not isfinite(last.mesh + last.step + last.others):
         return None
     most = 64 if farther else MESH
     q, p = mesh_order(levels), last.order

@@ -78,4 +78,4 @@ class ModeSearch(Search):
         write_mode_errors(comm, summary, place, found, said)
         # eigenproblems of fine meshes take most of the time: all of it grows with the elements
         self.levels.append(self._level_of(change, found[name], seconds, seconds))
-        self.store.keep({}, self.levels)
+        self.store.keep(self._family, self.levels)

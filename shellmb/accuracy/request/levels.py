@@ -14,6 +14,7 @@ from mpi4py import MPI
 import pandas as pd
 
 from shellmb.accuracy.companions import Change
+from shellmb.accuracy.family import Family
 from shellmb.accuracy.kept import Kept
 from shellmb.guarding.reading import read_json
 from shellmb.guarding.writing import write_text
@@ -41,6 +42,7 @@ class Level:
         total: Processor time so far, with all companions [s].
         dimension: Elements go with this power of those along a side.
         refinable: Whether its mesh can be refined.
+        converges: Whether differences of its companions fall; else only sizes of its parts do.
     """
 
     change: Change
@@ -56,6 +58,7 @@ class Level:
     total: float
     dimension: int
     refinable: bool = True
+    converges: bool = True
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values."""
@@ -110,34 +113,52 @@ class Store:
         comm.Barrier()
         return place
 
-    def keep(self, found: Mapping[Change, Kept | None], levels: Sequence[Level]) -> None:
+    def summary(self, number: int, comm: MPI.Comm) -> dict[str, Any]:
+        """Summary of the run of a level that is done; collective.
+
+        Args:
+            number: Its number, from 1.
+            comm: The ranks.
+        """
+        place = self.place(number)
+        assert place is not None
+        found: dict[str, Any] = comm.bcast(read_json(place / SUMMARY) if comm.rank == 0 else None)
+        return found
+
+    def keep(self, family: Family, levels: Sequence[Level]) -> None:
         """Write what is kept of runs, and the levels.
 
         Args:
-            found: What is kept, by what is different in them.
+            family: The runs.
             levels: The levels so far.
         """
         if self.directory is None or not self._writes:
             return
         rows = [
-            {"change": asdict(change), "kept": None if kept is None else _plain(kept)}
-            for change, kept in found.items()
+            {
+                "change": asdict(change),
+                "kept": None if kept is None else _plain(kept),
+                "why": family.failures.get(change),
+            }
+            for change, kept in family.found.items()
         ]
         whole = {"runs": rows, "levels": [level.to_dict() for level in levels]}
         (self.directory / LEVELS).mkdir(parents=True, exist_ok=True)
         write_text(self.directory / LEVELS / f"{self.base}-{KEPT}", json.dumps(whole) + "\n")
 
-    def read(self) -> tuple[dict[Change, Kept | None], list[Level]]:
-        """Stored runs and levels; empty if there are none."""
+    def read(self) -> tuple[dict[Change, Kept | None], dict[Change, str], list[Level]]:
+        """Stored runs, why those without a result failed, and levels; empty if there are none."""
         file = None if self.directory is None else self.directory / LEVELS / f"{self.base}-{KEPT}"
         if file is None or not file.is_file():
-            return {}, []
+            return {}, {}, []
         whole: Any = read_json(file)
         found = {
             Change(**row["change"]): None if row["kept"] is None else _kept(row["kept"])
             for row in whole["runs"]
         }
-        return found, [Level.from_dict(level) for level in whole["levels"]]
+        # former versions have no reasons
+        why = {Change(**row["change"]): row["why"] for row in whole["runs"] if row.get("why")}
+        return found, why, [Level.from_dict(level) for level in whole["levels"]]
 
 
 def _plain(kept: Kept) -> dict[str, Any]:

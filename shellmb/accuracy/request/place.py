@@ -15,6 +15,7 @@ from shellmb.accuracy.request.search import Outcome, Running, Search
 from shellmb.accuracy.request.wanted import UnknownQuantity, Wanted, frequency_number
 from shellmb.errors import SceneError, Stopped
 from shellmb.guarding.reading import read_json
+from shellmb.locks import is_temporary
 from shellmb.observers.summary import write_json
 from shellmb.options.accuracy import ACCURACY
 from shellmb.running.directory import LOCK, claimed, refuse_used, written
@@ -29,7 +30,7 @@ PICTURE = "accuracy.png"
 # elements along a side of which half are enough to tell anything
 FEW = 4
 # what belongs to the request and not to its last run
-OWN = {LOCK, ACCURACY, LEVELS, PICTURE}
+OWN = {LOCK, ACCURACY, REQUEST, LEVELS, PICTURE}
 
 
 def run_to_accuracy(
@@ -80,9 +81,10 @@ def run_to_accuracy(
         try:
             search, outcome = _search(scene, wanted, out, how)
         except Stopped as error:
-            raise Stopped(
-                error.signal, f"{going_on(out, how)} repeats the level it was in"
-            ) from None
+            says = f"{going_on(out, how)} repeats the level it was in"
+            if is_temporary(out):
+                says = "nothing of it is left when Python ends; give out to go on later"
+            raise Stopped(error.signal, says) from None
         size = search.size
         found = offers(outcome.levels, wanted.accuracy, size, search.label)
         about |= asdict(search.wanted) | {
@@ -95,8 +97,10 @@ def run_to_accuracy(
         }
         if comm.rank == 0:
             with written(out, comm):
-                _move(out / LEVELS / str(len(outcome.levels)), out)
+                # before the files of the last level, of which it says what they are: a request that
+                # is stopped among them puts them back
                 write_json(out / ACCURACY, about)
+                _move(out / LEVELS / str(len(outcome.levels)), out)
                 if pictures:
                     _draw(out, outcome, size, found)
         comm.Barrier()
@@ -230,8 +234,8 @@ def _difference(stored: dict[str, Any], scene: Scene, wanted: Wanted) -> str:
 
 
 def _put_back(out: Path, stored: dict[str, Any] | None) -> None:
-    """The run of a request that had ended is a level again."""
-    if stored is not None and stored.get("levels") and (out / SUMMARY).is_file():
+    """The run of a request that had ended, or all but ended, is a level again."""
+    if stored is not None and stored.get("levels"):
         place = out / LEVELS / str(len(stored["levels"]))
         place.mkdir(parents=True, exist_ok=True)
         for path in [p for p in out.iterdir() if p.name not in OWN]:

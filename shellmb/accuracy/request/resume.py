@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from mpi4py import MPI
@@ -11,6 +11,7 @@ from shellmb.accuracy.request.place import run_to_accuracy, wanted_in
 from shellmb.accuracy.request.search import Outcome, Running
 from shellmb.running.request import read_request
 from shellmb.scene import Scene
+from shellmb.simulate.simulation import Observer
 
 
 def resume_request(
@@ -21,6 +22,7 @@ def resume_request(
     comm: MPI.Comm,
     pictures: bool = True,
     tell: Callable[[str], None] = lambda text: None,
+    observers: Sequence[Observer] = (),
 ) -> Outcome:
     """Go on with a request from its levels.
 
@@ -32,6 +34,7 @@ def resume_request(
         comm: Communicator.
         pictures: Whether pictures are drawn at the end.
         tell: Is told how far it is.
+        observers: More observers of the levels' runs.
 
     Raises:
         SceneError: If the directory holds no such request, or one of another scene.
@@ -44,5 +47,5 @@ def resume_request(
         results, mode_results = module.results, module.mode_results
     wanted = wanted_in(out)
     assert wanted is not None
-    how = Running(comm, results, request, tell=tell, mode_results=mode_results)
+    how = Running(comm, results, request, observers, tell, mode_results)
     return run_to_accuracy(scene, wanted, out, how, pictures)

@@ -18,6 +18,7 @@ from shellmb.accuracy.family import Family, is_large
 from shellmb.accuracy.found import Found
 from shellmb.accuracy.kept import Kept, difference
 from shellmb.accuracy.modes import ModeResults
+from shellmb.accuracy.remarks import NO_LIMIT
 from shellmb.accuracy.request.choose import AIM, Choice, choose
 from shellmb.accuracy.request.levels import Level, Store
 from shellmb.accuracy.request.wanted import Wanted
@@ -41,6 +42,8 @@ SCHEMES = ("ep", "ed", "ep4", "ed3")
 FIRST, LARGEST = FEWEST * RATIO**2, 9
 # levels at most
 MOST = 8
+# so many levels in a row whose differences do not fall are the last ones
+LEVELS_THAT_TELL = 2
 # what companions add to the run of a level
 OVERHEAD = 1.9
 
@@ -102,8 +105,9 @@ class Search:
         # levels are companions of one another, not of what ran before
         begin_model()
         self._family = Family(scene, how.results, how.comm, ":" in (wanted.of or ""))
-        kept, self._stored = how.comm.bcast(store.read() if how.comm.rank == 0 else None)
+        kept, failures, self._stored = how.comm.bcast(store.read() if how.comm.rank == 0 else None)
         self._family.found.update(kept)
+        self._family.failures.update(failures)
         self._begun, self._cpu = time.perf_counter(), time.process_time()
         self._companions: list[Companions] = []
 
@@ -167,7 +171,7 @@ class Search:
         scene = self.scene
         if scene.static and scene.path is None:
             return 1.0
-        if scene.step_control.tolerance is not None or scene.path is not None:
+        if scene.step_control.step_error is not None or scene.path is not None:
             return RATIO
         assert scene.t_end is not None and scene.dt is not None
         return float(min(max(int(scene.t_end / scene.dt / FIRST), 1), LARGEST))
@@ -215,27 +219,28 @@ class Search:
         known = next((c for c in reversed(self._companions) if _helps(c.base, change)), None)
         self._companions.append(find_companions(self._family, change, kept.steps, known))
         self.levels.append(self._judge(change))
-        if run is not None:
+        out, comm = self.store.place(len(self.levels)), self.how.comm
+        # of a request that was stopped before it knew them, too
+        summary = self.store.summary(len(self.levels), comm) if run is None else run.summary
+        if "errors" not in summary:
             scene = change.apply(self.scene)
             errors = judged(self._companions[-1], self._family, scene, order_of(scene))
-            write_errors(run, errors)
-        self.store.keep(self._family.found, self.levels)
+            write_errors(summary, out, comm, errors)
+        self.store.keep(self._family, self.levels)
         return run
 
     def _run(self, change: Change, on: ExitStack) -> RunResult | None:
         """The run of a level; None where it is in the store."""
-        number = len(self.levels) + 1
-        done = self.store.is_done(number, self.how.comm)
-        if done and self._family.found.get(change) is not None:
-            return None
-        place = self.store.emptied(number, self.how.comm)
-        how = self.how
-        run, begin, cpu = self._family.start(change, place, how.observers, how.request)
-        self._family.take_up(run, begin, change, on, cpu)
+        number, how, run = len(self.levels) + 1, self.how, None
+        if not self.store.is_done(number, how.comm) or self._family.found.get(change) is None:
+            place = self.store.emptied(number, how.comm)
+            run, begin, cpu = self._family.start(change, place, how.observers, how.request)
+            self._family.take_up(run, begin, change, on, cpu)
         kept = self._family.found[change]
         assert kept is not None
         self._see(kept)
-        self.store.keep(self._family.found, self.levels)
+        if run is not None:
+            self.store.keep(self._family, self.levels)
         return run
 
     def _see(self, kept: Kept) -> None:
@@ -274,6 +279,7 @@ class Search:
             total=past + total if before is None else before,
             dimension=2 if any(s.model != "rigid" for s in scene.shells) else 1,
             refinable=self._refinable(scene),
+            converges=all(part.converges for part in found.parts.values()),
         )
 
     def _refinable(self, scene: Scene) -> bool:
@@ -288,7 +294,14 @@ class Search:
         level, requested = self.levels[-1], self._requested
         if met:
             return f"{requested} is met"
-        if not isfinite(level.error):
+        if not any(v.converges for v in self.levels[-LEVELS_THAT_TELL:]) and (
+            following is None or len(self.levels) >= LEVELS_THAT_TELL
+        ):
+            return (
+                f"{requested} cannot be met, because {self.quantity} {NO_LIMIT}: each finer level "
+                "changes it by as much as the one before"
+            )
+        if level.converges and not isfinite(level.error):
             why = "; ".join(self._family.failures.values())
             return f"{requested} cannot be met, because an error is not known: {why}"
         if following is None:

@@ -62,6 +62,8 @@ class Wanted:
             return parse_quantity(self.of)
         if self.of in [probe.name for probe in scene.probes]:
             return Quantity(self.of, "end" if scene.static else "l2")
+        if colon and norm not in NORMS:
+            raise UnknownQuantity(self._unknown(scene, tuple(known.results) if known else ()))
         if known is None:
             if scene.results is None and not measures and ":" not in self.of:
                 raise UnknownQuantity(self._unknown(scene, ()))

@@ -42,8 +42,8 @@ def label(scene: Scene) -> str:
     """
     mesh = mesh_label(scene)
     step = f"dt = {scene.dt:.4g}"
-    if scene.step_control.tolerance is not None:
-        step = f"tolerance {scene.step_control.tolerance:.3g}"
+    if scene.step_control.step_error is not None:
+        step = f"step error {scene.step_control.step_error:.3g}"
     steps = [] if scene.static and scene.path is None else [step]
     return ", ".join([*([mesh] if mesh else []), *steps, scene.scheme_name])
 

@@ -10,7 +10,7 @@ or long. Of true modes these are the parts that elements of their size do not re
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from functools import cached_property
 from typing import NamedTuple
 
@@ -38,19 +38,21 @@ LISTED = 8
 
 
 def unresisted_modes(
-    model: Model, modes: Iterable[tuple[int, Callable[[str], Floats]]], what: tuple[str, str]
+    model: Model,
+    modes: Iterable[tuple[int, Sequence[Callable[[str], Floats]]]],
+    what: tuple[str, str],
 ) -> list[str]:
     """Sentences on modes that elements hardly resist; collective.
 
     Args:
         model: The bodies.
-        modes: Number of each elastic mode, and its parts by names of bodies.
+        modes: Number of each elastic mode, and its real and imaginary part by names of bodies.
         what: What is false of one of them, and of several.
     """
     said, every = [], list(modes)
     for name, body in model.shells.items():
         look = Unresisted(body)
-        found = [number for number, part in every if look.part(part(name)) > MOST]
+        found = [n for n, parts in every if look.part(*(part(name) for part in parts)) > MOST]
         if not found:
             continue
         which = f"mode {found[0]} and its {what[0]}"
@@ -101,14 +103,14 @@ class Unresisted:
             self._back = _inverse(self._tangents)
             self._motions = _without_strains(element, self._mass)
 
-    def part(self, q: Floats) -> float:
+    def part(self, *q: Floats) -> float:
         """Part of the square of a motion, 0 to 1; collective.
 
         Args:
-            q: Local array of the motion.
+            q: Local arrays of the motion: its real part, and its imaginary part if it has one.
         """
-        u = q[self._places]
-        sizes = np.array([self._size(self._within(u)), self._size(u)])
+        moved = [values[self._places] for values in q]
+        sizes = np.sum([(self._size(self._within(u)), self._size(u)) for u in moved], axis=0)
         self._comm.Allreduce(MPI.IN_PLACE, sizes)
         return float(min(1.0, sizes[0] / sizes[1])) if sizes[1] > 0 else 0.0
 

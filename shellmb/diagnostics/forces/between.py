@@ -1,14 +1,16 @@
-"""Obstacles that come between the nodes of a body, which alone touch them."""
+"""Obstacles that come between the nodes or points of a body, which alone touch them."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from shellmb.arrays import Floats, Ints
+from shellmb.arrays import Ints
 from shellmb.diagnostics.base import Caution
+from shellmb.diagnostics.forces.outlines import Outline
 from shellmb.model.potentials.contact import ContactGroup
 from shellmb.observers.summary import Sources
 from shellmb.scene.lookup import said
@@ -20,7 +22,7 @@ MISSED = 0.1
 
 
 class Between(Silent):
-    """Watches the lines between neighbouring nodes, against the obstacles that nodes touch.
+    """Watches what is between nodes, or points of rigid bodies, against obstacles that these touch.
 
     Args:
         sources: The observers of the run.
@@ -33,27 +35,30 @@ class Between(Silent):
         self._missed: dict[str, tuple[float, float]] = {}
 
     def start(self, simulation: Simulation) -> None:
-        """Find neighbouring nodes, and what is missed at the start."""
-        self._groups: list[tuple[ContactGroup, Ints]] = []
+        """Find what is between nodes and points, and what is missed at the start."""
+        self._lines: list[_Nodes | Outline] = []
+        rigid = {body.name for body in simulation.model.scene.rigid_bodies}
         for group in simulation.model.potentials:
             if isinstance(group, ContactGroup) and np.isfinite(group.shape.depth):
                 segments = group.points.segments()
                 if len(segments):
-                    self._groups.append((group, segments))
-        self.idle = not self._groups
+                    self._lines.append(_Nodes(group, segments))
+                elif group.owner in rigid:
+                    self._lines.append(Outline(simulation, group))
+        self.idle = not self._lines
         self.accepted(simulation)
 
     def accepted(self, simulation: Simulation) -> None:
         """Take the step."""
-        for group, segments in self._groups:
-            q = simulation.problem.levels[group.name].q.x.array
-            found = _missed(group, group.everywhere(group.seen_positions(q)), segments)
-            before = self._missed.get(group.item.name, (0.0, 0.0))
-            self._missed[group.item.name] = max(before, (found, simulation.t))
+        for lines in self._lines:
+            name = lines.group.item.name
+            before = self._missed.get(name, (0.0, 0.0))
+            self._missed[name] = max(before, (lines.missed(simulation), simulation.t))
 
     def cautions(self, simulation: Simulation) -> Iterator[Caution]:
         """The contacts whose obstacles come between nodes."""
-        for group, _ in self._groups:
+        for lines in self._lines:
+            group = lines.group
             item = group.item
             missed, when = self._missed[item.name]
             if missed <= MISSED:
@@ -63,10 +68,10 @@ class Between(Silent):
                 group.owner,
                 missed,
                 MISSED,
-                f"{said(item)}: between its nodes '{group.owner}' is deeper in the "
+                f"{said(item)}: between its {lines.what} '{group.owner}' is deeper in the "
                 f"{group.shape.label} than at them, by {missed:.0%} of its "
-                f"{group.shape.extent} (at t = {when:.4g} s): only nodes touch, so the "
-                f"{group.shape.label} passes between them; use smaller elements there",
+                f"{group.shape.extent} (at t = {when:.4g} s): only {lines.what} touch, so the "
+                f"{group.shape.label} passes between them; {lines.advice}",
             )
 
     def state(self) -> dict[str, Any]:
@@ -78,18 +83,31 @@ class Between(Silent):
         self._missed = {name: (a, b) for name, (a, b) in state.items()}
 
 
-def _missed(group: ContactGroup, x: Floats, segments: Ints) -> float:
-    """By how much lines between nodes are deeper than the nodes, part of the obstacle's depth.
+@dataclass(frozen=True)
+class _Nodes:
+    """Lines between neighbouring nodes.
 
     Args:
         group: The contact.
-        x: Positions of its points as the obstacle sees them, shape (n, 3), m.
         segments: Pairs of neighbours, shape (m, 2).
     """
-    depth = group.penetrations(x)[segments].max(axis=1)
-    a, b = x[segments[:, 0]], x[segments[:, 1]]
-    near = depth > -np.linalg.norm(b - a, axis=1)
-    if not near.any():
-        return 0.0
-    between = group.penetrations(group.shape.nearest(a[near], b[near]))
-    return float(np.max(between - np.maximum(depth[near], 0.0), initial=0.0)) / group.shape.depth
+
+    group: ContactGroup
+    segments: Ints
+
+    what = "nodes"
+    advice = "use smaller elements there"
+
+    def missed(self, simulation: Simulation) -> float:
+        """By how much lines are deeper than the nodes, part of the obstacle's depth; collective."""
+        group, segments = self.group, self.segments
+        q = simulation.problem.levels[group.name].q.x.array
+        x = group.everywhere(group.seen_positions(q))
+        depth = group.penetrations(x)[segments].max(axis=1)
+        a, b = x[segments[:, 0]], x[segments[:, 1]]
+        near = depth > -np.linalg.norm(b - a, axis=1)
+        if not near.any():
+            return 0.0
+        between = group.penetrations(group.shape.nearest(a[near], b[near]))
+        missed = np.max(between - np.maximum(depth[near], 0.0), initial=0.0)
+        return float(missed) / group.shape.depth

@@ -31,7 +31,7 @@ def _dissipates(scene: Scene) -> bool:
 
 
 def _alpha(scene: Scene) -> float:
-    return float(scene.dissipation if isinstance(scene.scheme, str) else scene.scheme.alpha)
+    return float(getattr(scene.scheme, "alpha", scene.dissipation))
 
 
 def _turns(body: Flexible) -> bool:
@@ -113,11 +113,12 @@ def _with_dissipation(scene: Scene) -> Scene:
             "or 'ed'"
         )
     if not _dissipates(scene):
-        scheme = "ed3" if scene.scheme == "ep4" else "ed"
-        return replace(scene, scheme=scheme, alpha=scene.alpha or None)
-    if isinstance(scene.scheme, str):
+        damped = "ed3" if scene.scheme == "ep4" else "ed"
+        return replace(scene, scheme=damped, alpha=scene.alpha or None)
+    scheme: Any = scene.scheme
+    if isinstance(scheme, str):
         return replace(scene, alpha=None)
-    return replace(scene, scheme=replace(scene.scheme, alpha=0.5))
+    return replace(scene, scheme=replace(scheme, alpha=0.5))
 
 
 def _adaptivity(scene: Scene) -> Use:
@@ -125,8 +126,8 @@ def _adaptivity(scene: Scene) -> Use:
     assert dt is not None
     if control.jump_tolerance is not None:
         return Use(True, f"step_control.jump_tolerance={control.jump_tolerance:g}")
-    if control.tolerance is not None:
-        return Use(True, f"step_control.tolerance={control.tolerance:g}")
+    if control.step_error is not None:
+        return Use(True, f"step_control.step_error={control.step_error:g}")
     smallest = dt / 1024 if control.min_dt is None else control.min_dt
     largest = control.max_dt or dt
     if smallest >= dt and largest <= dt:

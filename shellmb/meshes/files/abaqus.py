@@ -16,6 +16,7 @@ import numpy as np
 
 from shellmb.arrays import Floats, Ints
 from shellmb.errors import SceneError
+from shellmb.meshes.files.cards import included
 from shellmb.meshes.files.found import Found
 
 __all__ = ["read_abaqus"]
@@ -40,10 +41,8 @@ TIES = {
     "MASS",
     "ROTARY INERTIA",
 }
-# files that include one another deeper than this go round in a circle
-DEEPEST = 10
-# and decks do not include more files than this, which may include one another again and again
-MOST = 10_000
+# sets have no more elements that are counted up
+LONGEST = 10**7
 
 
 @dataclass
@@ -85,7 +84,7 @@ class _Reader:
         self.oriented: set[str] = set()
 
     def read(self, path: Path) -> Found:
-        for name, options, data in _keywords(path, self.who, 0, []):
+        for name, options, data in _keywords((path,), self.who, []):
             try:
                 self._take(name, options, data)
             except (ValueError, IndexError) as error:
@@ -184,8 +183,12 @@ class _Reader:
         self._add(name, of, [])
         if "GENERATE" in options:
             for first, last, *step in ([int(v) for v in row] for row in rows):
-                numbers = list(range(first, last + 1, step[0] if step else 1))
-                self._add(name, of, numbers)
+                numbers = range(first, last + 1, step[0] if step else 1)
+                if len(numbers[: LONGEST + 1]) > LONGEST:
+                    raise ValueError(
+                        f"GENERATE goes from {first} to {last}, beyond {LONGEST} elements"
+                    )
+                self._add(name, of, list(numbers))
             return
         for value in (v for row in rows for v in row):
             self._member(name, of, value)
@@ -300,12 +303,12 @@ def _moved(x: Floats, moved: list[list[float]]) -> Floats:
 
 
 def _keywords(
-    path: Path, who: str, depth: int, read: list[Path]
+    within: tuple[Path, ...], who: str, read: list[Path]
 ) -> Iterator[tuple[str, dict[str, str], list[list[str]]]]:
     """Keywords with their options and lines of data, those of included files in their places."""
     lines = [
         line.strip()
-        for line in path.read_text(errors="replace").splitlines()
+        for line in within[-1].read_text(errors="replace").splitlines()
         if line.strip() and not line.lstrip().startswith("**")
     ]
     k = 0
@@ -328,10 +331,5 @@ def _keywords(
         if name != "INCLUDE":
             yield name, options, data
             continue
-        other = path.parent / options.get("INPUT", "")
-        read.append(other)
-        if depth == DEEPEST or len(read) > MOST or not other.is_file():
-            round_ = depth == DEEPEST or len(read) > MOST
-            why = "the files go round in a circle" if round_ else "there is no such file"
-            raise SceneError(f"{who} includes '{options.get('INPUT', '')}'; {why}")
-        yield from _keywords(other, who, depth + 1, read)
+        files = included(options.get("INPUT", ""), who, within, read)
+        yield from _keywords(files, who, read)

@@ -8,12 +8,11 @@ from pathlib import Path
 
 from shellmb.errors import SceneError
 
-__all__ = ["cards", "integer", "real"]
+__all__ = ["cards", "included", "integer", "real"]
 
-# files that include one another deeper than this go round in a circle
-DEEPEST = 10
-# and decks do not include more files than this, which may include one another again and again
-MOST = 10_000
+# files do not include one another deeper than this, and decks no more files than this, which may
+# include one another again and again
+DEEPEST, MOST = 100, 10_000
 # cards that a mesh is made of
 USED = re.compile(r"GRID|GRDSET|CORD|CTRIA|CQUAD|PCOMP|PSHELL")
 _EXPONENT = re.compile(r"([+-]?[0-9]*\.?[0-9]*)([+-][0-9]+)")
@@ -32,7 +31,7 @@ def cards(path: Path, who: str) -> Iterator[list[str]]:
     """
     card: list[str] = []
     mark = ""
-    for line in _bulk(list(_lines(path, who, 0, []))):
+    for line in _bulk(list(_lines((path,), who, []))):
         name, fields, more, goes_on = _fields(line)
         if name.startswith("="):
             raise SceneError(
@@ -104,9 +103,37 @@ def _wrong(card: list[str], k: int, who: str, right: str) -> SceneError:
     return SceneError(f"{who}: field {k} of {named} is '{card[k]}'; it must be {right}")
 
 
-def _lines(path: Path, who: str, depth: int, read: list[Path]) -> Iterator[str]:
+def included(name: str, who: str, within: tuple[Path, ...], read: list[Path]) -> tuple[Path, ...]:
+    """A file that another one includes, behind those that it is within.
+
+    Args:
+        name: Its name as the other one has it.
+        who: Whose mesh it is, for errors.
+        within: The file that includes it, the last one, and those that include that.
+        read: All files that were included so far; it is added.
+
+    Raises:
+        SceneError: If there is no such file, it includes itself, or there are too many.
+    """
+    other = within[-1].parent / name
+    read.append(other)
+    why = ""
+    if not other.is_file():
+        why = "there is no such file"
+    elif other.resolve() in {path.resolve() for path in within}:
+        why = "the files go round in a circle"
+    elif len(within) > DEEPEST:
+        why = f"files must include one another at most {DEEPEST} deep"
+    elif len(read) > MOST:
+        why = f"there must be at most {MOST} files"
+    if why:
+        raise SceneError(f"{who} includes '{name}'; {why}")
+    return (*within, other)
+
+
+def _lines(within: tuple[Path, ...], who: str, read: list[Path]) -> Iterator[str]:
     """Lines without comments, those of included files in their places."""
-    for raw in path.read_text(errors="replace").splitlines():
+    for raw in within[-1].read_text(errors="replace").splitlines():
         line = raw.partition("$")[0].rstrip()
         if not line:
             continue
@@ -114,13 +141,7 @@ def _lines(path: Path, who: str, depth: int, read: list[Path]) -> Iterator[str]:
             yield line
             continue
         name = line.lstrip()[7:].strip().strip("'\"")
-        other = path.parent / name
-        read.append(other)
-        if depth == DEEPEST or len(read) > MOST or not other.is_file():
-            round_ = depth == DEEPEST or len(read) > MOST
-            why = "the files go round in a circle" if round_ else "there is no such file"
-            raise SceneError(f"{who} includes '{name}'; {why}")
-        yield from _lines(other, who, depth + 1, read)
+        yield from _lines(included(name, who, within, read), who, read)
 
 
 def _bulk(lines: list[str]) -> Iterator[str]:

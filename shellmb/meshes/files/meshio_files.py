@@ -52,6 +52,11 @@ def read_meshio(path: Path, who: str) -> Found:
             f"{who}: {path} is not read; it must be a mesh in a format that meshio knows by its "
             "ending"
         ) from error
+    except ImportError as error:
+        raise SceneError(
+            f"{who}: {path} is not read, because meshio needs the package {error.name} for it; "
+            f"install it (pip install {error.name}), or save the mesh as .vtu or .msh"
+        ) from error
     except Exception as error:
         raise SceneError(
             f"{who}: {path} is not read ({in_words(error)}); it must be a mesh in a format of "

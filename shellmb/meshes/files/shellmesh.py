@@ -55,16 +55,19 @@ def shell_mesh(found: Found, shell: Shell, group: str | tuple[str, ...] | None) 
     cells, parents = _where(x, cells, parents, surface, who)
     same = _joined(x, cells, surface, who)
     cells, parents = _with_area(x, {c: same[r] for c, r in cells.items()}, parents, order, who)
-    x, rows, parent = _of_one_type(x, cells, parents, order, shell)
+    # where none is given those of the file, quadrilaterals among others
+    cell: Cell = shell.cell or ("quad" if "quad" in cells else "tri")
+    shell.check_degree(cell)
+    x, rows, parent = _of_one_type(x, cells, parents, order, cell, shell.name)
     used, flat = np.unique(rows, return_inverse=True)
     x, rows = x[used], flat.reshape(rows.shape)
     raw = RawMesh(
         x,
         rows,
-        shell.cell,
+        cell,
         order,
-        (-1.0 if surface.flip else 1.0) * oriented(x, rows, shell.cell, shell.name),
-        edges=_edges(found, same, used, x, rows, shell.cell),
+        (-1.0 if surface.flip else 1.0) * oriented(x, rows, cell, shell.name),
+        edges=_edges(found, same, used, x, rows, cell),
         points=_points(found, same, used),
         areas=_areas(found, shell, parent),
     )
@@ -238,29 +241,33 @@ def _with_area(
 
 
 def _of_one_type(
-    x: Floats, cells: dict[Cell, Ints], parents: dict[Cell, Ints], order: int, shell: Shell
+    x: Floats,
+    cells: dict[Cell, Ints],
+    parents: dict[Cell, Ints],
+    order: int,
+    wanted: Cell,
+    name: str,
 ) -> tuple[Floats, Ints, Ints]:
     """Cells of the shell's type, and the number of the one that each is a part of."""
     if len(cells) == 1:
         ((cell, rows),) = cells.items()
-        if cell != shell.cell:
+        if cell != wanted:
             raise SceneError(
-                f"shell '{shell.name}': the mesh has {NAMES[cell]}; "
-                f"cell must be '{cell}', not '{shell.cell}'"
+                f"shell '{name}': the mesh has {NAMES[cell]}; cell must be '{cell}', not '{wanted}'"
             )
         return x, rows, parents[cell]
     counts = {cell: len(rows) for cell, rows in cells.items()}
-    x, rows, into = cut(x, cells, order, shell.cell)
+    x, rows, into = cut(x, cells, order, wanted)
     parent = np.concatenate([np.repeat(parents[cell], into[cell]) for cell in cells])
-    same, _ = joined(x, {shell.cell: rows}, 1e-6)
+    same, _ = joined(x, {wanted: rows}, 1e-6)
     done = (
         "each quadrilateral is cut into four of them, each triangle into three"
-        if shell.cell == "quad"
+        if wanted == "quad"
         else "each quadrilateral is cut in two"
     )
     warn(
-        f"shell '{shell.name}': its mesh has {counts['quad']} quadrilaterals and {counts['tri']} "
-        f"triangles, and cell is '{shell.cell}': {done}, {len(rows)} elements in all"
+        f"shell '{name}': its mesh has {counts['quad']} quadrilaterals and {counts['tri']} "
+        f"triangles, and cell is '{wanted}': {done}, {len(rows)} elements in all"
     )
     return x, same[rows], parent
 

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from shellmb.arrays import Ints
-from shellmb.errors import SceneError
+from shellmb.errors import SceneError, warn
 from shellmb.meshes.files.found import Found
 from shellmb.meshes.files.shellmesh import shell_mesh
 from shellmb.meshes.raw import RawMesh
@@ -36,7 +36,7 @@ OPTIONS = {
 LINES = {1: 2, 8: 3}
 # faces of CAD within this part of its size are one: what files are written with, and no feature
 SEAM = 2e-6
-# what endings of programs begin with, which may read others beside them
+# the ending of programs, which may read others beside them
 PROGRAM = ".geo"
 
 
@@ -88,7 +88,7 @@ def _load(gmsh: Any, shell: Shell) -> None:
     surface = shell.surface
     if isinstance(surface, GmshFile):
         path = Path(surface.path).resolve()
-        if path.suffix.startswith(PROGRAM):
+        if path.suffix.lower() == PROGRAM:
             gmsh.merge(str(path))
             return
         # beside FILE it looks for FILE.opt, a program that it runs; it knows not all endings in
@@ -96,7 +96,11 @@ def _load(gmsh: Any, shell: Shell) -> None:
         with tempfile.TemporaryDirectory() as folder:
             named = Path(folder, path.stem + path.suffix.lower())
             named.symlink_to(path)
-            gmsh.merge(str(named))
+            try:
+                gmsh.merge(str(named))
+            except Exception as error:
+                said = str(error).replace(str(named), str(surface.path))
+                raise SceneError(f"shell '{shell.name}': gmsh fails: {said}") from error
     else:
         assert isinstance(surface, GmshModel)
         surface.build(gmsh, shell.mesh)
@@ -115,7 +119,7 @@ def _mesh(gmsh: Any, shell: Shell) -> None:
                 model.occ.removeAllDuplicates()
                 model.occ.synchronize()
             gmsh.option.setNumber("Mesh.MeshSizeMax", longest / max(shell.mesh))
-        quads = shell.cell == "quad"
+        quads = shell.cell != "tri"
         if quads:
             gmsh.option.setNumber("Mesh.RecombineAll", 1)
         model.mesh.generate(2)
@@ -123,7 +127,22 @@ def _mesh(gmsh: Any, shell: Shell) -> None:
             # triangles are left where recombination found no partner: subdivide instead
             model.mesh.clear()
             gmsh.option.setNumber("Mesh.RecombinationAlgorithm", 3)
-            model.mesh.generate(2)
+            try:
+                model.mesh.generate(2)
+            except Exception as error:
+                # as of faces that close on themselves
+                if shell.cell is not None:
+                    raise SceneError(
+                        f"shell '{shell.name}': gmsh makes no quadrilaterals on these faces "
+                        f"({error}); cell must be 'tri'"
+                    ) from error
+                model.mesh.clear()
+                gmsh.option.setNumber("Mesh.RecombineAll", 0)
+                model.mesh.generate(2)
+                warn(
+                    f"shell '{shell.name}': gmsh makes no quadrilaterals on these faces "
+                    f"({error}); it has triangles, as with cell='tri'"
+                )
     from_file = isinstance(shell.surface, GmshFile)
     order = shell.geometry_order or (None if from_file and meshed else 2)
     if order is not None:

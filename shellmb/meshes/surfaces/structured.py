@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from shellmb.arrays import Ints
-from shellmb.meshes.raw import RawMesh, boundary_facets, cell_cross, vertex_count
+from shellmb.meshes.raw import Cell, RawMesh, boundary_facets, cell_cross, vertex_count
 from shellmb.meshes.surfaces.layout import Layout, distorted, globe, polar, square
 from shellmb.scene import Shell, Surface
 
@@ -28,21 +28,22 @@ def structured_mesh(shell: Shell) -> RawMesh:
         shell: A shell whose surface has a map.
     """
     surface = shell.surface
+    cell: Cell = shell.cell or "quad"
     order = shell.geometry_order or (1 if surface.flat else 2)
     if surface.pole and not surface.edges:
-        layout = globe(shell.mesh, shell.cell, order)
+        layout = globe(shell.mesh, cell, order)
     elif surface.pole:
-        layout = polar(shell.mesh, shell.cell, order, surface.sweep)
+        layout = polar(shell.mesh, cell, order, surface.sweep)
     else:
-        layout = square(shell.mesh, shell.cell, order, surface.closed)
+        layout = square(shell.mesh, cell, order, surface.closed)
     xi, eta = layout.parameters(distorted(layout, shell.distortion)).T
     x = surface.position(xi, eta).T
-    corners = x[layout.cells[:, : vertex_count(shell.cell)]]
+    corners = x[layout.cells[:, : vertex_count(cell)]]
     normals = surface.normal(corners.mean(axis=1).T)
     return RawMesh(
         x=x,
         cells=layout.cells,
-        cell=shell.cell,
+        cell=cell,
         order=order,
         normals=cell_cross(corners) if normals is None else normals.T,
         edges=_edges(layout, surface.edges or (), surface.pole),

@@ -11,6 +11,8 @@ from shellmb.model.frames.glue import line_along
 from shellmb.model.frames.linear import build_beam
 from shellmb.model.plausible import doubt_slits, doubt_thickness
 from shellmb.model.sections.natural import Distributed
+from shellmb.model.sections.natural_size import doubt_natural
+from shellmb.model.sections.unit_slips import doubt_units
 from shellmb.model.shells.joins import join_shells
 from shellmb.model.shells.linear import build_shell
 from shellmb.model.shells.shell import ShellModel
@@ -68,7 +70,10 @@ def build_meshed(scene: Scene, comm: MPI.Comm) -> Meshed:
         beams[beam.name] = build_beam(beam, comm, _loads_of(scene, beam), dynamic, line)
     doubt_thickness(comm, shells, beams)
     doubt_slits(comm, shells)
-    return Meshed(shells, beams, kinks, lines)
+    doubt_units(comm, scene, shells, beams)
+    found = Meshed(shells, beams, kinks, lines)
+    doubt_natural(comm, scene.t_end or 1.0, found.all)
+    return found
 
 
 def _join(scene: Scene, shells: dict[str, ShellModel]) -> list[NodalConstraint]:

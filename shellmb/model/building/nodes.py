@@ -7,6 +7,7 @@ from mpi4py import MPI
 
 import numpy as np
 
+from shellmb.arrays import Floats
 from shellmb.model.building.meshed import Meshed
 from shellmb.model.frames.rigid import GROUND, RigidBodies, ground_node, rigid_node
 from shellmb.model.frames.rigidify import RigidMeshes
@@ -58,10 +59,8 @@ def scene_length(
         rigid_meshes: Meshes of shells and beams that are rigid.
         modal: Bodies that are reduced to modes.
     """
-    points = [body.center for body in scene.rigid_bodies]
-    points += [body.place(name) for body in scene.rigid_bodies for name in body.point_names]
-    points += [np.asarray(j.at) for j in scene.joints if isinstance(j.at, tuple)]
-    box = float(np.linalg.norm(np.ptp(np.array(points), axis=0))) if points else 0.0
+    points = scene_points(scene)
+    box = float(np.linalg.norm(np.ptp(points, axis=0))) if len(points) else 0.0
     meshes = (*meshed.all.values(), *rigid_meshes.values())
     sizes = [*(m.domain.length for m in meshes), *(data.length for data in modal)]
     # of bodies that are all at one point, their radii of gyration
@@ -71,6 +70,18 @@ def scene_length(
         if body.mass > 0
     ]
     return max([box, *sizes]) or max(turns, default=0.0) or 1.0
+
+
+def scene_points(scene: Scene) -> Floats:
+    """Reference points of rigid bodies and of joints, shape (n, 3), m.
+
+    Args:
+        scene: The scene.
+    """
+    points = [body.center for body in scene.rigid_bodies]
+    points += [body.place(name) for body in scene.rigid_bodies for name in body.point_names]
+    points += [np.asarray(j.at) for j in scene.joints if isinstance(j.at, tuple)]
+    return np.array(points).reshape(-1, 3)
 
 
 def force_unit(scene: Scene, meshed: Meshed, length: float) -> float:

@@ -71,6 +71,8 @@ class ConstraintGroup(Massless):
     moving = True
     # constraints that hold directions, and no positions
     directions: Sequence[int] = ()
+    # whether its items have a direction of motion in their planes, as wheels have
+    heads = False
 
     def __init__(
         self,
@@ -142,6 +144,15 @@ class ConstraintGroup(Massless):
                 self.on,
             ),
         )
+
+    def heading(self, row: int, q: Floats) -> Floats:
+        """Direction of motion in the plane of an item, shape (2,), if it `heads`.
+
+        Args:
+            row: Local cell.
+            q: State of the group.
+        """
+        raise NotImplementedError
 
     def looked_at(self, state: Expr) -> Expr:
         """Values at a state, whose derivatives at the reference are looked at."""

@@ -191,20 +191,6 @@ class JointGroup(ConstraintGroup):
     def _violation(self, q: Expr) -> Expr:
         return ufl.as_vector(KINDS[self.kind].constraints(*self.places(q), self.size))
 
-    @property
-    def heads(self) -> bool:
-        """Decide whether its joints have a direction of motion in their planes, as wheels have."""
-        return False
-
-    def heading(self, row: int, q: Floats) -> Floats:
-        """Direction of motion in the plane of a joint, shape (2,), if it `heads`.
-
-        Args:
-            row: Local cell.
-            q: State of the group.
-        """
-        raise NotImplementedError
-
 
 def joint_groups(
     comm: MPI.Comm,

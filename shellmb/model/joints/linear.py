@@ -12,7 +12,13 @@ from shellmb.arrays import Floats
 from shellmb.forms.state import Layout
 from shellmb.meshes.nodes import constant_vector, node_mesh, node_space, set_constants
 from shellmb.model.joints.constraints import ConstraintGroup
-from shellmb.model.joints.coordinates import Coordinate, as_row, gathered, scalar_links
+from shellmb.model.joints.coordinates import (
+    Coordinate,
+    CoordinateGroup,
+    as_row,
+    gathered,
+    scalar_links,
+)
 
 
 class TiedCoordinates(ConstraintGroup):
@@ -38,6 +44,7 @@ class TiedCoordinates(ConstraintGroup):
         length: float,
         switched: bool,
     ) -> None:
+        self.pairs, self._ratios = list(pairs), np.array(ratios, dtype=float)
         nodes = node_mesh(comm, len(pairs))
         mixed = node_space(nodes, {"x1": 1, "x2": 1, "mu": 1})
         layout = Layout(mixed.parts)
@@ -54,6 +61,24 @@ class TiedCoordinates(ConstraintGroup):
             "screw pitches", nodes, mixed, tuple(links), violation, force, length, switched
         )
         self.labels = list(labels)
+
+    def shares(self, held: fem.Function, group: CoordinateGroup) -> Floats:
+        """Multipliers of coordinates on which nothing acts but what ties them; collective.
+
+        Args:
+            held: Function that holds the ties' own multipliers.
+            group: The coordinates.
+
+        Returns:
+            One for each coordinate of the group, shape (items,).
+        """
+        mu = gathered(self.nodes, held.x.array[self.mixed.dofs["mu"]]) * float(self.force.value)
+        found = np.zeros(group.items)
+        for pair, ratio, force in zip(self.pairs, self._ratios, mu, strict=True):
+            for coordinate, weight in zip(pair, (ratio, -1.0), strict=True):
+                if coordinate.group is group:
+                    found[coordinate.item] = weight * force / float(group.force.value)
+        return found
 
 
 class HeldCoordinates(ConstraintGroup):

@@ -74,6 +74,7 @@ class Mechanism:
         coordinate_groups: Their groups, by kind.
         element_groups: Springs, dampers and motors.
         lock_groups: Locks.
+        screws: Pitches of screws.
         drivers: Coordinates that drivers prescribe, by column of their torque or force.
         switches: What acts in windows of time only.
         edges: Frames of hinges of edges.
@@ -87,6 +88,7 @@ class Mechanism:
     coordinate_groups: list[CoordinateGroup] = field(default_factory=list)
     element_groups: list[ElementGroup] = field(default_factory=list)
     lock_groups: list[HeldCoordinates] = field(default_factory=list)
+    screws: list[TiedCoordinates] = field(default_factory=list)
     drivers: dict[str, Coordinate] = field(default_factory=dict)
     switches: Switches = field(default_factory=Switches)
     edges: list[EdgeFrames] = field(default_factory=list)
@@ -226,19 +228,19 @@ def build_mechanism(
     needed = _coordinates(scene, made, find, length)
     needed += [c for hinge in hinges.values() for c in hinge.coordinates]
     made.coordinate_groups, made.table = coordinate_groups(comm, needed, force, length)
-    screws = _screws(scene, comm, made, force, length)
+    made.screws = _screws(scene, comm, made, force, length)
     made.several = {name: hinge.several for name, hinge in hinges.items() if hinge.several}
     elements = [bound for e in scene.force_elements for bound in _bound(scene, made, e)]
     made.element_groups = element_groups(comm, elements)
     check_at_rest(scene, made.element_groups)
     _drive(scene, made, signals)
-    switches = _windows(scene, [*made.groups, *screws])
+    switches = _windows(scene, [*made.groups, *made.screws])
     locks = _locks(scene, comm, made, force, length, signals)
     made.lock_groups = [lock.group for lock in locks]
     made.switches = Switches([*switches, *locks])
     masses = point_masses(scene, comm, list(made.joints.values()))
     made.bodies += [*made.groups, *made.edges, *masses, *made.coordinate_groups]
-    made.bodies += [*screws, *made.element_groups, *made.lock_groups]
+    made.bodies += [*made.screws, *made.element_groups, *made.lock_groups]
     return made
 
 
@@ -326,9 +328,9 @@ def _drive(scene: Scene, made: Mechanism, signals: Signals) -> None:
     """
     for driver in scene.drivers:
         for kind in driver.coordinates:
-            motion: TimeFunction = signals.bound(getattr(driver, kind))
+            motion = signals.bound(getattr(driver, kind), f"driver '{driver.name}': {kind}")
             coordinate = made.table[driver.joint, kind]
-            start = float(motion(0.0))
+            start = motion(0.0)
             if not scene.static and not scene.assemble and abs(start) > AT_START * coordinate.size:
                 raise SceneError(
                     f"driver '{driver.name}': {kind} is {start:g} at the time 0; it must begin as "
@@ -344,7 +346,7 @@ def _drive(scene: Scene, made: Mechanism, signals: Signals) -> None:
 
 
 def _motion(motion: TimeFunction, count: int) -> Any:
-    return lambda t: np.full(count, float(motion(t)))
+    return lambda t: np.full(count, motion(t))
 
 
 def _windows(scene: Scene, groups: Sequence[ConstraintGroup]) -> list[Switched]:

@@ -179,7 +179,7 @@ class ContactGroup(JointGroup):
         return np.hstack([np.max(np.abs(found), axis=0), slips])
 
     @property
-    def heads(self) -> bool:
+    def heads(self) -> bool:  # type: ignore[override]
         """Decide whether wheels roll in a direction, or point to one."""
         return "t" in self._start
 

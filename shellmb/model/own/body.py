@@ -14,6 +14,7 @@ import numpy as np
 import ufl
 from dolfinx import fem
 from ufl import Form
+from ufl.algorithms.analysis import extract_coefficients
 from ufl.core.expr import Expr
 
 from shellmb.arrays import Bools, Floats, Int32s
@@ -28,6 +29,7 @@ from shellmb.model.joints.held import Constraints
 from shellmb.model.massless import Massless
 from shellmb.model.own.strains import PotentialStrains, Stiffness
 from shellmb.model.sections.strains import Strains
+from shellmb.model.user_forms import vector_of, written
 from shellmb.native.expressions import compiled_expression
 
 ADVICE = "a smaller step"
@@ -64,7 +66,8 @@ class OwnBody(Massless):
     Args:
         name: Its name.
         space: Function space of DOLFINx.
-        strain: Measures of a field, a vector of UFL; None: no energy.
+        strain: Measures of a field, a vector of UFL; what they are where the field is zero is a
+            prestrain. None: no energy.
         energy: Energy density of measures, J per unit of `dx`; or a stiffness, a symmetric
             matrix of numbers or of UFL, whose kernels are compiled in a fraction of the time.
         mass: Density `m v . w` of twice the kinetic energy, symmetric and bilinear in two fields;
@@ -94,7 +97,8 @@ class OwnBody(Massless):
     ) -> None:
         elements = {"u": space.ufl_element()}
         for k, hold in enumerate(constraints):
-            count = len(_vector(hold.constraint(ufl.Coefficient(space))))
+            at = (ufl.Coefficient(space),)
+            count = len(vector_of(hold.constraint, at, f"body '{name}': constraint {k}"))
             shaped = basix.ufl.blocked_element(hold.element, (count,)) if count > 1 else None
             elements[f"mu{k}"] = shaped or hold.element
         mixed = mixed_space(space.mesh, elements, frozenset())
@@ -112,7 +116,10 @@ class OwnBody(Massless):
         self._holds = tuple(constraints)
         self._one = fem.Constant(space.mesh, 1.0)
         for what, function in self._functions():
-            if not is_quadratic(function, ufl.Coefficient(mixed.space)):
+            state = ufl.Coefficient(mixed.space)
+            if state not in extract_coefficients(function(state)):
+                raise SceneError(f"body '{name}': {what} does not depend on the field; it must")
+            if not is_quadratic(function, state):
                 raise SceneError(
                     f"body '{name}': {what} is not quadratic in the field; it must be: put "
                     "functions of quadratic measures into the energy"
@@ -128,7 +135,7 @@ class OwnBody(Massless):
 
     def _measure(self, q: Expr) -> Expr:
         assert self._strain is not None
-        return self._strain(self.field(q))
+        return vector_of(self._strain, (self.field(q),), f"body '{self.name}': strain")
 
     @cached_property
     def elastic(self) -> tuple[Elastic, ...]:
@@ -137,14 +144,25 @@ class OwnBody(Massless):
             return ()
         strain = measure(self._measure)
         if callable(self._energy):
-            return (PotentialStrains(self._measure, self._energy, self._one, self.dx, strain),)
+            terms = self._measure, self._potential, self._one, self.dx, strain
+            return (PotentialStrains(*terms),)
         section, dx = Stiffness(_matrix(self._energy, self.mixed.space.mesh)), self.dx
         return (Strains(section, self.layout, strain, lambda d: d[0] * dx),)
 
+    def _potential(self, e: Expr) -> Expr:
+        return self._scalar("energy", self._energy, e)
+
+    def _scalar(self, what: str, function: Callable[..., Any], *arguments: Any) -> Expr:
+        """Value of one of the user's densities."""
+        return written(function, arguments, f"body '{self.name}': {what}")
+
     @cached_property
     def _laws(self) -> tuple[Held, ...]:
+        name = self.name
+
         def law(hold: Hold) -> Held:
-            return Held(lambda q: ufl.as_vector(_vector(hold.constraint(self.field(q)))))
+            who = f"body '{name}': constraint"
+            return Held(lambda q: vector_of(hold.constraint, (self.field(q),), who))
 
         return tuple(map(law, self._holds))
 
@@ -167,11 +185,13 @@ class OwnBody(Massless):
         """Virtual work of the inertia forces."""
         if self._mass is None:
             return None
-        return self._mass(self.field(rate), self.field(dq)) * self.dx
+        return self._scalar("mass", self._mass, self.field(rate), self.field(dq)) * self.dx
 
     def momentum(self, v: Expr, motion: Expr) -> Form | None:
         """Momentum of velocities in the direction of a field."""
-        return None if self._mass is None else self._mass(self.field(v), motion) * self.dx
+        if self._mass is None:
+            return None
+        return self._scalar("mass", self._mass, self.field(v), motion) * self.dx
 
     def applied(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
         """Virtual work of the applied forces."""
@@ -179,7 +199,8 @@ class OwnBody(Massless):
             return None
         rate = None if rates is None else self.field(rates.chord)
         # on the mesh, and of the time, whatever the force is of
-        return self._one * self._force(self.field(mid), rate, self.field(dq), time) * self.dx
+        at = self.field(mid), rate, self.field(dq), time
+        return self._one * self._scalar("force", self._force, *at) * self.dx
 
     def dofs(self, where: Callable[[Floats], Bools], components: Sequence[int] = ()) -> Int32s:
         """Local dofs of the state at nodes.
@@ -237,12 +258,6 @@ class _Errors:
         self._state.x.array[:] = state
         found = self._read.eval(self._mesh, self._cells)
         return float(np.max(np.abs(found), initial=0.0))
-
-
-def _vector(value: Any) -> list[Expr]:
-    """Components of a scalar or vector of UFL."""
-    value = ufl.as_ufl(value)
-    return [value[k] for k in range(value.ufl_shape[0])] if value.ufl_shape else [value]
 
 
 def _matrix(stiffness: Any, mesh: Any) -> Expr:

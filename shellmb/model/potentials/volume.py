@@ -46,6 +46,7 @@ from shellmb.model.potentials.exact import ExactEnergy
 from shellmb.model.shells.shell import ShellModel
 from shellmb.model.supports.prescribed import Prescribed
 from shellmb.scene import Scene
+from shellmb.scene.checks.locations import numbers_at
 from shellmb.scene.loads.volumes import EnclosedVolume
 from shellmb.scene.lookup import said
 from shellmb.scene.schemes import KEEP_ANGULAR_MOMENTUM
@@ -103,11 +104,13 @@ class Filling(Massless):
         self.pressure = self._constant(pressure)
         self._size, self._one = self._constant(volume), self._constant(1.0)
         if item.gas is None:
-            here = mixed.dofs["v"]
-            change, moving = item.change or (lambda t: 0.0), item.change is not None
-            self.fixed.append(
-                FixedDofs(here, lambda t: np.full(len(here), float(change(t))), moving)
-            )
+            here, change = mixed.dofs["v"], item.change
+
+            def given(t: float) -> Floats:
+                now = 0.0 if change is None else numbers_at(change(t), t, f"{who}: change")
+                return np.full(len(here), float(now))
+
+            self.fixed.append(FixedDofs(here, given, change is not None))
 
     def _constant(self, value: float) -> fem.Constant:
         return fem.Constant(self.nodes.mesh, value)

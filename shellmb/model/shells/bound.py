@@ -16,7 +16,7 @@ from shellmb.forms import shell as shell_forms
 from shellmb.forms.measure import Measure, measure
 from shellmb.forms.shell import ShellStrains
 from shellmb.forms.state import Layout
-from shellmb.forms.steps.mixed import LinearMixed, vector
+from shellmb.forms.steps.mixed import LinearMixed
 from shellmb.forms.surface import Surface, surface
 from shellmb.meshes.directors import gauss_curvature, reference_director
 from shellmb.meshes.mesh import SurfaceMesh
@@ -34,9 +34,12 @@ from shellmb.model.sections.section import bind_mass, bind_section
 from shellmb.model.sections.strains import Integrate
 from shellmb.model.shells.direction import direction_1
 from shellmb.model.shells.positions import interpolated
+from shellmb.model.user_forms import components
 from shellmb.scene import LinearSection, Shell
 from shellmb.scene.loads.loads import Gravity
 
+# strains that a user's measure gives, and how many of each
+STRAINS = {"eps": 3, "kap": 3, "gam": 2}
 _ADVICE_MOTION = "a smaller step, a finer mesh, or a smaller load step"
 _ADVICE_FORCE = "a smaller step, or check the stiffness and thickness of the section"
 
@@ -167,7 +170,12 @@ class BoundShell:
         own = self.shell.strains
         if own is None:
             return shell_forms.strain_measure(self.surface, self.straining)
-        return measure(lambda q: vector(own(*self.straining(q), self.surface)))
+
+        def strains(q: Expr) -> Expr:
+            at = (*self.straining(q), self.surface)
+            return ufl.as_vector(components(own, at, f"shell '{self.name}': strains", STRAINS))
+
+        return measure(strains)
 
     @cached_property
     def line_strain(self) -> Measure:

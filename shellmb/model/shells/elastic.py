@@ -5,9 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from functools import partial
 
+from mpi4py import MPI
+
+import basix
+import numpy as np
 import ufl
+from dolfinx import fem
+from ufl.constantvalue import Zero
 from ufl.core.expr import Expr
 
+from shellmb.errors import SceneError
 from shellmb.forms import hourglass
 from shellmb.forms import shell as shell_forms
 from shellmb.forms.measure import Measure
@@ -17,6 +24,11 @@ from shellmb.forms.steps.path import is_quadratic
 from shellmb.forms.surface import Surface
 from shellmb.model.sections.strains import GeneralStrains, HyperelasticStrains, Integrate, Strains
 from shellmb.model.shells.bound import BoundShell
+from shellmb.native.expressions import compiled_expression
+from shellmb.scene.values.validate import show
+
+# a strain at rest, of a shell as thick as it is, that counts as round-off
+NONE = 1e-10
 
 
 def shell_strains(shell: BoundShell) -> tuple[Strains, ...]:
@@ -24,10 +36,14 @@ def shell_strains(shell: BoundShell) -> tuple[Strains, ...]:
 
     Args:
         shell: The shell.
+
+    Raises:
+        SceneError: If strains of the user are not zero at rest.
     """
     integrate, control = shell.integrate, shell.hourglass
     quadratic = quadratic_strains(shell)
     section, h = shell.section.formulation, shell.thickness
+    _refuse_prestrain(shell)
     weight = (1, 1, 1, h**2, h**2, h**2, 1, 1)
     if isinstance(section, LinearMixed):
         own: Strains = _linear(shell, section, shell.strain, integrate, quadratic, weight)
@@ -54,6 +70,34 @@ def _linear(
     if quadratic:
         return Strains(*common)
     return GeneralStrains(*common, weight, _product_of(shell))
+
+
+def _refuse_prestrain(shell: BoundShell) -> None:
+    """Refuse strains of the user that are not zero at rest: resultants begin as zero; collective.
+
+    Raises:
+        SceneError: Names the largest of them.
+    """
+    if shell.strain.rest is None:
+        return
+    domain, h = shell.mixed.space.mesh, shell.thickness
+    e = shell.strain.rest(ufl.Coefficient(shell.mixed.space))
+    if isinstance(e, Zero):
+        return
+    # on the mesh, whatever the strains are of
+    one = fem.Constant(domain, 1.0)
+    sizes = ufl.as_vector([e[k] * (h if k in (3, 4, 5) else one) for k in range(8)])
+    points, _ = basix.make_quadrature(domain.basix_cell(), 4)
+    cells = np.arange(domain.topology.index_map(2).size_local, dtype=np.int32)
+    found = np.abs(compiled_expression(sizes, np.asarray(points)).eval(domain, cells))
+    largest = domain.comm.allreduce(float(np.max(found, initial=0.0)), op=MPI.MAX)
+    if not largest < NONE:
+        linear = isinstance(shell.section.formulation, LinearMixed)
+        raise SceneError(
+            f"shell '{shell.name}': strains {show(shell.shell.strains)} gives a strain of "
+            f"{largest:.3g} where displacement and director change are 0; it must be 0 there: give "
+            f"a prestrain by {'natural, with the opposite sign' if linear else 'the energy'}"
+        )
 
 
 def _product_of(shell: BoundShell) -> Callable[[Expr, Expr], Expr]:

@@ -16,6 +16,7 @@ from shellmb.model.locations.nodes import ON_NODE, Nodes, Place, said_point, sha
 from shellmb.model.shells.shell import ShellModel
 from shellmb.model.supports.nodal import NodalConstraint, arm_plane
 from shellmb.model.supports.prescribed import PARALLEL, Prescribed, Rows, Supportable
+from shellmb.scene.checks.locations import numbers_at
 from shellmb.scene.loads import supports as scene_supports
 from shellmb.scene.loads.supports import Support
 from shellmb.scene.lookup import said
@@ -187,7 +188,9 @@ class SupportRows:
             if component is None:
                 continue
             nodes = self._nodes(where)
-            value = _uniform(component, len(nodes.x)) if callable(component) or component else None
+            who = f"{said(self._support)} of '{self._body.name}': prescribed value"
+            given = callable(component) or component
+            value = _uniform(component, len(nodes.x), who) if given else None
             self._add(nodes, part, np.tile(np.eye(3)[axis], (len(nodes.x), 1)), value)
             if part == "u":
                 self._still(where, (axis,))
@@ -209,19 +212,25 @@ class SupportRows:
         axis = np.asarray(support.axis, dtype=float)
         axis = axis / np.linalg.norm(axis)
 
+        who = f"the support Driven({support.at!r}) of '{self._body.name}'"
+
+        def rotation(t: float) -> float:
+            assert support.rotation is not None
+            return float(numbers_at(support.rotation(t), t, f"{who}: rotation"))
+
         def turned(v: Floats, t: float) -> Floats:
-            angle = support.rotation(t) if support.rotation else 0.0
+            angle = rotation(t) if support.rotation else 0.0
             # Rodrigues' formula for the change of v, accurate for small angles
             cross = np.cross(axis, v)
             return np.sin(angle) * cross + 2 * np.sin(angle / 2) ** 2 * np.cross(axis, cross)
 
         def displacement(t: float) -> Floats:
-            shift = np.asarray(support.translation(t)) if support.translation else np.zeros(3)
-            return (turned(nodes.x - origin, t) + shift).ravel()
+            moved = support.translation
+            shift = numbers_at(moved(t), t, f"{who}: translation", 3) if moved else np.zeros(3)
+            return np.asarray(turned(nodes.x - origin, t) + shift).ravel()
 
         if support.rotation:
-            who = f"the support Driven({support.at!r}) of '{self._body.name}'"
-            self._turn = PrescribedTurn(who, support.rotation, unknown=False)
+            self._turn = PrescribedTurn(who, rotation, unknown=False)
         self._hold(support.at, "u", displacement)
         self._turn = None
         self._hold(support.at, "w", lambda t: turned(nodes.director, t).ravel())
@@ -231,9 +240,9 @@ def _nothing(count: int, t: float) -> Floats:
     return np.zeros(count)
 
 
-def _uniform(component: Any, count: int) -> Values:
+def _uniform(component: Any, count: int, who: str) -> Values:
     if callable(component):
-        return lambda t: np.full(count, float(component(t)))
+        return lambda t: np.full(count, float(numbers_at(component(t), t, who)))
     return lambda t: np.full(count, float(component))
 
 

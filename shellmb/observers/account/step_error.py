@@ -18,7 +18,7 @@ class StepError(Silent):
 
     def start(self, simulation: Simulation) -> None:
         """See whether there is one."""
-        self._controlled = simulation.scene.step_control.tolerance is not None
+        self._controlled = simulation.scene.step_control.step_error is not None
         self.idle = not self._controlled
 
     def accepted(self, simulation: Simulation) -> None:
@@ -43,12 +43,12 @@ def controlled(simulation: Simulation) -> dict[str, Any] | None:
         return None
     return {
         "unit": UNIT,
-        "tolerance": size.settings.tolerance,
+        "step_error": size.settings.step_error,
         "accepted": simulation.step,
         "rejected": size.rejected,
         "largest_error": size.worst,
         "accumulated_error": size.total,
-        "above_tolerance": size.coarse,
+        "above_step_error": size.coarse,
         "dt_min": size.shortest,
         "dt_max": size.longest,
     }

@@ -50,11 +50,6 @@ class NodalValues:
         return np.asarray(self.directors[:, 0])
 
     @property
-    def rotation(self) -> Floats:
-        """Rotation vectors of the frames from the reference, up to pi, shape (n, 3), rad."""
-        return rotation_vectors(self.reference_directors, self.directors)
-
-    @property
     def angular_velocity(self) -> Floats:
         """Angular velocities `d_k x d_k' / 2` of the frames in the scene's axes, shape (n, 3)."""
         return np.asarray(np.cross(self.directors, self.director_velocity).sum(axis=1) / 2)

@@ -113,9 +113,10 @@ def read_described(directory: Path) -> Described:
     """
     file = directory / DESCRIBED
     if not file.exists():
-        raise SceneError(
-            f"{directory} holds no {DESCRIBED}; give the directory of a run or of modes"
-        )
+        missing = f"{directory} holds no {DESCRIBED}"
+        if not directory.exists():
+            missing = f"there is no directory {directory}"
+        raise SceneError(f"{missing}; give the directory of a run or of modes")
     values = read_json(file)
     try:
         found: Described = TypeAdapter(Described).validate_python(values)

@@ -6,8 +6,14 @@ from functools import partial
 
 import numpy as np
 
-from shellmb.observers.forces.impulse import last_middle
-from shellmb.observers.forces.joints import column_names, columns, group_loops, joint_forces
+from shellmb.observers.forces.joints import (
+    Span,
+    column_names,
+    columns,
+    group_loops,
+    joint_forces,
+    span_of_step,
+)
 from shellmb.observers.forces.meanforces import ConsistentMeans
 from shellmb.observers.forces.supports import SupportForces
 from shellmb.simulate.simulation import Silent, Simulation
@@ -43,8 +49,9 @@ class EndForceColumns(Silent):
             return
         self._solution = EndForces(simulation.problem)
         self._loops = group_loops(self._solution, simulation.model.mechanism)
-        self._acting = group_loops(simulation.problem, simulation.model.mechanism)
-        self._means = SupportForces(simulation.problem, simulation.model)
+        balance = simulation.scheme.balance
+        self._acting = group_loops(simulation.problem, simulation.model.mechanism, balance)
+        self._means = SupportForces(simulation.problem, simulation.model, balance)
         self._ends = SupportForces(self._solution, simulation.model)
         names = [*self._means.names, *self._measured(simulation, self._solution)]
         if simulation.scheme.rates == ("v",):
@@ -55,11 +62,11 @@ class EndForceColumns(Silent):
     def solved(self, simulation: Simulation) -> None:
         """Take the means of what supports hold."""
         if self._solution is not None:
-            middle = partial(last_middle, simulation)
-            self.values.update(self._means(middle))
+            over = partial(span_of_step, simulation)
+            self.values.update(self._means(over))
             if self._consistent is not None:
                 model = simulation.model
-                found = joint_forces(model, self._acting, middle)
+                found = joint_forces(model, self._acting, over)
                 joints = columns(column_names(model.mechanism), found)
                 self._solved = joints | model.mechanism.efforts(simulation.problem)
 
@@ -81,8 +88,8 @@ class EndForceColumns(Silent):
     def _measured(self, simulation: Simulation, solution: EndForces) -> dict[str, float]:
         model, levels = simulation.model, simulation.problem.levels
 
-        def state(body: str) -> np.ndarray:
-            return np.asarray(levels[body].q.x.array)
+        def state(body: str) -> Span:
+            return Span(*[np.asarray(levels[body].q.x.array)] * 3)
 
         mechanism, problem = model.mechanism, simulation.problem
         efforts = mechanism.efforts(solution) | mechanism.elements(problem, simulation.t)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 from mpi4py import MPI
 
@@ -11,7 +11,9 @@ import numpy as np
 
 from shellmb.arrays import Floats
 from shellmb.model.joints.columns import element_columns
+from shellmb.model.joints.coordinates import CoordinateGroup
 from shellmb.model.joints.joints import BoundJoint, JointGroup
+from shellmb.model.joints.linear import TiedCoordinates
 from shellmb.model.joints.mechanism import Mechanism
 from shellmb.model.model import Model
 from shellmb.observers.booking import STEPS, Booked, Row
@@ -27,17 +29,17 @@ COMPONENTS = ("F1", "F2", "F3", "M1", "M2", "M3")
 class JointForces(Booked):
     """Forces [N] and moments [N m] that joints exert on their second bodies.
 
-    They are means over the step, in statics the values: those of the row that balances the momentum
-    of the step, at the middle of the path (of ED from the state j to f, which is where its eq. (29)
-    has its forces). What they are at the end of the step, `EndForceColumns` tells. The moment is
-    about the joint's point on the second body; of a weld along an edge or area, which has many
-    there, about that on the first. Components are along the axes `e1, e2, e3` that turn with the
-    first body, `e3` being the joint's axis or normal; of hinges and welds along edges, along the
-    scene's axes as they turn with the first body; of joints without axes (spherical, distance)
-    along those of the scene, as of hinges along edges of two flexible shells; of wheels and blades
-    `e1` is the direction they move in.
-    What drivers, springs, dampers and motors add about or along the axis is theirs, not the
-    joint's.
+    They are means over the step, in statics the values: the force is that of the row that balances
+    the momentum of the step, the moment the mean of arms times forces over the step (`Span`). What
+    they are at the end of the step, `EndForceColumns` tells. The moment is about the joint's point
+    on the second body; of a weld along an edge or area, which has many there, about that on the
+    first. Components are along the axes `e1, e2, e3` that turn with the first body, half-way
+    between their directions at the start and at the end of the step, `e3` being the joint's axis or
+    normal; of hinges and welds along edges, along the scene's axes as they turn with the first
+    body; of joints without axes (spherical, distance) along those of the scene, as of hinges along
+    edges of two flexible shells; of wheels and blades `e1` is the direction they move in.
+    What drivers, locks, springs, dampers and motors add about or along the axis is theirs, not the
+    joint's; what the pitch of a screw adds is the joint's.
 
     Columns of the history are `JOINT.F1` to `JOINT.M3`, NaN before the first step; the coordinates
     of all joints that have some, at the end of the step, with the forces of drivers and locks
@@ -61,12 +63,11 @@ class JointForces(Booked):
         problem, mechanism = simulation.problem, simulation.model.mechanism
         self._comm = simulation.model.comm
         self._alone = self._comm.size == 1
-        self._loops = group_loops(problem, mechanism)
+        self._loops = group_loops(problem, mechanism, simulation.scheme.balance)
         self._joints, self._names = list(mechanism.joints), column_names(mechanism)
         self._found = np.zeros((len(self._joints), 4, 3))
-        self._middles = [simulation.problem.steps[loop.name].middle for loop in self._loops]
         # of each step: states of the groups, forces where ranks share them
-        self._states = [np.zeros((STEPS, loop.size)) for loop in self._loops]
+        self._spans = [Span(*np.zeros((3, STEPS, loop.size))) for loop in self._loops]
         self._forces = np.zeros((STEPS, *self._found.shape))
         columns: Row = dict.fromkeys(self._names, float("nan"))
         self._freedoms.start(simulation)
@@ -87,8 +88,9 @@ class JointForces(Booked):
 
     def take_solved(self, simulation: Simulation, row: int) -> None:
         """Take the forces of the step."""
-        for loop, middle, states in zip(self._loops, self._middles, self._states, strict=True):
-            states[row] = middle()
+        for loop, kept in zip(self._loops, self._spans, strict=True):
+            for states, state in zip(kept, span_of_step(simulation, loop.name), strict=True):
+                states[row] = state
             loop.take(row)
         read: Row = {}
         for group, residuals, r in self._elements:
@@ -105,8 +107,8 @@ class JointForces(Booked):
     def _act(self, rows: slice) -> None:
         """Forces of some steps on this rank."""
         self._forces[rows] = 0.0
-        for loop, states in zip(self._loops, self._states, strict=True):
-            loop.add(self._forces[rows], states[rows], rows)
+        for loop, kept in zip(self._loops, self._spans, strict=True):
+            loop.add(self._forces[rows], Span(*(states[rows] for states in kept)), rows)
 
     @property
     def acting(self) -> dict[str, Floats]:
@@ -151,29 +153,65 @@ class JointForces(Booked):
         self._freedoms.restore(state)
 
 
-def group_loops(problem: Assembled, mechanism: Mechanism) -> list[GroupForces]:
+class Span(NamedTuple):
+    """States of a group over a step, shape (..., dofs): of an instant all three are the same.
+
+    With the forces `F` of the row that balances the momentum of the step, and their first moment in
+    time `F'` where the scheme has a row for it (`Scheme.balance`), the mean moment is
+    `middle x F + (end - start)/2 x F'`.
+
+    Args:
+        start: At the start.
+        end: At the end.
+        middle: Where `F` acts.
+    """
+
+    start: Floats
+    end: Floats
+    middle: Floats
+
+
+def span_of_step(simulation: Simulation, name: str) -> Span:
+    """States of a group over the step that was just solved."""
+    forms = simulation.problem.steps[name]
+    return Span(*forms.ends(), forms.middle())
+
+
+def group_loops(
+    problem: Assembled,
+    mechanism: Mechanism,
+    balance: Sequence[str] = (END,),
+) -> list[GroupForces]:
     """Loops that find the forces of all joints.
 
     Args:
         problem: The system that has their multipliers.
         mechanism: The joints.
+        balance: Stages of the rows that balance momenta, as of a scheme.
     """
     number = {name: k for k, name in enumerate(mechanism.joints)}
-    return [GroupForces(problem, group, number) for group in mechanism.groups]
+    loops = [
+        GroupForces(problem, group, joints_of(group), number, balance) for group in mechanism.groups
+    ]
+    for screws in mechanism.screws:
+        for group in {c.group.name: c.group for pair in screws.pairs for c in pair}.values():
+            loops.append(PitchForces(problem, group, mechanism.joints, number, balance, screws))
+    return loops
 
 
-def joint_forces(model: Model, groups: list[GroupForces], state: Callable[[str], Floats]) -> Floats:
+def joint_forces(model: Model, groups: list[GroupForces], at: Callable[[str], Span]) -> Floats:
     """Force and moment of each joint in its frame and the scene's, (joints, 4, 3); collective.
 
     Args:
         model: The bodies.
         groups: What finds them.
-        state: State of a group at which they act, by its name.
+        at: States of a group over which they act, by its name.
     """
     found = np.zeros((len(model.mechanism.joints), 4, 3))
     for group in groups:
         group.take(0)
-        group.add(found[None], state(group.name)[None], slice(0, 1))
+        span = Span(*(state[None] for state in at(group.name)))
+        group.add(found[None], span, slice(0, 1))
     if model.comm.size > 1:
         model.comm.Allreduce(MPI.IN_PLACE, found)
     return found
@@ -199,25 +237,41 @@ def columns(names: list[str], forces: Floats) -> dict[str, float]:
     return dict(zip(names, forces[:, :2].ravel().tolist(), strict=True))
 
 
+type Joints = list[tuple[int, BoundJoint]]
+
+
+def joints_of(group: JointGroup) -> Joints:
+    """Local cells of a group with their joints."""
+    return [(row, group.joints[item]) for row, item in enumerate(group.nodes.item.tolist())]
+
+
 class GroupForces:
     """Forces and moments of the joints of a group on this rank.
 
     Args:
         problem: The system that has their multipliers.
         group: The group.
+        joints: Local cells of the joints, and the joints.
         number: Place of each joint in what is found, by its name.
+        balance: Stages of the rows that balance momenta, as of a scheme.
 
     Attributes:
         size: Number of the group's dofs.
     """
 
-    def __init__(self, problem: Assembled, group: JointGroup, number: Mapping[str, int]) -> None:
+    def __init__(
+        self,
+        problem: Assembled,
+        group: JointGroup | CoordinateGroup,
+        joints: Joints,
+        number: Mapping[str, int],
+        balance: Sequence[str],
+    ) -> None:
         self.name = group.name
-        self._work = resistance_of_steps(problem, group.name, STEPS)
+        self._works = [resistance_of_steps(problem, group.name, STEPS, s) for s in balance]
         self.size = problem.fields[problem.number(group.name, problem.last)].size_all
-        items: dict[tuple[int, bool], list[tuple[int, BoundJoint]]] = {}
-        for row, item in enumerate(group.nodes.item.tolist()):
-            joint = group.joints[item]
+        items: dict[tuple[int, bool], Joints] = {}
+        for row, joint in joints:
             # a weld to a shell has its ends the other way round
             second = 0 if joint.ends[0].owner == joint.joint.second else 1
             items.setdefault((second, joint.about is not None), []).append((row, joint))
@@ -232,20 +286,64 @@ class GroupForces:
         Args:
             row: Which of the steps.
         """
-        self._work.take(row)
+        for work in self._works:
+            work.take(row)
 
-    def add(self, found: Floats, q: Floats, rows: slice) -> None:
+    def add(self, found: Floats, at: Span, rows: slice) -> None:
         """Add forces and moments in the joints' frames and in the scene's.
 
         Args:
             found: Shape (steps, joints, 4, 3).
-            q: States of the group at which its forces act, shape (steps, dofs).
+            at: States of the group over the steps, shape (steps, dofs).
             rows: Which of the steps that were taken.
         """
-        work = self._work.of(rows)
+        works = [work.of(rows) for work in self._works]
         for part in self._parts:
             # a weld along a region has an item for each of its nodes
-            np.add.at(found.swapaxes(0, 1), part.numbers, part.values(q, work).swapaxes(0, 1))
+            values = part.values(at, *works)
+            np.add.at(found.swapaxes(0, 1), part.numbers, values.swapaxes(0, 1))
+
+
+class PitchForces(GroupForces):
+    """Forces and moments along and about the axes of screws, of their pitches.
+
+    They reach the bodies through coordinates, on which drivers, locks and force elements may act,
+    too. So the forces of the coordinates are taken with what the pitches exert alone.
+
+    Args:
+        problem: The system that has their multipliers.
+        group: Coordinates, some of which are of screws.
+        joints: All joints by name.
+        number: Place of each joint in what is found, by its name.
+        balance: As of `GroupForces`.
+        screws: The pitches.
+    """
+
+    def __init__(
+        self,
+        problem: Assembled,
+        group: CoordinateGroup,
+        joints: Mapping[str, BoundJoint],
+        number: Mapping[str, int],
+        balance: Sequence[str],
+        screws: TiedCoordinates,
+    ) -> None:
+        self._group, self._screws = group, screws
+        items = {c.item: joints[c.name] for pair in screws.pairs for c in pair if c.group is group}
+        here = [(row, items[k]) for row, k in enumerate(group.nodes.item.tolist()) if k in items]
+        super().__init__(problem, group, here, number, balance)
+        self._held = [(problem.unknown(g.name), g.mixed.dofs["mu"]) for g in (group, screws)]
+
+    def take(self, row: int) -> None:
+        """Take the forces of a step; collective."""
+        (mine, dofs), (theirs, _) = self._held
+        kept = [function.x.array[dofs] for function in mine]
+        for function, pitch in zip(mine, theirs, strict=True):
+            shares = self._screws.shares(pitch, self._group)
+            function.x.array[dofs] = shares[self._group.nodes.item]
+        super().take(row)
+        for function, values in zip(mine, kept, strict=True):
+            function.x.array[dofs] = values
 
 
 class _Forces:
@@ -259,7 +357,11 @@ class _Forces:
     """
 
     def __init__(
-        self, group: JointGroup, second: int, items: Sequence[Any], number: Mapping[str, int]
+        self,
+        group: JointGroup | CoordinateGroup,
+        second: int,
+        items: Sequence[Any],
+        number: Mapping[str, int],
     ) -> None:
         self._group, (self._cells, joints) = group, items
         self.numbers = [number[joint.joint.name] for joint in joints]
@@ -275,30 +377,59 @@ class _Forces:
             axes = [joint.shown @ joint.ends[0].directors.T for joint in joints]
             self._axes = np.array(axes)
 
-    def values(self, q: Floats, work: Floats) -> Floats:
+    def values(self, at: Span, work: Floats, first: Floats | None = None) -> Floats:
         """Force and moment on the second bodies in joint's and scene's frames, (steps, n, 4, 3).
 
         Args:
-            q: States of the group at which its forces act, shape (steps, dofs).
+            at: States of the group, shape (steps, dofs).
             work: Virtual work of its forces for each dof, positive on the left-hand side.
+            first: That of their first moment in time; None: there is none.
         """
-        if self._about is None:
-            about = self._second.points(q)
-        else:
-            arms = self._about[:, None] @ self._first.directors(q)
-            about = self._first.nodes(q) + arms[..., 0, :]
-        scene = self._second.moments(q, work, about)
+        scene = self._moments(at.middle, work, 1.0)
+        if first is not None:
+            scene[..., 1, :] += self._moments((at.end - at.start) / 2, first, 0.0)[..., 1, :]
         own = scene
         if self._axes is not None:
-            axes = self._axes @ self._first.directors(q)
-            for row, state in zip(axes, q if self._group.heads else (), strict=False):
-                self._turn(row, state)
+            axes = halfway(*(self._axes @ self._first.directors(q) for q in (at.start, at.end)))
+            if self._group.heads:
+                for row, state in zip(axes, (at.start + at.end) / 2, strict=True):
+                    self._turn(row, state)
             own = scene @ axes.swapaxes(-1, -2)
         # what the left-hand side resists with is the opposite of what acts; without a sign of zero
         return 0.0 - np.concatenate([own, scene], axis=-2)
+
+    def _moments(self, q: Floats, work: Floats, whole: float) -> Floats:
+        """Forces and moments in the scene's frame at states, or (`whole` 0) at changes of them."""
+        if self._about is None:
+            about = self._second.points(q, whole)
+        else:
+            arms = self._about[:, None] @ self._first.directors(q, whole)
+            about = self._first.nodes(q, whole) + arms[..., 0, :]
+        return self._second.moments(q, work, about, whole)
 
     def _turn(self, axes: Floats, q: Floats) -> None:
         """Turn axes as rows about their third ones to where joints head."""
         for k, row in enumerate(self._cells):
             c, s = (heading := self._group.heading(row, q)) / np.linalg.norm(heading)
             axes[k, :2] = [c * axes[k, 0] + s * axes[k, 1], c * axes[k, 1] - s * axes[k, 0]]
+
+
+# half-way between frames that are turned by half a turn there is none
+LEAST_COSINE = 1e-8
+
+
+def halfway(first: Floats, second: Floats) -> Floats:
+    """Frames half-way between others, by half of the rotation from these to those.
+
+    With the cosines `c` of its angle and `h` of half of it the root of a rotation `Q` is
+    `(1 + Q)/2h - [(Q + Q^T)/2 - c]/[2h (1 + h)]`.
+
+    Args:
+        first: Unit vectors as rows, shape (..., 3, 3).
+        second: Unit vectors as rows, shape (..., 3, 3).
+    """
+    turn = first.swapaxes(-1, -2) @ second
+    double = np.trace(turn, axis1=-2, axis2=-1)[..., None, None] - 1
+    h = np.maximum(np.sqrt(np.maximum(2 + double, 0.0)) / 2, LEAST_COSINE)
+    bent = (turn + turn.swapaxes(-1, -2) - double * np.eye(3)) / (2 * (1 + h))
+    return np.asarray(first @ (np.eye(3) + turn - bent) / (2 * h))

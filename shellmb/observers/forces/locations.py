@@ -8,11 +8,12 @@ import numpy as np
 import numpy.typing as npt
 
 from shellmb.arrays import Floats
+from shellmb.model.joints.coordinates import CoordinateGroup
 from shellmb.model.joints.joints import BoundJoint, JointGroup
 
 
 class Places:
-    """One end of each of some joints of a group, in states of the group.
+    """One end of each of some joints of a group, in states of the group or changes of these.
 
     Args:
         group: The group.
@@ -25,7 +26,11 @@ class Places:
     """
 
     def __init__(
-        self, group: JointGroup, which: int, cells: Sequence[int], joints: Sequence[BoundJoint]
+        self,
+        group: JointGroup | CoordinateGroup,
+        which: int,
+        cells: Sequence[int],
+        joints: Sequence[BoundJoint],
     ) -> None:
         place, ends = group.ends[which], [joint.ends[which] for joint in joints]
         self.turn = place.turns
@@ -37,37 +42,41 @@ class Places:
         self._directors = np.array([end.directors for end in ends])
         self._offsets = np.array([end.offset for end in ends])
 
-    def nodes(self, q: Floats) -> Floats:
+    def nodes(self, q: Floats, whole: float = 1.0) -> Floats:
         """Positions of the nodes, shape (..., n, 3), m.
 
         Args:
             q: A state, or several, shape (..., dofs).
+            whole: Zero where these are changes of states.
         """
-        return self._nodes + np.take(q, self._u, axis=-1)
+        return whole * self._nodes + np.take(q, self._u, axis=-1)
 
-    def directors(self, q: Floats) -> Floats:
+    def directors(self, q: Floats, whole: float = 1.0) -> Floats:
         """Directors of the nodes, shape (..., n, m, 3)."""
-        return self._directors + np.take(q, self._w, axis=-1)
+        return whole * self._directors + np.take(q, self._w, axis=-1)
 
-    def points(self, q: Floats) -> Floats:
+    def points(self, q: Floats, whole: float = 1.0) -> Floats:
         """Positions of the ends themselves, shape (..., n, 3), m."""
-        x = self.nodes(q)
-        return x + (self._offsets[:, None] @ self.directors(q))[..., 0, :] if self.turn else x
+        x = self.nodes(q, whole)
+        if not self.turn:
+            return x
+        return x + (self._offsets[:, None] @ self.directors(q, whole))[..., 0, :]
 
-    def moments(self, q: Floats, work: Floats, about: Floats) -> Floats:
+    def moments(self, q: Floats, work: Floats, about: Floats, whole: float = 1.0) -> Floats:
         """Forces and their moments, shape (..., n, 2, 3).
 
         Args:
             q: States of the group, shape (..., dofs).
             work: Virtual work for each of its dofs.
             about: Points that moments are about, shape (..., n, 3), m.
+            whole: Zero where these are changes of states and points.
         """
         found = np.empty((*about.shape[:-1], 2, 3))
         force = found[..., 0, :] = np.take(work, self._u, axis=-1)
         # arms and what they turn with, one below the other
-        arms, forces = (self.nodes(q) - about)[..., None, :], force[..., None, :]
+        arms, forces = (self.nodes(q, whole) - about)[..., None, :], force[..., None, :]
         if self.turn:
-            arms = np.concatenate([arms, self.directors(q)], axis=-2)
+            arms = np.concatenate([arms, self.directors(q, whole)], axis=-2)
             forces = np.concatenate([forces, np.take(work, self._w, axis=-1)], axis=-2)
         # sums of products by pairs of axes
         products = arms.swapaxes(-1, -2) @ forces
@@ -76,6 +85,8 @@ class Places:
         return found
 
 
-def _dofs(group: JointGroup, part: str, cells: Sequence[int]) -> npt.NDArray[np.intp]:
+def _dofs(
+    group: JointGroup | CoordinateGroup, part: str, cells: Sequence[int]
+) -> npt.NDArray[np.intp]:
     dofs = group.mixed.dofs[part].reshape(-1, group.mixed.parts[part][1])
     return np.asarray(dofs[list(cells)], dtype=np.intp)

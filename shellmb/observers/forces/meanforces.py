@@ -13,7 +13,13 @@ from __future__ import annotations
 import numpy as np
 
 from shellmb.model.joints.slipping import read_contacts
-from shellmb.observers.forces.joints import column_names, columns, group_loops, joint_forces
+from shellmb.observers.forces.joints import (
+    Span,
+    column_names,
+    columns,
+    group_loops,
+    joint_forces,
+)
 from shellmb.simulate.simulation import Simulation
 from shellmb.simulate.start.endforces import Impulses
 
@@ -57,8 +63,8 @@ class ConsistentMeans:
     def _now(self, simulation: Simulation) -> dict[str, float]:
         levels, model = simulation.problem.levels, simulation.model
 
-        def state(body: str) -> np.ndarray:
-            return np.asarray(levels[body].q.x.array)
+        def state(body: str) -> Span:
+            return Span(*[np.asarray(levels[body].q.x.array)] * 3)
 
         found = self._mechanism.efforts(self._impulses)
         for track in read_contacts(self._impulses, self._mechanism.groups):

@@ -33,6 +33,10 @@ class Assembled(Protocol):
         """Number of a body's field."""
         ...
 
+    def unknown(self, body: str) -> list[fem.Function]:
+        """Functions that hold what is unknown of a body, of each stage."""
+        ...
+
 
 # of some steps, reactions of fixed unknowns, and the work of each group of planes for its dofs
 type Taken = tuple[Floats, list[Floats]]
@@ -51,15 +55,16 @@ def resistance(problem: Assembled, name: str, stage: str | None = None) -> tuple
     return residuals, np.zeros(problem.fields[number].size_all)
 
 
-def resistance_of_steps(problem: Assembled, name: str, steps: int) -> OfSteps:
-    """Virtual work of a group's forces in the row of the state at the end, in many steps.
+def resistance_of_steps(problem: Assembled, name: str, steps: int, stage: str) -> OfSteps:
+    """Virtual work of a group's forces in a row, in many steps.
 
     Args:
         problem: The system.
         name: Name of the group.
         steps: How many steps are kept.
+        stage: The row.
     """
-    return residuals_of_steps(problem.system, *_row(problem, name), steps)
+    return residuals_of_steps(problem.system, *_row(problem, name, stage), steps)
 
 
 def _row(problem: Assembled, name: str, stage: str | None = None) -> tuple[int, list[fem.Form]]:

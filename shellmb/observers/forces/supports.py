@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from mpi4py import MPI
 
 import numpy as np
 
-from shellmb.arrays import Bools, Floats
+from shellmb.arrays import Bools
 from shellmb.model.locations.nodes import local_nodes
 from shellmb.model.model import Model
+from shellmb.observers.forces.joints import Span
 from shellmb.observers.forces.reactions import Arms, Assembled, HeldForces
 from shellmb.scene.lookup import said
+from shellmb.schemes.base import END
 
 COMPONENTS = ("Fx", "Fy", "Fz", "Mx", "My", "Mz")
 
@@ -26,16 +28,18 @@ class SupportForces:
     Args:
         problem: The system that was solved.
         model: The bodies.
+        balance: Stages of the rows that balance momenta, as of a scheme.
 
     Attributes:
         names: Columns of the history, `BODY.EDGE.Fx` to `BODY.EDGE.Mz`.
     """
 
-    def __init__(self, problem: Assembled, model: Model) -> None:
-        self._held, self._comm = HeldForces(problem, model, problem.last), model.comm
+    def __init__(self, problem: Assembled, model: Model, balance: Sequence[str] = (END,)) -> None:
+        self._rows = [HeldForces(problem, model, stage) for stage in balance]
+        self._comm = model.comm
         self._places: list[tuple[int, Bools]] = []
         places: dict[str, int] = {}
-        numbers = {carrier.name: k for k, carrier in enumerate(self._held.carriers)}
+        numbers = {carrier.name: k for k, carrier in enumerate(self._rows[0].carriers)}
         taken: dict[str, Bools] = {}
         for support in model.scene.supports:
             where: Any = getattr(support, "at", None)
@@ -54,21 +58,28 @@ class SupportForces:
                 here |= found
         self.names = [f"{place}.{component}" for place in places for component in COMPONENTS]
 
-    def __call__(self, state: Callable[[str], Floats], ending: str = "") -> dict[str, float]:
+    def __call__(self, span: Callable[[str], Span], ending: str = "") -> dict[str, float]:
         """Columns of the history; collective.
 
         Args:
-            state: State of a body at which they act, by its name.
+            span: States of a body over which they act, by its name.
             ending: What the names of the columns end with.
         """
-        taken, sums = self._held.room(1), np.zeros((len(self._places), 6))
-        self._held.take(taken, 0)
-        forces = self._held.nodal(taken, slice(1))
-        if forces is not None:
+        sums = np.zeros((len(self._places), 6))
+        for number, held in enumerate(self._rows):
+            taken = held.room(1)
+            held.take(taken, 0)
+            forces = held.nodal(taken, slice(1))
+            if forces is None:
+                continue
             for row, (k, marks) in enumerate(self._places):
-                carrier = self._held.carriers[k]
-                arms = Arms(state(carrier.name)[None], 1.0)
-                ((sums[row],),), _ = carrier.resultants(arms, [forces], marks)
+                carrier = held.carriers[k]
+                start, end, middle = span(carrier.name)
+                # the first moment of a force in time is no force, and acts on the way
+                arms = Arms((end - start)[None] / 2, 0.0) if number else Arms(middle[None], 1.0)
+                ((found,),), _ = carrier.resultants(arms, [forces], marks)
+                first = 3 * number
+                sums[row, first:] += found[first:]
         self._comm.Allreduce(MPI.IN_PLACE, sums)
         values = sums.ravel().tolist()
         return {f"{name}{ending}": v for name, v in zip(self.names, values, strict=True)}

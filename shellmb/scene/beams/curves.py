@@ -23,6 +23,7 @@ from shellmb.scene.values.validate import (
     Spot,
     Vec3,
     described,
+    in_words,
     show,
     unit_vector,
 )
@@ -263,7 +264,13 @@ class ParametricCurve(Curve):
             SceneError: If the function returns another shape or a number that is not finite.
         """
         xi = np.atleast_1d(np.asarray(xi, dtype=float))
-        x = np.asarray(self.function(xi), dtype=float)
+        try:
+            x = np.asarray(self.function(xi), dtype=float)
+        except (TypeError, ValueError) as error:
+            raise SceneError(
+                f"parametric curve: function fails ({in_words(error)}); it must give (3, "
+                f"{xi.size}) numbers for {xi.size} points"
+            ) from error
         if x.shape != (3, xi.size):
             raise SceneError(
                 f"parametric curve: function returns an array of shape {x.shape} for {xi.size} "

@@ -39,9 +39,9 @@ def check_control(scene: Description) -> None:
             f"{who}: the step control has the time {show(control.times[-1])}; it must be at most "
             f"t_end, which is {show(scene.t_end)}"
         )
-    if control.tolerance is None:
+    if control.step_error is None:
         return
-    tolerance = f"{who}: tolerance of the step control is {show(control.tolerance)}"
+    tolerance = f"{who}: step_error of the step control is {show(control.step_error)}"
     if scene.static:
         raise SceneError(
             f"{tolerance}; it must be left out, because scheme '{scene.scheme_name}' has no motion "

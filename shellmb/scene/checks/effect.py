@@ -1,18 +1,21 @@
-"""Checks that nothing is requested that would have no effect: it would be left out silently."""
+"""Checks that nothing is requested that would have no effect, or twice the effect."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from shellmb.errors import SceneError, warn
+from shellmb.scene.control.signals import Signal
 from shellmb.scene.initial import FromMode
 from shellmb.scene.loads.loads import Gravity
 from shellmb.scene.loads.supports import Driven, Fixed
-from shellmb.scene.lookup import bodies_of, listed, said
+from shellmb.scene.lookup import bodies_of, coordinates_of, listed, said
 from shellmb.scene.multibody.rigid import RigidBody
 from shellmb.scene.schemes import DISSIPATIVE
+from shellmb.scene.values.copies import on_trial
 from shellmb.scene.values.validate import show
 
 if TYPE_CHECKING:
@@ -22,6 +25,8 @@ __all__ = ["check", "check_begin", "dissipates", "doubts"]
 
 # a step longer than the whole run by less than this fraction of it is round-off
 ROUND_OFF = 1e-9
+# angles below are hardly degrees
+LEAST_DEGREES = 15
 # sizes whose squares are numbers
 SPAN = 1e-100, 1e100
 
@@ -29,7 +34,8 @@ SPAN = 1e-100, 1e100
 def check(scene: Description) -> None:
     """Check that velocities, weights and steps are given where there are any.
 
-    What has no effect and does no harm, as `alpha` of a scheme without dissipation, is warned of.
+    What has no effect and does no harm, as `alpha` of a scheme without dissipation, is warned of,
+    and so is what is given twice.
 
     Raises:
         SceneError: At the first thing that would have no effect.
@@ -37,18 +43,68 @@ def check(scene: Description) -> None:
     _steps(scene)
     if scene.static:
         _velocities(scene)
-    for sentence in _without_effect(scene):
+    for sentence in _doubts(scene):
         warn(sentence)
 
 
 def doubts(scene: Description) -> tuple[str, ...]:
     """Warnings given when the scene and its sections were made, for the record of a run."""
     found = [sentence for shell in scene.shells for sentence in shell.section.doubts]
-    return tuple(dict.fromkeys([*found, *_without_effect(scene)]))
+    return tuple(dict.fromkeys([*found, *_doubts(scene)]))
 
 
-def _without_effect(scene: Description) -> tuple[str, ...]:
-    return (*_idle_alpha(scene), *(_weights(scene) if scene.static else ()))
+def _doubts(scene: Description) -> tuple[str, ...]:
+    return (
+        *_idle_alpha(scene),
+        *(_weights(scene) if scene.static else ()),
+        *_twice(scene),
+        *_degrees(scene),
+    )
+
+
+def _degrees(scene: Description) -> tuple[str, ...]:
+    """Angles in radians that are whole multiples of 5 degrees, as numbers."""
+    assert scene.t_end is not None
+    found: list[tuple[str, Any]] = []
+    for body in scene.rigid_bodies:
+        vector = np.asarray(body.rotation, dtype=float)
+        if vector.shape == (3,) and np.linalg.norm(vector) > 2.1 * np.pi:
+            # no place needs more than a turn
+            found += [(f"{said(body)}: rotation", angle) for angle in vector]
+    for spring in scene.force_elements:
+        if getattr(spring, "joint", None) and coordinates_of(scene, spring)[0] == "rotation":
+            angles = (getattr(spring, name, None) for name in ("rest", "lower", "upper"))
+            found += [(said(spring), angle) for angle in angles]
+    driven: list[Any] = [(s, s.rotation) for s in scene.supports if isinstance(s, Driven)]
+    driven += [(driver, driver.rotation) for driver in scene.drivers]
+    for item, rotation in driven:
+        if callable(rotation) and not isinstance(rotation, Signal):
+            end, before = (float(on_trial(rotation)(t * scene.t_end)) for t in (1.0, 0.99))
+            # what still turns at the end may do so by any number of turns
+            if scene.static or end == before:
+                found.append((f"{said(item)}: rotation", end))
+    return tuple(
+        f"{who} is {angle:g} rad, {abs(angle) / (2 * np.pi):.3g} turns; if {angle:g} degrees are "
+        f"meant, it must be {np.radians(angle):.4g}"
+        for who, angle in found
+        if angle is not None and abs(angle) >= LEAST_DEGREES and abs(angle) % 5 == 0
+    )
+
+
+def _twice(scene: Description) -> tuple[str, ...]:
+    """Loads and contacts that are given twice: they add up."""
+    found = []
+    contacts: list[Any] = [replace(contact, name="any") for contact in scene.contacts]
+    several: list[Any] = [scene.loads, contacts]
+    for items in several:
+        for k, item in enumerate(items):
+            if item in items[:k]:
+                bodies = listed(body.name for body in bodies_of(scene, item))
+                found.append(
+                    f"scene '{scene.name}': two equal {item.label}s act on {bodies}, and add up; "
+                    "remove one of them if that is not meant"
+                )
+    return tuple(found)
 
 
 def dissipates(scene: Description) -> bool:

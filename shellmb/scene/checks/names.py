@@ -40,7 +40,7 @@ def check_names(scene: Description) -> None:
         *scene.controllers,
         *scene.events,
     )
-    for item in named:
+    for item in (scene, *named):
         wrong = _wrong(item.name)
         if wrong:
             raise SceneError(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
 from shellmb.errors import SceneError
@@ -60,6 +61,13 @@ def check_potentials(scene: Description) -> None:
         _place(body, item.at, said(item))
     for volume in scene.volumes:
         _enclosing(scene, volume)
+    for volume, other in combinations(scene.volumes, 2):
+        if {*_shells_of(scene, volume)} == {*_shells_of(scene, other)}:
+            raise SceneError(
+                f"{said(volume)} and {said(other)}: both are enclosed by "
+                f"{listed(_shells_of(scene, volume))}; a volume must be given once, because "
+                "pressures add up and a volume is held once"
+            )
     for contact in scene.contacts:
         if isinstance(contact.obstacle, Faces):
             _faces(scene, contact, contact.obstacle)
@@ -91,14 +99,17 @@ def _enclosing(scene: Description, volume: EnclosedVolume) -> None:
             f"{who}: shells is empty and the scene has {len(scene.shells)} shells; name those that "
             "enclose the volume"
         )
-    names = volume.shells or (scene.shells[0].name,)
-    for name in names:
+    for name in _shells_of(scene, volume):
         shell = find_shell(scene, name, who)
         if shell.model not in ("exact", "floating-frame"):
             raise SceneError(
                 f"{who}: the model of shell '{name}' is {show(shell.model)}; it must be 'exact' or "
                 "'floating-frame'"
             )
+
+
+def _shells_of(scene: Description, volume: EnclosedVolume) -> tuple[str, ...]:
+    return volume.shells or (scene.shells[0].name,)
 
 
 def _faces(scene: Description, contact: Contact, faces: Faces) -> None:

@@ -170,13 +170,13 @@ def _scheme(scene: Description) -> None:
 def _period(scene: Description, controller: Law) -> None:
     """With fixed steps samples are at the ends of some."""
     control, dt, period = scene.step_control, scene.dt, controller.period
-    if control.tolerance is not None or control.jump_tolerance is not None or period is None:
+    if control.step_error is not None or control.jump_tolerance is not None or period is None:
         return
     assert dt is not None
     if abs(period / dt - round(period / dt)) > MULTIPLE * period / dt or period < dt / 2:
         raise SceneError(
             f"{said(controller)}: period is {show(period)}; it must be a multiple of dt, which is "
-            f"{show(dt)}, or the steps must follow a tolerance"
+            f"{show(dt)}, or the steps must follow a step_error"
         )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -33,6 +34,7 @@ from shellmb.scene.multibody.joints import GROUND
 from shellmb.scene.probes import Probe
 from shellmb.scene.schemes import QUADRATIC, SCHEMES
 from shellmb.scene.shells.sections import LinearSection
+from shellmb.scene.shells.shell import Join
 from shellmb.scene.values.positions import values_at
 from shellmb.scene.values.renamed import choice_of_today
 from shellmb.scene.values.validate import edge_names, show
@@ -178,6 +180,18 @@ def _targets(scene: Description) -> None:
     for join in scene.joins:
         for name, edge in ((join.first, join.at), (join.second, join.second_at)):
             check_edges(find_shell(scene, name, "join"), edge, "join")
+    for one, two in combinations(scene.joins, 2):
+        if all(_edges_of(one, name) & _edges_of(two, name) for name in (one.first, one.second)):
+            raise SceneError(
+                f"scene '{scene.name}': two joins join the same edges of '{one.first}' and "
+                f"'{one.second}', {show(one.at)} and {show(one.second_at)}; remove one of them"
+            )
+
+
+def _edges_of(join: Join, shell: str) -> set[str]:
+    """Edges of a shell along which it is joined."""
+    ends = ((join.first, join.at), (join.second, join.second_at))
+    return {edge for name, at in ends if name == shell for edge in edge_names(at)}
 
 
 def _edge_or_point(body: Body, where: Any, who: str) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import math
 from collections.abc import Callable
 from typing import Annotated, Any, ClassVar
@@ -12,14 +13,17 @@ from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.scene.control.sensors import Sensor
 from shellmb.scene.values.times import TimeFunction
-from shellmb.scene.values.validate import Finite, Name, NonNegative, Positive, described, show
+from shellmb.scene.values.validate import (
+    Finite,
+    Name,
+    NonNegative,
+    Positive,
+    Several,
+    described,
+    show,
+)
 
 __all__ = ["PID", "Controller", "Law"]
-
-
-def _sensors(value: Any) -> Any:
-    """One sensor in place of a tuple of one is welcome."""
-    return (value,) if isinstance(value, Sensor) else value
 
 
 def _names(value: Any) -> Any:
@@ -78,7 +82,7 @@ class Controller(Law):
     """
 
     name: Name
-    sensors: Annotated[tuple[InstanceOf[Sensor], ...], BeforeValidator(_sensors)]
+    sensors: Several[Sensor]
     law: Callable[..., Any]
     outputs: Annotated[tuple[Name, ...], BeforeValidator(_names)] = ("u",)
     state: Any = None
@@ -93,6 +97,13 @@ class Controller(Law):
                 f"controller '{self.name}': outputs is {show(self.outputs)}; it must be one name "
                 "at least, each once"
             )
+        try:
+            copy.deepcopy(self.state)
+        except Exception as error:
+            raise SceneError(
+                f"controller '{self.name}': state is {show(self.state)}, which cannot be copied "
+                f"({error}); it must be numbers, texts, arrays, lists, tuples and dicts of these"
+            ) from None
 
     def act(self, t: float, readings: Floats, state: Any, dt: float) -> Any:
         """Outputs and the new state, by the law."""

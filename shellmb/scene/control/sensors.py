@@ -61,6 +61,15 @@ class Quantity:
     def __truediv__(self, other: Any) -> Formula:
         return Formula("/", (self, other))
 
+    def _refuse(self, other: Any) -> Formula:
+        raise SceneError(
+            f"formula of a sensor and {show(other)}: a sensor can be added, subtracted, multiplied "
+            "and divided by something, and abs() taken; anything else is a controller's law"
+        )
+
+    __rtruediv__ = __pow__ = __rpow__ = __mod__ = __rmod__ = _refuse
+    __floordiv__ = __rfloordiv__ = __matmul__ = __rmatmul__ = _refuse
+
     def __neg__(self) -> Formula:
         return Formula("*", (-1.0, self))
 

@@ -101,6 +101,9 @@ class SoftSupport(Support):
 class HardSupport(Support):
     """Simple support without twist: nor does the director lean along a straight edge.
 
+    Displacements across ``axis`` stay free: a plate that nothing else holds has three rigid motions
+    in its plane, with frequencies of 0. ``Fixed`` at two corners holds it there.
+
     Args:
         at: The edge or edges.
         axis: Direction of the displacement that is held, for a plate its normal.

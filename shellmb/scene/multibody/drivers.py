@@ -15,7 +15,7 @@ from shellmb.errors import SceneError
 from shellmb.scene.control.events import ALWAYS, Event
 from shellmb.scene.control.sensors import Condition
 from shellmb.scene.values.times import TimeFunction
-from shellmb.scene.values.validate import Name, Windows, described
+from shellmb.scene.values.validate import NOTHING, Name, OneWindowOrMore, described
 
 __all__ = ["Coordinate", "Driver", "Lock"]
 
@@ -76,7 +76,7 @@ class Lock:
     """
 
     joint: Name
-    active: Windows | None = None
+    active: OneWindowOrMore = NOTHING
     coordinate: Coordinate | None = None
     when: Name | InstanceOf[Condition] | None = None
     until: InstanceOf[Condition] | None = None

@@ -17,8 +17,8 @@ class EdgeHinge(Joint):
 
     The edges stay together at every node, and the directors turn freely about the line. The nodes
     of the two edges may coincide or not. Springs, dampers, stops, locks and events act on the
-    rotation of the hinge as on that of a revolute joint. Constraints that supports or other hinges
-    imply, as at a corner that both shells share with a support, are left out without an error.
+    rotation of the hinge as on that of a revolute joint. Constraints that supports imply, or at
+    single nodes other hinges, as at a corner, are left out without an error.
 
     Args:
         name: What drivers, force elements and results call it.

@@ -19,12 +19,7 @@ FLAT = 1e-6
 
 @described("contact")
 class Contact(Joint):
-    """A body on a plane that it stays on, and on which it cannot slip.
-
-    Args:
-        normal: Normal of the plane, which is fixed to the first body; see :class:`Joint` for the
-            other parameters.
-    """
+    """A body on a plane that it stays on, and on which it cannot slip."""
 
     normal: Axis = field(kw_only=True)
 
@@ -65,8 +60,17 @@ class Rolling(Contact):
     directions: where it pulls (``NAME.F3`` is negative), a real wheel would lift off.
 
     Args:
+        name: Its name in the results.
+        first: Body of the plane, or ``"ground"``.
+        second: Body that moves on it.
+        at: Point of the plane on the first body: coordinates [m], the name of a point of it, or an
+            ``Offset``.
+        second_at: Centre of the wheel on the second body; None: its reference point.
+        normal: Normal of the plane, which turns with the first body; its sign does not matter.
+        mass: Mass of the joint [kg], half of it at each of its ends.
+        active: None: contacts act always.
         radius: Radius of the rim, or the sphere [m].
-        axis: Axis of the wheel; None: a sphere; see :class:`Contact` for the other parameters.
+        axis: Axis of the wheel, which turns with it; None: a sphere.
     """
 
     radius: Positive = field(kw_only=True)
@@ -88,8 +92,16 @@ class KnifeEdge(Contact):
     """A point of the second body stays on a plane of the first and moves along a blade only.
 
     Args:
-        direction: Direction of the blade, which turns with the second body; see :class:`Contact`
-            for the other parameters.
+        name: Its name in the results.
+        first: Body of the plane, or ``"ground"``.
+        second: Body that moves on it.
+        at: Point of the plane on the first body: coordinates [m], the name of a point of it, or an
+            ``Offset``.
+        second_at: Where the blade is on the second body; None: at ``at``.
+        normal: Normal of the plane, which turns with the first body; its sign does not matter.
+        mass: Mass of the joint [kg], half of it at each of its ends.
+        active: None: contacts act always.
+        direction: Direction of the blade, which turns with the second body.
     """
 
     direction: Axis = field(kw_only=True)

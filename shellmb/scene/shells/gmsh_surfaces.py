@@ -17,7 +17,7 @@ from pydantic import Field
 
 from shellmb.errors import SceneError
 from shellmb.scene.shells.surfaces import Surface
-from shellmb.scene.values.validate import Edge, Name, Positive, PositiveInt, described
+from shellmb.scene.values.validate import Edge, Held, Name, Positive, PositiveInt, described
 
 __all__ = ["GmshFile", "GmshModel", "MeshFile", "Meshed"]
 
@@ -27,7 +27,7 @@ MERGE = 1e-3
 Fraction = Annotated[float, Field(ge=0, lt=0.5, allow_inf_nan=False)]
 Group = Edge | None
 # what gmsh reads as the ending says; anything else it takes for a program
-READ = (".msh", ".geo", ".geo_unrolled", ".step", ".stp", ".brep", ".iges", ".igs", ".med", ".unv")
+READ = (".msh", ".geo", ".step", ".stp", ".brep", ".iges", ".igs", ".med", ".unv")
 # of these CAD, which says nothing of the size of elements
 CAD = (".step", ".stp", ".brep", ".iges", ".igs")
 # how a mesh of gmsh begins, in all versions
@@ -87,7 +87,7 @@ class GmshFile(Meshed):
         refine: Elements along each side of one of the file's, whose shape and groups stay.
     """
 
-    path: Annotated[Path, Field(strict=False)]  # a text names a file, too
+    path: Annotated[Held[Path, Path | str], Field(strict=False)]  # a text names a file, too
     group: Group = None
     edges_where: EdgesWhere = field(default_factory=dict)
     where: Callable[[Any], Any] | None = None
@@ -105,6 +105,11 @@ class GmshFile(Meshed):
         """
         _there(self.path, "gmsh file")
         ending = self.path.suffix.lower()
+        if ending == ".geo_unrolled":
+            raise SceneError(
+                f"gmsh file: '{self.path}' is a program for gmsh, which may do anything on this "
+                "machine; if you trust it, name it .geo"
+            )
         if ending not in READ:
             raise SceneError(
                 f"gmsh file: path is '{self.path}'; it must end in one of {', '.join(READ)}, or be "
@@ -174,7 +179,7 @@ class MeshFile(Meshed):
         refine: Elements along each side of one of the file's, whose shape and groups stay.
     """
 
-    path: Annotated[Path, Field(strict=False)]
+    path: Annotated[Held[Path, Path | str], Field(strict=False)]
     group: Group = None
     edges_where: EdgesWhere = field(default_factory=dict)
     where: Callable[[Any], Any] | None = None

@@ -15,7 +15,7 @@ from shellmb.scene.shells import lamination
 from shellmb.scene.shells.lamination import Layer, Layup
 from shellmb.scene.shells.sections import FiniteAt, LinearSection, PositiveAt, Value, check_stable
 from shellmb.scene.values.damping import ShellTimes
-from shellmb.scene.values.validate import Finite, NonNegative, Positive, described, show
+from shellmb.scene.values.validate import Finite, Listed, NonNegative, Positive, described, show
 
 __all__ = ["Laminate", "Ply", "PlyMaterial", "stacking_angles"]
 
@@ -89,7 +89,7 @@ class Laminate(LinearSection):
         mass_damping: Damping in proportion to the mass, a rate [1/s].
     """
 
-    plies: tuple[Ply, ...]
+    plies: Listed[Ply]
     _: KW_ONLY
     shear_correction: Annotated[Positive | Literal["energy"], BeforeValidator(_correction)] = 5 / 6
     offset: FiniteAt = 0.0
@@ -195,7 +195,7 @@ def stacking_angles(notation: str) -> tuple[float, ...]:
     Raises:
         SceneError: If the notation cannot be read.
     """
-    match = _STACKING.fullmatch(notation.strip())
+    match = _STACKING.fullmatch(notation.strip()) if isinstance(notation, str) else None
     if match is None:
         raise SceneError(
             f"laminate: stacking is {show(notation)}; it must read like '[0/90/45]s' or '[45/-45]4'"

@@ -41,7 +41,8 @@ class Shell(Deforming):
         section: The section.
         mesh: Numbers of elements along xi and eta.
         degree: Degree of displacement and director, 2 or 3; triangles: 2.
-        cell: Quadrilaterals or triangles.
+        cell: Quadrilaterals, ``"quad"``, or triangles, ``"tri"``; None: those of a mesh that is
+            read or made by gmsh, else quadrilaterals.
         geometry_order: Order of the mesh geometry; None: 1 for flat surfaces, 2 for curved ones and
             gmsh models, whatever a mesh file holds.
         distortion: Interior vertices are moved by this fraction of the element size, in a fixed
@@ -57,8 +58,8 @@ class Shell(Deforming):
         stretching: Whether it stretches in its surface; False: inextensible.
         coupling: Whether bending and stretching are coupled, where the section does so.
         strains: A strain measure in place of the usual one: ``strains(u, w, surface)`` returns
-            ``ShellStrains``, as :func:`shellmb.forms.shell.shell_strains` does; of any form, and
-            quickest to compile if at most quadratic in the unknowns.
+            ``ShellStrains``, as :func:`shellmb.forms.shell.shell_strains` does; of any form, zero
+            at rest, and quickest to compile if at most quadratic in the unknowns.
         terms: Terms added to the weak form, each a callable in UFL.
         model: ``"exact"``: any displacements and rotations; ``"floating-frame"``: small strains and
             rotations relative to a frame that moves by any amount; ``Modal(modes=10)``: the same,
@@ -76,7 +77,7 @@ class Shell(Deforming):
     section: InstanceOf[Section]
     mesh: tuple[PositiveInt, PositiveInt] = (8, 8)
     degree: Literal[2, 3] = 2
-    cell: Literal["quad", "tri"] = "quad"
+    cell: Literal["quad", "tri"] | None = None
     geometry_order: Annotated[Literal[1, 2] | None, Untrue] = None
     distortion: Distortion = 0.0
     direction: Vec3 | OfPosition | None = None
@@ -91,6 +92,17 @@ class Shell(Deforming):
     areas: Mapping[Name, Callable[[Any], Any]] = field(default_factory=dict)
     natural: InstanceOf[NaturalStrain] | None = None
 
+    def check_degree(self, cell: str | None) -> None:
+        """Refuse a degree that elements do not have.
+
+        Raises:
+            SceneError: On triangles, if the degree is not 2.
+        """
+        if cell == "tri" and self.degree != 2:
+            raise SceneError(
+                f"shell '{self.name}': degree is {self.degree}; it must be 2 on triangles"
+            )
+
     def __post_init__(self) -> None:
         """Check what concerns several parameters.
 
@@ -99,10 +111,9 @@ class Shell(Deforming):
                 own, an area has the name of an edge, a gmsh mesh is to be distorted, or a closed
                 surface has too few elements around.
         """
-        if self.cell == "tri" and self.degree != 2:
-            raise SceneError(
-                f"shell '{self.name}': degree is {self.degree}; it must be 2 on triangles"
-            )
+        if self.cell is None and not isinstance(self.surface, Meshed):
+            object.__setattr__(self, "cell", "quad")
+        self.check_degree(self.cell)
         if self.linear and self.strains is not None:
             raise SceneError(
                 f"shell '{self.name}': model is 'floating-frame', and it has strains of its own; "

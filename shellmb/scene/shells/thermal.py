@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from shellmb.errors import SceneError
 from shellmb.scene.shells.sections import LinearSection
 from shellmb.scene.values.natural import NaturalStrain
-from shellmb.scene.values.validate import show
+from shellmb.scene.values.validate import number, show
 
 __all__ = ["thermal_strain"]
 
@@ -42,6 +42,8 @@ def thermal_strain(
             "everywhere"
         )
     layup = section.generic
+    temperature = _finite("temperature", temperature)
+    gradient = _finite("gradient", gradient)
     several = list(expansions) if isinstance(expansions, Sequence) else [expansions]
     if len(several) != len(layup.layers):
         raise SceneError(
@@ -51,7 +53,9 @@ def thermal_strain(
     forces, moments = np.zeros(3), np.zeros(3)
     z = [float(height) for height in layup.heights]
     for layer, given, low, high in zip(layup.layers, several, z, z[1:], strict=False):
-        own = np.broadcast_to(np.asarray(given, dtype=float), (2,))
+        along, *across = given if isinstance(given, Sequence | np.ndarray) else [given]
+        two = [_finite("expansions", part) for part in (along, *(across or [along]))]
+        own = np.array(two)
         stress = layer.plane @ _turned(own, float(layer.angle))
         first, second, third = ((high**k - low**k) / k for k in (1, 2, 3))
         forces += stress * (temperature * first + gradient * second)
@@ -59,6 +63,16 @@ def thermal_strain(
     A, B, D = (np.asarray(part, dtype=float) for part in (layup.A, layup.B, layup.D))
     e = np.linalg.solve(np.block([[A, B], [B, D]]), np.concatenate([forces, moments]))
     return NaturalStrain(tuple(e[:3].tolist()), tuple(e[3:].tolist()), time)
+
+
+def _finite(name: str, value: Any) -> float:
+    try:
+        found = number(value)
+    except (TypeError, ValueError):
+        found = float("nan")
+    if not np.isfinite(found):
+        raise SceneError(f"thermal strain: {name} is {show(value)}; it must be a finite number")
+    return found
 
 
 def _turned(own: NDArray[np.float64], degrees: float) -> NDArray[np.float64]:

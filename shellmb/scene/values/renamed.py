@@ -10,7 +10,7 @@ from typing import Any
 
 from shellmb.errors import warn
 
-__all__ = ["CHOICES", "RENAMED", "choice_of_today", "name_of_today", "still_read"]
+__all__ = ["CHOICES", "RENAMED", "STORED", "choice_of_today", "name_of_today", "still_read"]
 
 # former name -> the names that it may have today; a class has one of them at most
 RENAMED: dict[str, tuple[str, ...]] = {
@@ -28,11 +28,15 @@ RENAMED: dict[str, tuple[str, ...]] = {
     "turn": ("turn_deg",),
     "control": ("step_control",),
     "viscosity": ("damping",),
+    "tolerance": ("step_error",),
     "damping": ("stiffness_damping", "relative_damping"),
 }
 
 # parameter and former choice -> the choice of today
 CHOICES = {("model", "linear"): "floating-frame"}
+
+# fields of scenes as runs have stored them, by their paths
+STORED = {"step_control.tolerance": "step_control.step_error"}
 
 # what scenes were written with longest: read as before, with a warning
 STILL_READ = {("scene", "elements"): "force_elements"}

@@ -12,7 +12,7 @@ from collections.abc import Callable
 import numpy as np
 
 from shellmb.errors import SceneError
-from shellmb.scene.values.validate import Finite, Positive, described
+from shellmb.scene.values.validate import Finite, Listed, Positive, described
 
 __all__ = ["Ramp", "Sine", "Step", "Table", "TimeFunction"]
 
@@ -70,8 +70,8 @@ class Table:
         values: The value at each time.
     """
 
-    times: tuple[Finite, ...]
-    values: tuple[Finite, ...]
+    times: Listed[Finite]
+    values: Listed[Finite]
 
     def __post_init__(self) -> None:
         """Check that the table is one.

@@ -6,10 +6,18 @@ import functools
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import field, fields
-from typing import Annotated, Any, dataclass_transform
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar, dataclass_transform
 
 import numpy as np
-from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, ValidationError
+from numpy.typing import NDArray
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    InstanceOf,
+    ValidationError,
+)
 from pydantic.dataclasses import dataclass as pydantic_dataclass
 
 from shellmb.errors import SceneError
@@ -17,21 +25,30 @@ from shellmb.scene.values.renamed import still_read
 from shellmb.scene.values.sentences import in_words, plain, sentence, show, with_name
 
 __all__ = [
+    "NONE",
+    "NOTHING",
+    "ORIGIN",
     "Axis",
     "Edge",
     "Finite",
+    "Held",
+    "Listed",
     "Matrix3",
     "Name",
     "NonNegative",
+    "OneWindowOrMore",
     "Place",
     "Positive",
     "PositiveInt",
+    "Several",
     "Spot",
     "Untrue",
     "Vec3",
+    "Vector",
     "Windows",
     "described",
     "edge_names",
+    "extended",
     "in_words",
     "number",
     "numbers",
@@ -191,6 +208,44 @@ Windows = Annotated[tuple[tuple[float, float], ...], BeforeValidator(_windows)]
 Edge = Annotated[str | tuple[str, ...], BeforeValidator(_edge)]
 Place = Annotated[str | tuple[str, ...] | tuple[float, float, float], BeforeValidator(_place)]
 
+# type checkers take a field whose type is a descriptor as it is set when an object is made, and as
+# it is read afterwards (mypy: of the class itself, not of one that is derived from it)
+if TYPE_CHECKING:
+
+    class Held[R, G]:
+        """A field that is read as ``R`` and given as ``G``."""
+
+        def __get__(self, made: Any, kind: Any, /) -> R: ...
+
+        def __set__(self, made: Any, value: G, /) -> None: ...
+
+    type Several[T] = Held[tuple[T, ...], T | Sequence[T]]
+    type Listed[T] = Held[tuple[T, ...], Sequence[T] | NDArray[Any]]
+    type Vector = Held[tuple[float, float, float], Sequence[float] | NDArray[Any]]
+    type OneWindowOrMore = Held[
+        tuple[tuple[float, float], ...] | None,
+        tuple[float, float] | Sequence[tuple[float, float]] | None,
+    ]
+else:
+    _T = TypeVar("_T")
+
+    class Held:
+        """A field is checked as it is read."""
+
+        def __class_getitem__(cls, kinds: tuple[Any, Any]) -> Any:
+            return kinds[0]
+
+    Listed = tuple[_T, ...]
+    OneWindowOrMore, Vector = Windows | None, Vec3
+    Several = Annotated[
+        tuple[InstanceOf[_T], ...],
+        BeforeValidator(lambda given: given if isinstance(given, tuple) else (given,)),
+    ]
+# defaults of such fields: no objects, nothing at all, and zero
+NONE: Any = ()
+NOTHING: Any = None
+ORIGIN: Any = (0.0, 0.0, 0.0)
+
 
 def edge_names(edge: str | tuple[str, ...]) -> tuple[str, ...]:
     """One name or several, always as a tuple."""
@@ -257,3 +312,14 @@ def described[T](label: str) -> Callable[[type[T]], type[T]]:
         return made
 
     return decorate
+
+
+def extended[T](label: str) -> Callable[[type[T]], type[T]]:
+    """:func:`described` for a class that adds no fields to those of its described base.
+
+    A type checker takes its fields from there: mypy would read one of `Several` as it is given.
+
+    Args:
+        label: What a user calls such an object.
+    """
+    return described(label)

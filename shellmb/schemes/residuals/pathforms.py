@@ -17,7 +17,7 @@ from shellmb.schemes.base import END, Levels, Resulting, Scheme, Tangent, Values
 from shellmb.schemes.notation import PathPage
 from shellmb.schemes.residuals.forces import bow_energy, path_forces, path_term
 from shellmb.schemes.residuals.pathpoints import at_points, of_general_strains
-from shellmb.schemes.residuals.residual import Sample, StageForms, acting, averaged
+from shellmb.schemes.residuals.residual import Instants, Sample, StageForms, acting, averaged
 from shellmb.schemes.residuals.rows import NAMES, PathStates, both_rows, constants
 from shellmb.schemes.residuals.strainrates import over_path
 from shellmb.schemes.residuals.weights import path_pairs
@@ -34,6 +34,11 @@ class PathScheme(Scheme, Protocol):
     @property
     def page(self) -> PathPage:
         """Equations of the page."""
+        ...
+
+    @property
+    def rolling(self) -> Instants:
+        """Instants at which bodies turn as fast along their paths as by their velocities."""
         ...
 
     def path(self, q: Any, scaled: Mapping[str, Any], unknown: Mapping[str, Any]) -> Path:
@@ -124,6 +129,11 @@ class PathForms:
         # what follows the unknown states has it
         return self._mean
 
+    def ends(self) -> tuple[Values, Values]:
+        """States at the start and at the end of the step."""
+        start, _, unknown = self._arrays
+        return start, unknown[END]
+
     @cached_property
     def _mean(self) -> Values:
         return np.asarray(self.states.functions[0].x.array)
@@ -185,8 +195,13 @@ class PathForms:
             unknown & set(form.coefficients()) for form in forms if form is not None
         ):
             return () if forms[0] is None else (whole,)
+        instants = averaged(self._scheme, stage)
+        if forms[0] is None and forms[1] is not None and time not in forms[1].constants():
+            # forces that depend on velocities alone must see none where there is none
+            weigh, rolling = self._scheme.load_weight, self._scheme.rolling
+            instants = tuple((tau, weight * weigh(stage, tau)) for tau, weight in rolling)
         found = []
-        for tau, weight in averaged(self._scheme, stage):
+        for tau, weight in instants:
             (place,) = constants(self._mesh, tau)
             found.append(
                 Sample(

@@ -196,6 +196,11 @@ class IntervalForms:
         a, b = self._ends
         return np.asarray(b if a is b else (a + b) / 2)
 
+    def ends(self) -> tuple[Values, Values]:
+        """States at the start and end of the step; a single one, or the reference, is both."""
+        a, b = self._ends
+        return (a if a is b else np.asarray(self._levels.q.x.array)), b
+
     def mean_state(self) -> Expr:
         """State of which the averaged stress of the last sub-interval is."""
         span = self._span

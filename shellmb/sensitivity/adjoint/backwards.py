@@ -10,9 +10,8 @@ from mpi4py import MPI
 
 import numpy as np
 
-from shellmb.errors import warn
 from shellmb.native.later import known_forms
-from shellmb.observers.probes import plain_spot
+from shellmb.observers.probes import places_of, plain_spot
 from shellmb.running.execute import RunResult, execute
 from shellmb.running.results import Results
 from shellmb.scene import Probe, Scene
@@ -45,14 +44,18 @@ class Reading:
     def __init__(self, simulation: Simulation, probe: Probe) -> None:
         (given,) = simulation.scene.bodies_of(probe)
         who = f"probe '{probe.name}'"
-        body, nodes, arms = plain_spot(simulation, given.name, probe.at, who)
-        self._key = body, "v" if probe.quantity == "velocity" else "q"
-        u, w = nodes.dofs  # type: ignore[union-attr]
-        count, part = simulation.model.comm.allreduce(nodes.count), int(probe.component)
-        self._dofs, self._weights = u[:, part], np.full(len(u), 1 / count)
-        if arms is not None:
-            self._dofs = np.concatenate([self._dofs, w[:, :, part].ravel()])
-            self._weights = np.concatenate([self._weights, arms.ravel() / count])
+        dofs, weights = [], []
+        for place, weight in zip(*places_of(simulation, given.name, probe), strict=True):
+            body, nodes, arms = plain_spot(simulation, given.name, place, who)
+            self._key = body, "v" if probe.quantity == "velocity" else "q"
+            u, w = nodes.dofs  # type: ignore[union-attr]
+            count, part = simulation.model.comm.allreduce(nodes.count), int(probe.component)
+            dofs.append(u[:, part])
+            weights.append(np.full(len(u), weight / count))
+            if arms is not None:
+                dofs.append(w[:, :, part].ravel())
+                weights.append(weight * arms.ravel() / count)
+        self._dofs, self._weights = np.concatenate(dofs), np.concatenate(weights)
 
     def add(self, covector: Covector, slope: float) -> None:
         """Add a derivative by what is read to the covector of a state."""
@@ -67,6 +70,7 @@ def there_and_back(
     states: int | None,
     comm: MPI.Comm,
     results: Results | None,
+    said: list[str],
 ) -> Found:
     """Run a scene, and differentiate a number by going back over its steps; collective.
 
@@ -78,13 +82,16 @@ def there_and_back(
         states: Number of states that are kept at most; None: all steps are.
         comm: Communicator.
         results: Gives the results of the run.
+        said: Gets sentences on derivatives that are doubtful.
     """
     steps = Steps(states)
     run = execute(scene, None, [steps], comm=comm, pictures=False, results=results)
-    return _backwards(run, steps, places, both, objective)
+    return _backwards(run, steps, places, both, objective, said)
 
 
-def _by_parameter(run: Simulation, sweep: Sweep, parameter: Parameter, *scenes: Scene) -> float:
+def _by_parameter(
+    run: Simulation, sweep: Sweep, said: list[str], parameter: Parameter, *scenes: Scene
+) -> float:
     """Derivative by a parameter, from scenes above and below it; collective.
 
     Scenes of one parameter are there at a time: MPI has a few thousand communicators, of which
@@ -101,8 +108,7 @@ def _by_parameter(run: Simulation, sweep: Sweep, parameter: Parameter, *scenes: 
         gc.collect()
     corners = Corners(run, parameter, (scenes[0], scenes[1]))
     for step in reversed(sweep.kept):
-        for said in corners.met(step.t, step.dt):
-            warn(f"adjoint: {said}")
+        said += corners.met(step.t, step.dt)
     above, below = ends
     start = sum(float(w @ (above[key] - below[key])) for key, w in sweep.covector.items())
     total: float = run.model.comm.allreduce(start - (work[0] - work[1]))
@@ -115,13 +121,14 @@ def _backwards(
     places: Sequence[Place],
     both: Sequence[tuple[Parameter, Scene, Scene]],
     objective: Objective,
+    said: list[str],
 ) -> Found:
     """Go back over all steps."""
     simulation = run.simulation
     names = [probe.name for probe in simulation.scene.probes]
     history = {name: run.column(name) for name in ("t", *names)}
     value = evaluated(objective, history)
-    slope = slopes(objective, history, value)
+    slope = slopes(objective, history, value, said)
     shells = simulation.model.shells
     found = [(p.body, changes(shells[p.body], p.name)) for p in places]
     sweep = Sweep(simulation, found, bool(both))
@@ -134,7 +141,7 @@ def _backwards(
         reading.add(sweep.covector, float(slope[name][0]))
     return (
         value,
-        {p.name: _by_parameter(simulation, sweep, p, *scenes) for p, *scenes in both},
+        {p.name: _by_parameter(simulation, sweep, said, p, *scenes) for p, *scenes in both},
         {
             (p.body, p.name): by_element(shells[p.body], p.name, derivative)
             for p, derivative in zip(places, sweep.by_fields, strict=True)

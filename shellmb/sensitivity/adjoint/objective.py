@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from shellmb.arrays import Floats
-from shellmb.errors import SceneError, ShellmbError, warn
+from shellmb.errors import SceneError, ShellmbError
 from shellmb.running.error_origin import in_words
 from shellmb.scene import Modal, Scene
 from shellmb.scene.lookup import listed
@@ -123,16 +123,19 @@ def _shown(found: Any) -> str:
     return f"{found.item() if isinstance(found, np.generic) else found!r}"[:40]
 
 
-def slopes(objective: Objective, history: Mapping[str, Floats], middle: float) -> dict[str, Floats]:
+def slopes(
+    objective: Objective, history: Mapping[str, Floats], middle: float, said: list[str]
+) -> dict[str, Floats]:
     """Derivatives of the number by each value of each probe, by differences of fourth order.
 
     Where it is not smooth over their distance, as a largest value near another one, they are taken
-    closer; a warning names histories in which it is not smooth there, too.
+    closer; a sentence names histories in which it is not smooth there, too.
 
     Args:
         objective: The number as a function of the histories.
         history: Values over the steps by probe, and "t".
         middle: The number there.
+        said: Gets the sentences.
 
     Raises:
         SceneError: If it is no finite number beside the histories of the run.
@@ -150,8 +153,8 @@ def slopes(objective: Objective, history: Mapping[str, Floats], middle: float) -
             if _smooth(change[1:] if values[0] == 0 else change):
                 break
         else:
-            warn(
-                f"adjoint: the objective has a kink in the history of '{name}', such as a largest "
+            said.append(
+                f"the objective has a kink in the history of '{name}', such as a largest "
                 "value that is reached twice, or loses digits in a sum; its derivative by that "
                 "history is a mean of several or round-off: use a smooth number, such as a mean "
                 "of high powers",

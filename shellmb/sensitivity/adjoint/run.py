@@ -43,12 +43,14 @@ class Adjoint:
         fields: Its derivatives by fields: for (shell, parameter of its section) a table with a row
             for each element: middle `x`, `y`, `z` [m], `area` [m^2], `value`, `derivative`.
         run: The run.
+        warnings: What the derivatives say against themselves, each a sentence.
     """
 
     value: float
     parameters: dict[str, float]
     fields: dict[tuple[str, str], pd.DataFrame]
     run: RunResult = field(repr=False)
+    warnings: tuple[str, ...]
 
 
 @takes(*options_of(Options))
@@ -110,7 +112,7 @@ def adjoint(
     _refuse(given, places)
     check_objective(objective, given)
     base = varying(given, places)
-    both, said = [], dict[Any, str]()
+    both, doubtful, said = [], list[str](), dict[Any, str]()
     for parameter in widened(chosen, given):
         sides = beside(made, given, parameter)
         if independent(*sides):
@@ -120,23 +122,26 @@ def adjoint(
     world = MPI.COMM_WORLD if comm is None else comm
     from shellmb.sensitivity.adjoint.backwards import there_and_back
 
-    found = Adjoint(*there_and_back(base, objective, places, both, states, world, made.results))
+    value, by_parameters, by_fields, run = there_and_back(
+        base, objective, places, both, states, world, made.results, doubtful
+    )
     for parameter, *_ in both:
-        if not found.parameters[parameter.name]:
+        if not by_parameters[parameter.name]:
             said.setdefault(
                 parameter.name,
                 f"the objective does not depend on '{parameter.name}' near {parameter.value:g}: "
                 "its derivative is zero",
             )
     for body, name in places:
-        if not found.fields[body, name]["derivative"].any():
+        if not by_fields[body, name]["derivative"].any():
             said[body, name] = (
                 f"the objective does not depend on '{name}' of shell '{body}': its derivative is "
                 "zero in all elements"
             )
-    for text in said.values():
+    sentences = *dict.fromkeys(doubtful), *said.values()
+    for text in sentences:
         warn(f"adjoint: {text}")
-    return found
+    return Adjoint(value, by_parameters, by_fields, run, sentences)
 
 
 def _places(fields: Any) -> tuple[Place, ...]:

@@ -106,7 +106,7 @@ class Band:
         for name in wanted:
             if name not in self.history:
                 raise SceneError(
-                    f"band: there is no column '{name}'; there are {listed(self.history)}"
+                    f"band: there is no column '{name}'; there are {listed(self.history.columns)}"
                 )
         made = figure(WIDE, HIGH * len(wanted))
         axes = made.subplots(len(wanted), 1, squeeze=False)
@@ -154,7 +154,9 @@ def covariance_of(names: Sequence[str], given: Any) -> Floats:
             f"band: covariance has the shape {found.shape}; it must be {shape}, for {listed(names)}"
         )
     sizes = np.sqrt(np.abs(np.diag(found)))
-    scaled = found / np.where(sizes > 0, np.outer(sizes, sizes), 1.0)
+    products = np.outer(sizes, sizes)
+    # what is known exactly has no size
+    scaled = found / np.where(products > 0, products, 1.0)
     # round-off of an inverse
     wrong = not np.allclose(scaled, scaled.T, atol=1e-6)
     if wrong or np.linalg.eigvalsh((scaled + scaled.T) / 2).min() < -1e-6:

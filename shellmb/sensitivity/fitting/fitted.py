@@ -121,7 +121,7 @@ class Fit:
         """Correlation of the values."""
         covariance = self.covariance
         sizes = np.sqrt(np.diag(covariance.to_numpy()))
-        return covariance / np.outer(sizes, sizes)
+        return covariance.div(sizes, axis=0).div(sizes, axis=1)
 
     @property
     def table(self) -> pd.DataFrame:

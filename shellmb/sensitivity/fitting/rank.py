@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from shellmb.errors import SceneError
+from shellmb.options.described import takes
 from shellmb.scene.lookup import listed
 from shellmb.sensitivity.record import Sensitivities
 
@@ -46,6 +47,7 @@ class Ranking:
         return made
 
 
+@takes()
 def rank(found: Sensitivities, of: str | Sequence[str] | None = None) -> Ranking:
     """Order parameters by how much they matter.
 

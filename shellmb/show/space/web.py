@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import html
 import io
 import json
 import zipfile
 from typing import Any
 
 from shellmb.show.space.display import canvas
-from shellmb.show.space.scenery import Showing, Stage
+from shellmb.show.space.scenery import Showing, Stage, showing
 
 
 def page(what: Showing) -> str:
@@ -35,6 +36,47 @@ def page(what: Showing) -> str:
     written = io.StringIO()
     write_html(packed.getvalue(), written)
     return written.getvalue()
+
+
+def framed(what: Showing, style: str = "") -> str:
+    """The first state as a part of a page, with a line that says what is shown.
+
+    Args:
+        what: What is shown.
+        style: CSS of the view.
+
+    Raises:
+        RunError: If this machine cannot draw.
+    """
+    inner = html.escape(page(what), quote=True)
+    low, high = what.limits
+    said = f"{what.title(what.states[0])}; colours: {what.shown.label}, {low:.4g} to {high:.4g}"
+    return (
+        f'<iframe title="shape" loading="lazy" style="{style}" srcdoc="{inner}"></iframe>'
+        f'<p class="quiet">Turn it with the mouse. {html.escape(said)}</p>'
+    )
+
+
+class Cell:
+    """A view that a notebook displays.
+
+    Args:
+        text: Its HTML.
+    """
+
+    def __init__(self, text: str) -> None:
+        self._text = text
+
+    def _repr_html_(self) -> str:
+        return self._text
+
+    def __repr__(self) -> str:
+        return "<view of a shape>"
+
+
+def in_cell(*shown: Any) -> Cell:
+    """A view for a cell of a notebook; arguments as of `showing`."""
+    return Cell(framed(showing(*shown), "width: 100%; height: 28rem; border: 1px solid #ddd"))
 
 
 def _serialised(window: Any, renderer: Any) -> dict[str, Any]:

@@ -14,14 +14,9 @@ from shellmb.model.signals import Signals, Way
 from shellmb.scene import Scene
 from shellmb.simulate.control.readings import Readings, Running
 from shellmb.simulate.control.sampling import Sampler
-from shellmb.simulate.control.watching import (
-    LEAST,
-    Watch,
-    comes_soon,
-    first_crossing,
-    turning_point,
-)
+from shellmb.simulate.control.watching import Watch, comes_soon, first_crossing, turning_point
 from shellmb.simulate.stepping import Attempt
+from shellmb.simulate.stepsize.control import LEAST
 
 
 class Control:
@@ -52,6 +47,21 @@ class Control:
         self._begun, self._changed = False, False
         self.crossed: list[int] = []
         self._dt = 0.0
+
+    def go_on(self, controlled: Mapping[str, Mapping[str, Any]]) -> None:
+        """Take up controllers of another run that this one starts from.
+
+        Args:
+            controlled: States of samplers by their controllers.
+        """
+        for sampler in self.samplers:
+            if sampler.law.name in controlled:
+                self._take_up(sampler, controlled[sampler.law.name])
+
+    def _take_up(self, sampler: Sampler, saved: Mapping[str, Any]) -> None:
+        sampler.restore(saved)
+        for name, value in sampler.outputs.items():
+            self._signals.commands[sampler.law.name, name] = value
 
     def attach(self, simulation: Running, observers: Sequence[Any]) -> None:
         """Read the columns of some observers from now on; they have begun.
@@ -228,6 +238,7 @@ class Control:
             "read": None if self._readings is None else self._now(),
             "before": self._before,
             "dt": self._dt,
+            "accelerated": [list(key) for key in self._signals.ways],
             "ways": [list(astuple(way)) for way in self._signals.ways.values()],
             "begun": self._begun,
             "changed": self._changed,
@@ -243,9 +254,7 @@ class Control:
         if state is None:
             return
         for sampler, saved in zip(self.samplers, state["controllers"], strict=True):
-            sampler.restore(saved)
-            for name, value in sampler.outputs.items():
-                self._signals.commands[sampler.law.name, name] = value
+            self._take_up(sampler, saved)
         for key, way in zip(self._signals.ways, state["ways"], strict=True):
             self._signals.ways[key] = Way(*way)
         for watch, saved in zip(self.watches, state["events"], strict=True):

@@ -15,8 +15,6 @@ from shellmb.scene.control.sensors import Condition, Sensor
 
 # tolerance of the time of an event where it says nothing, in steps
 TOLERANCE = 1e-6
-# no step is shorter than that, in steps: round-off of positions over its square is one of forces
-LEAST = 1e-3
 # so many changes of one event within the scene's step are no mechanics
 CHATTER = 40
 # solutions of one step after which nothing is found any more; bisection to 1e-9 of it takes 90

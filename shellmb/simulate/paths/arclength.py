@@ -45,6 +45,8 @@ LARGEST, FARTHEST = 10.0, 0.05
 AWAY = 0.005
 # a step that turns by this part of what is allowed is as long as it should be
 WANTED_TURN = 0.4
+# motions that begin by less than this part of what the first step moves are round-off
+FLAT = 1e-6
 
 
 class ArcSize(StepSize):
@@ -131,7 +133,8 @@ class PathSteps:
 
     def __init__(self, problem: Problem, path: PathFollowing, size: ArcSize) -> None:
         self._problem, self._path, self.size = problem, path, size
-        follow = problem.follow_given if _moves(problem) else None
+        self._given = _moves(problem)
+        follow = problem.follow_given if self._given else None
         self.bordered = Bordered(problem.iteration, self._set_factor, follow)
         self._turns = Turns(problem)
         self.moving = self._displacements()
@@ -257,7 +260,8 @@ class PathSteps:
 
     def _angle(self, a: Floats, b: Floats) -> float:
         """Angle between two directions, whichever way they point, rad."""
-        cosine = self.bordered.dot(self.moving * a, b) / (self.size_of(a) * self.size_of(b))
+        sizes = self.size_of(a) * self.size_of(b)
+        cosine = self.bordered.dot(self.moving * a, b) / sizes if sizes > 0 else math.nan
         return math.acos(min(abs(cosine), 1.0)) if math.isfinite(cosine) else math.pi
 
     def _look(self, factor: float, before: Floats | None, t: float) -> PathState:
@@ -279,6 +283,8 @@ class PathSteps:
         # else, of thin bodies the reduced matrix does not know where a flat branch goes, and the
         # factors of the count are at hand
         derivative = self.bordered.derivative(self._branches.apply_inverse)
+        if before is None and factor == 0.0 and self._given:
+            derivative = self._begun(derivative)
         sharp = math.radians(self._path.turn_deg)
         if before is not None and self._angle(before, derivative) > sharp:
             # next to a bifurcation round-off along the null vector swamps the path's own direction;
@@ -290,13 +296,38 @@ class PathSteps:
             derivative = derivative - self.moved(null, derivative) * null
         size = self.size_of(derivative)
         if not size > 0:
-            raise SceneError("path following: the loads move nothing; give a load that does")
+            raise SceneError(
+                "path following: the loads move nothing; give a load that does, or what is "
+                "prescribed a function that grows from the load factor 0 on"
+            )
         self._scale = self._scale or size
         rate = self._scale / size
         if before is not None and self._dot(derivative, before) < 0:
             rate = -rate
         grows = 1 if before is None else sense(factor, rate, t - self._state.t, self._state.sense)
         return PathState(t, factor, derivative * rate, rate, negative, grows)
+
+    def _begun(self, derivative: Floats) -> Floats:
+        """Derivative at the start, or the way of the first step where it leads there too sharply.
+
+        What is prescribed as `0.01 t^2` does not move at first, and yet leads along a path.
+
+        Args:
+            derivative: The derivative there.
+        """
+        begun, whole = (self._way(over) for over in (self.size.nominal, self._path.load_end or 1.0))
+        size, far = self.size_of(derivative), self.size_of(begun)
+        sharp = far > 0 and self._angle(derivative, begun) > math.radians(self._path.turn_deg)
+        if size > far or not (sharp or size < FLAT * far):
+            return derivative
+        # a structure that stays linear reaches its full load at time 1
+        self._scale = self.size_of(whole)
+        return begun
+
+    def _way(self, over: float) -> Floats:
+        """Derivative at the start, prescribed values told by what they do over a change of load."""
+        self.bordered.take_load(0.0, over)
+        return self.bordered.derivative(self._branches.apply_inverse)
 
     def _arrive(self, t: float, dt: float) -> _Arrived:
         """Solve for the state at the arc length `dt` behind the accepted one.
@@ -359,7 +390,10 @@ class PathSteps:
             iterations += self._next.iterations
             return self._next.state
 
-        self._end_at_levels(shorter, shorter(dt))
+        try:
+            self._end_at_levels(shorter, shorter(dt))
+        except ConvergenceError as error:
+            raise self._turning_given(error, dt) from error
         assert self._next is not None
         self._next.state = self._branches.sure(self._state, self._next.state)
         if self._branches.passed(self._state, self._next.state):
@@ -367,6 +401,22 @@ class PathSteps:
         self._cut = self._next.dt < dt
         self.limit = self._locate_limit() if self.turned else None
         return Attempt(iterations, self._next.dt)
+
+    def _turning_given(self, error: ConvergenceError, dt: float) -> ConvergenceError:
+        """Say that a step failed where what is prescribed turns round, if it does there."""
+        if not self._given:
+            return error
+        ends = self.factor, self.factor + dt * self.rate
+        here, there = (self._problem.follow_given(factor) for factor in ends)
+        if self.bordered.dot(here, there) >= 0:
+            return error
+        return ConvergenceError(
+            f"what is prescribed turns round between the load factors {ends[0]:.4g} and "
+            f"{ends[1]:.4g}, and a path, whose length is that of displacements, has no way on; end "
+            f"it before with load_end, or prescribe a motion that goes on ({error})",
+            error.field,
+            error.norms,
+        )
 
     def _locate_limit(self) -> Limit | None:
         """Locate where the load turns round in the step solved for, and come back to its end."""

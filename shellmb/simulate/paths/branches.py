@@ -254,8 +254,11 @@ class Branches:
         vector, last = guess / self._norm(guess), np.inf
         for _ in range(POWER):
             new = self.apply_inverse(self._moving * vector)
-            inverse = self._bordered.dot(self._moving * vector, new)
-            vector = new / self._norm(new)
+            inverse, size = self._bordered.dot(self._moving * vector, new), self._norm(new)
+            if size == 0:
+                # all that moves is prescribed
+                return np.inf, new
+            vector = new / size
             if abs(inverse - last) <= SETTLED * abs(inverse):
                 break
             last = inverse

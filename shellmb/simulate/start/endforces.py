@@ -78,6 +78,10 @@ class EndForces:
         """Function that holds a body's accelerations and multipliers."""
         return self._unknown[body]
 
+    def unknown(self, body: str) -> list[fem.Function]:
+        """That function."""
+        return [self._unknown[body]]
+
     def velocity(self, body: str) -> fem.Function:
         """Function that holds a body's velocities, the nearest ones that constraints allow."""
         return self._velocity[body]
@@ -176,6 +180,10 @@ class Impulses:
     def state(self, body: str) -> fem.Function:
         """Function that holds a body's velocities and impulses."""
         return self._projection.functions[body]
+
+    def unknown(self, body: str) -> list[fem.Function]:
+        """That function."""
+        return [self._projection.functions[body]]
 
 
 def _stresses(body: Body) -> list[str]:

@@ -18,6 +18,7 @@ from shellmb.modal.tangent import tangent
 from shellmb.model.body import Body
 from shellmb.model.joints.columns import COLUMN
 from shellmb.model.model import Model
+from shellmb.model.plausible import refuse_folded
 from shellmb.model.shells.shell import ShellModel
 from shellmb.prefixes import below
 from shellmb.scene import Beam, FromMode, FromRun, FromShape, Scene, Shell
@@ -27,6 +28,7 @@ from shellmb.scene.values.positions import values_at
 from shellmb.schemes.registry import SCHEMES
 from shellmb.simulate.eigenmodes import lowest
 from shellmb.simulate.problem import Problem
+from shellmb.simulate.start.controlled import taken_up
 from shellmb.simulate.start.frames import StoredFrame
 from shellmb.simulate.start.stored import HISTORY, Stored, counted, read_stored
 
@@ -83,6 +85,7 @@ def _(start: FromRun, problem: Problem, scene: Scene) -> bool:
             "read; rotations that its state does not have begin within half a turn",
         )
     problem.counted = known or {}
+    problem.controlled = taken_up(problem.model.signals, scene, stored, who)
     if start.at is not None:
         return _take_frame(start, problem, scene, stored, who)
     anew = False
@@ -183,6 +186,8 @@ def _(start: FromShape, problem: Problem, scene: Scene) -> bool:
         if start.rotation is not None:
             d = rotated(D, values_at(start.rotation, x, 3, f"{who}: rotation").T)
     _place(body, q, nodes, D, u, d)
+    if target.name in model.meshed:
+        refuse_folded(model.meshed[target.name], problem.levels[body.name].q, who)
     return True
 
 
@@ -354,8 +359,7 @@ def _check_bodies(scene: Scene, stored: Stored, who: str) -> None:
                     f"{is_}); both must be the same"
                 )
     names = [b.name for b in scene.rigid_bodies]
-    known = below(stored.scene, "rigid_bodies['")
-    found = [k.removesuffix("']") for k in known if k.endswith("']")]
+    found = stored.names("rigid_bodies")
     if names and found != names:
         raise SceneError(
             f"{who}: its rigid bodies are {listed(found) or 'none'}, those of this scene are "

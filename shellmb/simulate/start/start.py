@@ -25,10 +25,8 @@ from shellmb.system.assembly.functionals import functionals
 
 # a joint is open if its ends are apart by more than this part of the scene's length
 OPEN = 1e-9
-# a change of the kinetic energy of a given state that the warning shows, in six digits; and what is
-# left of that of given velocities where constraints do not allow them: where velocities of one body
-# are given and others follow, they are shared
-DRIFT, LEFT = 1e-6, 0.01
+# a change of the kinetic energy of given velocities that the warning shows, in six digits
+DRIFT = 1e-6
 
 
 class Start:
@@ -198,14 +196,13 @@ class Start:
                     error.norms,
                 ) from error
         if before > 0.0:
-            self._warn_of_stopped_velocities(before)
+            self._warn_of_other_velocities(before)
 
-    def _warn_of_stopped_velocities(self, before: float) -> None:
+    def _warn_of_other_velocities(self, before: float) -> None:
         """Warn of the energy of velocities that supports and joints do not allow."""
         after = self._energy(_kinetic)
         whose = "of the state that the run starts from" if self._taken else "that are given"
-        stopped = after < LEFT * before
-        if stopped or (self._taken and abs(after - before) > DRIFT * before):
+        if abs(after - before) > DRIFT * before:
             warn(
                 f"scene '{self.scene.name}': supports and joints do not allow the velocities "
                 f"{whose}; their kinetic energy was {before:.6g}, is {after:.6g}",
@@ -214,16 +211,19 @@ class Start:
     def accelerations(self, t: float = 0.0) -> None:
         """Find accelerations from the equations of motion, for schemes that keep them.
 
+        These have a rate "a" or "acceleration".
+
         Args:
             t: Time, s.
         """
-        if "acceleration" not in self.problem.scheme.rates:
+        kept = {"a", "acceleration"}.intersection(self.problem.scheme.rates)
+        if not kept:
             return
         # motions are known from here on, and not before
         self._forces.solve(t, -self._dt)
         for body in self.model.bodies:
             dofs, rates = kinematic_dofs(body), self.problem.levels[body.name].rates
-            for rate in ("a", "acceleration"):
+            for rate in kept:
                 rates[rate].x.array[dofs] = self._forces.state(body.name).x.array[dofs]
 
     @cached_property

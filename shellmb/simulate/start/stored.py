@@ -20,6 +20,7 @@ from shellmb.barrier import first_found
 from shellmb.errors import SceneError
 from shellmb.guarding.reading import check_archive, read_bytes, read_json
 from shellmb.guarding.seal import checksum, is_sealed
+from shellmb.prefixes import below
 from shellmb.scene.schemes import is_static
 
 Arrays = dict[str, Floats]
@@ -38,11 +39,25 @@ class Stored:
         arrays: This rank's values, by body and function, as of `Simulation.arrays`.
         scene: Fingerprint of the run's scene.
         dynamic: Whether the run has velocities.
+        t: Time of the state, s.
+        control: Its controllers and events, as of `Control.state`; None: there are none, or the
+            state is not read.
     """
 
     arrays: Arrays
     scene: dict[str, Any]
     dynamic: bool
+    t: float = 0.0
+    control: dict[str, Any] | None = None
+
+    def names(self, kind: str) -> list[str]:
+        """Names of the scene's items of a kind, in their order.
+
+        Args:
+            kind: Field of the scene.
+        """
+        # of what an item has by name, as points of a body, entries begin like its own
+        return list(dict.fromkeys(key.split("'")[0] for key in below(self.scene, f"{kind}['")))
 
 
 def read_stored(directory: Path, comm: MPI.Comm, whole: bool = True) -> Stored:
@@ -105,6 +120,7 @@ def _read(directory: Path, comm: MPI.Comm, whole: bool) -> Stored:
     try:
         name, sums = str(values["arrays"]), values["arrays_sha256"]
         ranks, scene = values["ranks"], dict(values["scene"])
+        t, control = float(values["simulation"]["t"]), values["simulation"].get("control")
         sealed = is_sealed(values)
     except (KeyError, TypeError, ValueError):
         sealed = False
@@ -119,7 +135,7 @@ def _read(directory: Path, comm: MPI.Comm, whole: bool) -> Stored:
             f"start from it with `mpiexec -n {ranks}`"
         )
     arrays = read_arrays(file.parent / f"{name}-rank{comm.rank}.npz", sums[comm.rank])
-    return Stored(arrays, scene, dynamic)
+    return Stored(arrays, scene, dynamic, t, control)
 
 
 def read_arrays(file: Path, expected: str) -> Arrays:

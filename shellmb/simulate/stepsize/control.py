@@ -2,9 +2,15 @@
 
 import math
 from dataclasses import dataclass
+from typing import ClassVar
 
 from shellmb.scene import StepControl
 
+# no step is shorter than that, in steps: round-off of positions over its square is one of forces
+LEAST = 1e-3
+# nor is one that is left before a time at which steps end: what velocities of EP are off by joints
+# over the step is a force (a pendulum's hinge has -0.04 N for 0.7 N in a hundredth of a step)
+SHORT = 0.1
 # smallest step relative to the nominal one, if the scene does not say
 DEFAULT_SMALLEST = 1 / 1024
 # of statics, before any load acts, and in parts of the load that acts
@@ -27,8 +33,10 @@ class StepSize:
         dt: Step to try next, s.
         good: Number of accepted steps since the last change.
         rejected: Number of rejected steps.
+        least_rest: Least part of a step that may be left before a time at which steps end.
     """
 
+    least_rest: ClassVar[float] = SHORT
     settings: StepControl
     nominal: float
 

@@ -1,20 +1,73 @@
-"""Times on which steps land exactly: locks, corners of loads and motions, what a user names."""
+"""Times of steps: equal ones are counted, and some end exactly where they must.
+
+These are times of locks, corners of loads and motions, samples of controllers, the end, and what a
+user names.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import sys
+from bisect import bisect_right
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 
 from shellmb.scene import Scene
 from shellmb.scene.checks.control import corners
 from shellmb.simulate.stepsize.control import StepSize
-from shellmb.simulate.stepsize.tolerance import ErrorSize
 
-# a remaining time below this fraction of a step is round-off, not a step
-ROUND_OFF = 1e-9
+# times that differ by this fraction of a step, or by so many spacings of floating-point numbers,
+# are one: somebody has computed or written them down with fewer digits
+NEAR, SPACINGS = 1e-6, 4
+
+
+def near(t: float, dt: float) -> float:
+    """Largest difference of times that are one, s.
+
+    Args:
+        t: Time, s.
+        dt: Length of steps there, s.
+    """
+    return NEAR * dt + SPACINGS * sys.float_info.epsilon * abs(t)
+
+
+@dataclass
+class Count:
+    """Times of equal steps, `begin + steps dt`: round-off does not add up.
+
+    Args:
+        begin: Time of the first one's start, s.
+        dt: Their length, s.
+        steps: Their number so far.
+    """
+
+    begin: float = 0.0
+    dt: float = 0.0
+    steps: int = 0
+
+    def after(self, t: float, dt: float) -> float:
+        """Count a step; time at its end, s.
+
+        Args:
+            t: Its start, s; another time than that of the last step's end begins a new count.
+            dt: Its length, s; another one does, too.
+        """
+        if dt != self.dt or t != self.begin + self.steps * dt:
+            self.begin, self.dt, self.steps = t, dt, 0
+        self.steps += 1
+        return self.begin + self.steps * dt
+
+    def state(self) -> list[float]:
+        """State for a restart."""
+        return [self.begin, self.dt, self.steps]
+
+    def restore(self, state: Sequence[float]) -> None:
+        """Take up a saved state; an empty one begins anew."""
+        begin, dt, steps = state or (0.0, 0.0, 0)
+        self.begin, self.dt, self.steps = float(begin), float(dt), int(steps)
 
 
 class Landing:
-    """The times of a run.
+    """The times of a run at which steps must end.
 
     Corners count where steps follow their error: long ones could pass a whole load. Fixed steps are
     the user's, and so is what they do at a corner.
@@ -28,37 +81,40 @@ class Landing:
     """
 
     def __init__(self, scene: Scene, events: Iterable[float]) -> None:
-        self._corners = frozenset(
-            corners(scene) if scene.step_control.tolerance is not None else ()
-        )
+        self._nominal = float(scene.dt or 0.0)
+        self._corners = tuple(corners(scene) if scene.step_control.step_error is not None else ())
         self.times = tuple(sorted({*events, *scene.step_control.times, *self._corners}))
 
-    def after(self, t: float, t_end: float) -> float:
-        """The next one, s.
+    def step(
+        self, t: float, t_end: float, sample: float, size: StepSize
+    ) -> tuple[float, float | None]:
+        """Length of the next step, s, and the time that it lands on, s; None: on none.
 
         Args:
-            t: Time, s.
+            t: Its start, s.
             t_end: End of the run, s.
+            sample: Time of the next sample of controllers, s.
+            size: The step size.
         """
-        return next((time for time in self.times if t < time < t_end), t_end)
+        end = min(self._after(t, (sample, t_end)), t_end)
+        remaining = end - t
+        if abs(remaining - size.dt) <= near(end, 0.0):
+            # of the same length to the last bit: its matrix is known
+            return size.dt, end
+        if remaining <= size.dt + near(end, size.dt):
+            return remaining, end
+        # two equal steps instead of one and a rest that is too short
+        return (remaining / 2 if remaining < (1 + size.least_rest) * size.dt else size.dt), None
+
+    def _after(self, t: float, others: Sequence[float]) -> float:
+        """The next of the times and of others, s; of several that are one the last."""
+        k = bisect_right(self.times, t + near(t, self._nominal))
+        first = min((*others, *self.times[k : k + 1]))
+        reach = first + near(first, self._nominal)
+        also = self.times[k : bisect_right(self.times, reach, k)]
+        return max([first, *also[-1:], *(time for time in others if time <= reach)])
 
     def corner(self, t: float) -> bool:
         """Decide whether forces or motions have a corner at a time [s] that steps landed on."""
-        return t in self._corners
-
-
-def step_to(end: float, t: float, size: StepSize) -> float:
-    """Length of the next step, s.
-
-    Args:
-        end: Time that it must not pass, s.
-        t: Its start, s.
-        size: The step size.
-    """
-    remaining = end - t
-    if remaining <= size.dt * (1 + ROUND_OFF):
-        return remaining
-    # two steps of the same length in place of a long one and what is left
-    if isinstance(size, ErrorSize) and remaining < 2 * size.dt:
-        return remaining / 2
-    return size.dt
+        off = near(t, self._nominal)
+        return any(abs(t - corner) <= off for corner in self._corners)

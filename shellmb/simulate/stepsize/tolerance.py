@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 from shellmb.simulate.stepsize.control import StepSize
 
@@ -60,6 +61,8 @@ class ErrorSize(StepSize):
         lag: What a spinning body is behind by besides, where each step takes as much of its speed.
     """
 
+    # two steps of the same length in place of a long one and what is left
+    least_rest: ClassVar[float] = 1.0
     t_end: float = 1.0
     order: int = 2
     noise: float = 0.0
@@ -74,7 +77,7 @@ class ErrorSize(StepSize):
     def __post_init__(self) -> None:
         """Begin with the scene's step, or a shorter one."""
         super().__post_init__()
-        usual = (self.settings.tolerance or USUAL) / USUAL
+        usual = (self.settings.step_error or USUAL) / USUAL
         self.dt = max(min(usual ** (1 / self.order), 1.0) * self.nominal, self.smallest)
         self._before = AIM
         self._after_rejection = False
@@ -96,8 +99,8 @@ class ErrorSize(StepSize):
 
     def _ratio(self, error: float) -> float:
         """Ratio of the error of a step to what it may be."""
-        assert self.settings.tolerance is not None
-        return max(error / max(self.settings.tolerance / self.radians, self.noise), NOTHING)
+        assert self.settings.step_error is not None
+        return max(error / max(self.settings.step_error / self.radians, self.noise), NOTHING)
 
     def too_large(self, measured: float | None, dt: float = 0.0) -> bool:
         """Decide whether a step must be repeated with a smaller one, because of its error."""
@@ -124,7 +127,7 @@ class ErrorSize(StepSize):
         assert measured is not None
         ratio = self._ratio(measured)
         self.worst, self.longest = max(self.worst, measured), max(self.longest, dt)
-        self.coarse += measured > (self.settings.tolerance or math.inf)
+        self.coarse += measured > (self.settings.step_error or math.inf)
         angle = (measured / self.factor) ** (1 / self.order)
         self.lag += self.total * angle
         self.total += measured * angle

@@ -206,7 +206,7 @@ BUNDLED: tuple[Bundled, ...] = (
 
 CONTROL = Bundled(
     "step_control",
-    "Fixed steps and steps that follow their error, fast and slow phases: dt or tolerance.",
+    "Fixed steps and steps that follow their error, fast and slow phases: dt or step_error.",
     (
         Part(
             "sudden load",
@@ -216,7 +216,7 @@ CONTROL = Bundled(
                 scheme=("ep", "ed", "ep4", "ed3"),
                 alpha=(1.0,),
                 dt=(2e-2, 1e-2, 5e-3),
-                step_tolerance=(1e-2, 1e-3, 1e-4),
+                step_error=(1e-2, 1e-3, 1e-4),
                 reference="ep4",
                 repeat=2,
             ),
@@ -228,7 +228,7 @@ CONTROL = Bundled(
                 quantities("M:l2"),
                 scheme=("ed",),
                 dt=(2e-2, 1e-2, 5e-3),
-                step_tolerance=(1e-2, 1e-3, 1e-4),
+                step_error=(1e-2, 1e-3, 1e-4),
                 repeat=1,
             ),
         ),
@@ -239,7 +239,7 @@ CONTROL = Bundled(
                 quantities("A4_x:l2"),
                 scheme=("ed",),
                 dt=(1.6, 0.8, 0.4),
-                step_tolerance=(1e-2, 1e-3),
+                step_error=(1e-2, 1e-3),
                 repeat=1,
             ),
         ),

@@ -27,6 +27,7 @@ class Part:
         advice: What to try when this part does not converge.
         bound: Size of an update beyond which the iteration has diverged.
         idle: Whether these are forces of constraints, which do no work.
+        beside: Size of what the equations add to the values, with the round-off of which they do.
     """
 
     name: str
@@ -35,6 +36,7 @@ class Part:
     advice: str
     bound: float = math.inf
     idle: bool = False
+    beside: float = 0.0
 
 
 @dataclass(frozen=True)

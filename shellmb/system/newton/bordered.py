@@ -52,18 +52,25 @@ class Bordered:
         """Scalar product over all ranks of arrays of owned unknowns."""
         return float(self.system.comm.allreduce(float(a @ b)))
 
-    def take_load(self, factor: float) -> None:
+    def take_load(self, factor: float, over: float = 0.0) -> None:
         """Take the residual and its derivative by the factor, `load`.
 
         Args:
             factor: Load factor of the state that the fields hold.
+            over: Change of the factor over which given values are told by their difference; 0:
+                by their derivative.
         """
         self.iteration.begin(None, True)
-        self._take(factor)
+        self._take(factor, over)
 
-    def _take(self, factor: float) -> None:
+    def _take(self, factor: float, over: float = 0.0) -> None:
         """Residual and its derivative by the factor at the current state."""
-        if self._set_given is not None:
+        if self._set_given is not None and over:
+            self._set_given(factor + over)
+            there = self.system.fixed_values()
+            self._set_given(factor)
+            self._given = (there - self.system.fixed_values()) / over
+        elif self._set_given is not None:
             self._given = self._set_given(factor)
         _, derivative = self._by_load(factor)
         if self._set_given is not None:
@@ -236,8 +243,26 @@ class Bordered:
             iteration.nodes.turn(system.x, self._a)
             system.x.axpy(-1.0, self._a)
             factor += change
-            if iteration.converged(system.x, self._a):
+            # a solution for other given values than those of the factor is none
+            if iteration.converged(system.x, self._a) and self._takes_given(factor):
                 system.scatter(system.x)
                 self._set_factor(factor)
                 return count, factor
         raise iteration.unfinished()
+
+    def _takes_given(self, factor: float) -> bool:
+        """Decide whether fixed unknowns have their values at a factor, which they get if so.
+
+        The update knows only the derivatives of these at the factor before.
+        """
+        if self._set_given is None:
+            return True
+        iteration, system = self.iteration, self.system
+        self._set_given(factor)
+        missing = np.zeros(self._residual.local_size)
+        missing[system.fixed] = system.fixed_values() - system.x.array_r[system.fixed]
+        off = np.max(iteration.convergence.sizes(system.x.array_r, missing[None]))
+        if off > iteration.settings.tolerance:
+            return False
+        system.x.array[:] += missing
+        return True

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from functools import cached_property
 
@@ -30,6 +31,7 @@ class Convergence:
 
     Attributes:
         iterations: Number of updates measured since `begin`.
+        ratio: The last one over that before it; infinite where there is one only.
     """
 
     def __init__(self, system: BlockSystem) -> None:
@@ -38,7 +40,8 @@ class Convergence:
         self.parts = [part for part, _ in found]
         self._ends, self._entries = joined([entries for _, entries in found])
         self._scales = np.array([p.scale for p in self.parts])
-        bounds = np.array([p.bound for p in self.parts])
+        self._given = np.array([p.bound for p in self.parts])
+        self._bounds = bounds = self._given.copy()
         idle = np.array([p.idle for p in self.parts], bool)
         # what follows from others has no scale
         other = np.isinf(bounds) & np.isfinite(self._scales) & ~idle
@@ -46,11 +49,15 @@ class Convergence:
         given = self._ends, self._entries, self._scales, bounds, weights
         self._sizes = operations().part_sizes(*given)
         self._serial = system.comm.size == 1
-        self.iterations = 0
+        self.begin()
 
     def begin(self) -> None:
         """A new solution."""
-        self.iterations = 0
+        self.iterations, self.ratio, self._largest = 0, math.inf, 0.0
+
+    def widen(self, way: float) -> None:
+        """Let updates be larger by a way [m] that is known to be flown; the same on all ranks."""
+        self._bounds[:] = self._given + way
 
     def measure(self, x: PETSc.Vec, dx: PETSc.Vec) -> tuple[float, float, float]:
         """Largest relative update of a part, of what must not move far, and by weights of parts.
@@ -70,6 +77,8 @@ class Convergence:
             self._sizes.relate()
         self.iterations += 1
         largest, moved, diverged, weighted = self._sizes.found.tolist()
+        self.ratio = largest / self._largest if self._largest else math.inf
+        self._largest = largest
         if diverged:
             raise self.error("the iteration diverged")
         return largest, moved, weighted
@@ -92,7 +101,9 @@ class Convergence:
         return self._sizes.relative(table[0], table[1:])
 
     def typical(self, x: Floats) -> Floats:
-        """Size of the part of each unknown: its scale, or its largest value; collective.
+        """Size of the part of each unknown: its scale, or its largest value, and what is beside it.
+
+        It is collective.
 
         Args:
             x: Owned entries, shape (n,).
@@ -104,7 +115,8 @@ class Convergence:
         self._sizes.largest(x, sizes)
         self.system.comm.Allreduce(MPI.IN_PLACE, sizes, op=MPI.MAX)
         scales = np.where(np.isfinite(self._scales), self._scales, 0.0)
-        found[self._entries] = np.repeat(np.maximum(scales, sizes), np.diff(self._ends))
+        sizes = np.maximum(scales, sizes) + [part.beside for part in self.parts]
+        found[self._entries] = np.repeat(sizes, np.diff(self._ends))
         return found
 
     @cached_property
@@ -113,6 +125,11 @@ class Convergence:
         found = np.ones(self.system.numbering.owned, bool)
         found[self._entries] = np.repeat(np.isfinite(self._scales), np.diff(self._ends))
         return found
+
+    @property
+    def far(self) -> float:
+        """Largest size of what is beside the values of a part, relative to its scale."""
+        return max((part.beside / part.scale for part in self.parts), default=0.0)
 
     @property
     def moving(self) -> Ints:

@@ -29,6 +29,9 @@ NO_NUMBER = (
 # move by two at most. Beyond it the iteration may find another solution, a linkage turned over
 ASTRAY = 3.0
 
+# distance from the origin, relative to the size of bodies, from which on forces lose digits by it
+FAR = 1e3
+
 MakeLinear = Callable[[SystemNodes, str], Linear]
 
 
@@ -166,6 +169,13 @@ class Iteration:
     def unfinished(self) -> ConvergenceError:
         """Say why the iteration did not end in as many updates as it may take; collective."""
         if self.roundoff.is_left(self._last):
+            far, update = self.convergence.far, self.convergence.worst()[1]
+            if far > FAR:
+                return self.convergence.error(
+                    f"all equations hold to round-off of places that are {far:.1e} times as far "
+                    "from the origin as bodies are large, and forces change with each iteration",
+                    f"an origin next to the bodies, or Solver(tolerance={10 * update:.0e})",
+                )
             return self.convergence.error(
                 "all equations hold to round-off, and yet something changes with each iteration: "
                 "nothing determines it",

@@ -29,7 +29,7 @@ def chain(scheme: str, links: int = 2, **options: Any) -> Scene:
         for k in range(links)
     )
     tips: Any = tuple(
-        sm.Probe(f"tip_{a}", (0.2 * links, 0, 0), component=k, body=f"link{links - 1}")  # type: ignore[arg-type]
+        sm.Probe(f"tip_{a}", (0.2 * links, 0, 0), component=k, body=f"link{links - 1}")
         for k, a in ((0, "x"), (2, "z"))
     )
     return Scene(

@@ -15,9 +15,10 @@ from tests.bench.errors.bodies import MOTIONS, OTHERS, STATICS
 from tests.bench.errors.case import Case
 from tests.bench.errors.compare import Compared, Row, compare
 from tests.bench.errors.mechanisms import MECHANISMS
+from tests.bench.errors.points import POINTS
 from tests.bench.errors.second import SECOND
 
-CASES: tuple[Case, ...] = (*STATICS, *MOTIONS, *MECHANISMS, *OTHERS, *SECOND)
+CASES: tuple[Case, ...] = (*STATICS, *MOTIONS, *MECHANISMS, *OTHERS, *SECOND, *POINTS)
 ROOT = Path(__file__).parents[3]
 PAGE = ROOT / "docs" / "evidence" / "accuracy.md"
 RECORDS = ROOT / "demos" / "studies" / "errors.json"

@@ -81,7 +81,7 @@ def bar(name: str, start: Any, end: Any, mass: float) -> RigidBody:
 
 def _scene(name: str, dt: float, t_end: float, **parts: Any) -> Scene:
     """A scene under gravity along -y."""
-    return Scene(name, loads=sm.Gravity((0.0, -GRAVITY, 0.0)), dt=dt, t_end=t_end, **parts)  # type: ignore[arg-type]
+    return Scene(name, loads=sm.Gravity((0.0, -GRAVITY, 0.0)), dt=dt, t_end=t_end, **parts)
 
 
 def _probe(point: Any, body: str) -> Any:
