@@ -196,11 +196,11 @@ def ed(qi, pi, qj, qf, pf, dqj, dqf, dp):
     h, g = total((0.5, qi), (0.5, qj)), total((0.5, qj), (0.5, qf))  # (28)
     a, b, left = rates(qi, pi, qj, qf, pf)
     ei, ej, ef = strain(qi), strain(qj), strain(qf)
-    tau_p = [(x + y) / 2 + ALPHA * (y - x) / 2 for x, y in ((ei, ej), (qi[4], qj[4]))]  # (32)
+    ep, Np = ((x + y + ALPHA * (y - x)) / 2 for x, y in ((ei, ej), (qi[4], qj[4])))  # (32)
     row_f = inertia(a, dqf) + internal((ej + ef) / 2, g[4], slope(g, dqf)) - external(dqf)  # (29)
     row_f += held(g, values(qf), qf, dqf) + compatible(ef, qf[4], dqf[4])
     three = total((1, a), (3, b))  # (29) plus three times (30)
-    row_j = inertia(three, dqj) + internal(*tau_p, slope(h, dqj)) - external(dqj)
+    row_j = inertia(three, dqj) + internal(ep, Np, slope(h, dqj)) - external(dqj)
     row_j += held(h, values(qj), qj, dqj) + compatible(ej, qj[4], dqj[4])
     # velocities jump by (31) as far as constraints allow: their impulses do no work on the jump
     return row_f + row_j + inertia(left, dp) + held(h, slopes(h, b), pf, dp)
