@@ -176,3 +176,5 @@ KINDS: Kinds = {
     "small": (small, ("linear-statics", "linear-dynamics")),
 }
 SCENES = named(KINDS)
+# these on two ranks as well
+SHARED = ("panel ed", "pressed ed3", "faces ep", "natural ep4", "volume ed3", "hinge static")

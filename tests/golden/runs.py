@@ -1,7 +1,7 @@
 """Run what is frozen, compare it with what was, and freeze it anew.
 
     python -m tests.golden.runs                 largest difference of each run
-    python -m tests.golden.runs NAME ...        of those whose names begin so: shell, "modal ep"
+    python -m tests.golden.runs NAME ...        of "shell ed", or all that begin so: shell, modal
     python -m tests.golden.runs --columns NAME  of each column of them
     python -m tests.golden.runs --new           freeze what is not in `runs.json` yet
     python -m tests.golden.runs --freeze        write `runs.json` anew, all of it or what is named:
@@ -37,11 +37,11 @@ NAMES = (*STORED, *(f"resumed {name}" for name in RESUMED))
 # of round-off: the worst that was seen with kernels of level v2 and BLAS of Nehalem (all scenes),
 # with one lane and BLAS of Haswell (four), and on two ranks (four) is 1.5e-12, a force of a joint
 BOUND = 1e-10
-# Eigenvalues are found by a Krylov method that ends at 1e-8. Derivatives forwards are solved for to
-# 1e-8 and said to have seven digits: 4e-8 was seen, of a force of a joint. Those backwards, and
-# slopes of paths near limits (6e-10 was seen), lose some of what is round-off.
+# Eigenvalues are found by a Krylov method that ends at 1e-8. Derivatives forwards are said to have
+# seven digits: 5e-7 was seen with BLAS of Nehalem. Those backwards, and slopes of paths near limits
+# (6e-10 was seen), lose some of what is round-off.
 BOUNDS = {"modes": 1e-7, "turning": 1e-7, "buckling": 1e-7, "frequencies": 1e-6}
-BOUNDS |= {"gradient": 1e-6, "adjoint": 1e-7, "path": 1e-8}
+BOUNDS |= {"gradient": 5e-6, "adjoint": 1e-7, "path": 1e-8}
 
 
 def bound(name: str) -> float:
@@ -108,7 +108,9 @@ def main(arguments: list[str]) -> None:
         sys.exit(f"nothing is called '{unknown[0]}'; names are {', '.join(NAMES)}")
     if unknown := options - {"--columns", "--new", "--freeze"}:
         sys.exit(f"there is no {unknown.pop()}; options are --columns, --new, --freeze")
-    names = [name for name in NAMES if not begins or name.startswith(tuple(begins))]
+    # a whole name is no beginning of others: "shell ed" is not "shell ed3"
+    parts = tuple(a for a in begins if a not in NAMES)
+    names = [n for n in NAMES if not begins or n in begins or (parts and n.startswith(parts))]
     kept, first = frozen() if FROZEN.exists() else {}, MPI.COMM_WORLD.rank == 0
     if options & {"--new", "--freeze"}:
         again = [n for n in names if n in STORED and ("--freeze" in options or n not in kept)]
