@@ -161,6 +161,7 @@ PRODUCTS: dict[str, Callable[[], Table]] = {
     "gradient vault static": gradient(differentiable.vault, "radius", scheme="static"),
     "gradient modal ep": gradient(differentiable.modal_plate, "thickness", scheme="ep"),
     "gradient balloon ed": gradient(differentiable.balloon, "pressure", scheme="ed"),
+    "gradient of a path": gradient(path_scenes.roof, "thickness", "E", t_end=3.0),
     "adjoint plate ep4": adjoint(test_adjoint.plate, "thickness", scheme="ep4"),
     "adjoint plate ed": adjoint(test_adjoint.plate, "thickness", scheme="ed"),
     "adjoint mechanism ed3": adjoint(mechanism, "arm", "stiffness", scheme="ed3"),

@@ -1,1 +1,1 @@
-"""Times of steps in pairs: this checkout beside another one"""
+"""Times of steps in pairs: this checkout beside another one."""

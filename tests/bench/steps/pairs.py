@@ -6,6 +6,7 @@ import json
 import os
 import subprocess
 import sys
+import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import asdict, dataclass
@@ -109,11 +110,13 @@ class Worker:
 
     def __init__(self, python: Path, case: Case) -> None:
         reading, writing = os.pipe()
+        # a file, which is never full as a pipe may be
+        self._said = tempfile.TemporaryFile("w+")
         self.process = subprocess.Popen(
             [str(python), str(WORKER), json.dumps(asdict(case)), str(writing)],
             stdin=subprocess.PIPE,
             stdout=subprocess.DEVNULL,
-            stderr=subprocess.PIPE,
+            stderr=self._said,
             pass_fds=[writing],
             text=True,
             env={**os.environ, "OMP_NUM_THREADS": "1"},
@@ -130,6 +133,7 @@ class Worker:
         self.process.kill()
         self.process.communicate()
         self._read.close()
+        self._said.close()
 
     def take(self) -> float:
         """The next number that it tells; it then waits.
@@ -139,7 +143,9 @@ class Worker:
         """
         if line := self._read.readline():
             return float(line)
-        said = self.process.communicate()[1].strip().splitlines()
+        self.process.communicate()
+        self._said.seek(0)
+        said = self._said.read().strip().splitlines()
         raise SceneError(f"{self._title} has ended: {said[-1] if said else 'no step was told'}")
 
     def round(self) -> float:
