@@ -23,6 +23,10 @@ def test_only_steps_in_turn_are_paced() -> None:
             pace(0.1 * (step + part))
         assert len(told) == (step >= 2) + (step >= 4)
     assert all(seconds >= 0 for seconds in told)
+    # asked again for all, as by a sweep backwards
+    for step in range(6):
+        pace(0.1 * (step + 0.5))
+    assert len(told) == 2
 
 
 def test_ratios_are_those_of_rounds() -> None:

@@ -35,7 +35,8 @@ class Pace:
     """A factor of loads that is one, and tells the beginnings of steps.
 
     A run also asks for values before it begins, at times over all of it. These are farther apart
-    than steps are: only calls in step after step from the first one on count.
+    than steps are: only calls in step after step from the first one on count. Each round ends once:
+    a sweep backwards asks for all values again.
 
     Args:
         dt: Length of a step, s.
@@ -44,7 +45,7 @@ class Pace:
     """
 
     def __init__(self, dt: float, ends: Sequence[int], tell: Callable[[float], None]) -> None:
-        self._dt, self._ends, self._tell = dt, ends, tell
+        self._dt, self._ends, self._tell = dt, list(ends), tell
         self._step, self._begun = -1, 0.0
 
     def __call__(self, t: float) -> float:
@@ -53,7 +54,8 @@ class Pace:
         step = math.ceil(t / self._dt - 1e-6) - 1
         if step == self._step + 1:
             self._step = step
-            if step in self._ends:
+            if self._ends and step == self._ends[0]:
+                self._ends.pop(0)
                 self._tell(self.since())
                 self._begun = time.process_time()
         elif step != self._step:
@@ -117,8 +119,8 @@ def work(case: dict[str, Any], tell: Callable[[float], None]) -> None:
     }
     # files are written as by `shellmb run`, in a folder that goes
     runs.get(kind, lambda: sm.run(scene(), pictures=False, **given))()
-    # the sweep backwards follows the last step
-    tell(pace.since())
+    # the sweep backwards follows the last step, over all of them
+    tell(pace.since() * steps / last)
 
 
 def main() -> None:
