@@ -1,7 +1,7 @@
 """Compiled forms, as DOLFINx takes them, and one place that says how kernels are compiled."""
 
 import ctypes
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
@@ -53,7 +53,7 @@ class Kernel:
     @property
     def address(self) -> Any:
         """Address of the description, as DOLFINx takes it."""
-        return _ffi().cast("uintptr_t", self.form)
+        return ufcx_interface().cast("uintptr_t", self.form)
 
     def reads(self, coefficients: Sequence[Any]) -> list[Any]:
         """Find the coefficients that it reads, in its own order, as DOLFINx takes them."""
@@ -109,16 +109,40 @@ def compile_with_derivatives(
     if not is_native():
         return [compiled_form(plain(f if isinstance(f, Form) else f.form()), flags) for f in forms]
     if is_interpreted():
-        from shellmb.native.programs.forms import Unsupported, summed
-
         made: list[fem.Form | None] = []
         for form in forms:
-            try:
-                made.append(summed([form]))
-            except Unsupported:
-                made += _compiled_with_derivatives([form], flags)
+            (own,) = _interpreted([form], flags) or [None]
+            made.append(own)
         return made
     return _compiled_with_derivatives(forms, flags)
+
+
+def together[K](
+    forms: Iterable[tuple[K, Form | CachedDerivative]],
+) -> dict[K, list[fem.Form]]:
+    """Forms as programs, those of one key as one.
+
+    Args:
+        forms: Forms that are not empty, and derivatives of such, with their keys.
+    """
+    groups: dict[K, list[Form | CachedDerivative]] = {}
+    for key, form in forms:
+        groups.setdefault(key, []).append(form)
+    found = {key: _interpreted(some, ()) for key, some in groups.items()}
+    return {key: made for key, made in found.items() if made}
+
+
+def _interpreted(forms: Sequence[Form | CachedDerivative], flags: Sequence[str]) -> list[fem.Form]:
+    """The sum of forms as a program, or compiled one by one where programs lack something."""
+    from shellmb.native.programs.forms import Unsupported, summed
+
+    comm = comm_of(forms[0] if isinstance(forms[0], Form) else forms[0].of)
+    _refuse_others(forms, comm)
+    try:
+        made = [summed(forms)]
+    except Unsupported:
+        made = _compiled_with_derivatives(forms, flags)
+    return [form for form in made if form is not None]
 
 
 def _compiled_with_derivatives(
@@ -308,11 +332,11 @@ def loaded(folder: Path, name: str, kind: str) -> Kernel:
     with loading(library(folder, name)) as file:
         code = ctypes.CDLL(str(file))
         pointer = ctypes.c_void_p.in_dll(code, f"{kind}_{name}_0").value
-    return Kernel(name, _ffi().cast(f"ufcx_{kind} *", pointer), code)
+    return Kernel(name, ufcx_interface().cast(f"ufcx_{kind} *", pointer), code)
 
 
 @cache
-def _ffi() -> cffi.FFI:
+def ufcx_interface() -> cffi.FFI:
     """Interface to FFCx's structures of C."""
     ffi = cffi.FFI()
     scalar = np.dtype(default_scalar_type).name

@@ -50,44 +50,58 @@ class Interpreted:
         return str(self.form.signature())
 
 
-class Program:
-    """The program of a form over one kind of entity.
+def constant_places(constants: Sequence[Any]) -> dict[Any, int]:
+    """Places of Constants among the numbers of all of them."""
+    places, place = {}, 0
+    for constant in constants:
+        places[constant] = place
+        place += int(np.prod(constant.ufl_shape, initial=1))
+    return places
+
+
+def rules_of(
+    integrals: Sequence[Any],
+    coefficients: Sequence[Any],
+    constants: Sequence[Any],
+    arguments: Sequence[Any],
+) -> list[Rule]:
+    """What each quadrature rule adds, of integrals over one kind of entity.
 
     Args:
-        integrals: Its integrals.
+        integrals: The integrals.
         coefficients: Functions of the form.
         constants: Constants of the form.
-        spaces: Of the arguments.
+        arguments: Elements of the arguments.
+    """
+    places, domain = constant_places(constants), integrals[0].ufl_domain()
+    facet = integrals[0].integral_type() != "cell"
+    elements = [f.ufl_element() for f in coefficients]
+    groups: dict[bytes, tuple[Any, list[Any]]] = {}
+    for integral in integrals:
+        points = points_of(integral)
+        key = points.places.tobytes() + points.weights.tobytes()
+        groups.setdefault(key, (points, []))[1].append(integral.integrand())
+    found = []
+    for points, integrands in groups.values():
+        tables = Tables(points, domain, elements, arguments)
+        reader = Reader(domain, coefficients, places, arguments, tables.vanishes, facet)
+        value = reader.graph.total([reader.scalar(x) for x in integrands])
+        value = reader.graph.mul(value, reader.scale())
+        found.append(Rule(reader, value, len(arguments), points, tables))
+    return found
+
+
+class Program:
+    """The program of a form over one kind of entity, for C.
+
+    Args:
+        rules: What each quadrature rule adds.
+        rank: Number of arguments.
+        columns: Dofs of the second argument; 1 without.
     """
 
-    def __init__(
-        self,
-        integrals: Sequence[Any],
-        coefficients: Sequence[Any],
-        constants: Sequence[Any],
-        spaces: Sequence[Any],
-    ) -> None:
-        places, place = {}, 0
-        for constant in constants:
-            places[constant] = place
-            place += int(np.prod(constant.ufl_shape, initial=1))
-        domain = integrals[0].ufl_domain()
-        facet = integrals[0].integral_type() != "cell"
-        elements = [f.ufl_element() for f in coefficients]
-        arguments = [space.ufl_element() for space in spaces]
-        self.rules: list[Rule] = []
-        groups: dict[bytes, tuple[Any, list[Any]]] = {}
-        for integral in integrals:
-            points = points_of(integral)
-            key = points.places.tobytes() + points.weights.tobytes()
-            groups.setdefault(key, (points, []))[1].append(integral.integrand())
-        for points, integrands in groups.values():
-            tables = Tables(points, domain, elements, arguments)
-            reader = Reader(domain, coefficients, places, tables.vanishes, facet)
-            value = reader.graph.total([reader.scalar(x) for x in integrands])
-            value = reader.graph.mul(value, reader.scale())
-            self.rules.append(Rule(reader, value, len(spaces), points, tables))
-        self._rank, self._dims = len(spaces), tuple(e.dim for e in arguments)
+    def __init__(self, rules: Sequence[Rule], rank: int, columns: int) -> None:
+        self._rules, self._rank, self._columns = list(rules), rank, columns
         # keeps what C points to
         self.pointer = CArrays()
 
@@ -97,19 +111,19 @@ class Program:
         Args:
             first: Place of the first constant.
         """
-        rules = [rule.struct(self.pointer, first) for rule in self.rules]
+        rules = [rule.struct(self.pointer, first) for rule in self._rules]
         members = {
             "rank": self._rank,
-            "columns": self._dims[1] if self._rank == 2 else 1,
+            "columns": self._columns,
             "rules": len(rules),
             "rule": self.pointer.many("Rule", rules),
-            "registers": max((r.registers * r.chunk for r in self.rules), default=0),
-            "products": max((r.products for r in self.rules), default=0),
-            "factors": max((r.factors for r in self.rules), default=0),
+            "registers": max((r.registers * r.chunk for r in self._rules), default=0),
+            "products": max((r.products for r in self._rules), default=0),
+            "factors": max((r.factors for r in self._rules), default=0),
         }
         made = self.pointer.many("Program", [members])
         # what they were made from is of no more use, and the garbage collector looks at all that is
-        self.rules.clear()
+        self._rules.clear()
         place = int(self.pointer.ffi.cast("uintptr_t", made))
         (number,) = struct.unpack("d", struct.pack("Q", place))
         return float(number)
@@ -138,7 +152,12 @@ def interpreted(form: Form) -> fem.Form:
     domain = ufl_domain.ufl_cargo()
     lib, ffi = native.cells().lib, native.cells().ffi
     order = sorted(groups, key=lambda key: list(KINDS).index(key[0]))
-    programs = [Program(groups[key], coefficients, constants, spaces) for key in order]
+    elements = [space.ufl_element() for space in spaces]
+    columns = elements[1].dim if len(elements) == 2 else 1
+    programs = [
+        Program(rules_of(groups[key], coefficients, constants, elements), len(spaces), columns)
+        for key in order
+    ]
     addresses = [program.address(len(programs)) for program in programs]
     places = fem.Constant(ufl_domain, np.array(addresses))
     every = np.arange(len(coefficients), dtype=np.int8)

@@ -34,6 +34,7 @@ class Reader:
         domain: The mesh, as UFL knows it.
         coefficients: Functions, by their number.
         constants: Places of the Constants among all numbers of such.
+        arguments: Elements of the arguments.
         vanishes: Decides whether a function's value, or a derivative of it, is zero everywhere.
         facet: Whether it is over facets.
 
@@ -46,6 +47,7 @@ class Reader:
         domain: Any,
         coefficients: Sequence[Any],
         constants: Mapping[Any, int],
+        arguments: Sequence[Any],
         vanishes: Callable[[Input], bool],
         facet: bool = False,
     ) -> None:
@@ -53,6 +55,8 @@ class Reader:
         self._domain, self._facet, self._vanishes = domain, facet, vanishes
         self._numbers = {f: k for k, f in enumerate(coefficients)}
         self._constants = constants
+        self._elements = [f.ufl_element() for f in coefficients]
+        self._arguments = arguments
         self._gdim, self._tdim = domain.geometric_dimension, domain.topological_dimension
         self._along = [Along(self.value, a) for a in range(self._tdim)]
         self._memo: dict[Any, Tensor] = {}
@@ -133,16 +137,57 @@ class Reader:
             self.graph.constant, first + np.arange(int(np.prod(shape, initial=1))).reshape(shape)
         )
 
-    def _function(self, source: int, expr: Any) -> Tensor:
-        shape, none = expr.ufl_shape, (0,) * self._tdim
-        components = np.arange(int(np.prod(shape, initial=1))).reshape(shape)
-        return _mapped(lambda k: self.value(Input(source, int(k), none)), components)
+    def _function(self, source: int, expr: Any, element: Any) -> Tensor:
+        found = np.empty(expr.ufl_shape, dtype=object)
+        found.ravel()[:] = self._mapped_values(source, element, 0)
+        return found
+
+    def _mapped_values(self, source: int, element: Any, first: int) -> list[Scalar]:
+        """Components of a function in the cell, by those in the reference cell."""
+        size, none = element.reference_value_size, (0,) * self._tdim
+        match type(element.pullback).__name__:
+            case "MixedPullback":
+                found: list[Scalar] = []
+                for part in element.sub_elements:
+                    found += self._mapped_values(source, part, first)
+                    first += part.reference_value_size
+                return found
+            case "IdentityPullback":
+                return [self.value(Input(source, first + k, none)) for k in range(size)]
+            case "CovariantPiola":
+                own = [self.value(Input(source, first + k, none)) for k in range(size)]
+                K = self._jacobian_inverse()
+                return [self._contract(K[:, i], own) for i in range(self._gdim)]
+        raise Unsupported(f"an element that is mapped by {type(element.pullback).__name__}")
+
+    def _reference_values(self, element: Any, values: Sequence[Scalar]) -> list[Scalar]:
+        """Components in the reference cell by those in the cell."""
+        match type(element.pullback).__name__:
+            case "MixedPullback":
+                found: list[Scalar] = []
+                for part in element.sub_elements:
+                    size = self._size(part)
+                    found += self._reference_values(part, values[:size])
+                    values = values[size:]
+                return found
+            case "IdentityPullback":
+                return list(values)
+        J = self._jacobian()
+        return [self._contract(J[:, a], values) for a in range(self._tdim)]
+
+    def _size(self, element: Any) -> int:
+        """Number of an element's components in the cell."""
+        kind = type(element.pullback).__name__
+        if kind == "MixedPullback":
+            return sum(map(self._size, element.sub_elements))
+        return int(element.reference_value_size) if kind == "IdentityPullback" else self._gdim
 
     def _coefficient(self, expr: Any) -> Tensor:
-        return self._function(self._numbers[expr], expr)
+        number = self._numbers[expr]
+        return self._function(number, expr, self._elements[number])
 
     def _argument(self, expr: Any) -> Tensor:
-        return self._function(ARGUMENT - expr.number(), expr)
+        return self._function(ARGUMENT - expr.number(), expr, self._arguments[expr.number()])
 
     def _variable(self, expr: Any) -> Tensor:
         of, label = self.tensor(expr.ufl_operands[0]), expr.label().count()
@@ -417,8 +462,10 @@ class Reader:
         for f, v in zip(functions.ufl_operands, directions.ufl_operands, strict=True):
             values = self.tensor(v)
             if f._ufl_handler_name_ == "coefficient":
-                for k, value in enumerate(values.ravel()):
-                    found[self._numbers[f], k] = value
+                number = self._numbers[f]
+                own = self._reference_values(self._elements[number], list(values.ravel()))
+                for k, value in enumerate(own):
+                    found[number, k] = value
             elif f._ufl_handler_name_ == "indexed":
                 of, indices = f.ufl_operands
                 if of._ufl_handler_name_ != "coefficient":

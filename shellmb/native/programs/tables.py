@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -12,7 +13,6 @@ from ufl.algorithms.apply_algebra_lowering import apply_algebra_lowering
 from ufl.algorithms.apply_derivatives import apply_derivatives
 from ufl.algorithms.apply_integral_scaling import compute_integrand_scaling_factor
 from ufl.algorithms.estimate_degrees import estimate_total_polynomial_degree
-from ufl.pullback import IdentityPullback
 
 from shellmb.arrays import Floats
 from shellmb.native.programs.graph import Input, Unsupported
@@ -111,8 +111,8 @@ class Tables:
         self,
         points: Points,
         domain: Any,
-        elements: list[Any],
-        arguments: list[Any],
+        elements: Sequence[Any],
+        arguments: Sequence[Any],
     ) -> None:
         self._points, self._elements, self._arguments = points, elements, arguments
         self._coordinates = domain.ufl_coordinate_element()
@@ -136,6 +136,18 @@ class Tables:
             self._of[item] = self._find(item)
         return self._of[item]
 
+    def at_points(self, components: int) -> None:
+        """Let values of the first argument stand at the points themselves, component by component.
+
+        Args:
+            components: How many there are.
+        """
+        none = (0,) * self._points.places.shape[-1]
+        self.tables.append(np.eye(len(self._points.weights))[None])
+        for k in range(components):
+            found = len(self.tables) - 1, Place(k, components)
+            self._of[Input(ARGUMENT, k, none)] = found
+
     def _find(self, item: Input) -> tuple[int, Place]:
         offset = 0
         if item.source == COORDINATES:
@@ -144,8 +156,6 @@ class Tables:
             element = self._arguments[ARGUMENT - item.source]
         else:
             element, offset = self._elements[item.source], int(self._offsets[item.source])
-        if not isinstance(element.pullback, IdentityPullback):
-            raise Unsupported("an element that is mapped")
         own, first, stride = element, 0, 1
         if element.reference_value_shape:
             own, first, stride = element.get_component_element(item.component)

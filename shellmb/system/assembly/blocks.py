@@ -23,8 +23,7 @@ from shellmb.clock import now
 from shellmb.native import library as native
 from shellmb.native.assembler import is_interpreted, is_native
 from shellmb.native.derivatives import CachedDerivative, Derivative
-from shellmb.native.kernels import compile_with_derivatives
-from shellmb.native.programs.forms import summed
+from shellmb.native.kernels import compile_with_derivatives, together
 from shellmb.system.assembly.entries import most_entries
 from shellmb.system.assembly.fields import Field, Followers
 from shellmb.system.assembly.following import following
@@ -152,16 +151,11 @@ class BlockSystem:
         ]
         if is_interpreted():
             # what has the same rows and columns is one program
-            sums: dict[Any, list[Any]] = {}
-            for some, form in zip(rows, self.forms, strict=True):
-                sums.setdefault(some, []).append(form)
-            blocks: dict[tuple[int, int], list[Any]] = {}
-            for place, derivative in derivatives:
-                blocks.setdefault(place, []).append(derivative)
-            residuals = [(summed(forms), some) for some, forms in sums.items()]
-            self.residual_forms: list[RowForm] = [r for r in residuals if r[0] is not None]
-            matrices = {place: summed(forms) for place, forms in blocks.items()}
-            self.jacobians = {place: [form] for place, form in matrices.items() if form is not None}
+            residuals = together(zip(rows, self.forms, strict=True))
+            self.residual_forms: list[RowForm] = [
+                (form, some) for some, forms in residuals.items() for form in forms
+            ]
+            self.jacobians = together(derivatives)
             return
         # all at once: they are compiled side by side
         made = compile_with_derivatives([*self.forms, *(form for _, form in derivatives)])
