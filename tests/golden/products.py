@@ -80,7 +80,9 @@ def gradient(make: Callable[..., sm.Scene], *by: str, **given: Any) -> Callable[
     """Derivatives of all columns of a run by parameters of its scene."""
 
     def found() -> Table:
-        history = sm.sensitivities(make, by, values=given, fields=False, tolerance=1e-12).history
+        history = sm.sensitivities(
+            make, by, values=given, fields=False, newton_tolerance=1e-12
+        ).history
         return {
             f"{p}: {c}": history[p, c].to_numpy(dtype=float)
             for p, c in history.columns
@@ -95,7 +97,7 @@ def adjoint(make: Callable[..., sm.Scene], *by: str, **given: Any) -> Callable[[
 
     def found() -> Table:
         fields = [(body.name, "thickness") for body in make().shells]
-        swept = sm.adjoint(make, square, fields, by, values=given, tolerance=1e-12)
+        swept = sm.adjoint(make, square, fields, by, values=given, newton_tolerance=1e-12)
         tables = {"value": np.array([swept.value])}
         tables |= {name: np.array([value]) for name, value in swept.parameters.items()}
         for (body, _), table in swept.fields.items():
