@@ -216,9 +216,11 @@ def _compiled() -> tuple[Path, Future[None] | None]:
     header, *others = ((HERE / name).read_text() for name in (*first, *last))
     header += (HERE / "programs.h").read_text()
     common, both = ((HERE / name).read_text() for name in ("programs.c", "program.c"))
-    ends = "#undef V\n#undef NAME"
-    for kind, name in (("double", "one"), ("lanes", "lanes")):
-        both_names = f"#define V {kind}\n#define NAME(f) f##_of_{name}"
+    ends = "#undef V\n#undef NAME\n#undef FIXED\n#undef INLINED"
+    inlined = "inline __attribute__((always_inline))"
+    for kind, name, fixed, how in (("double", "one", 0, ""), ("lanes", "lanes", 1, inlined)):
+        both_names = f"#define V {kind}\n#define NAME(f) f##_of_{name}\n#define FIXED {fixed}"
+        both_names += f"\n#define INLINED {how}"
         others += [common, both_names, both, ends]
         common = ""
     source = "\n".join([*others, (HERE / "interpret.c").read_text()])

@@ -52,16 +52,51 @@ static void NAME(load)(const Rule *r, const Loads *l, int entity, int from, int 
     FEW(i) to[i] = expression;                                                                     \
     break
 #define ENTRIES(expression)                                                                        \
-    {                                                                                              \
-        double *restrict o = (double *)to;                                                         \
-        const double *x = (const double *)a, *y = (const double *)b, *z = (const double *)c;       \
-        (void)y, (void)z;                                                                          \
-        for (int i = 0; i < n * (int)(sizeof(V) / sizeof(double)); ++i)                            \
-            o[i] = expression;                                                                     \
-        break;                                                                                     \
-    }
+    for (int i = 0; i < n; ++i)                                                                    \
+        o[i] = expression;                                                                         \
+    break;
 
-static inline __attribute__((always_inline)) void NAME(operate_on)(int count, const Instruction *code, const int *terms,
+/* Functions, comparisons and choices, number by number. */
+static __attribute__((noinline)) void NAME(apply)(const Instruction *k, V *registers, int n)
+{
+    double *restrict o = (double *)(registers + k->to);
+    const double *x = (const double *)(registers + k->a), *y = (const double *)(registers + k->b);
+    const double *z = (const double *)(registers + k->c);
+    n *= sizeof(V) / sizeof(double);
+    switch (k->op) {
+    case POW: ENTRIES(pow(x[i], y[i]))
+    case ATAN2: ENTRIES(atan2(x[i], y[i]))
+    case MIN: ENTRIES(y[i] < x[i] ? y[i] : x[i])
+    case MAX: ENTRIES(y[i] > x[i] ? y[i] : x[i])
+    case SQRT: ENTRIES(sqrt(x[i]))
+    case ABS: ENTRIES(fabs(x[i]))
+    case SIGN: ENTRIES((x[i] > 0) - (x[i] < 0))
+    case EXP: ENTRIES(exp(x[i]))
+    case LOG: ENTRIES(log(x[i]))
+    case SIN: ENTRIES(sin(x[i]))
+    case COS: ENTRIES(cos(x[i]))
+    case TAN: ENTRIES(tan(x[i]))
+    case ASIN: ENTRIES(asin(x[i]))
+    case ACOS: ENTRIES(acos(x[i]))
+    case ATAN: ENTRIES(atan(x[i]))
+    case SINH: ENTRIES(sinh(x[i]))
+    case COSH: ENTRIES(cosh(x[i]))
+    case TANH: ENTRIES(tanh(x[i]))
+    case ERF: ENTRIES(erf(x[i]))
+    case LT: ENTRIES(x[i] < y[i])
+    case LE: ENTRIES(x[i] <= y[i])
+    case GT: ENTRIES(x[i] > y[i])
+    case GE: ENTRIES(x[i] >= y[i])
+    case EQ: ENTRIES(x[i] == y[i])
+    case NE: ENTRIES(x[i] != y[i])
+    case AND: ENTRIES(x[i] != 0 && y[i] != 0)
+    case OR: ENTRIES(x[i] != 0 || y[i] != 0)
+    case NOT: ENTRIES(x[i] == 0)
+    case CHOOSE: ENTRIES(x[i] != 0 ? y[i] : z[i])
+    }
+}
+
+static INLINED void NAME(operate_on)(int count, const Instruction *code, const int *terms,
                                                                     V *registers, const double *u, int n)
 {
     static const V zero;
@@ -103,35 +138,7 @@ static inline __attribute__((always_inline)) void NAME(operate_on)(int count, co
             break;
         }
         case FILL: OF_ALL(zero + u[k->a]);
-        case POW: ENTRIES(pow(x[i], y[i]))
-        case ATAN2: ENTRIES(atan2(x[i], y[i]))
-        case MIN: ENTRIES(y[i] < x[i] ? y[i] : x[i])
-        case MAX: ENTRIES(y[i] > x[i] ? y[i] : x[i])
-        case SQRT: ENTRIES(sqrt(x[i]))
-        case ABS: ENTRIES(fabs(x[i]))
-        case SIGN: ENTRIES((x[i] > 0) - (x[i] < 0))
-        case EXP: ENTRIES(exp(x[i]))
-        case LOG: ENTRIES(log(x[i]))
-        case SIN: ENTRIES(sin(x[i]))
-        case COS: ENTRIES(cos(x[i]))
-        case TAN: ENTRIES(tan(x[i]))
-        case ASIN: ENTRIES(asin(x[i]))
-        case ACOS: ENTRIES(acos(x[i]))
-        case ATAN: ENTRIES(atan(x[i]))
-        case SINH: ENTRIES(sinh(x[i]))
-        case COSH: ENTRIES(cosh(x[i]))
-        case TANH: ENTRIES(tanh(x[i]))
-        case ERF: ENTRIES(erf(x[i]))
-        case LT: ENTRIES(x[i] < y[i])
-        case LE: ENTRIES(x[i] <= y[i])
-        case GT: ENTRIES(x[i] > y[i])
-        case GE: ENTRIES(x[i] >= y[i])
-        case EQ: ENTRIES(x[i] == y[i])
-        case NE: ENTRIES(x[i] != y[i])
-        case AND: ENTRIES(x[i] != 0 && y[i] != 0)
-        case OR: ENTRIES(x[i] != 0 || y[i] != 0)
-        case NOT: ENTRIES(x[i] == 0)
-        case CHOOSE: ENTRIES(x[i] != 0 ? y[i] : z[i])
+        default: NAME(apply)(k, registers, n);
         }
     }
 }
@@ -140,11 +147,13 @@ static void NAME(operate)(const Rule *r, int from, int to, V *registers, int n)
 {
     const Instruction *code = r->code + from;
     const double *u = r->uniform;
-    switch (n) {
+    /* so many at once have code of their own, whose loops are unrolled */
+    switch (FIXED ? n : 0) {
     case 1: NAME(operate_on)(to - from, code, r->terms, registers, u, 1); break;
     case 2: NAME(operate_on)(to - from, code, r->terms, registers, u, 2); break;
     case 3: NAME(operate_on)(to - from, code, r->terms, registers, u, 3); break;
-    default: NAME(operate_on)(to - from, code, r->terms, registers, u, 4);
+    case 4: NAME(operate_on)(to - from, code, r->terms, registers, u, 4); break;
+    default: NAME(operate_on)(to - from, code, r->terms, registers, u, n);
     }
 }
 
@@ -200,7 +209,7 @@ static void NAME(sparse)(const Rule *r, int entity, int from, int count, const V
 }
 
 /* A tile of m rows and n columns of a product, added at `to`. */
-static inline __attribute__((always_inline)) void NAME(tile)(int m, int n, int K, const double *left, int lda,
+static INLINED void NAME(tile)(int m, int n, int K, const double *left, int lda,
                                                              const V *right, int ldb, V *const *to,
                                                              const int *place)
 {
@@ -223,12 +232,11 @@ static inline __attribute__((always_inline)) void NAME(tile)(int m, int n, int K
 
 #define TILES(m)                                                                                   \
     for (int j = 0; j < M;) {                                                                      \
-        int wide = M - j < 3 ? M - j : M - j == 4 ? 4 : 3;                                         \
-        switch (wide) {                                                                            \
+        int wide = M - j < 3 ? 1 : M - j == 4 ? 4 : 3;                                             \
+        switch (FIXED ? wide : 0) {                                                                \
         case 1: NAME(tile)(m, 1, K, left + i, N, from + j, M, rows, place + j); break;             \
-        case 2: NAME(tile)(m, 2, K, left + i, N, from + j, M, rows, place + j); break;             \
         case 3: NAME(tile)(m, 3, K, left + i, N, from + j, M, rows, place + j); break;             \
-        default: NAME(tile)(m, 4, K, left + i, N, from + j, M, rows, place + j);                   \
+        default: NAME(tile)(m, FIXED ? 4 : wide, K, left + i, N, from + j, M, rows, place + j);    \
         }                                                                                          \
         j += wide;                                                                                 \
     }
@@ -291,18 +299,17 @@ static void NAME(dense)(const Rule *r, const Dense *g, int entity, int columns, 
                    r->tables[g->table[k]].dense + (size_t)(entity * r->points + p) * N, sizeof(double) * N);
     for (int i = 0; i < N;) {
         V *rows[4];
-        int some = N - i < 3 ? N - i : N - i == 4 ? 4 : 3;
+        int some = N - i < 3 ? 1 : N - i == 4 ? 4 : 3;
         for (int k = 0; k < some; ++k)
             rows[k] = A + (size_t)(g->first + (i + k) * g->stride) * columns;
         const V *from = right;
         const int *place = g->place;
         for (int h = 0; h < g->blocks; ++h) {
             int M = g->block[h];
-            switch (some) {
+            switch (FIXED ? some : 0) {
             case 1: TILES(1) break;
-            case 2: TILES(2) break;
             case 3: TILES(3) break;
-            default: TILES(4)
+            default: TILES(FIXED ? 4 : some)
             }
             from += (size_t)K * M;
             place += M;
