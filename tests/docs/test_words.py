@@ -89,3 +89,14 @@ def test_summaries_have_the_numbers_of_their_tables() -> None:
     requests = page.partition("<!-- requests: begin -->")[2].partition("<!-- requests: end")[0]
     times = [float(t) for t in re.findall(r"\| \d+ \| ([\d.]+) \|", requests)]
     assert f"take {min(times):g} to {max(times):g} times" in top
+
+
+def test_long_pages_begin_with_a_screen() -> None:
+    """A list of what a reader must know before the details; this may only grow."""
+    summaries = {"limits", "evidence/accuracy", "evidence/peers", "howto/errors", "howto/paths"}
+    for name in summaries:
+        lines = (ROOT / "docs" / f"{name}.md").read_text().splitlines()
+        items = [k for k, line in enumerate(lines) if re.match(r"(- |\d+\. )", line)]
+        assert items[0] < 6 and items[3] < 30, name
+    lines = (ROOT / "docs" / "limits.md").read_text().splitlines()
+    assert sum(bool(re.match(r"\d+\. ", line)) for line in lines[:25]) == 15
