@@ -419,7 +419,7 @@ LEAST_COSINE = 1e-8
 
 
 def halfway(first: Floats, second: Floats) -> Floats:
-    """Frames half-way between others, by half of the rotation from these to those.
+    """Frames midway between others, by half of the rotation from these to those.
 
     With the cosines `c` of its angle and `h` of half of it the root of a rotation `Q` is
     `(1 + Q)/2h - [(Q + Q^T)/2 - c]/[2h (1 + h)]`.
