@@ -192,7 +192,7 @@ class Motion:
 
     @property
     def energies(self) -> dict[str, float]:
-        """The energy account: energies, work and dissipation since the start, and balance, J."""
+        """The energy balance: energies, work and dissipation since the start, and balance, J."""
         return dict(self.account.values)
 
     def momentum(self, name: str, motion: Callable[[Any], Any]) -> float:

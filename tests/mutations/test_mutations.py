@@ -21,6 +21,7 @@ from . import (
     faults_faces,
     faults_locations,
     faults_recent,
+    faults_reports,
     faults_said,
     faults_solution,
 )
@@ -33,6 +34,7 @@ FAULTS = (
     *faults_control.FAULTS,
     *faults_said.FAULTS,
     *faults_recent.FAULTS,
+    *faults_reports.FAULTS,
     *faults_faces.FAULTS,
     *faults_derived.FAULTS,
 )

@@ -76,7 +76,7 @@ class OwnBody(Massless):
             statics), a virtual field and the time (a UFL constant, s); None: none.
         constraints: What is held.
         dx: Measure of the integrals.
-        size: What is large for the field, m.
+        size: Characteristic magnitude of the field, m.
 
     Raises:
         SceneError: If strains or constraints are not quadratic.
@@ -168,7 +168,7 @@ class OwnBody(Massless):
 
     @cached_property
     def constraints(self) -> tuple[Constraint, ...]:
-        """Constraints that are held."""
+        """Constraints that act."""
         mesh = self.mixed.space.mesh
         return tuple(
             Constraints(
