@@ -93,12 +93,13 @@ class Options:
         if solver:
             scene = replace(scene, solver=replace(scene.solver, **solver))
         end_forces = chosen.pop("end_forces")
-        if is_static(self.scheme or "ep") and not scene.static and self.dt is None:
+        scheme = self.scheme or "ep"
+        if is_static(scheme) and not scene.static and self.dt is None:
             # a time step is no load step: take the default one
             end = scene.t_end if self.t_end is None else self.t_end
             dropped: dict[str, Any] = {"dt": None, "start": "given", "alpha": None}
             dropped["step_control"] = replace(scene.step_control, step_error=None)
-            scene = replace(scene, scheme=self.scheme, t_end=end, **dropped)
+            scene = replace(scene, scheme=scheme, t_end=end, **dropped)
             chosen["scheme"] = None
         if (errors := chosen.pop("errors")) is not None:
             scene = replace(scene, errors=errors)

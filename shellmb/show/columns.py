@@ -17,7 +17,7 @@ class _NoColumn(SceneError, KeyError):
     __str__ = Exception.__str__
 
 
-class Columns(pd.DataFrame):  # type: ignore[misc]
+class Columns(pd.DataFrame):
     """A table; what is made of it is a table of pandas' own."""
 
     def __getitem__(self, key: Any) -> Any:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Hashable
 from dataclasses import replace
-from functools import cached_property, lru_cache
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -32,6 +32,7 @@ from shellmb.simulate.couplings.faces import FacesCoupling
 from shellmb.simulate.predictor import Predictor
 from shellmb.simulate.scaled_rates import ScaledRates, flight
 from shellmb.simulate.start.consistent import VelocityProjection
+from shellmb.simulate.stepsize.landing import rounded
 from shellmb.system.assembly.blocks import BlockSystem
 from shellmb.system.assembly.fields import (
     DirectorPath,
@@ -54,12 +55,6 @@ DIVERGED = 1e3
 SEARCHES = 8
 # step of the load factor in derivatives of what is prescribed by it: of fourth order
 FACTOR_STEP = 1e-3
-
-
-@lru_cache
-def _rounded(dt: float) -> float:
-    """A step without what round-off makes of steps of one length, s."""
-    return float(f"{dt:.12g}")
 
 
 class Arrays:
@@ -155,7 +150,7 @@ class Problem:
     def key(self, dt: float) -> tuple[Hashable, ...]:
         """Steps with the same one have nearly the same Jacobian; in linear statics all have it."""
         linear = self.scheme.linear and not self.scheme.dynamic
-        return self.switches if linear else (_rounded(dt), *self.switches)
+        return self.switches if linear else (rounded(dt), *self.switches)
 
     @property
     def switches(self) -> tuple[Hashable, ...]:
@@ -276,6 +271,10 @@ class Problem:
     def state(self, body: str) -> fem.Function:
         """Function with the state of a body."""
         return self.levels[body].q
+
+    def unknown(self, body: str) -> list[fem.Function]:
+        """Functions of a body's stages."""
+        return list(self.levels[body].unknown.values())
 
     def number(self, body: str, stage: str) -> int:
         """Number of that field in the system."""

@@ -332,10 +332,7 @@ class PitchForces(GroupForces):
         items = {c.item: joints[c.name] for pair in screws.pairs for c in pair if c.group is group}
         here = [(row, items[k]) for row, k in enumerate(group.nodes.item.tolist()) if k in items]
         super().__init__(problem, group, here, number, balance)
-        self._held = [
-            ([*problem.levels[g.name].unknown.values()], g.mixed.dofs["mu"])
-            for g in (group, screws)
-        ]
+        self._held = [(problem.unknown(g.name), g.mixed.dofs["mu"]) for g in (group, screws)]
 
     def take(self, row: int) -> None:
         """Take the forces of a step; collective."""

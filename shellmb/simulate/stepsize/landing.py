@@ -10,6 +10,7 @@ import sys
 from bisect import bisect_right
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 from shellmb.scene import Scene
 from shellmb.scene.checks.control import corners
@@ -28,6 +29,12 @@ def near(t: float, dt: float) -> float:
         dt: Length of steps there, s.
     """
     return NEAR * dt + SPACINGS * sys.float_info.epsilon * abs(t)
+
+
+@lru_cache
+def rounded(dt: float) -> float:
+    """A step without what round-off makes of steps of one length, s."""
+    return float(f"{dt:.12g}")
 
 
 @dataclass

@@ -26,7 +26,7 @@ def probed(scene: Scene, **at: tuple[Any, ...]) -> Scene:
     """
     parts = {"11": 0, "22": 1, "12": 2, "1": 0, "2": 1}
     found = tuple(
-        sm.Probe(name, place, QUANTITIES[name[0]], parts[name[1:].split("_")[0]])  # type: ignore[arg-type]
+        sm.Probe(name, place, QUANTITIES[name[0]], parts[name[1:].split("_")[0]])
         for name, place in at.items()
     )
     return replace(scene, probes=found)
@@ -107,8 +107,7 @@ def double_pendulum(scheme: str, dt: float, t_end: float = 6.0) -> Scene:
             sm.InitialVelocity((0.6, 0, 0), (0, 3.0, 0), body="link1"),
         ),
         probes=tuple(
-            sm.Probe(n, (0, 0, 0.4), component=k, body="link1")  # type: ignore[arg-type]
-            for n, k in (("bx", 0), ("bz", 2))
+            sm.Probe(n, (0, 0, 0.4), component=k, body="link1") for n, k in (("bx", 0), ("bz", 2))
         ),
         scheme=scheme,
         dt=dt,
