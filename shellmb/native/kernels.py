@@ -109,11 +109,8 @@ def compile_with_derivatives(
     if not is_native():
         return [compiled_form(plain(f if isinstance(f, Form) else f.form()), flags) for f in forms]
     if is_interpreted():
-        made: list[fem.Form | None] = []
-        for form in forms:
-            (own,) = _interpreted([form], flags) or [None]
-            made.append(own)
-        return made
+        each = [_interpreted([form], flags) for form in forms]
+        return [own[0] if own else None for own in each]
     return _compiled_with_derivatives(forms, flags)
 
 
@@ -134,7 +131,8 @@ def together[K](
 
 def _interpreted(forms: Sequence[Form | CachedDerivative], flags: Sequence[str]) -> list[fem.Form]:
     """The sum of forms as a program, or compiled one by one where programs lack something."""
-    from shellmb.native.programs.forms import Unsupported, summed
+    from shellmb.native.programs.forms import summed
+    from shellmb.native.programs.graph import Unsupported
 
     comm = comm_of(forms[0] if isinstance(forms[0], Form) else forms[0].of)
     _refuse_others(forms, comm)

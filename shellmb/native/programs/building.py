@@ -110,13 +110,13 @@ class Rule:
         for op, to, *of in self._made.code:
             name = CODES[op]
             if name == "sum":
-                first, varying, uniform, _ = of
+                first, varying, uniform, start = of
                 products = (varying & 0xFFFF) + (varying >> 16)
                 others = (uniform & 0xFFFF) + (uniform >> 16)
                 for k in range(first, first + 2 * (products + others)):
                     if k < first + 2 * products or (k - first) % 2:
                         self._placed_terms[k] *= chunk
-                found.append((op, to * chunk, *of))
+                found.append((op, to * chunk, first, varying, uniform, start))
             else:
                 own = UNIFORM.get(name, ())
                 a, b, c, d = (x if k in own else x * chunk for k, x in enumerate(of))
@@ -200,7 +200,7 @@ class Rule:
                 continue
             place, nodes = group
             rows = list(dict.fromkeys(a for a, _ in keys))
-            dense = {key: self._made.output[key] for key in keys}
+            dense = {(a, b): self._made.output[a, b] for a, b in keys}
             members, width = self._dense(pointer, place, nodes, rows, dense)
             members["right"] = self.products
             count = len(self._points.weights) * len(rows)

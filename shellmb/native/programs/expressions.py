@@ -39,7 +39,7 @@ class ExpressionProgram:
 
     def __init__(self, value: Expr, points: Floats) -> None:
         coefficients, constants = extract_coefficients(value), extract_constants(value)
-        (domain,) = extract_domains(value)
+        domain: Any = extract_domains(value)[0]
         places = Points(points[None], np.ones(len(points)), np.zeros((1, 0)))
         tables = Tables(places, domain, [f.ufl_element() for f in coefficients], [])
         known = constant_places(constants)

@@ -475,7 +475,8 @@ class Reader:
             else:
                 raise Unsupported(f"a derivative by {f._ufl_handler_name_}")
         direction = Gateaux(self.graph.zero, self.along, found)
-        return _mapped(lambda x: self.graph.derivative(x, direction), self.tensor(integrand))
+        values = self.tensor(integrand)
+        return _mapped(lambda x: self.graph.derivative(x, direction), values)
 
     def _variable_derivative(self, expr: Any) -> Tensor:
         of, variable = expr.ufl_operands
@@ -486,7 +487,8 @@ class Reader:
         for k, place in enumerate(np.ndindex(shape)):
             direction = ByVariable(self.graph, label, k)
             for at in np.ndindex(values.shape):
-                made[(*at, *place)] = self.graph.derivative(values[at], direction)
+                value: Any = values[at]
+                made[(*at, *place)] = self.graph.derivative(value, direction)
         return made
 
 
@@ -515,5 +517,6 @@ def _mapped(function: Callable[[Any], Scalar], values: Any) -> Tensor:
 def _pairwise(function: Callable[[Scalar, Scalar], Scalar], a: Tensor, b: Tensor) -> Tensor:
     made = np.empty(a.shape, dtype=object)
     for place in np.ndindex(a.shape):
-        made[place] = function(a[place], b[place])
+        pair: Any = a[place], b[place]
+        made[place] = function(*pair)
     return made

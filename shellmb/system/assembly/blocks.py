@@ -130,6 +130,7 @@ class BlockSystem:
         return int(self.x.getSize())
 
     def _compile(self) -> None:
+        self.residual_forms: list[RowForm]
         fields = self.fields
         derivatives: list[tuple[tuple[int, int], Form | CachedDerivative]] = [
             (place, form)
@@ -152,14 +153,12 @@ class BlockSystem:
         if is_interpreted():
             # what has the same rows and columns is one program
             residuals = together(zip(rows, self.forms, strict=True))
-            self.residual_forms: list[RowForm] = [
-                (form, some) for some, forms in residuals.items() for form in forms
-            ]
+            self.residual_forms = [(f, some) for some, own in residuals.items() for f in own]
             self.jacobians = together(derivatives)
             return
         # all at once: they are compiled side by side
         made = compile_with_derivatives([*self.forms, *(form for _, form in derivatives)])
-        self.residual_forms: list[RowForm] = [
+        self.residual_forms = [
             (form, some) for form, some in zip(made, rows, strict=False) if form is not None
         ]
         self.jacobians = _by_place([place for place, _ in derivatives], made[len(rows) :])
