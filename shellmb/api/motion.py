@@ -21,6 +21,7 @@ from shellmb.scene.schemes import dissipation
 from shellmb.scene.values.sentences import show
 from shellmb.schemes.registry import make_scheme
 from shellmb.simulate.problem import Problem
+from shellmb.simulate.start.endforces import EndForces, begin_accelerations
 from shellmb.simulate.stepsize.landing import Count
 
 
@@ -164,9 +165,10 @@ class Motion:
                 state.x.array[self._places(name)] = start.x.array
 
     def start(self) -> None:
-        """Make velocities consistent with the constraints, and take the energies."""
+        """Make velocities and accelerations consistent, and take the energies."""
         if any(body.constraints for body in self._bodies.values()):
             self.problem.projection.project()
+        begin_accelerations(self.problem, lambda: EndForces(self.problem), self.time, -self.dt)
         self.account.start(self)  # type: ignore[arg-type]
         self._started = True
 
