@@ -81,11 +81,11 @@ class Observer(Protocol):
 
 
 class Silent:
-    """An observer that does nothing; to inherit from.
+    """An observer that does nothing: a base class.
 
     Attributes:
-        idle: Whether it has nothing to do in the steps of a run, which it knows when it has started
-            and has not been called yet. It is not called in these.
+        idle: Whether it has nothing to do in this run and need not be called in its steps; read
+            once, after `start`.
     """
 
     idle = False

@@ -61,7 +61,7 @@ class OwnBody(Massless):
 
     The unknown is a field `u` of the space. `strain(u)` is a vector of strains, at most quadratic
     in `u`, and `energy(e)` an energy density, any function of the strains; the work of the stresses
-    over a step is its change exactly. Energy, mass and forces are integrated with `dx`.
+    over a step is its change, plus the dissipation of the scheme. All are integrated with `dx`.
 
     Args:
         name: Its name.
