@@ -1,6 +1,6 @@
 """Heavy top: a fast gyroscope on a spherical joint, the benchmark of Bruls and Cardona (EP).
 
-A body of 15 kg spins at 150 rad/s about its axis, which is held at one end and let go with just the
+A body of 15 kg spins at 150 rad/s about its axis, fixed at one end and let go with just the
 angular velocity of a nearly steady precession. Reference: the equations of motion about the fixed
 point, integrated to 1e-10 in quaternions, without constraints or multipliers.
 """

@@ -1,8 +1,8 @@
 """Snap-through of a cylindrical shell driven by a crank and a link: section 6.2 of the paper.
 
-A shallow cylindrical shell, its straight edges held, is pulled down by a crank and a link, the
+A shallow cylindrical shell, its straight edges fixed, is pulled down by a crank and a link, the
 lever, at the end E of a stiffener that runs along its crown from B over the middle M. At E it
-follows the crank; the free edge at B lags behind and snaps through. On its way back the crank
+follows the crank; the free edge at B lags behind and snaps through. When it returns, the crank
 pushes the inverted shell up until it snaps back.
 
 The scene is symmetric about the plane of the crown, and its motion stays so. The lever is slender:

@@ -1,7 +1,7 @@
 """Cantilever plate under a sudden tip load, large vibrations (EP).
 
 A strip of steel, clamped at one short edge, is loaded at the other one by 2 N at once. Its tip
-swings out to nearly twice the static deflection and back; the energy account closes to round-off.
+swings out to nearly twice the static deflection and back; the energy balance closes to round-off.
 """
 
 # KIND: start here

@@ -270,7 +270,7 @@ class BeamMixed:
         return ufl.as_vector([strain[k] for k in range(3)])
 
     def where_held(self, there: Expr, elsewhere: Expr) -> Expr:
-        """Components of `there` where strains are held, of `elsewhere` where not, shape (3,)."""
+        """Components of `there` for constrained strains, of `elsewhere` for others, shape (3,)."""
         if not self.held:
             return elsewhere
         return ufl.as_vector([there[k] if k in self.held else elsewhere[k] for k in range(3)])
@@ -297,7 +297,7 @@ class BeamMixed:
         return (ufl.as_vector([*N, *self._moments(N, halves(e)[1])]),)
 
     def gap(self, mean: Expr, end: Expr, N: Expr) -> Expr:
-        """Strains less those of the forces, shape (3,): of the end, or of the mean where held."""
+        """Strains less those of the forces, shape (3,): of the end, or of the mean if fixed."""
         elastic = self.where_held(*(self._elastic(*halves(e)) for e in (mean, end)))
         return elastic - self._give(N)
 

@@ -33,7 +33,7 @@ class SceneError(ShellmbError):
 
 
 class ShellmbWarning(UserWarning):
-    """A warning about a choice that is hardly meant or a result that is doubtful, in one sentence.
+    """Warning about a choice that is hardly meant or an unreliable result, in one sentence.
 
     Emitted by :func:`warn`; the commands show it as a line of its own.
     """

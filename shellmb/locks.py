@@ -57,7 +57,7 @@ class FileLock:
         return True
 
     def release(self) -> None:
-        """Give the lock free and remove its file; nothing if it is not held."""
+        """Give the lock free and remove its file; nothing if it is not locked."""
         if self._file is None:
             return
         file, self._file = self._file, None
@@ -69,7 +69,7 @@ class FileLock:
 
     @property
     def owner(self) -> str:
-        """Describe who holds the lock, as far as can be told."""
+        """Describe who holds the lock, as far as is known."""
         try:
             with self._path.open("rb") as file:
                 return file.read(200).decode(errors="replace") or "another process"

@@ -20,7 +20,7 @@ EXIT = 128
 
 
 def several_ranks() -> bool:
-    """Decide whether this process is one of several of an MPI program, told without loading MPI."""
+    """Decide whether this process is one of several of an MPI program, without loading MPI."""
     MPI = sys.modules.get("mpi4py.MPI")
     return MPI is not None and MPI.Is_initialized() and MPI.COMM_WORLD.size > 1
 
@@ -62,7 +62,7 @@ class Stopping:
                 self.requested = None
 
     def answered(self) -> None:
-        """A signal has been taken up, and the user told."""
+        """A signal has been taken up, and the user informed."""
         self.requested = None
 
     def renew(self) -> None:

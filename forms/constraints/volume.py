@@ -207,7 +207,7 @@ def _along(a: Patch, b: Patch) -> Expr:
 
 
 class Content(Held):
-    """Content of the volume; linear in the state, and held as `Cones` are."""
+    """Content of the volume; linear in the state, and stored as `Cones` are."""
 
     def jump(self, step: VelocityJump, dq: Expr) -> JumpRow:
         """The jump of the velocities itself, by impulses that so do no work."""

@@ -15,7 +15,7 @@ from shellmb.forms.surface import Surface, along
 
 
 def of_shell(N: Expr, u: Expr, R: Expr, surf: Surface) -> tuple[Expr, Expr, Expr]:
-    """Size of it, energy of stretching, and what the squares would have of that, were edges held.
+    """Size of it, energy of stretching, and what the squares would have of that, were edges fixed.
 
     Per area, J/m^2; the last over the membrane stiffness. Where edges follow it is less.
 

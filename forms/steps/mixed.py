@@ -182,7 +182,7 @@ class LinearMixed:
         return ufl.as_vector([*((1 - self.a) * n), *((1 - self.shear_share) * Q)])
 
     def where_held(self, there: Expr, elsewhere: Expr) -> Expr:
-        """Components of `there` where strains are held, of `elsewhere` where not, shape (5,)."""
+        """Components of `there` for constrained strains, of `elsewhere` for others, shape (5,)."""
         which = (self.A_inv is None,) * 3 + (self.G_inv is None,) * 2
         if not any(which):
             return elsewhere

@@ -22,7 +22,7 @@ class MixedSection(Protocol):
         ...
 
     def where_held(self, there: Expr, elsewhere: Expr) -> Expr:
-        """Components of `there` where strains are held, of `elsewhere` where not."""
+        """Components of `there` for constrained strains, of `elsewhere` for others."""
         ...
 
     def stress(self, e: Expr, N: Expr) -> tuple[Expr, ...]:
@@ -30,7 +30,7 @@ class MixedSection(Protocol):
         ...
 
     def gap(self, mean: Expr, end: Expr, N: Expr) -> Expr:
-        """Strains less those that belong to the resultants, weighed, in the last rule.
+        """Weighted strains less those that belong to the resultants, in the last rule.
 
         Those of the mean where strains are held, of the end elsewhere.
         """

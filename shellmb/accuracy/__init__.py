@@ -1,1 +1,1 @@
-"""Error estimates of results, from coarser companions of a run."""
+"""Error estimates of results, from coarser runs of the same scene."""

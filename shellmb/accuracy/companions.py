@@ -1,4 +1,4 @@
-"""Companions of a scene: other steps, other elements, other tolerances, exact bodies."""
+"""Comparison runs of a scene: other steps, other elements, other tolerances, exact bodies."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ SMALL = 64
 
 @dataclass(frozen=True)
 class Change:
-    """Difference of a companion from the run.
+    """Difference of a comparison run from the run.
 
     Args:
         step: Factor on the step; where steps follow a tolerance, its square on that.
@@ -55,7 +55,7 @@ class Change:
         return replace(self, step=1.0)
 
     def apply(self, scene: Scene) -> Scene:
-        """The companion of a scene.
+        """The scene of the comparison run.
 
         Args:
             scene: The scene.

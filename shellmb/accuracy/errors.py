@@ -1,4 +1,4 @@
-"""Errors of a run's results and histories, estimated from companions that cost less than the run.
+"""Errors of a run's results and histories, estimated from cheaper comparison runs.
 
 Step: the run against companions with three and nine times the step. Mesh: two companions against
 each other, with the run's elements and with twice as many, and nine times the step, in which the
@@ -72,7 +72,7 @@ STIFFER = 4.0
 
 @dataclass(frozen=True)
 class Companions:
-    """Companion runs from which the errors of a run follow.
+    """Comparison runs from which the errors of a run follow.
 
     Args:
         base: What is different in the run from the scene of the family.
@@ -314,7 +314,7 @@ def _others(scene: Scene, coarse: Change) -> list[tuple[str, Change, float]]:
 
 
 def estimate_errors(run: RunResult, begin: Beginning | None = None) -> Errors:
-    """Run the companions of a run, and estimate its errors; collective.
+    """Run the comparison runs of a run, and estimate its errors; collective.
 
     Args:
         run: The run, at its end.

@@ -1,4 +1,4 @@
-"""Errors of discretisation from companions of a run, and how much of an observed order to believe.
+"""Errors of discretisation from comparison runs, and how much of an observed order to use.
 
 *Step.* A quantity differs by `d1` from the one with three times the step, and this by `d2` from the
 one with nine times it. If errors go with `h^p`,
@@ -175,7 +175,7 @@ def mesh_error(
 
 
 def model_error(difference: float | None, share: float = 1.0) -> Estimate:
-    """Error of something that a companion has less of.
+    """Error of something that a comparison run has less of.
 
     Args:
         difference: From the companion; None: not known.

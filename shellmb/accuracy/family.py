@@ -1,4 +1,4 @@
-"""Companions of a scene, each run once; what goes wrong with one is a remark."""
+"""Comparison runs of a scene, each run once; a failure of one is a remark."""
 
 from __future__ import annotations
 
@@ -89,7 +89,7 @@ class Family:
             on.enter_context(kept(run.simulation))
 
     def run(self, change: Change) -> Kept | None:
-        """A companion; None where it cannot be, or fails; collective.
+        """A comparison run; None where it cannot be, or fails; collective.
 
         Args:
             change: What is different in it.

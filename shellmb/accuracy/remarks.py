@@ -1,4 +1,4 @@
-"""Remarks on what makes estimated errors doubtful, or what they omit."""
+"""Remarks on why estimated errors are unreliable, or what they omit."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A simulation that begins again with other steps: companions of a run without a new model."""
+"""A simulation that begins again with other steps: comparison runs without a new model."""
 
 from __future__ import annotations
 

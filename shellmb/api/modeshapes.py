@@ -78,7 +78,7 @@ class ModeShapes:
 
     @property
     def warnings(self) -> list[str]:
-        """Warnings about unstable states and doubtful eigenvalues, a sentence each."""
+        """Warnings about unstable states and unreliable eigenvalues, a sentence each."""
         return list(self.summary.get("warnings", []))
 
     @property

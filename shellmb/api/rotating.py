@@ -60,7 +60,7 @@ class RotatingModes:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Sentences on what is doubtful; empty where nothing is."""
+        """Warnings about unreliable results; empty if there are none."""
         return tuple(self.summary.get("warnings", ()))
 
     @property

@@ -109,7 +109,7 @@ def study(
         repeat: Number of rounds over all runs, for the times.
         out: Directory of the records; a study in it continues. None: nothing is kept.
         clock: "wall" or "cpu".
-        tell: Is told what is going on.
+        tell: Callback for progress messages.
         **options: Choices and references, as `shellmb study` has them.
 
     Raises:

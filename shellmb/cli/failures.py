@@ -32,7 +32,7 @@ SIZE_VARIABLES = ("PMI_SIZE", "OMPI_COMM_WORLD_SIZE")
 
 
 def first_rank() -> bool:
-    """Decide whether this is rank 0, told without loading MPI."""
+    """Decide whether this is rank 0, without loading MPI."""
     ranks = [os.environ[name] for name in RANK_VARIABLES if name in os.environ]
     return not ranks or ranks[0] == "0"
 

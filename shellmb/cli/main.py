@@ -69,7 +69,7 @@ OF_CHECKOUTS = {"bench": "python -m tests.bench", "figures": "python -m demos.pa
 
 
 class Commands(TyperGroup):
-    """The commands; an unknown one that a checkout has is told where it is."""
+    """The commands; the error for one that only a checkout has says where it is."""
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         """Find the command that arguments begin with."""

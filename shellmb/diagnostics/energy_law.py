@@ -1,4 +1,4 @@
-"""The energy account does not close."""
+"""The energy balance does not close."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class EnergyLaw(Silent):
         return rows[1 + max(range(len(steps)), key=steps.__getitem__)]["t"]
 
     def cautions(self, simulation: Simulation) -> Iterator[Caution]:
-        """Decide whether the account is off."""
+        """Decide whether the balance is off."""
         error = self._account.relative_error
         if not simulation.scheme.dynamic:
             return

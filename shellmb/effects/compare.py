@@ -70,7 +70,7 @@ def compare(
         changed: The same with effects changed.
         results: What the scene measures; None: what it says itself.
         repeat: How often both are run; times are medians.
-        report: Is told what is going on.
+        report: Callback for progress messages.
     """
     number = count(1)
 

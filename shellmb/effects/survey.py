@@ -81,7 +81,7 @@ def survey(
         scene: The scene.
         steps: Steps of each round; 0: nothing is built, run or counted.
         rounds: Rounds of each scene with and without an effect.
-        report: Is told what is going on.
+        report: Callback for progress messages.
     """
     used = {name: effect.use(scene) for name, effect in EFFECTS.items()}
     if not steps:

@@ -1,4 +1,4 @@
-"""Files that are read only if they are files, and no larger than what can be held.
+"""Files that are read only if they are files, and no larger than what memory can take.
 
 What a directory calls a file may be a link to one without an end, or a pipe that nobody writes.
 """

@@ -1,1 +1,1 @@
-"""One way to measure, record, tabulate and draw, for all that compares and measures."""
+"""One method to measure, record, tabulate and draw, for all that compares and measures."""

@@ -149,7 +149,7 @@ class Stepping:
         return self.simulation.over
 
     def again(self) -> None:
-        """Be at the start again, with nothing left of what was learnt on the way."""
+        """Be at the start again, with nothing left of what was learnt since."""
         self.simulation.restore(*self._start)
         self.simulation.problem.iteration.refresh.forget()
 

@@ -47,7 +47,7 @@ class GeometricStiffness:
         self._energies = functionals([[density * dx] for density in densities], space.mesh.comm)
 
     def of(self, state: Floats, R: Floats | None = None) -> Floats:
-        """Energies of forces along the body, of stretching, and of squares if edges were held, J.
+        """Energies of forces along the body, of stretching, and of squares if edges were fixed, J.
 
         Args:
             state: Local array.

@@ -29,7 +29,7 @@ def ritz_vectors(
     loads: list[Arrays],
     springs: PETSc.Mat | None,
 ) -> list[PETSc.Vec]:
-    """Static modes of all frames and the lowest modes with them held; else those of the body.
+    """Static modes of all frames and the lowest modes with them fixed; else those of the body.
 
     And what the loads do with the frames held; without, as the body gives way to them. Where terms
     hold it, `(K + B) v = f` has `v = v_0 - (K + B)^-1 B v_0` with `K v_0 = f`: the second part is
@@ -61,7 +61,7 @@ def ritz_vectors(
 
 
 class Held:
-    """A body in its supports, whose frames are held, too; forces may accelerate it nevertheless.
+    """A body in its supports, whose frames are fixed, too; forces may accelerate it nevertheless.
 
     Args:
         isolated: The body.

@@ -1,4 +1,4 @@
-"""Stiffening of a held body by squares of displacements.
+"""Stiffening of a constrained body by squares of displacements.
 
 What bends draws its edges together, by the square of its slopes. Where these cannot follow it is
 stretched instead, and stiffer; a surface that bends two ways is stretched in itself. How far edges

@@ -24,7 +24,7 @@ from shellmb.scene.multibody.rigid import Interface
 
 
 def edges(support: Any) -> Iterator[str]:
-    """Names of the edges of a support that are held each by a joint of its own."""
+    """Names of the edges of a support that are fixed each by a joint of its own."""
     yield from (support.at,) if isinstance(support.at, str) else support.at
 
 

@@ -96,7 +96,7 @@ class Model:
 
     @property
     def stores(self) -> list[PotentialGroup | Filling]:
-        """Potentials, contacts and gases: what has an energy of its own in the account."""
+        """Potentials, contacts and gases: what has an energy of its own in the balance."""
         return [*self.potentials, *(v.filling for v in self.volumes if v.item.gas is not None)]
 
     @property
@@ -158,7 +158,7 @@ class Model:
 
     @property
     def supported(self) -> bool:
-        """Decide whether anything is held or driven."""
+        """Decide whether anything is supported or driven."""
         return bool(self.scene.supports) or (self.rigid is not None and GROUND in self.rigid.index)
 
 

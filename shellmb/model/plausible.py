@@ -1,4 +1,4 @@
-"""Doubts whether a model is what is meant: sizes, shapes, and where probes are."""
+"""Warnings if a model is hardly what is meant: sizes, shapes, and where probes are."""
 
 from __future__ import annotations
 

@@ -41,7 +41,7 @@ class Way:
         return self.place + s * (self.rate + s * self.acceleration / 2)
 
     def on(self, t: float, acceleration: float) -> Way:
-        """The way that goes on from a time [s] with another acceleration."""
+        """The motion that goes on from a time [s] with another acceleration."""
         return Way(t, self.at(t), self.rate + (t - self.begin) * self.acceleration, acceleration)
 
 

@@ -95,7 +95,7 @@ class Unknowns:
         return np.where(found > 0, found, 1.0)
 
     def given(self, times: Sequence[float], h: float) -> Given:
-        """Values that supports and drivers prescribe, and held ones; collective.
+        """Values that supports and drivers prescribe, and fixed ones; collective.
 
         Args:
             times: Times at which values are wanted, s.

@@ -1,4 +1,4 @@
-"""Forms that are written when somebody looks into them, and what is known of forms that are alike.
+"""UFL forms that are created lazily, and known facts of forms that are alike.
 
 To write a form in UFL, to look through it and to sign it takes longer than all else in the model of
 a small scene. Much of it is done again and again: for each of several bodies that are alike, for
@@ -59,7 +59,7 @@ _COMPANION = ContextVar("companion", default=False)
 
 @contextmanager
 def known_forms() -> Iterator[None]:
-    """Context of models that are companions of the last one: what is known of its forms holds."""
+    """Context of models of comparison runs, which reuse known facts of the last model's forms."""
     before = _COMPANION.set(True)
     try:
         yield
@@ -68,13 +68,13 @@ def known_forms() -> Iterator[None]:
 
 
 def begin_model() -> None:
-    """Forget facts of forms of earlier models, unless the one that begins is their companion."""
+    """Forget facts of forms of earlier models, unless the next one is of a comparison run."""
     if not _COMPANION.get():
         _KNOWN.clear()
 
 
 class Later(Form):
-    """A form that is written when somebody looks into it.
+    """A UFL form that is created lazily.
 
     Args:
         write: Writes it: a function of its arguments alone.

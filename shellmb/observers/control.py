@@ -11,7 +11,7 @@ ON = ".on"
 
 
 class ControlColumns(Silent):
-    """`CONTROLLER.OUTPUT` held in the step that ends, the readings it was made from, `EVENT.on`.
+    """`CONTROLLER.OUTPUT` of the step that ends, the readings it was made from, `EVENT.on`.
 
     Before the first step outputs are 0, and nothing has been read.
     """

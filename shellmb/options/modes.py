@@ -63,7 +63,7 @@ class ModesOptions:
         metavar="RUN_DIR",
     )
     at: float | None = option(
-        "Linearise about the state at this time [s], up to which the scene is run as it is, from "
+        "Linearise about the state at this time [s]. The scene is run up to this time first, from "
         "where the run is or from the start.",
         metavar="TIME",
     )

@@ -39,8 +39,7 @@ class Options:
     degree: Literal[2, 3] | None = option("Polynomial degree of every shell and beam.")
     cell: Literal["quad", "tri"] | None = option("Use quadrilaterals or triangles for every shell.")
     divide: int | None = option(
-        "Elements along each side in place of one, in every shell and beam; it also refines meshes "
-        "that are read from files."
+        "Subdivide every element of shells and beams into N x N; also those of meshes from files."
     )
     body: str | None = option(
         "Apply mesh, degree, cell, divide and model to this shell or beam only."

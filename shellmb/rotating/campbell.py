@@ -82,12 +82,12 @@ class Campbell:
 
     @property
     def verdict(self) -> str:
-        """Say whether the rotation is stable, where that is not decided, and what is doubtful."""
+        """Say whether the rotation is stable, where that is not decided, and what is unreliable."""
         return "; ".join([self._stability + self._undecided, *self.warnings])
 
     @property
     def warnings(self) -> list[str]:
-        """Sentences on what is doubtful, each once."""
+        """Warnings about unreliable results, each once."""
         return list(dict.fromkeys(said for modes in self.modes for said in modes.doubtful))
 
     @property

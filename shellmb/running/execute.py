@@ -109,7 +109,7 @@ class RunResult:
 
 @dataclass(frozen=True)
 class Companion:
-    """Measurements of a companion run, without watches.
+    """Measurements of a comparison run, without watches.
 
     Args:
         accounts: Whether energies, momenta and forces are measured, though neither results nor

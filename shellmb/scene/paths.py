@@ -29,7 +29,7 @@ class PathFollowing:
         load_end: Load factor at which the path ends before ``t_end``; a step ends exactly there.
             None: it ends at ``t_end`` only.
         load_levels: Load factors at which steps end, whenever the path passes them.
-        iterations: Newton iterations that a step is to need; the step is adapted to it.
+        iterations: Target number of Newton iterations per step; the step size is adapted to it.
         turn_deg: Angle between the tangents at both ends of a step beyond which the step is
             repeated with a smaller one [degrees].
         branches: What to do at bifurcations: ``"ignore"`` them, ``"detect"`` and locate them by the

@@ -49,8 +49,8 @@ class Probe:
             ``"angular_velocity"``, of a beam the resultants ``"force"`` and
             ``"moment"``; of a shell the resultants ``"membrane"`` [N/m] and ``"bending"`` [N] (11,
             22, 12) and ``"shear"`` [N/m] (13, 23). In motion resultants are means over the step,
-            all others values at its end. Resultants at nodes are continued from inside elements,
-            at free edges, too, and converge with the square of the elements' size (degree 2).
+            all others values at its end. Nodal resultants are extrapolated from the
+            element interior (also at free edges) and converge as h^2 (degree 2).
             A rotation vector goes on beyond pi and counts whole turns. Near a whole turn, what
             tumbles has no such vector near the last one: there it jumps by up to ``2 pi``. The
             angle of a joint, ``"JOINT.rotation"``, has no jumps.

@@ -82,10 +82,10 @@ class Scene(Description):
         controllers: Controllers, which read sensors and command motors, drivers and loads.
         events: What happens when conditions become true.
         errors: Whether runs estimate the errors of results and of histories of probes, from
-            companions with larger steps and more elements (`docs/howto/errors.md`).
+            comparison runs with larger steps and more elements (`docs/howto/errors.md`).
 
     Raises:
-        SceneError: If anything is impossible, in one sentence that tells what would be right.
+        SceneError: If the scene is invalid; the message says how to correct it.
     """
 
     def __post_init__(self) -> None:

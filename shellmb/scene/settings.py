@@ -136,9 +136,8 @@ class Output:
     """Fields, frames and files that a run writes.
 
     Args:
-        frames: Number of states stored for field files, pictures and animation; None: 50, and
-            while something turns by more than 20 degrees between two of them as many more as it
-            takes, up to eight times as many.
+        frames: Number of states stored for field files, pictures and animation; None: 50;
+            up to 400 if something turns by more than 20 degrees between frames.
         fields: What they hold of each body, beside the displacement: names of
             :data:`shellmb.scene.fields.FIELDS`, or ``"all"`` that the scene's bodies have. What is
             not named is neither computed nor compiled.

@@ -301,7 +301,7 @@ class Tangents(Silent):
                 side.accepted(simulation)
 
     def state(self) -> dict[str, Any]:
-        """Record what was said so far; the sides take down their states, too."""
+        """Record the warnings so far; the sides take down their states, too."""
         for saved in self._saved:
             saved.remember()
         kinks = {pair.parameter.name: list(pair.kinks) for pair in self.pairs}

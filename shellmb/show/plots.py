@@ -1,4 +1,4 @@
-"""Curves over time of a run: probes, energy account, joints, steps, a static path."""
+"""Curves over time of a run: probes, energy balance, joints, steps, a static path."""
 
 from __future__ import annotations
 
@@ -130,7 +130,7 @@ def joints(history: Table, scene: Described, size: float) -> Figure | None:
 
 
 def energies(history: Table, scene: Described) -> Figure:
-    """Energies and work, and below them how well the account closes."""
+    """Energies and work, and below them how well the balance closes."""
     made = figure(7.0, 6.0)
     above, below = made.subplots(2, 1, sharex=True, height_ratios=(2, 1))
     shown = {}

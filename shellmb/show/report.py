@@ -1,4 +1,4 @@
-"""A run on one page: scene, pictures, account, warnings; and short of that in a notebook."""
+"""A run on one page: scene, pictures, energy balance, warnings; and short of that in a notebook."""
 
 from __future__ import annotations
 
@@ -98,7 +98,7 @@ class ShownModes(Protocol):
 
 
 def card(run: Shown) -> str:
-    """A run in a notebook: its picture beside the account, and its warnings."""
+    """A run in a notebook: its picture beside the balance, and its warnings."""
     picture = _first_picture(run)
     rows = _table(run.account.items())
     said = "".join(_warning(w) for w in run.warnings)

@@ -277,10 +277,6 @@ class Problem:
         """Function with the state of a body."""
         return self.levels[body].q
 
-    def unknown(self, body: str) -> list[fem.Function]:
-        """Functions of a body's stages."""
-        return list(self.levels[body].unknown.values())
-
     def number(self, body: str, stage: str) -> int:
         """Number of that field in the system."""
         return self._index[body, stage]

@@ -73,7 +73,7 @@ class ScaledRates:
 
 
 def flight(bodies: Sequence[Body], levels: Mapping[str, Levels], dt: float) -> float:
-    """A way that no body flies in a step, by its speed at the start, m; collective.
+    """A distance that no body moves in a step, by its speed at the start, m; collective.
 
     Args:
         bodies: The bodies.

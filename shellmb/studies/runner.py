@@ -85,7 +85,7 @@ def measure(
     Args:
         sweep: What.
         folder: Where the records are kept; None: nowhere.
-        tell: Is told what is going on.
+        tell: Callback for progress messages.
 
     Raises:
         SceneError: If the scene, a value or a quantity is impossible, or the folder is taken.

@@ -45,6 +45,7 @@ from shellmb.scene import (
 )
 from shellmb.scene.checks.effect import check_begin
 from shellmb.scene.loads.supports import Clamped
+from tests.sentences import other_sentences
 
 STEEL = Isotropic(E=2e11, nu=0.3, thickness=0.01, density=7800)
 SQUARE = Rectangle(1, 1)
@@ -242,11 +243,8 @@ FUNCTIONS = {
 BAD = {**NO_NUMBERS, **NO_EFFECT, **FUNCTIONS}
 
 
-@pytest.mark.parametrize("message", BAD)
-def test_refused(message):
-    with pytest.raises(SceneError) as caught:
-        BAD[message]()
-    assert str(caught.value) == message.rstrip()
+def test_refused():
+    assert not other_sentences(BAD)
 
 
 @pytest.mark.parametrize("message", IMPACTS)

@@ -1,6 +1,9 @@
 """Names that become files and columns are refused before anything is built."""
 
+import itertools
+import re
 from dataclasses import replace
+from functools import partial
 
 import pytest
 
@@ -18,6 +21,7 @@ from shellmb.scene import (
     Shell,
     Spring,
 )
+from tests.sentences import refusal
 
 STEEL = Isotropic(E=2e11, nu=0.3, thickness=0.01, density=7800.0)
 BAR = RectangularSection(7e10, 0.3, width=0.02, height=0.01, density=2700.0)
@@ -71,17 +75,21 @@ BAD = {
 }
 
 
-@pytest.mark.parametrize("name", BAD)
-@pytest.mark.parametrize("kind", MADE)
-def test_bad_names_are_refused(kind: str, name: str) -> None:
-    with pytest.raises(SceneError, match=rf"^{kind}: name is .*{BAD[name]}"):
-        MADE[kind](name)
+def test_bad_names_are_refused() -> None:
+    found = {}
+    for (kind, make), (name, why) in itertools.product(MADE.items(), BAD.items()):
+        said = refusal(partial(make, name))
+        if not re.match(rf"{kind}: name is .*{why}", said):
+            found[kind, name] = said
+    assert not found
 
 
-@pytest.mark.parametrize("name", ["plate", "upper flange", "δ-2 (left)", "a.b", "B+1"])
-@pytest.mark.parametrize("kind", MADE)
-def test_good_names_are_not(kind: str, name: str) -> None:
-    MADE[kind](name)
+def test_good_names_are_not() -> None:
+    good = ("plate", "upper flange", "δ-2 (left)", "a.b", "B+1")
+    found = {
+        said for make in MADE.values() for name in good if (said := refusal(partial(make, name)))
+    }
+    assert not found
 
 
 @pytest.mark.parametrize("name", ["rigid bodies", "rigid_bodies", "joints"])

@@ -170,5 +170,29 @@ def mechanisms(
     run_mechanisms(case or [], quick, docs)
 
 
+@app.command()
+@failures_reported
+def steps(
+    other: Annotated[
+        Path | None, typer.Argument(help="Another checkout, or its environment.")
+    ] = None,
+    row: Annotated[
+        list[str] | None, typer.Option(metavar="NAME", help="Part of a title; may be repeated.")
+    ] = None,
+    check: Annotated[
+        bool, typer.Option("--check", help="Fail if a row takes over 1.05 times as long.")
+    ] = False,
+) -> None:
+    """Compare times of steps with those of another checkout, round by round in turn.
+
+    Processor times, observers and files included, of plates, mechanisms, and derivatives forwards
+    and backwards. Both make their steps in turn, so other load affects both alike.
+    """
+    from tests.bench.steps.pairs import run_steps
+
+    if not run_steps(other, row or [], check):
+        raise typer.Exit(1)
+
+
 if __name__ == "__main__":
     app()

@@ -7,7 +7,7 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 ROW = re.compile(r"^\| (.+) \|$", re.MULTILINE)
-SOME, NOT_FOUND = ("●", "◐"), "·"
+SOME, NOT_FOUND, NONE = ("●", "◐"), "·", "\N{EN DASH}"
 
 
 def rows(text: str) -> list[list[str]]:
@@ -33,3 +33,16 @@ def test_marks_have_sources(peer: str) -> None:
     # its lines are wrapped
     missing = " ".join(section.partition("Not found: ")[2].split()).rstrip(".").split("; ")
     assert {m.lower() for m in missing} == {n.lower() for n, m in marks.items() if m == NOT_FOUND}
+
+
+def test_the_summary_counts_the_table() -> None:
+    ours = [row[1] for row in rows(TABLE)]
+    words = {1: "one", 2: "Two", 6: "Six", 9: "nine"}
+    have, part, lack = (ours.count(mark) for mark in (*SOME, NONE))
+    only = [m for m, mark in zip(FEATURES.values(), ours, strict=True) if mark == "●"]
+    nowhere = sum(not set(m) & set(SOME) for m in only)
+    in_part = sum("●" not in m for m in only) - nowhere
+    assert f"Of {len(ours)} features shellmb has {have}, {words[part]} in part" in PAGE
+    assert f"{words[lack]} not:" in PAGE
+    assert f"{words[nowhere]} were found nowhere else:" in PAGE
+    assert f"{words[in_part]} more were found nowhere else in full:" in PAGE

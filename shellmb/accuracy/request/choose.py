@@ -130,7 +130,7 @@ def seconds(level: Level, change: Change) -> float:
 
 
 def work(level: Level, change: Change) -> float:
-    """Time that a level and its companions would take [s], from the time of another level.
+    """Time that a level and its comparison runs would take [s], from the time of another level.
 
     Companions of that one are there: those with its mesh and three times the step, say, and all
     that tell of the mesh, or of the step, where it stays.

@@ -81,7 +81,7 @@ class LawSprings(WithoutTerms):
         potential: Energy of an extension.
         extension: Extension of a state.
         moved: Change of the coordinate in a state, which is without the rest length.
-        size: What is large for the coordinate.
+        size: Characteristic magnitude of the coordinate.
         dx: Measure whose points are the places.
     """
 

@@ -103,7 +103,7 @@ def _effective(beam: Beam) -> Floats:
 
 
 def bind_beam_damping(beam: Beam, elastic: BeamMixed, domain: mesh.Mesh) -> ViscousBeam | None:
-    """Constants of the damping of its strains, of those that are held none; None without any.
+    """Constants of the damping of its strains, none of constrained ones; None without any.
 
     Args:
         beam: The beam.

@@ -112,7 +112,7 @@ class ConstraintGroup(Massless):
         set_constants(self.on, self.nodes, (on & self.allowed).astype(float))
 
     def drop(self, item: int, component: int) -> None:
-        """Leave a constraint that others imply out for good: its multiplier is held at zero.
+        """Leave a constraint that others imply out for good: its multiplier is kept at zero.
 
         Args:
             item: Which item.

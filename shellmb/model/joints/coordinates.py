@@ -194,7 +194,7 @@ class CoordinateGroup(ConstraintGroup):
         return forms.cosine_sine(*self._places(q))
 
     def drop(self, item: int, component: int) -> None:
-        """Leave out the driver of a coordinate that others drive in the same way."""
+        """Leave out the driver of a coordinate that others drive likewise."""
         here = self.mixed.dofs["x"][self.nodes.item == item]
         self.fixed = [f for f in self.fixed if not np.isin(f.dofs, here).any()]
 

@@ -82,7 +82,7 @@ class TiedCoordinates(ConstraintGroup):
 
 
 class HeldCoordinates(ConstraintGroup):
-    """Coordinates held at a value, `x = x_held`, switched on at times: locks.
+    """Coordinates fixed at a value, `x = x_held`, switched on at times: locks.
 
     Args:
         comm: Communicator.
@@ -119,7 +119,7 @@ class HeldCoordinates(ConstraintGroup):
         return gathered(self.nodes, q.x.array[self.mixed.dofs["x"]])
 
     def hold(self, values: Floats) -> None:
-        """Set the values at which the coordinates are held, shape (items,)."""
+        """Set the values at which the coordinates are fixed, shape (items,)."""
         set_constants(self._held, self.nodes, values[:, None])
 
     def forces(self, q: fem.Function) -> Floats:

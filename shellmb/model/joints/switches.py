@@ -105,7 +105,7 @@ class Switched:
 
 
 class Locks(Switched):
-    """Coordinates held in windows of time at the values they have when a window begins."""
+    """Coordinates fixed in windows of time at the values they have when a window begins."""
 
     group: HeldCoordinates
 
@@ -115,7 +115,7 @@ class Locks(Switched):
         super().__init__(group, windows, t_end)
 
     def update(self, t: float, state: State) -> bool:
-        """Open and close the locks; what is locked at the start is held where it is then."""
+        """Open and close the locks; what is locked at the start is fixed where it is then."""
         if not self._begun:
             self._begun = True
             self._begin(self.acting, t, state(self.group.name))

@@ -168,7 +168,7 @@ class OwnBody(Massless):
 
     @cached_property
     def constraints(self) -> tuple[Constraint, ...]:
-        """Constraints that are held."""
+        """Constraints that act."""
         mesh = self.mixed.space.mesh
         return tuple(
             Constraints(

@@ -26,7 +26,7 @@ class StopForces:
     """Forces of stops; what a group of them has at the nodes of coordinates.
 
     Attributes:
-        size: What is large for each coordinate.
+        size: Characteristic magnitude of each coordinate.
         damped: Whether one of them has damping.
     """
 

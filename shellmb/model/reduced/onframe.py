@@ -53,7 +53,7 @@ class Reduced:
 def frame_links(
     nodes: NodeMesh, mixed: MixedSpace, body: Reduced, others: Sequence[End] = ()
 ) -> tuple[NodeLink, ...]:
-    """Links of what acts on a reduced body, or is held by it.
+    """Links of what acts on a reduced body, or is connected to it.
 
     Args:
         nodes: Node mesh with one cell for each item.

@@ -111,7 +111,7 @@ class Prescribed:
         self._rows.append(rows)
 
     def held(self, body: str, dofs: Ints) -> tuple[Floats, list[str]]:
-        """Orthonormal directions in which a nodal vector is held, (k, size), and by which supports.
+        """Orthonormal directions in which a nodal vector is fixed, (k, size), and by what supports.
 
         Args:
             body: Name of the body.

@@ -239,7 +239,7 @@ class FacesContact:
         return Touching(self.law.only(point), families, places, point, nodes, vertices)
 
     def through(self, found: Candidates, a: Any, b: Any) -> int | None:
-        """A point that passes through the shell on a straight way between two states, if any."""
+        """A point that crosses the shell on a straight path between two states, if any."""
         y, v = zip(
             *((y[found.point], self.facets.places(x, found.triangle)) for y, x in (a, b)),
             strict=True,

@@ -1,4 +1,4 @@
-"""Points that pass through triangles on straight ways between two states.
+"""Points that cross triangles on straight paths between two states.
 
 A point and the vertices of a triangle that move along straight lines, all at once, are in a plane
 where a cubic in time is zero. It is found in Bernstein's form: where all four coefficients have one

@@ -1,1 +1,1 @@
-"""The account of a step: energies, momenta, constraints."""
+"""The balance of a step: energies, momenta, constraints."""

@@ -1,4 +1,4 @@
-"""The energy account: energies, work of loads, terms and prescribed motions, dissipation.
+"""The energy balance: energies, work of loads, terms and prescribed motions, dissipation.
 
 It closes as "energy change = work - alpha c^2" (eq. 33) to the tolerance of Newton's method,
 whatever the step, the mesh and the scene; how well it closes is the first thing to look at in any
@@ -53,7 +53,7 @@ def present(forms: Sequence[Form | None]) -> list[Form]:
 
 
 class EnergyAccount(Booked):
-    """Keeps the energy account of a dynamic run."""
+    """Keeps the energy balance of a dynamic run."""
 
     NAMES = (
         "kinetic_energy",
@@ -76,7 +76,7 @@ class EnergyAccount(Booked):
 
     @property
     def values(self) -> dict[str, float]:
-        """The account at the current time, J.
+        """The balance at the current time, J.
 
         Kinetic, strain, total energy, and since the start work of loads, of added terms (with
         dampers and the damping of sections), of prescribed motions, and dissipation.
@@ -295,7 +295,7 @@ class EnergyAccount(Booked):
             self._touch[row] = self._touching()
 
     def book_rows(self, rows: slice) -> list[Row]:
-        """Add steps up, and see whether the account closes."""
+        """Add steps up, and see whether the balance closes."""
         found = []
         if self._dynamic:
             alone = self._alone

@@ -332,7 +332,10 @@ class PitchForces(GroupForces):
         items = {c.item: joints[c.name] for pair in screws.pairs for c in pair if c.group is group}
         here = [(row, items[k]) for row, k in enumerate(group.nodes.item.tolist()) if k in items]
         super().__init__(problem, group, here, number, balance)
-        self._held = [(problem.unknown(g.name), g.mixed.dofs["mu"]) for g in (group, screws)]
+        self._held = [
+            ([*problem.levels[g.name].unknown.values()], g.mixed.dofs["mu"])
+            for g in (group, screws)
+        ]
 
     def take(self, row: int) -> None:
         """Take the forces of a step; collective."""
@@ -419,7 +422,7 @@ LEAST_COSINE = 1e-8
 
 
 def halfway(first: Floats, second: Floats) -> Floats:
-    """Frames half-way between others, by half of the rotation from these to those.
+    """Frames midway between others, by half of the rotation from these to those.
 
     With the cosines `c` of its angle and `h` of half of it the root of a rotation `Q` is
     `(1 + Q)/2h - [(Q + Q^T)/2 - c]/[2h (1 + h)]`.

@@ -137,7 +137,7 @@ class HeldForces(NodalForces):
         self._supported = model.supported
 
     def room(self, steps: int) -> Taken:
-        """Room for what so many steps leave of them."""
+        """Allocate what so many steps leave of them."""
         works = [np.zeros((steps, len(r))) for _, _, r in self._planes]
         return np.zeros((steps, len(self._system.fixed))), works
 

@@ -36,7 +36,7 @@ class BeamSection:
             axial, shear along d2, along d3, twist, bending about d2, about d3.
         stiffness_damping: Time by which the rate of the strains adds to them [s], or a
             ``BeamDamping``.
-        mass_damping: Rate by which momentum is lost [1/s].
+        mass_damping: Mass-proportional damping [1/s].
     """
 
     stiffness_damping: Any = 0.0

@@ -62,7 +62,7 @@ class Law:
 
 @described("controller")
 class Controller(Law):
-    """A law in plain Python or NumPy that reads sensors and returns commands, held between samples.
+    """A law in Python or NumPy that reads sensors and returns commands, constant between samples.
 
     A motor takes its torque or force from it, ``Motor("drive", "hinge", command=Command("name"))``,
     a load its factor, ``time=Command("name")``, a driver its acceleration,

@@ -29,8 +29,8 @@ class Event:
         until: The condition at which it goes off; None: it stays on.
         ends: Whether the run ends when it goes on.
         tolerance: How much later than the condition the step may end [s]; None: 1e-6 of ``dt``. No
-            step is shorter than 1e-3 of ``dt``: what comes sooner behind another event, or before a
-            time on which steps have to end, counts at the end of that.
+            step is shorter than 1e-3 of ``dt``: an event closer than this to another event, or to
+            a fixed step end, is handled at that instant.
     """
 
     name: Name

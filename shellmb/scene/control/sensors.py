@@ -1,4 +1,4 @@
-"""Sensors, formulas of them, and conditions on these: what controllers and events are told by."""
+"""Sensors, formulas of them, and conditions on these: inputs of controllers and events."""
 
 from __future__ import annotations
 

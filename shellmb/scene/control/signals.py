@@ -34,7 +34,7 @@ class Commanded(Signal):
 
 @described("command")
 class Command(Commanded):
-    """A controller's output, held between samples, that commands a motor or a load.
+    """A controller's output, constant between samples, that commands a motor or a load.
 
     Args:
         controller: Name of the controller.
@@ -47,7 +47,7 @@ class Command(Commanded):
 
 @described("commanded acceleration")
 class Acceleration(Commanded):
-    """A driven coordinate whose second derivative is a controller's output, held between samples.
+    """A driven coordinate whose second derivative is a controller's output, constant in between.
 
     A coordinate and its rate cannot jump from one sample to the next; its acceleration can
     [rad/s^2 or m/s^2].

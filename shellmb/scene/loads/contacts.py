@@ -155,10 +155,11 @@ class Contact:
         radius: Distance from the points to the surface that touches: the radius of a ball, half
             the thickness of a plate [m].
         smoothing: Penetration over which the stiffness sets in [m]; 0: at once.
-        relative_damping: The force grows by this part of itself per speed of the penetration
-            [s/m], and falls as much on the way back, but never below zero.
+        relative_damping: Hunt-Crossley damping: F (1 + relative_damping * rate), never negative,
+            with the rate of the penetration [s/m].
         friction: Coulomb's coefficient of friction.
-        slip_speed: Slip at which friction is 0.71 of Coulomb's; below it is viscous [m/s].
+        slip_speed: Regularisation velocity: below it friction is viscous; at it, 71 % of mu N
+            [m/s].
         preloaded: Whether points may be in the obstacle at the start.
         obstacle_body: Name of the rigid body that the obstacle moves with; None: it is fixed in
             space. Place and axes of the obstacle are those in the reference configuration.
@@ -178,7 +179,7 @@ class Contact:
     obstacle_body: Name | None = None
 
     def __post_init__(self) -> None:
-        """Check that friction is complete, and that a body in a ball or tube has room.
+        """Check that friction is complete, and that a body fits into a ball or tube.
 
         Raises:
             SceneError: Otherwise.

@@ -99,7 +99,7 @@ class SoftSupport(Support):
 
 @described("hard support")
 class HardSupport(Support):
-    """Simple support without twist: nor does the director lean along a straight edge.
+    """Hard simple support: also fixes the rotation about the edge normal.
 
     Displacements across ``axis`` stay free: a plate that nothing else holds has three rigid motions
     in its plane, with frequencies of 0. ``Fixed`` at two corners holds it there.
@@ -117,7 +117,7 @@ class HardSupport(Support):
 
 @described("diaphragm")
 class Diaphragm(Support):
-    """A thin wall at an edge: no displacement in its plane; across it and in rotation all is free.
+    """Thin wall at an edge: fixes in-plane displacements of the wall; the rest is free.
 
     Args:
         at: The edge or edges.
@@ -147,7 +147,7 @@ class SymmetryPlane(Support):
 
 @described("fixed components")
 class Fixed(Support):
-    """Single components of a displacement, held or prescribed over time.
+    """Single components of a displacement, fixed or prescribed over time.
 
     Args:
         at: An edge or several (of a beam ``start`` or ``end``), a named point, or the

@@ -155,8 +155,8 @@ class JointStop(JointElement):
         stiffness: Torque or force per coordinate beyond a limit [N m/rad or N/m].
         smoothing: Coordinate beyond a limit over which the stiffness sets in [rad or m]; 0: at
             once.
-        relative_damping: The force grows by this part of itself per rate into the stop
-            [s/rad or s/m], and falls as much on the way back, but never below zero.
+        relative_damping: Hunt-Crossley damping: F (1 + relative_damping * rate), never negative,
+            with the rate into the stop [s/rad or s/m].
         coordinate: ``"rotation"`` or ``"translation"``; None: the joint's only one.
     """
 

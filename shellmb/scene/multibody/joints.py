@@ -234,7 +234,7 @@ class Weld(Joint):
 
 @described("distance joint")
 class Distance(Joint):
-    """Two points keep their distance, as if a massless link with spherical joints tied them.
+    """Constant distance between two points, as by a massless link with spherical joints.
 
     Args:
         length: The distance [m]; None: that of the reference configuration; see :class:`Joint` for

@@ -68,7 +68,7 @@ class Cylinder(Surface):
 
     @property
     def closed(self) -> bool:  # type: ignore[override]
-        """Decide whether the angles go all the way round."""
+        """Decide whether the angles make a full turn."""
         return math.isclose(self.angles[1] - self.angles[0], 360.0)
 
     @cached_property

@@ -61,7 +61,7 @@ class Section:
             moment [kg] about the reference surface, all per unit area of it.
         stiffness_damping: Time by which the rate of the strains adds to them [s], or a
             ``ShellDamping``.
-        mass_damping: Rate by which momentum is lost [1/s].
+        mass_damping: Mass-proportional damping [1/s].
     """
 
     stiffness_damping: Any = 0.0

@@ -95,5 +95,5 @@ class Deforming:
 
     @property
     def holds_strains(self) -> bool:
-        """Decide whether some strain is held at zero by forces that are multipliers."""
+        """Decide whether some strain is kept at zero by forces that are multipliers."""
         return self.nodal and not (self.transverse_shear and self.stretching)

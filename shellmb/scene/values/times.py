@@ -63,7 +63,7 @@ class Ramp:
 
 @described("time table")
 class Table:
-    """Straight lines between given values, held constant before the first and after the last.
+    """Straight lines between given values, constant before the first and after the last.
 
     Args:
         times: Increasing times [s].

@@ -1,4 +1,4 @@
-"""The paper's energy-decaying scheme literally, a rival: what our change of it gains."""
+"""The paper's energy-decaying scheme literally, for comparison: what our change of it gains."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace

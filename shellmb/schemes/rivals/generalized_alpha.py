@@ -1,4 +1,4 @@
-"""Generalized-alpha, a rival: what codes for multibody dynamics use, for comparison."""
+"""Generalized-alpha, the scheme of many multibody codes, for comparison."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

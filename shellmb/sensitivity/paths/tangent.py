@@ -330,7 +330,7 @@ class PathTangents(Tangents):
         return -changed / (sum(slopes) / (4.0 * step))
 
     def accepted(self, simulation: Simulation) -> None:
-        """Go to the point, and past what lies on the way."""
+        """Go to the point, and past what lies between."""
         path = _path(simulation)
         for pair in self.pairs:
             self._follow(pair, path, self._ahead[pair.parameter.name])

@@ -364,7 +364,7 @@ def limit_point(a: PathState, b: PathState) -> PointOnPath:
 
 
 def load_cubic(a: PathState, b: PathState) -> Floats:
-    """The load factor between two states as a cubic of the part of the way, highest power first.
+    """The load factor between two states as a cubic of the part of the step, highest power first.
 
     It has their load factors and rates.
     """
@@ -373,7 +373,7 @@ def load_cubic(a: PathState, b: PathState) -> Floats:
 
 
 def cubic(values: tuple[Any, Any], slopes: tuple[Any, Any]) -> Floats:
-    """Cubic of the part of the way between two ends, highest power first.
+    """Cubic of the part of the distance between two ends, highest power first.
 
     Args:
         values: Its values at the ends, numbers or arrays.

@@ -89,7 +89,7 @@ def _turn(
 
 
 def crossings(a: PathState, b: PathState, levels: Iterable[float]) -> list[Crossing]:
-    """Find where a step first passes or reaches some levels, in their order on the way.
+    """Find where a step first passes or reaches some levels, in their order along it.
 
     Args:
         a: Start of the step; a level that it stands on counts only if it comes back to it.

@@ -76,7 +76,7 @@ class VelocityProjection:
         self._newton = NEWTON["newton"](Iteration(self.system, settings, prefix, _alike))
 
     def take_given(self) -> None:
-        """Take velocities from the bodies' functions, those of held dofs as given."""
+        """Take velocities from the bodies' functions, those of fixed dofs as given."""
         for name, unknown in self.functions.items():
             v, field = self._levels[name].rates["v"].x.array, self.fields[name]
             unknown.x.array[:] = 0.0
@@ -97,7 +97,7 @@ class VelocityProjection:
         return self.functions
 
     def project(self) -> None:
-        """Replace the velocities by the nearest consistent ones; held dofs keep theirs."""
+        """Replace the velocities by the nearest consistent ones; fixed dofs keep theirs."""
         self.take_given()
         self._newton.solve()
         for name, unknown in self.functions.items():

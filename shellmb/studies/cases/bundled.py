@@ -119,7 +119,7 @@ BUNDLED: tuple[Bundled, ...] = (
     ),
     Bundled(
         "snap_through",
-        "Section 6.2, the way down before the snap, 0.2 s (of 2 s): scheme, dt, mesh.",
+        "Section 6.2, the descent before the snap, 0.2 s (of 2 s): scheme, dt, mesh.",
         (
             Part(
                 "snap-through (6.2)",

@@ -1,4 +1,4 @@
-"""Unknowns of the system and local arrays of the fields: values one way, sums the other."""
+"""Unknowns of the system and local arrays of the fields: values to the one, sums to the other."""
 
 from __future__ import annotations
 

@@ -134,7 +134,7 @@ class Unreduced:
         return SMALL_COST if self._solver is None else refresh_cost(self._solver, self.system)
 
     def renew(self) -> None:
-        """PETSc makes room for entries as they come."""
+        """PETSc allocates entries as they come."""
 
     def factorise(self, purpose: Purpose = Purpose.EXACT) -> str | None:
         """Assemble and factorise at the state that the fields hold."""

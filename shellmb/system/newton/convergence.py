@@ -56,7 +56,7 @@ class Convergence:
         self.iterations, self.ratio, self._largest = 0, math.inf, 0.0
 
     def widen(self, way: float) -> None:
-        """Let updates be larger by a way [m] that is known to be flown; the same on all ranks."""
+        """Let updates be larger by a known distance [m] of free flight; the same on all ranks."""
         self._bounds[:] = self._given + way
 
     def measure(self, x: PETSc.Vec, dx: PETSc.Vec) -> tuple[float, float, float]:

@@ -34,7 +34,7 @@ class Bases(NamedTuple):
 
 
 class DirectorBases:
-    """Bases of nodes with one director each, or three, all free or held: one loop of `bases.c`.
+    """Bases of nodes with one director each, or three, all free or fixed: one loop of `bases.c`.
 
     Args:
         dofs: Local dofs of the nodes, shape (n, 3 k).

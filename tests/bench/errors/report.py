@@ -87,7 +87,7 @@ def line(row: Row) -> str:
     stated = "not known" if row.stated is None else f"{row.stated:.1e}"
     ratio = "-" if row.ratio is None else f"{row.ratio:.2g}"
     miss = " **miss**" if row.ratio is not None and row.ratio < 1 else ""
-    said = " (said)" if row.said and (row.ratio is None or row.ratio > LARGEST) else ""
+    said = " (remark)" if row.said and (row.ratio is None or row.ratio > LARGEST) else ""
     return (
         f"| {row.case} | `{row.quantity}` | {row.value:.4g} | {stated} | {row.true:.1e} | "
         f"{ratio}{miss}{said} |"

@@ -104,7 +104,7 @@ def compare(
         runs: By code, ours first.
         asked: Errors that times are compared at.
         again: How often what may be best is run again, the codes in turn.
-        report: Is told what is at work.
+        report: Callback for progress messages.
     """
     report("converged answers")
     checks: dict[str, float] = {}

@@ -1,0 +1,1 @@
+"""Times of steps in pairs: this checkout beside another one."""

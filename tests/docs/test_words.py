@@ -1,0 +1,102 @@
+"""Pages, and first lines of public docstrings, have the words of the field."""
+
+import ast
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+# each with what replaces it: energy balance, comparison run, scheme of others, stated, fixed, ...
+WORDS = re.compile(
+    r"\b(accounts?|companions?|rivals?|told|said|weighed|doubts?|doubtful|held|ways?|rooms?"
+    r"|passing through)\b",
+    re.IGNORECASE,
+)
+FENCED = re.compile(r"^ *(```+).*?^ *\1", re.MULTILINE | re.DOTALL)
+# names of an interface, and where links lead
+NAMES = re.compile(r"`[^`]*`|\]\([^)]*\)")
+# word of a page that stays, with the reason; this may only shrink
+EXCEPTIONS = {
+    # messages of runs say so
+    ("docs/howto/errors.md", "companions"),
+    # labels of rows that `shellmb verify` has recorded
+    ("docs/evidence/verification.md", "held"),
+}
+# sentences that studies have recorded in `demos/studies`
+RECORDED = {("docs/evidence/work_precision", "told")}
+# made when the documentation is built
+BUILT = {"_build", "commands.md"}
+
+
+def pages() -> Iterator[Path]:
+    yield ROOT / "README.md"
+    for page in sorted((ROOT / "docs").rglob("*.md")):
+        if not BUILT & set(page.parts):
+            yield page
+
+
+def words(text: str) -> set[str]:
+    plain = " ".join(NAMES.sub(" ", FENCED.sub("", text)).split())
+    return {word.lower() for word in WORDS.findall(plain)}
+
+
+def first_lines(node: ast.AST, place: str) -> Iterator[tuple[str, str]]:
+    """First lines of the docstrings of public modules, classes and functions."""
+    if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef):
+        if text := ast.get_docstring(node):
+            yield place, text.splitlines()[0]
+        for child in node.body:
+            name = str(getattr(child, "name", "_"))
+            if not name.startswith("_") or name.startswith("__"):
+                yield from first_lines(child, f"{place}.{name}")
+
+
+def test_pages_have_the_words_of_the_field() -> None:
+    found = {
+        (str(page.relative_to(ROOT)), word) for page in pages() for word in words(page.read_text())
+    }
+    assert EXCEPTIONS <= found, "an exception that no page needs"
+    recorded = {f for f in found if (str(Path(f[0]).parent), f[1]) in RECORDED}
+    assert not found - EXCEPTIONS - recorded
+
+
+def test_first_lines_have_the_words_of_the_field() -> None:
+    found = [
+        (place, line)
+        for folder in ("shellmb", "forms")
+        for path in sorted((ROOT / folder).rglob("*.py"))
+        for place, line in first_lines(ast.parse(path.read_text()), str(path.relative_to(ROOT)))
+        if words(line)
+    ]
+    assert not found
+
+
+def test_summaries_have_the_numbers_of_their_tables() -> None:
+    """The first screen of a page repeats numbers that a command writes further down."""
+    page = (ROOT / "docs" / "evidence" / "accuracy.md").read_text()
+    text = " ".join(page.split())
+    ((covered, count, median, cost),) = re.findall(
+        r"the true error is at most the stated one in (\d+) % of (\d+) with a stated error; stated "
+        r"over true is (\S+) in the median.*?take (\S+) times the processor time",
+        text,
+    )
+    top = " ".join(page.partition("## Commands")[0].split())
+    assert f"at most the stated one in {covered} % of {count} quantities" in top
+    assert float(median) == 2 and "twice the true one in the median" in top
+    assert f"Errors cost {float(cost) - 1:.1f} of a run" in top
+    how = (ROOT / "docs" / "howto" / "errors.md").read_text()
+    assert f"at most the stated one in {covered} % of the cases" in how
+    requests = page.partition("<!-- requests: begin -->")[2].partition("<!-- requests: end")[0]
+    times = [float(t) for t in re.findall(r"\| \d+ \| ([\d.]+) \|", requests)]
+    assert f"take {min(times):g} to {max(times):g} times" in top
+
+
+def test_long_pages_begin_with_a_screen() -> None:
+    """A list of what a reader must know before the details; this may only grow."""
+    summaries = {"limits", "evidence/accuracy", "evidence/peers", "howto/errors", "howto/paths"}
+    for name in summaries:
+        lines = (ROOT / "docs" / f"{name}.md").read_text().splitlines()
+        items = [k for k, line in enumerate(lines) if re.match(r"(- |\d+\. )", line)]
+        assert items[0] < 8 and items[3] < 30, name
+    lines = (ROOT / "docs" / "limits.md").read_text().splitlines()
+    assert sum(bool(re.match(r"\d+\. ", line)) for line in lines[:25]) == 15
