@@ -21,6 +21,7 @@ from shellmb.scene.schemes import dissipation
 from shellmb.scene.values.sentences import show
 from shellmb.schemes.registry import make_scheme
 from shellmb.simulate.problem import Problem
+from shellmb.simulate.start.endforces import EndForces, begin_accelerations
 from shellmb.simulate.stepsize.landing import Count
 
 
@@ -73,7 +74,9 @@ class _Last:
 
 
 class Motion:
-    """Bodies of the user's own in motion, by any scheme.
+    """Motion of bodies of the user's own, by any dynamic scheme.
+
+    Example::
 
         motion = sm.Motion(body, scheme="ep4", dt=0.01)
         motion.take("plate", v=lambda x: ...)
@@ -84,14 +87,15 @@ class Motion:
         bodies: The bodies.
         scheme: Name of a scheme, or a scheme.
         dt: Length of a step, s.
-        alpha: Numerical dissipation, 0 to 1; None: that of scenes, 0.5 of `ed` and `ed3`.
-        tolerance: Of Newton's method, relative to the sizes of the bodies.
-        newton: When the matrix is factorised: "full": in each iteration; "auto", "modified".
+        alpha: Numerical dissipation, 0 to 1; None: the default of scenes, 0.5 for `ed` and `ed3`.
+        tolerance: Tolerance of Newton's method, relative to the sizes of the bodies.
+        newton: When to factorise: in each iteration (`full`), once in each step (`modified`), or as
+            rarely as pays (`auto`).
 
     Attributes:
         time: The time, s.
         problem: Functions and block system (`simulate.problem.Problem`).
-        account: The energy account (`observers.account.energy.EnergyAccount`).
+        account: The energy balance (`observers.account.energy.EnergyAccount`).
 
     Raises:
         SceneError: If two bodies have one name, or there is no such scheme.
@@ -149,12 +153,12 @@ class Motion:
         return found
 
     def take(self, name: str, u: Any = None, v: Any = None) -> None:
-        """Begin from a field and a velocity, which are projected on what constraints allow.
+        """Set the initial field and velocity; the velocity is projected onto the constraints.
 
         Args:
             name: The body.
-            u: Its field: what `fem.Function.interpolate` takes; None: zero.
-            v: Its velocity.
+            u: Its field: anything that `fem.Function.interpolate` accepts; None: zero.
+            v: Its velocity, likewise.
         """
         levels = self.problem.levels[name]
         for state, given in ((levels.q, u), (levels.rates["v"], v)):
@@ -164,9 +168,10 @@ class Motion:
                 state.x.array[self._places(name)] = start.x.array
 
     def start(self) -> None:
-        """Make velocities consistent with the constraints, and take the energies."""
+        """Make velocities and accelerations consistent; the first `step` does it otherwise."""
         if any(body.constraints for body in self._bodies.values()):
             self.problem.projection.project()
+        begin_accelerations(self.problem, lambda: EndForces(self.problem), self.time, -self.dt)
         self.account.start(self)  # type: ignore[arg-type]
         self._started = True
 
@@ -192,7 +197,7 @@ class Motion:
 
     @property
     def energies(self) -> dict[str, float]:
-        """The energy balance: energies, work and dissipation since the start, and balance, J."""
+        """Energies now; work and dissipation since the start; violation of the balance, J."""
         return dict(self.account.values)
 
     def momentum(self, name: str, motion: Callable[[Any], Any]) -> float:
@@ -200,8 +205,9 @@ class Motion:
 
         Args:
             name: The body.
-            motion: The field in UFL, of that of the body: a unit vector for the linear momentum,
-                `ufl.cross(axis, x + u)` for the angular one, kg m/s and kg m^2/s.
+            motion: The direction in UFL, as a function of the body's field `u`: a unit vector for
+                the linear momentum, `ufl.cross(axis, x + u)` for the angular one, kg m/s and
+                kg m^2/s.
         """
         body, levels = self._bodies[name], self.problem.levels[name]
         if name not in self._momenta:

@@ -226,27 +226,28 @@ class StepForms(Protocol):
 
 
 class Scheme(Protocol):
-    """A time scheme.
+    """Protocol of a time scheme.
 
     Attributes:
-        name: Short name.
-        title: What it is, in words.
+        name: Short name, for results and messages.
+        title: Description in words.
         order: Order of accuracy in time, 0 for statics.
         dynamic: Whether there are velocities.
-        stages: Names of the stages; `END` is the state at the end of the step.
-        rates: Names of the rates that it keeps from step to step. "v" begins with the velocities,
-            "a" and "acceleration" with those accelerations that the forces make, others with zero.
-        scaled: Those of them that its rows take times the step, as what is unknown.
-        slopes: Change of stresses, and of forces of constraints, in a step whose forces are linear
-            in time, over their unknowns beside `scaled`; zeros where there are none.
-        balance: Stages whose rows balance the momentum of a step: with the mean of the forces, and
-            with their first moment in time where there is such a row.
+        stages: Names of the unknown states; `END` is the state at the end of the step.
+        rates: Names of the rates that are kept from step to step. "v" starts with the initial
+            velocities, "a" and "acceleration" with the accelerations of the equations of motion,
+            others with zero.
+        scaled: Those of the rates that the rows take multiplied by the step.
+        slopes: For a step whose forces are linear in time: change of stresses, and of constraint
+            forces, divided by their unknowns beside `scaled`; zeros if there are no such unknowns.
+        balance: Stages whose rows balance the momentum of a step: the first with the mean of the
+            forces, a second one with their first moment in time.
         conserves: Any of "energy", "momentum", "angular momentum".
         linear: Whether displacements are small: forms are linearised about the reference.
-        jumps: Whether the jump of velocities is unknown where constraints tie it to others.
-        rotations: How well it follows bodies that turn.
-        local_error: What it is off by in a step.
-        pieces: How energies of distances act, which no form knows; None: they cannot.
+        jumps: Whether the velocity jump is unknown where constraints couple it to that of others.
+        rotations: Accuracy for rotating bodies.
+        local_error: Error of one step.
+        pieces: Straight pieces of a step, for contact between shells; None: not supported.
     """
 
     @property

@@ -44,10 +44,11 @@ COUPLED = "coupled/"
 
 
 class Observer(Protocol):
-    """Looks at a simulation and changes nothing.
+    """Reads the state of a simulation and changes nothing.
 
-    `solved` is called when a step is solved and not yet accepted (both ends of the step are at
-    hand), `accepted` after it. `state` and `restore` carry an observer over a restart.
+    `solved` is called when a step is solved but not yet accepted, so that both ends of the step are
+    available; `accepted` is called afterwards. `state` and `restore` save and restore an observer
+    when a run is stopped and resumed.
     """
 
     def start(self, simulation: Simulation) -> None:
@@ -55,7 +56,7 @@ class Observer(Protocol):
         ...
 
     def switched(self, simulation: Simulation) -> None:
-        """Before a step: something began to act, and velocities jumped to agree with it."""
+        """Before a step at whose start a joint or lock began to act and velocities jumped."""
         ...
 
     def solved(self, simulation: Simulation) -> None:
@@ -71,20 +72,20 @@ class Observer(Protocol):
         ...
 
     def state(self) -> dict[str, Any]:
-        """State for a restart, which no following step may change."""
+        """State for a restart, as JSON; later steps must not change it."""
         ...
 
     def restore(self, state: dict[str, Any]) -> None:
-        """Take up a saved state."""
+        """Continue from a saved state."""
         ...
 
 
 class Silent:
-    """An observer that does nothing; to inherit from.
+    """An observer that does nothing: a base class.
 
     Attributes:
-        idle: Whether it has nothing to do in the steps of a run, which it knows when it has started
-            and has not been called yet. It is not called in these.
+        idle: Whether it has nothing to do in this run and need not be called in its steps; read
+            once, after `start`.
     """
 
     idle = False

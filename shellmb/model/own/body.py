@@ -39,15 +39,15 @@ SMALL_FORCE = 1e-3
 
 @dataclass(frozen=True)
 class Hold:
-    """Constraints `g(u) = 0` at the nodes of an element, by multipliers that do no work.
+    """Constraints `g(u) = 0` at the nodes of an element, enforced by multipliers.
 
     Args:
-        constraint: Function of the unknown field in UFL, at most quadratic in it: a scalar or a
-            vector. It is taken at the nodes of the element.
-        element: Scalar element of `basix.ufl` that has a multiplier at each node.
-        dx: Measure whose points are these nodes, as
+        constraint: Function of the unknown field in UFL, a scalar or a vector, at most quadratic in
+            the field. It is evaluated at the nodes of the element.
+        element: Scalar element of `basix.ufl`, which has a multiplier at each node.
+        dx: Measure whose quadrature points are these nodes, such as
             `ufl.dx(metadata={"quadrature_rule": "vertex"})`.
-        force: Size of the forces, N, for the tests of convergence.
+        force: Characteristic magnitude of the multipliers, used to scale convergence tests, N.
     """
 
     constraint: Callable[[Expr], Any]
@@ -59,24 +59,24 @@ class Hold:
 class OwnBody(Massless):
     """A body that is described in UFL.
 
-    A state is a field `u` of the space. `strain(u)` are measures that are at most quadratic in it,
-    of order one, and `energy(e)` is any function of these, an energy density: forces over a step
-    are exact. Mass and forces are densities, too, and all of them are integrated with `dx`.
+    The unknown is a field `u` of the space. `strain(u)` is a vector of strains, at most quadratic
+    in `u`, and `energy(e)` an energy density, any function of the strains; the work of the stresses
+    over a step is its change, plus the dissipation of the scheme. All are integrated with `dx`.
 
     Args:
         name: Its name.
         space: Function space of DOLFINx.
-        strain: Measures of a field, a vector of UFL; what they are where the field is zero is a
-            prestrain. None: no energy.
-        energy: Energy density of measures, J per unit of `dx`; or a stiffness, a symmetric
-            matrix of numbers or of UFL, whose kernels are compiled in a fraction of the time.
-        mass: Density `m v . w` of twice the kinetic energy, symmetric and bilinear in two fields;
-            None: massless.
-        force: Virtual power of applied forces per unit of `dx`, of the field, its rate (None in
-            statics), a virtual field and the time (a UFL constant, s); None: none.
-        constraints: What is held.
+        strain: Strains of a field, a UFL vector without units; their value at the zero field is
+            a prestrain. None: no energy.
+        energy: Energy density as a function of the strains, J per unit of `dx`; or a stiffness, a
+            symmetric matrix of numbers or of UFL, which compiles several times as fast.
+        mass: `m v . w` as a function of two fields, symmetric and bilinear, per unit of `dx`; half
+            of it at `v, v` is the kinetic energy. None: massless.
+        force: Virtual power of applied forces per unit of `dx`: a function of the field, its rate
+            (None in statics), a virtual field and the time (a UFL constant, s). None: no force.
+        constraints: Constraints on the field.
         dx: Measure of the integrals.
-        size: Characteristic magnitude of the field, m.
+        size: Characteristic magnitude of the field, used to scale convergence tests, m.
 
     Raises:
         SceneError: If strains or constraints are not quadratic.
@@ -206,7 +206,7 @@ class OwnBody(Massless):
         """Local dofs of the state at nodes.
 
         Args:
-            where: Which coordinates, (3, n) to (n,).
+            where: Function of coordinates, shape (3, n), that marks nodes, shape (n,).
             components: Components of the field; all if there are none.
         """
         nodes = fem.locate_dofs_geometrical(self.space, where)
@@ -219,12 +219,12 @@ class OwnBody(Massless):
         components: Sequence[int] = (),
         motion: TimeFunction | None = None,
     ) -> None:
-        """Hold nodes, or move them.
+        """Fix nodes, or prescribe their motion.
 
         Args:
-            where: Which coordinates, (3, n) to (n,).
+            where: Function of coordinates, shape (3, n), that marks nodes, shape (n,).
             components: Components of the field; all if there are none.
-            motion: Their value over time; None: zero.
+            motion: Their value as a function of time; None: zero.
         """
         dofs = self.dofs(where, components)
         ones = np.ones(len(dofs))

@@ -14,6 +14,8 @@ stresses.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import ufl
 from dolfinx import fem
@@ -21,7 +23,7 @@ from ufl import Form
 from ufl.core.expr import Expr
 
 from shellmb.arrays import Int32s
-from shellmb.bodyfields import body_field, without_jump
+from shellmb.bodyfields import body_field, kinematic_dofs, without_jump
 from shellmb.forms.steps.mixed import Interval
 from shellmb.model.body import Body, Rates
 from shellmb.model.joints.constraints import ConstraintGroup
@@ -184,6 +186,28 @@ class Impulses:
     def unknown(self, body: str) -> list[fem.Function]:
         """That function."""
         return [self._projection.functions[body]]
+
+
+def begin_accelerations(
+    problem: Problem, forces: Callable[[], EndForces], t: float, dt: float
+) -> None:
+    """Begin rates "a" and "acceleration" with those of the equations of motion.
+
+    Args:
+        problem: Its scheme may keep such rates or not.
+        forces: Makes what solves for accelerations, if that is needed.
+        t: Time, s.
+        dt: As of `EndForces.solve`.
+    """
+    kept = {"a", "acceleration"}.intersection(problem.scheme.rates)
+    if not kept:
+        return
+    found = forces()
+    found.solve(t, dt)
+    for body in problem.model.bodies:
+        dofs, rates = kinematic_dofs(body), problem.levels[body.name].rates
+        for rate in kept:
+            rates[rate].x.array[dofs] = found.state(body.name).x.array[dofs]
 
 
 def _stresses(body: Body) -> list[str]:

@@ -18,7 +18,7 @@ from shellmb.scene import FromMode, Scene
 from shellmb.schemes.base import Levels
 from shellmb.schemes.linearised import strain_energy
 from shellmb.simulate.problem import Problem
-from shellmb.simulate.start.endforces import EndForces
+from shellmb.simulate.start.endforces import EndForces, begin_accelerations
 from shellmb.simulate.start.given import count, instant, largest_misfit, stress_dofs, take
 from shellmb.simulate.start.relaxation import Relaxation
 from shellmb.system.assembly.functionals import functionals
@@ -216,15 +216,8 @@ class Start:
         Args:
             t: Time, s.
         """
-        kept = {"a", "acceleration"}.intersection(self.problem.scheme.rates)
-        if not kept:
-            return
         # motions are known from here on, and not before
-        self._forces.solve(t, -self._dt)
-        for body in self.model.bodies:
-            dofs, rates = kinematic_dofs(body), self.problem.levels[body.name].rates
-            for rate in kept:
-                rates[rate].x.array[dofs] = self._forces.state(body.name).x.array[dofs]
+        begin_accelerations(self.problem, lambda: self._forces, t, -self._dt)
 
     @cached_property
     def _forces(self) -> EndForces:
