@@ -9,8 +9,9 @@ import numpy as np
 
 from shellmb.native.compiling.flags import LANES
 from shellmb.native.library import CArrays
-from shellmb.native.programs.graph import Graph, Input, Key, Linear, Scalar
-from shellmb.native.programs.reading import COORDINATES, Reader
+from shellmb.native.programs.geometry import COORDINATES
+from shellmb.native.programs.graph import Graph, Input, Key, Multilinear, Scalar
+from shellmb.native.programs.reading import Reader
 from shellmb.native.programs.tables import Points, Tables
 from shellmb.native.programs.translation import CODES, UNIFORM, Instruction, Translation
 
@@ -258,7 +259,7 @@ class Rule:
 
 def _parts(graph: Graph, value: Scalar, rank: int) -> dict[Key, int]:
     """Nodes of what is integrated by the arguments that they belong to."""
-    if isinstance(value, Linear):
+    if isinstance(value, Multilinear):
         assert all(len(key) == rank for key in value.parts)
         return value.parts
     return {(): value} if rank == 0 and value != graph.zero else {}

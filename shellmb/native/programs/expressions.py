@@ -17,7 +17,7 @@ from shellmb.native import library as native
 from shellmb.native.kernels import ufcx_interface
 from shellmb.native.programs.building import Rule
 from shellmb.native.programs.forms import Program, constant_places
-from shellmb.native.programs.graph import Input, Linear
+from shellmb.native.programs.graph import Input, Multilinear
 from shellmb.native.programs.reading import ARGUMENT, Reader
 from shellmb.native.programs.tables import Points, Tables
 
@@ -49,7 +49,7 @@ class ExpressionProgram:
         none = (0,) * domain.topological_dimension
         parts = {(Input(ARGUMENT, k, none),): node for k, node in enumerate(values)}
         zero = reader.graph.zero
-        found = Linear({key: node for key, node in parts.items() if node != zero})
+        found = Multilinear({key: node for key, node in parts.items() if node != zero})
         program = Program([Rule(reader, found if found.parts else zero, 1, places, tables)], 1, 1)
         place = fem.Constant(domain, np.array([program.address(1)]))
         self.constants = [place, *constants]

@@ -86,7 +86,7 @@ def rules_of(
         tables = Tables(points, domain, elements, arguments)
         reader = Reader(domain, coefficients, places, arguments, tables.vanishes, facet)
         value = reader.graph.total([reader.scalar(x) for x in integrands])
-        value = reader.graph.mul(value, reader.scale())
+        value = reader.graph.mul(value, reader.geometry.scale())
         found.append(Rule(reader, value, len(arguments), points, tables))
     return found
 

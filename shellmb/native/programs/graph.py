@@ -1,7 +1,7 @@
 """Scalars of an integrand as a graph: each value once, with derivatives by the chain rule.
 
 A node is one operation on other nodes; equal operations are one node. What is linear in arguments
-(test and trial functions) is a `Linear`: the coefficient of each argument's value, or of each
+(test and trial functions) is a `Multilinear`: the coefficient of each argument's value, or of each
 product of two.
 """
 
@@ -12,9 +12,6 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple, Protocol
 
 
-# the value of a component of a function, or of its derivative, at a point: what has it (the number
-# of a coefficient; X for the coordinates; (k,) for the argument k), component, and how often it is
-# derived along each reference coordinate
 class Input(NamedTuple):
     """The value of a component of a function at a point, or of a derivative of it.
 
@@ -38,7 +35,7 @@ class Input(NamedTuple):
 Key = tuple[Input, ...]
 
 
-class Linear:
+class Multilinear:
     """A value that is linear in arguments: coefficients of their values.
 
     Args:
@@ -51,7 +48,7 @@ class Linear:
         self.parts = dict(parts)
 
 
-Scalar = int | Linear
+Scalar = int | Multilinear
 
 
 class Unsupported(Exception):
@@ -137,12 +134,12 @@ class Graph:
 
     def add(self, a: Scalar, b: Scalar) -> Scalar:
         """Sum."""
-        if isinstance(a, Linear) or isinstance(b, Linear):
+        if isinstance(a, Multilinear) or isinstance(b, Multilinear):
             if a == self.zero:
                 return b
             if b == self.zero:
                 return a
-            if not (isinstance(a, Linear) and isinstance(b, Linear)):
+            if not (isinstance(a, Multilinear) and isinstance(b, Multilinear)):
                 raise Unsupported("a sum with and without an argument")
             found = dict(a.parts)
             for key, node in b.parts.items():
@@ -166,7 +163,7 @@ class Graph:
 
     def sub(self, a: Scalar, b: Scalar) -> Scalar:
         """Difference."""
-        if isinstance(a, Linear) or isinstance(b, Linear):
+        if isinstance(a, Multilinear) or isinstance(b, Multilinear):
             return self.add(a, self.negative(b))
         if b == self.zero:
             return a
@@ -181,7 +178,7 @@ class Graph:
 
     def mul(self, a: Scalar, b: Scalar) -> Scalar:
         """Product."""
-        if isinstance(a, Linear) and isinstance(b, Linear):
+        if isinstance(a, Multilinear) and isinstance(b, Multilinear):
             found: dict[Key, int] = {}
             for one, x in a.parts.items():
                 for two, y in b.parts.items():
@@ -190,11 +187,11 @@ class Graph:
                     made = self._mul(x, y)
                     found[key] = self._add(found[key], made) if key in found else made
             return _linear(found, self.zero)
-        if isinstance(a, Linear):
-            a, b = b, a
-        if isinstance(b, Linear):
-            assert isinstance(a, int)
-            return _linear({key: self._mul(a, y) for key, y in b.parts.items()}, self.zero)
+        for x, factor in ((a, b), (b, a)):
+            if isinstance(x, Multilinear) and isinstance(factor, int):
+                parts = {key: self._mul(factor, node) for key, node in x.parts.items()}
+                return _linear(parts, self.zero)
+        assert isinstance(a, int) and isinstance(b, int)
         return self._mul(a, b)
 
     def _mul(self, a: int, b: int) -> int:
@@ -222,9 +219,9 @@ class Graph:
 
     def div(self, a: Scalar, b: Scalar) -> Scalar:
         """Quotient."""
-        if isinstance(b, Linear):
+        if isinstance(b, Multilinear):
             raise Unsupported("a quotient by an argument")
-        if isinstance(a, Linear):
+        if isinstance(a, Multilinear):
             return self.mul(self.div(self.one, b), a)
         if a == self.zero or b == self.one:
             return a
@@ -237,7 +234,7 @@ class Graph:
 
     def pow(self, a: Scalar, b: Scalar) -> Scalar:
         """Power."""
-        if isinstance(a, Linear) or isinstance(b, Linear):
+        if isinstance(a, Multilinear) or isinstance(b, Multilinear):
             if b == self.one:
                 return a
             raise Unsupported("a power of an argument")
@@ -262,7 +259,7 @@ class Graph:
 
     def unary(self, op: str, a: Scalar) -> Scalar:
         """A function of one number."""
-        if isinstance(a, Linear):
+        if isinstance(a, Multilinear):
             raise Unsupported(f"{op} of an argument")
         x = self.value_of(a)
         if x is not None:
@@ -276,7 +273,7 @@ class Graph:
 
     def binary(self, op: str, a: Scalar, b: Scalar) -> Scalar:
         """A function of two numbers that has no rules of its own."""
-        if isinstance(a, Linear) or isinstance(b, Linear):
+        if isinstance(a, Multilinear) or isinstance(b, Multilinear):
             raise Unsupported(f"{op} of an argument")
         return self._node(op, a, b)
 
@@ -286,10 +283,9 @@ class Graph:
 
     def choose(self, where: int, a: Scalar, b: Scalar) -> Scalar:
         """One of two values."""
-        if isinstance(a, Linear) or isinstance(b, Linear):
-            left, right = ({} if x == self.zero else x for x in (a, b))
-            parts = [x.parts if isinstance(x, Linear) else {} for x in (left, right)]
-            if any(not isinstance(x, Linear) and x != {} for x in (left, right)):
+        if isinstance(a, Multilinear) or isinstance(b, Multilinear):
+            parts = [x.parts if isinstance(x, Multilinear) else {} for x in (a, b)]
+            if any(isinstance(x, int) and x != self.zero for x in (a, b)):
                 raise Unsupported("a choice with and without an argument")
             return _linear(
                 {
@@ -305,7 +301,7 @@ class Graph:
 
     def argument(self, item: Input) -> Scalar:
         """The value of an argument."""
-        return Linear({(item,): self.one})
+        return Multilinear({(item,): self.one})
 
     def total(self, parts: Sequence[Scalar]) -> Scalar:
         """Sum of several."""
@@ -328,12 +324,12 @@ class Graph:
             return self._derived(value, direction)
         parts: list[Scalar] = []
         for key, node in value.parts.items():
-            parts.append(self.mul(self._derived(node, direction), Linear({key: self.one})))
+            parts.append(self.mul(self._derived(node, direction), Multilinear({key: self.one})))
             for k, item in enumerate(key if of_key else ()):
                 assert of_key is not None
                 moved = of_key(item)
                 others = (*key[:k], *key[k + 1 :])
-                whole: Scalar = Linear({others: self.one}) if others else self.one
+                whole: Scalar = Multilinear({others: self.one}) if others else self.one
                 parts.append(self.mul(self.mul(node, moved), whole))
         return self.total(parts)
 
@@ -444,4 +440,4 @@ class Graph:
 def _linear(parts: Mapping[Key, int], zero: int) -> Scalar:
     """What is linear in arguments without what is zero."""
     found = {key: node for key, node in parts.items() if node != zero}
-    return Linear(found) if found else zero
+    return Multilinear(found) if found else zero

@@ -12,12 +12,13 @@ from ufl.algorithms.apply_algebra_lowering import apply_algebra_lowering
 from ufl.core.expr import Expr
 from ufl.core.multiindex import FixedIndex
 
+from shellmb.native.programs.algebra import Tensor, array, contract, crossed, det, inverse, times
 from shellmb.native.programs.directions import Along, ByVariable, Gateaux
-from shellmb.native.programs.graph import Graph, Input, Linear, Scalar, Unsupported
+from shellmb.native.programs.geometry import Geometry
+from shellmb.native.programs.graph import Graph, Input, Multilinear, Scalar, Unsupported
 
-# scalars of a tensor
-Tensor = npt.NDArray[np.object_]
-COORDINATES, ARGUMENT = -1, -2
+# source of the values of the first argument; that of the second is one less
+ARGUMENT = -2
 
 FUNCTIONS = {
     "sqrt": "sqrt", "exp": "exp", "ln": "log", "cos": "cos", "sin": "sin", "tan": "tan",
@@ -40,6 +41,7 @@ class Reader:
 
     Attributes:
         graph: What is read.
+        geometry: Geometry of the cells.
     """
 
     def __init__(
@@ -52,7 +54,7 @@ class Reader:
         facet: bool = False,
     ) -> None:
         self.graph = Graph()
-        self._domain, self._facet, self._vanishes = domain, facet, vanishes
+        self._vanishes = vanishes
         self._numbers = {f: k for k, f in enumerate(coefficients)}
         self._constants = constants
         self._elements = [f.ufl_element() for f in coefficients]
@@ -62,7 +64,8 @@ class Reader:
         self._memo: dict[Any, Tensor] = {}
         self._bound: dict[int, int] = {}
         self._kept: list[Any] = []
-        self._geometry: dict[str, Any] = {}
+        dimensions = self._gdim, self._tdim
+        self.geometry = Geometry(self.graph, self.value, dimensions, facet)
 
     def value(self, item: Input) -> Scalar:
         """The value of a function, or of a derivative."""
@@ -96,15 +99,13 @@ class Reader:
                 op, of = FUNCTIONS[expr._ufl_handler_name_], self.scalar(expr.ufl_operands[0])
                 made = self.graph.unary(op, of)
             elif expr._ufl_handler_name_ in COMPARISONS:
-                made = self.graph.compared(
-                    expr._ufl_handler_name_, *map(self.scalar, expr.ufl_operands)
-                )
+                made = self._compared(expr._ufl_handler_name_, expr)
             else:
                 lowered = apply_algebra_lowering(expr)
                 if type(lowered) is type(expr):
                     raise Unsupported(expr._ufl_handler_name_)
                 made = self.tensor(lowered)
-            found = self._memo[key] = _array(made)
+            found = self._memo[key] = array(made)
             # what is known by its id has to live
             self._kept.append(expr)
         return found
@@ -156,8 +157,8 @@ class Reader:
                 return [self.value(Input(source, first + k, none)) for k in range(size)]
             case "CovariantPiola":
                 own = [self.value(Input(source, first + k, none)) for k in range(size)]
-                K = self._jacobian_inverse()
-                return [self._contract(K[:, i], own) for i in range(self._gdim)]
+                K = self.geometry.inverse()
+                return [contract(self.graph, K[:, i], own) for i in range(self._gdim)]
         raise Unsupported(f"an element that is mapped by {type(element.pullback).__name__}")
 
     def _reference_values(self, element: Any, values: Sequence[Scalar]) -> list[Scalar]:
@@ -172,8 +173,8 @@ class Reader:
                 return found
             case "IdentityPullback":
                 return list(values)
-        J = self._jacobian()
-        return [self._contract(J[:, a], values) for a in range(self._tdim)]
+        J = self.geometry.jacobian()
+        return [contract(self.graph, J[:, a], values) for a in range(self._tdim)]
 
     def _size(self, element: Any) -> int:
         """Number of an element's components in the cell."""
@@ -194,83 +195,27 @@ class Reader:
         made = np.empty(of.shape, dtype=object)
         for k, place in enumerate(np.ndindex(of.shape)):
             value = of[place]
-            if isinstance(value, Linear):
+            if isinstance(value, Multilinear):
                 raise Unsupported("a variable that is an argument")
             made[place] = self.graph.alias(label, k, value)
         return made
 
     # geometry
 
-    def _once(self, name: str, make: Callable[[], Any]) -> Any:
-        if name not in self._geometry:
-            self._geometry[name] = make()
-        return self._geometry[name]
-
     def _spatial_coordinate(self, expr: Any) -> Tensor:
-        none = (0,) * self._tdim
-        return _array([self.value(Input(COORDINATES, i, none)) for i in range(self._gdim)])
+        return self.geometry.coordinates()
 
-    def _jacobian(self, expr: Any = None) -> Tensor:
-        unit = np.eye(self._tdim, dtype=int)
-        return self._once(
-            "J",
-            lambda: _array(
-                [
-                    [self.value(Input(COORDINATES, i, tuple(map(int, e)))) for e in unit]
-                    for i in range(self._gdim)
-                ]
-            ),
-        )
+    def _jacobian(self, expr: Any) -> Tensor:
+        return self.geometry.jacobian()
 
-    def _jacobian_determinant(self, expr: Any = None) -> Scalar:
-        def make() -> Scalar:
-            J, g = self._jacobian(), self.graph
-            if self._gdim == self._tdim:
-                return self._det(J)
-            if self._tdim == 1:
-                return g.unary("sqrt", self._contract(J[:, 0], J[:, 0]))
-            c = self._crossed(J[:, 0], J[:, 1])
-            return g.unary("sqrt", self._contract(c, c))
+    def _jacobian_determinant(self, expr: Any) -> Scalar:
+        return self.geometry.determinant()
 
-        return self._once("detJ", make)
-
-    def _jacobian_inverse(self, expr: Any = None) -> Tensor:
-        def make() -> Tensor:
-            J = self._jacobian()
-            if self._gdim == self._tdim:
-                return self._inv(J)
-            return self._times(self._inv(self._times(J.T, J)), J.T)
-
-        return self._once("K", make)
-
-    def _facet_jacobian_determinant(self, expr: Any = None) -> Scalar:
-        """Length of what the facet is to its reference, in a mesh of surfaces."""
-        J, of = self._jacobian(), self.graph.of_entity
-        tangent = [self._contract(row, [of(a) for a in range(self._tdim)]) for row in J]
-        return self.graph.unary("sqrt", self._contract(tangent, tangent))
+    def _jacobian_inverse(self, expr: Any) -> Tensor:
+        return self.geometry.inverse()
 
     def _facet_normal(self, expr: Any) -> Tensor:
-        # behind the tangent stands the normal, of the reference
-        normal = [self.graph.of_entity(self._tdim + a) for a in range(self._tdim)]
-        if self._tdim == 1:
-            way = [self.graph.mul(normal[0], x) for x in self._jacobian()[:, 0]]
-        else:
-            K = self._jacobian_inverse()
-            way = [self._contract(K[:, i], normal) for i in range(self._gdim)]
-        size = self.graph.unary("sqrt", self._contract(way, way))
-        return _array([self.graph.div(x, size) for x in way])
-
-    def scale(self) -> Scalar:
-        """What a point counts: its weight times the size of the entity to its reference."""
-        if not self._facet:
-            size = self._jacobian_determinant()
-            if self._gdim == self._tdim:
-                size = self.graph.unary("abs", size)
-        elif self._tdim == 2:
-            size = self._facet_jacobian_determinant()
-        else:
-            return self.graph.one
-        return self.graph.mul(self.graph.weight(), size)
+        return self.geometry.normal()
 
     # algebra
 
@@ -304,69 +249,38 @@ class Reader:
         a, b = map(self.tensor, ways)
         return _pairwise(lambda x, y: self.graph.choose(where, x, y), a, b)
 
+    def _compared(self, op: str, expr: Any) -> int:
+        args: Any = map(self.scalar, expr.ufl_operands)
+        return self.graph.compared(op, *args)
+
     def _and_condition(self, expr: Any) -> Scalar:
-        return self.graph.compared("and", *map(self.scalar, expr.ufl_operands))  # type: ignore[arg-type]
+        return self._compared("and", expr)
 
     def _or_condition(self, expr: Any) -> Scalar:
-        return self.graph.compared("or", *map(self.scalar, expr.ufl_operands))  # type: ignore[arg-type]
+        return self._compared("or", expr)
 
     def _not_condition(self, expr: Any) -> Scalar:
-        return self.graph.compared("not", *map(self.scalar, expr.ufl_operands))  # type: ignore[arg-type]
+        return self._compared("not", expr)
 
     def _conj(self, expr: Any) -> Tensor:
         return self.tensor(expr.ufl_operands[0])
 
     _real = _conj
 
-    def _contract(self, a: Any, b: Any) -> Scalar:
-        return self.graph.total([self.graph.mul(x, y) for x, y in zip(a, b, strict=True)])
-
-    def _times(self, a: Tensor, b: Tensor) -> Tensor:
-        rows, columns = a.reshape(-1, a.shape[-1]), b.reshape(b.shape[0], -1)
-        made = [[self._contract(row, column) for column in columns.T] for row in rows]
-        return _array(made).reshape(a.shape[:-1] + b.shape[1:])
-
-    def _det(self, A: Tensor) -> Scalar:
-        if len(A) == 0:
-            return self.graph.one
-        found: list[Scalar] = []
-        for j, x in enumerate(A[0]):
-            minor = np.delete(A[1:], j, axis=1)
-            part = self.graph.mul(x, self._det(minor))
-            found.append(part if j % 2 == 0 else self.graph.negative(part))
-        return self.graph.total(found)
-
-    def _inv(self, A: Tensor) -> Tensor:
-        n = len(A)
-        if n > 4:
-            raise Unsupported("an inverse of more than 4 rows")
-        by = self.graph.div(self.graph.one, self._det(A))
-        made = np.empty((n, n), dtype=object)
-        for i, j in np.ndindex(n, n):
-            part = self._det(np.delete(np.delete(A, j, axis=0), i, axis=1))
-            made[i, j] = self.graph.mul(part if (i + j) % 2 == 0 else self.graph.negative(part), by)
-        return made
-
-    def _crossed(self, a: Any, b: Any) -> Tensor:
-        g = self.graph
-        return _array(
-            [g.sub(g.mul(a[i], b[j]), g.mul(a[j], b[i])) for i, j in ((1, 2), (2, 0), (0, 1))]
-        )
-
     def _cross(self, expr: Any) -> Tensor:
-        return self._crossed(*map(self.tensor, expr.ufl_operands))
+        return crossed(self.graph, *map(self.tensor, expr.ufl_operands))
 
     def _dot(self, expr: Any) -> Tensor:
-        return self._times(*map(self.tensor, expr.ufl_operands))
+        return times(self.graph, *map(self.tensor, expr.ufl_operands))
 
     def _inner(self, expr: Any) -> Scalar:
         a, b = (self.tensor(o).ravel() for o in expr.ufl_operands)
-        return self._contract(a, b)
+        return contract(self.graph, a, b)
 
     def _outer(self, expr: Any) -> Tensor:
         a, b = map(self.tensor, expr.ufl_operands)
         made = [[self.graph.mul(x, y) for y in b.ravel()] for x in a.ravel()]
-        return _array(made).reshape(a.shape + b.shape)
+        return array(made).reshape(a.shape + b.shape)
 
     def _transposed(self, expr: Any) -> Tensor:
         return self.tensor(expr.ufl_operands[0]).T
@@ -376,13 +290,13 @@ class Reader:
 
     def _determinant(self, expr: Any) -> Scalar:
         A = self.tensor(expr.ufl_operands[0])
-        return A[()] if A.shape == () else self._det(A)
+        return A[()] if A.shape == () else det(self.graph, A)
 
     def _inverse(self, expr: Any) -> Tensor:
         A = self.tensor(expr.ufl_operands[0])
         if A.shape == ():
-            return _array(self.graph.div(self.graph.one, A[()]))
-        return self._inv(A)
+            return array(self.graph.div(self.graph.one, A[()]))
+        return inverse(self.graph, A)
 
     # indices
 
@@ -445,13 +359,13 @@ class Reader:
     # derivatives
 
     def _grad(self, expr: Any) -> Tensor:
-        (of,), K = expr.ufl_operands, self._jacobian_inverse()
+        (of,), K = expr.ufl_operands, self.geometry.inverse()
         values = self.tensor(of)
         made = np.empty((*values.shape, self._gdim), dtype=object)
         for place in np.ndindex(values.shape):
             slopes = [self.along(values[place], a) for a in range(self._tdim)]
             for i in range(self._gdim):
-                made[(*place, i)] = self._contract(K[:, i], slopes)
+                made[(*place, i)] = contract(self.graph, K[:, i], slopes)
         return made
 
     def _coefficient_derivative(self, expr: Any) -> Tensor:
@@ -490,21 +404,6 @@ class Reader:
                 value: Any = values[at]
                 made[(*at, *place)] = self.graph.derivative(value, direction)
         return made
-
-
-def _array(values: Any) -> Tensor:
-    """An array of scalars, of any shape."""
-    if isinstance(values, np.ndarray):
-        return values
-    if not isinstance(values, list):
-        made = np.empty((), dtype=object)
-        made[()] = values
-        return made
-    parts = [_array(value) for value in values]
-    made = np.empty((len(parts), *parts[0].shape), dtype=object)
-    for k, part in enumerate(parts):
-        made[k] = part[()] if part.shape == () else part
-    return made
 
 
 def _mapped(function: Callable[[Any], Scalar], values: Any) -> Tensor:

@@ -15,8 +15,9 @@ from ufl.algorithms.apply_integral_scaling import compute_integrand_scaling_fact
 from ufl.algorithms.estimate_degrees import estimate_total_polynomial_degree
 
 from shellmb.arrays import Floats
+from shellmb.native.programs.geometry import COORDINATES
 from shellmb.native.programs.graph import Input, Unsupported
-from shellmb.native.programs.reading import ARGUMENT, COORDINATES
+from shellmb.native.programs.reading import ARGUMENT
 
 # what is nearer to zero is zero, as in FFCx
 TINY = 1e-9
@@ -56,9 +57,11 @@ def points_of(integral: Any) -> Points:
     over = basix.cell.subentity_types(cell)[-2][0] if facet else cell
     md = integral.metadata()
     rule = md.get("quadrature_rule", "default")
+    places: Any
+    weights: Any
     if rule == "custom":
-        places = np.asarray(md["quadrature_points"], float)
-        weights = np.asarray(md["quadrature_weights"], float)
+        places = np.array(md["quadrature_points"], dtype=float)
+        weights = np.array(md["quadrature_weights"], dtype=float)
     elif rule == "vertex":
         places = basix.cell.geometry(over)
         weights = np.full(len(places), basix.cell.volume(over) / len(places))

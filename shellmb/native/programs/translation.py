@@ -115,10 +115,9 @@ class Translation:
                     continue
                 args = [self._resolved(a) for a in args]
                 if not graph.varies[node]:
-                    places = [self._uniform[a] for a in args] + [0, 0]
+                    x, y, z, *_ = [*(self._uniform[a] for a in args), 0, 0]
                     self._uniform[node] = self.uniforms
-                    code = CODE[op], self.uniforms, *places[:3], 0
-                    self.uniform_code.append(code)
+                    self.uniform_code.append((CODE[op], self.uniforms, x, y, z, 0))
                     self.uniforms += 1
                     continue
                 if len(sums.get(node, ())) > 2 or any(
@@ -173,7 +172,8 @@ class Translation:
 
         for node in reversed(self._order):
             if graph.nodes[node][0] in ("add", "sub") and graph.varies[node] and node not in found:
-                collect(node, 1.0, terms := [])
+                terms: list[Term] = []
+                collect(node, 1.0, terms)
                 found[node] = terms
         return found
 
@@ -246,8 +246,8 @@ class Translation:
                 places.append(filled[-1])
         # operands that are done with give their registers to what comes behind this
         target = self._new()
-        places += [0, 0, 0]
-        self.code.append((CODE[name], target, *places[:3], 0))
+        x, y, z, *_ = [*places, 0, 0]
+        self.code.append((CODE[name], target, x, y, z, 0))
         self._register[node] = target
         self._free += filled
         for a in of:
