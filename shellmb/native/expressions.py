@@ -15,7 +15,8 @@ from shellmb.arrays import Floats
 from shellmb.native import library as native
 from shellmb.native import reference
 from shellmb.native.assembler import is_interpreted, is_native
-from shellmb.native.kernels import cache_folder, comm_of, compile_missing, loaded, module_name
+from shellmb.native.compiling.folder import cache_folder
+from shellmb.native.kernels import comm_of, compile_missing, loaded, module_name
 from shellmb.native.library import CArrays, cell_dofs, doubles
 
 # of a line
@@ -51,7 +52,7 @@ def compiled_expression(value: Expr, points: Floats) -> fem.Expression:
 
 
 def _kernel(value: Expr, points: Floats) -> tuple[Any, Sequence[Any]]:
-    """What finds an expression at points, and the Constants that it reads; collective."""
+    """Kernel of an expression at points, with the Constants that it reads; collective."""
     if is_interpreted():
         from shellmb.native.programs.expressions import ExpressionProgram
         from shellmb.native.programs.graph import Unsupported

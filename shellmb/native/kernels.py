@@ -22,18 +22,18 @@ from ufl import Form
 from ufl.core.expr import Expr
 from ufl.domain import extract_domains
 
-from shellmb.barrier import arrive, first_found
+from shellmb.barrier import first_found
 from shellmb.errors import RunError
-from shellmb.guarding.surroundings import cache_root, user_options
 from shellmb.native.assembler import is_interpreted, is_native
 from shellmb.native.compiling.compiler import compile_new, library
-from shellmb.native.compiling.flags import KERNEL_FLAGS, Item, flags_for
-from shellmb.native.compiling.store import is_whole, loading, usable
+from shellmb.native.compiling.flags import Item, flags_for
+from shellmb.native.compiling.folder import JIT_OPTIONS, cache_folder, raise_together
+from shellmb.native.compiling.store import is_whole, loading
 from shellmb.native.derivatives import CachedDerivative, Record, read, write
 from shellmb.native.later import Later, plain
 from shellmb.native.reference import compiled_form
 
-JIT_OPTIONS = {"cffi_extra_compile_args": KERNEL_FLAGS}
+__all__ = ["JIT_OPTIONS", "cache_folder"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -219,24 +219,6 @@ def compile_missing(items: Sequence[Item], comm: MPI.Comm, flags: Sequence[str] 
     raise_together(failure, "kernels could not be compiled", comm)
 
 
-def raise_together(failure: Exception | None, what: str, comm: MPI.Comm) -> None:
-    """Raise on all ranks what failed on the first one.
-
-    Args:
-        failure: On the first rank: a compiler's is told as it is; None elsewhere, or for none.
-        what: What could not be done.
-        comm: The ranks.
-
-    Raises:
-        RunError: If the C compiler failed.
-        RuntimeError: If something else did.
-    """
-    said = failure if failure is None or isinstance(failure, RunError) else RuntimeError(what)
-    arrive(comm)
-    if (told := comm.bcast(said)) is not None:
-        raise told from (None if told is failure else failure)
-
-
 def _compiled(form: Form, flags: Sequence[str]) -> fem.Form:
     """A form whose kernel is there."""
     spaces = [argument.ufl_function_space() for argument in form.arguments()]
@@ -370,16 +352,6 @@ def comm_of(of: Form | Expr) -> MPI.Comm:
     domain = next(iter(domains))
     comm: MPI.Comm = domain.ufl_cargo().comm
     return comm
-
-
-def cache_folder() -> Path:
-    """Folder in which kernels are kept.
-
-    Raises:
-        RunError: If there is no place for them.
-    """
-    given = user_options("dolfinx", "dolfinx_jit_options.json") | JIT_OPTIONS
-    return usable(Path(given.get("cache_dir", cache_root() / "fenics")).expanduser())
 
 
 def module_name(item: Item, flags: Sequence[str] = ()) -> str:

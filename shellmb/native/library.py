@@ -27,8 +27,8 @@ from shellmb.arrays import Floats, Int32s, Ints
 from shellmb.errors import RunError
 from shellmb.native.compiling.compiler import run_compiler
 from shellmb.native.compiling.flags import COMPILER_FLAGS, FORCED_LANES, FORCED_LEVEL
+from shellmb.native.compiling.folder import cache_folder, raise_together
 from shellmb.native.compiling.store import is_whole, loading, writing
-from shellmb.native.kernels import cache_folder, raise_together
 
 HERE = Path(__file__).parent / "c"
 # bytes that vectors of any processor begin at multiples of

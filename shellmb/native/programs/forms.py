@@ -34,7 +34,7 @@ KINDS = {"cell": IntegralType.cell, "exterior_facet": IntegralType.exterior_face
 
 @dataclass(frozen=True, eq=False)
 class Interpreted:
-    """What stands where a compiled form has its module.
+    """Stand-in for the module of a compiled form.
 
     Args:
         form: The form.
@@ -46,7 +46,7 @@ class Interpreted:
 
     @property
     def name(self) -> str:
-        """What forms that are alike share, as they share a kernel that is compiled."""
+        """Name that forms share if they would share a compiled kernel."""
         return str(self.form.signature())
 
 
@@ -65,7 +65,7 @@ def rules_of(
     constants: Sequence[Any],
     arguments: Sequence[Any],
 ) -> list[Rule]:
-    """What each quadrature rule adds, of integrals over one kind of entity.
+    """Programs of each quadrature rule of integrals over one kind of entity.
 
     Args:
         integrals: The integrals.
@@ -106,7 +106,7 @@ class Program:
         self.pointer = CArrays()
 
     def address(self, first: int) -> float:
-        """Its address, in the bits of a number that stands before the constants.
+        """Address of it, in the bits of a number that stands before the constants.
 
         Args:
             first: Place of the first constant.

@@ -102,7 +102,7 @@ class Geometry:
         return array([self.graph.div(x, size) for x in way])
 
     def scale(self) -> Scalar:
-        """What a point counts: its weight times the size of the entity to its reference."""
+        """Share of a point: its weight times the size of the entity to its reference."""
         if not self._facet:
             size = self.determinant()
             if self._gdim == self._tdim:

@@ -26,7 +26,7 @@ class Input(NamedTuple):
     orders: tuple[int, ...]
 
     def derived(self, along: int) -> Input:
-        """Its derivative along a reference coordinate."""
+        """Derivative of it along a reference coordinate."""
         orders = (*self.orders[:along], self.orders[along] + 1, *self.orders[along + 1 :])
         return self._replace(orders=orders)
 
@@ -438,6 +438,6 @@ class Graph:
 
 
 def _linear(parts: Mapping[Key, int], zero: int) -> Scalar:
-    """What is linear in arguments without what is zero."""
+    """Linear part without what is zero."""
     found = {key: node for key, node in parts.items() if node != zero}
     return Multilinear(found) if found else zero

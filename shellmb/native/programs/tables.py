@@ -25,7 +25,7 @@ TINY = 1e-9
 
 @dataclass(frozen=True)
 class Place:
-    """Where the values of a component are among those of a cell: `first + stride node`."""
+    """Places of the values of a component among those of a cell: `first + stride node`."""
 
     first: int
     stride: int
