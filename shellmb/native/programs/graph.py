@@ -187,9 +187,9 @@ class Graph:
                     made = self._mul(x, y)
                     found[key] = self._add(found[key], made) if key in found else made
             return _linear(found, self.zero)
-        for x, factor in ((a, b), (b, a)):
-            if isinstance(x, Multilinear) and isinstance(factor, int):
-                parts = {key: self._mul(factor, node) for key, node in x.parts.items()}
+        for part, factor in ((a, b), (b, a)):
+            if isinstance(part, Multilinear) and isinstance(factor, int):
+                parts = {key: self._mul(factor, node) for key, node in part.parts.items()}
                 return _linear(parts, self.zero)
         assert isinstance(a, int) and isinstance(b, int)
         return self._mul(a, b)
