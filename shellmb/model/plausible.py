@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from mpi4py import MPI
 
@@ -103,8 +103,11 @@ def check_probes(scene: Scene, meshed: Mapping[str, ShellModel | BeamModel]) -> 
     for probe in scene.probes:
         (target,) = scene.bodies_of(probe)
         if target.name in meshed:
-            find: Any = surrounding if is_point(probe.at) else local_point
-            find(meshed[target.name], probe.at, f"probe '{probe.name}'")
+            body, who, places = meshed[target.name], f"probe '{probe.name}'", [probe.at]
+            if is_point(probe.at):
+                places = list(surrounding(body, probe.at, who)[0])
+            for place in places:
+                local_point(body, place, who)
         if probe.frame is not None and probe.frame in meshed:
             local_point(meshed[probe.frame], probe.frame_at, f"probe '{probe.name}'")
 

@@ -78,7 +78,7 @@ class Option:
         if self.type == tuple[int, int]:
             return "counts"
         # an object of the user's own may stand for the name of a scheme
-        if self.name == "scheme":
+        if self.name in ("scheme", "reference"):
             return "scheme"
         return str(self.type.__name__) if self.about.many else self.written.removesuffix(" | None")
 
@@ -272,7 +272,9 @@ def _wrong(kind: Option | str | None, value: Any) -> str | None:
         if value is None:
             return None
         if kind.about.many:
-            fits = _is_scheme(value) or (_is_several(value) and all(map(kind.takes, value)))
+            if kind.kind == "scheme" and (isinstance(value, str) or _is_scheme(value)):
+                return None
+            fits = _is_several(value) and all(map(kind.takes, value))
             return None if fits else "a list of values"
         if kind.choices or (kind.about.parse and isinstance(value, str)):
             return None

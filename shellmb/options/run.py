@@ -6,7 +6,6 @@ from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 from shellmb.options.described import option, parse_mesh
-from shellmb.scene.schemes import is_static
 
 if TYPE_CHECKING:
     from shellmb.scene import Scene
@@ -93,6 +92,9 @@ class Options:
         if solver:
             scene = replace(scene, solver=replace(scene.solver, **solver))
         end_forces = chosen.pop("end_forces")
+        # the scene is loaded here, and not where a command lists its options
+        from shellmb.scene.schemes import is_static
+
         scheme = self.scheme or "ep"
         if is_static(scheme) and not scene.static and self.dt is None:
             # a time step is no load step: take the default one

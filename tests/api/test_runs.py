@@ -99,5 +99,7 @@ def test_bad_calls() -> None:
         sm.run(SMALL, parameters={"forse": 1.0})
     with pytest.raises(sm.SceneError, match="parameters are force; they must be left out"):
         sm.run(sm.load_scene(SMALL), parameters={"force": 1.0})
-    with pytest.raises(sm.SceneError, match=r"holds no scene\.json; give the directory of a run"):
+    with pytest.raises(
+        sm.SceneError, match="there is no directory /nowhere; give the directory of a run"
+    ):
         sm.load("/nowhere")

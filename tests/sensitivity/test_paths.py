@@ -20,7 +20,7 @@ from shellmb.running.execute import RunResult, execute
 from shellmb.simulate.simulation import Silent, Simulation
 from tests.sensitivity import scenes
 from tests.sensitivity.path_scenes import bent, followed, frame, pressed, roof, truss
-from tests.sensitivity.test_exact import NOISE, TIGHT, ZERO, largest, stem
+from tests.sensitivity.test_exact import NOISE, SHARP, TIGHT, ZERO, largest, stem
 from tests.sensitivity.test_resume import stopped_at
 
 EXACT = 1e-6
@@ -102,7 +102,7 @@ def assert_exact(
 
     def beside(**value: float) -> RunResult:
         scene = make(**value)
-        scene = replace(scene, solver=replace(scene.solver, **TIGHT))
+        scene = replace(scene, solver=replace(scene.solver, **SHARP))
         return execute(scene, observers=[Steps(lengths, early)])
 
     for p in found.parameters:
@@ -179,7 +179,7 @@ def test_derivatives_at_a_load_next_to_the_limit_are_named() -> None:
 def test_taylor_remainder_is_of_second_order() -> None:
     def head(rise: float) -> float:
         scene = truss(rise, load_end=0.03)
-        run = execute(replace(scene, solver=replace(scene.solver, **TIGHT)))
+        run = execute(replace(scene, solver=replace(scene.solver, **SHARP)))
         return float(run.column("w")[-1])
 
     found = sm.sensitivities(truss, ("rise",), values={"load_end": 0.03}, **TIGHT)

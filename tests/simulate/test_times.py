@@ -178,7 +178,7 @@ def test_steps_that_fail_are_halved_and_counted_again(clockwork) -> None:
 def test_steps_that_follow_an_error_leave_no_rest(clockwork) -> None:
     """Any number of times at which they end, and an error that nothing has."""
     ends = (0.01, 0.0100000000001, 0.3, 3 * 0.1, 0.30000001, 2.0, 2.0004)
-    control = StepControl(tolerance=1e-3, times=sorted(set(ends)))
+    control = StepControl(step_error=1e-3, times=sorted(set(ends)))
     times = clockwork.run(0.01, 3.0, step_control=control)
     assert {0.0100000000001, 2.0, 2.0004} <= set(times.t)
     assert min(times.dt) > 1e-4

@@ -22,9 +22,9 @@ LENGTHS = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "km": 1e3, "um": 1e-6, "in": 0.0254
 TIMES = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "min": 60.0, "h": 3600.0}
 # gravity of the earth by the units of length and time that it tells
 EARTH = {9.81: ("m", "s"), 981.0: ("cm", "s"), 9810.0: ("mm", "s"), 9.81e-3: ("mm", "ms")}
-# speeds of waves in solids, from soft gels to diamond, m/s; where only gravity tells the units,
-# bodies may be softer
-SLOWEST, SOFTEST, FASTEST = 1.0, 0.1, 3e4
+# speeds of waves in solids, from soft gels to diamond and to bodies that are made nearly
+# rigid, m/s; where only gravity tells the units, bodies may be softer
+SLOWEST, SOFTEST, FASTEST = 1.0, 0.1, 1e6
 # metals by Young's modulus in GPa and density in kg/m^3
 METALS = (
     (185.0, 240.0, 7500.0, 8200.0),
@@ -98,7 +98,8 @@ def _sizes(shells: Mapping[str, ShellModel], beams: Mapping[str, BeamModel]) -> 
 def _by_waves(scene: Scene, size: _Size) -> str:
     """Doubt a modulus with a density; empty: none."""
     E, density = size.E, size.density
-    if not density > 0:
+    # what is at rest has the same equilibrium with any density
+    if scene.static or not density > 0:
         return ""
     pair, scale = f"E = {E:.4g} and density = {density:.4g}", _scale(scene)
     if scale is not None:
@@ -124,7 +125,7 @@ def _by_waves(scene: Scene, size: _Size) -> str:
                         f"{density / unit:.4g} kg/m^3) in units that do not belong together, as "
                         "GPa or MPa with kg/m^3, or Pa with g/cm^3"
                     )
-    giga = density >= 500 and E / density < GIGA and E >= 1e-3
+    giga = 500 <= density <= 25e3 and E / density < GIGA and E >= 1e-3
     grams = 0.5 <= density <= 25 and E >= 1e9 and GRAMS[0] <= E / density <= GRAMS[1]
     if giga or grams:
         units = "GPa with kg/m^3" if giga else "Pa with g/cm^3"
@@ -151,7 +152,8 @@ def _by_loads(scene: Scene, size: _Size) -> str:
     body, E, density, h, length = size
     width = h if body.label == "beam" else length
     for load in scene.loads:
-        if body not in scene.bodies_of(load):
+        # where all is linear, loads have any size
+        if scene.linear or body not in scene.bodies_of(load):
             continue
         if isinstance(load, Gravity):
             stress = density * math.hypot(*load.acceleration) * length

@@ -27,6 +27,8 @@ __all__ = ["check", "check_begin", "dissipates", "doubts"]
 ROUND_OFF = 1e-9
 # angles below are hardly degrees
 LEAST_DEGREES = 15
+# and hardly others than multiples of this are
+COMMON_DEGREES = 15
 # sizes whose squares are numbers
 SPAN = 1e-100, 1e100
 
@@ -63,7 +65,7 @@ def _doubts(scene: Description) -> tuple[str, ...]:
 
 
 def _degrees(scene: Description) -> tuple[str, ...]:
-    """Angles in radians that are whole multiples of 5 degrees, as numbers."""
+    """Angles in radians that are multiples of 15 degrees, as numbers."""
     assert scene.t_end is not None
     found: list[tuple[str, Any]] = []
     for body in scene.rigid_bodies:
@@ -78,7 +80,8 @@ def _degrees(scene: Description) -> tuple[str, ...]:
     driven: list[Any] = [(s, s.rotation) for s in scene.supports if isinstance(s, Driven)]
     driven += [(driver, driver.rotation) for driver in scene.drivers]
     for item, rotation in driven:
-        if callable(rotation) and not isinstance(rotation, Signal):
+        # on a path it has the load factor, whose end is not that of time
+        if callable(rotation) and not isinstance(rotation, Signal) and scene.path is None:
             end, before = (float(on_trial(rotation)(t * scene.t_end)) for t in (1.0, 0.99))
             # what still turns at the end may do so by any number of turns
             if scene.static or end == before:
@@ -87,7 +90,7 @@ def _degrees(scene: Description) -> tuple[str, ...]:
         f"{who} is {angle:g} rad, {abs(angle) / (2 * np.pi):.3g} turns; if {angle:g} degrees are "
         f"meant, it must be {np.radians(angle):.4g}"
         for who, angle in found
-        if angle is not None and abs(angle) >= LEAST_DEGREES and abs(angle) % 5 == 0
+        if angle is not None and abs(angle) >= LEAST_DEGREES and abs(angle) % COMMON_DEGREES == 0
     )
 
 
