@@ -33,7 +33,7 @@ class Solver:
         backend: DOLFINx's ``NewtonSolver`` or PETSc's SNES.
         assembler: ``"native"`` loops in C with compiled kernels; ``"interpreted"``: the same loops,
             and integrands are read off their UFL, so that no kernel is compiled (a run starts at
-            once, also after an edit of a form; large steps take 1.1 to 1.3 times as long); or the
+            once, also after an edit of a form; a step takes 1.1 to 2.6 times as long); or the
             ``"reference"``: forms compiled and assembled by DOLFINx alone, all unknowns in one
             matrix. Results are the same to round-off; the reference is slow, and tells whether a
             result depends on the loops.
