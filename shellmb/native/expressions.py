@@ -1,7 +1,8 @@
 """Compiled expressions: values at points of cells."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from typing import Any
 
 from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
 
@@ -13,8 +14,9 @@ from ufl.core.expr import Expr
 from shellmb.arrays import Floats
 from shellmb.native import library as native
 from shellmb.native import reference
-from shellmb.native.assembler import is_native
-from shellmb.native.kernels import cache_folder, comm_of, compile_missing, loaded, module_name
+from shellmb.native.assembler import is_interpreted, is_native
+from shellmb.native.compiling.folder import cache_folder
+from shellmb.native.kernels import comm_of, compile_missing, loaded, module_name
 from shellmb.native.library import CArrays, cell_dofs, doubles
 
 # of a line
@@ -33,9 +35,7 @@ def compiled_expression(value: Expr, points: Floats) -> fem.Expression:
     """
     if not is_native():
         return reference.compiled_expression(value, points)
-    item = value, np.reshape(points, (len(points), -1))
-    compile_missing([item], comm_of(value))
-    kernel = loaded(cache_folder(), module_name(item), "expression")
+    kernel, constants = _kernel(value, np.reshape(points, (len(points), -1)))
     # as DOLFINx attaches data to a kernel, which it would compile one at a time
     made: fem.Expression = object.__new__(fem.Expression)
     made._ufl_expression, made._argument_space = value, None
@@ -43,11 +43,30 @@ def compiled_expression(value: Expr, points: Floats) -> fem.Expression:
     made._cpp_object = cpp.fem.create_expression_float64(
         kernel.address,
         kernel.reads(extract_coefficients(value)),
-        [constant._cpp_object for constant in extract_constants(value)],
+        [constant._cpp_object for constant in constants],
         [],
         None,
     )
+    made._module = kernel  # type: ignore[attr-defined]
     return made
+
+
+def _kernel(value: Expr, points: Floats) -> tuple[Any, Sequence[Any]]:
+    """Kernel of an expression at points, with the Constants that it reads; collective."""
+    if is_interpreted():
+        from shellmb.native.programs.expressions import ExpressionProgram
+        from shellmb.native.programs.graph import Unsupported
+
+        try:
+            program = ExpressionProgram(value, points)
+            return program, program.constants
+        except Unsupported:
+            # then it is compiled
+            pass
+    item = value, points
+    compile_missing([item], comm_of(value))
+    kernel = loaded(cache_folder(), module_name(item), "expression")
+    return kernel, extract_constants(value)
 
 
 def evaluate(expression: fem.Expression, values: fem.Function) -> None:
@@ -92,11 +111,10 @@ def values_at_states(value: Expr, state: fem.Function) -> Callable[[Floats], Flo
 
 class _AtStates:
     def __init__(self, value: Expr, state: fem.Function) -> None:
-        item, pointer = (value, MIDDLE), CArrays()
-        compile_missing([item], comm_of(value))
-        kernel = loaded(cache_folder(), module_name(item), "expression")
+        pointer = CArrays()
+        kernel, constants = _kernel(value, MIDDLE)
         self._lib, self._kept = native.cells().lib, (pointer, kernel)
-        self._constants = [constant.value.reshape(-1) for constant in extract_constants(value)]
+        self._constants = [constant.value.reshape(-1) for constant in constants]
         self._packed = np.zeros(sum(map(len, self._constants)))
         self._place, size = state.x.array, int(value.ufl_shape[0])
         domain = state.function_space.mesh

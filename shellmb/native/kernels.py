@@ -1,7 +1,7 @@
 """Compiled forms, as DOLFINx takes them, and one place that says how kernels are compiled."""
 
 import ctypes
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
@@ -22,18 +22,18 @@ from ufl import Form
 from ufl.core.expr import Expr
 from ufl.domain import extract_domains
 
-from shellmb.barrier import arrive, first_found
+from shellmb.barrier import first_found
 from shellmb.errors import RunError
-from shellmb.guarding.surroundings import cache_root, user_options
-from shellmb.native.assembler import is_native
+from shellmb.native.assembler import is_interpreted, is_native
 from shellmb.native.compiling.compiler import compile_new, library
-from shellmb.native.compiling.flags import KERNEL_FLAGS, Item, flags_for
-from shellmb.native.compiling.store import is_whole, loading, usable
+from shellmb.native.compiling.flags import Item, flags_for
+from shellmb.native.compiling.folder import JIT_OPTIONS, cache_folder, raise_together
+from shellmb.native.compiling.store import is_whole, loading
 from shellmb.native.derivatives import CachedDerivative, Record, read, write
 from shellmb.native.later import Later, plain
 from shellmb.native.reference import compiled_form
 
-JIT_OPTIONS = {"cffi_extra_compile_args": KERNEL_FLAGS}
+__all__ = ["JIT_OPTIONS", "cache_folder"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +53,7 @@ class Kernel:
     @property
     def address(self) -> Any:
         """Address of the description, as DOLFINx takes it."""
-        return _ffi().cast("uintptr_t", self.form)
+        return ufcx_interface().cast("uintptr_t", self.form)
 
     def reads(self, coefficients: Sequence[Any]) -> list[Any]:
         """Find the coefficients that it reads, in its own order, as DOLFINx takes them."""
@@ -108,6 +108,44 @@ def compile_with_derivatives(
         return []
     if not is_native():
         return [compiled_form(plain(f if isinstance(f, Form) else f.form()), flags) for f in forms]
+    if is_interpreted():
+        each = [_interpreted([form], flags) for form in forms]
+        return [own[0] if own else None for own in each]
+    return _compiled_with_derivatives(forms, flags)
+
+
+def together[K](
+    forms: Iterable[tuple[K, Form | CachedDerivative]],
+) -> dict[K, list[fem.Form]]:
+    """Forms as programs, those of one key as one.
+
+    Args:
+        forms: Forms that are not empty, and derivatives of such, with their keys.
+    """
+    groups: dict[K, list[Form | CachedDerivative]] = {}
+    for key, form in forms:
+        groups.setdefault(key, []).append(form)
+    found = {key: _interpreted(some, ()) for key, some in groups.items()}
+    return {key: made for key, made in found.items() if made}
+
+
+def _interpreted(forms: Sequence[Form | CachedDerivative], flags: Sequence[str]) -> list[fem.Form]:
+    """The sum of forms as a program, or compiled one by one where programs lack something."""
+    from shellmb.native.programs.forms import summed
+    from shellmb.native.programs.graph import Unsupported
+
+    comm = comm_of(forms[0] if isinstance(forms[0], Form) else forms[0].of)
+    _refuse_others(forms, comm)
+    try:
+        made = [summed(forms)]
+    except Unsupported:
+        made = _compiled_with_derivatives(forms, flags)
+    return [form for form in made if form is not None]
+
+
+def _compiled_with_derivatives(
+    forms: Sequence[Form | CachedDerivative], flags: Sequence[str]
+) -> list[fem.Form | None]:
     comm = comm_of(forms[0] if isinstance(forms[0], Form) else forms[0].of)
     cache_folder()  # on all ranks, as it may be refused
     _refuse_others(forms, comm)
@@ -179,24 +217,6 @@ def compile_missing(items: Sequence[Item], comm: MPI.Comm, flags: Sequence[str] 
         except Exception as error:
             failure = error
     raise_together(failure, "kernels could not be compiled", comm)
-
-
-def raise_together(failure: Exception | None, what: str, comm: MPI.Comm) -> None:
-    """Raise on all ranks what failed on the first one.
-
-    Args:
-        failure: On the first rank: a compiler's is told as it is; None elsewhere, or for none.
-        what: What could not be done.
-        comm: The ranks.
-
-    Raises:
-        RunError: If the C compiler failed.
-        RuntimeError: If something else did.
-    """
-    said = failure if failure is None or isinstance(failure, RunError) else RuntimeError(what)
-    arrive(comm)
-    if (told := comm.bcast(said)) is not None:
-        raise told from (None if told is failure else failure)
 
 
 def _compiled(form: Form, flags: Sequence[str]) -> fem.Form:
@@ -292,11 +312,11 @@ def loaded(folder: Path, name: str, kind: str) -> Kernel:
     with loading(library(folder, name)) as file:
         code = ctypes.CDLL(str(file))
         pointer = ctypes.c_void_p.in_dll(code, f"{kind}_{name}_0").value
-    return Kernel(name, _ffi().cast(f"ufcx_{kind} *", pointer), code)
+    return Kernel(name, ufcx_interface().cast(f"ufcx_{kind} *", pointer), code)
 
 
 @cache
-def _ffi() -> cffi.FFI:
+def ufcx_interface() -> cffi.FFI:
     """Interface to FFCx's structures of C."""
     ffi = cffi.FFI()
     scalar = np.dtype(default_scalar_type).name
@@ -332,16 +352,6 @@ def comm_of(of: Form | Expr) -> MPI.Comm:
     domain = next(iter(domains))
     comm: MPI.Comm = domain.ufl_cargo().comm
     return comm
-
-
-def cache_folder() -> Path:
-    """Folder in which kernels are kept.
-
-    Raises:
-        RunError: If there is no place for them.
-    """
-    given = user_options("dolfinx", "dolfinx_jit_options.json") | JIT_OPTIONS
-    return usable(Path(given.get("cache_dir", cache_root() / "fenics")).expanduser())
 
 
 def module_name(item: Item, flags: Sequence[str] = ()) -> str:

@@ -27,8 +27,8 @@ from shellmb.arrays import Floats, Int32s, Ints
 from shellmb.errors import RunError
 from shellmb.native.compiling.compiler import run_compiler
 from shellmb.native.compiling.flags import COMPILER_FLAGS, FORCED_LANES, FORCED_LEVEL
+from shellmb.native.compiling.folder import cache_folder, raise_together
 from shellmb.native.compiling.store import is_whole, loading, writing
-from shellmb.native.kernels import cache_folder, raise_together
 
 HERE = Path(__file__).parent / "c"
 # bytes that vectors of any processor begin at multiples of
@@ -214,7 +214,16 @@ def _compiled() -> tuple[Path, Future[None] | None]:
     first = ("cells.h", "apart.c", "kernels.c", "cells.c", "passes.c")
     last = ("bases.c", "nodes.c", "banded.c", "unknowns.c", "sums.c", "transposed.c", "sides.c")
     header, *others = ((HERE / name).read_text() for name in (*first, *last))
-    source = "\n".join(others)
+    header += (HERE / "programs.h").read_text()
+    common, both = ((HERE / name).read_text() for name in ("programs.c", "program.c"))
+    ends = "#undef V\n#undef NAME\n#undef FIXED\n#undef INLINED"
+    inlined = "inline __attribute__((always_inline))"
+    for kind, name, fixed, how in (("double", "one", 0, ""), ("lanes", "lanes", 1, inlined)):
+        both_names = f"#define V {kind}\n#define NAME(f) f##_of_{name}\n#define FIXED {fixed}"
+        both_names += f"\n#define INLINED {how}"
+        others += [common, both_names, both, ends]
+        common = ""
+    source = "\n".join([*others, (HERE / "interpret.c").read_text()])
     key = "\n".join([header, source, sys.version, cffi.__version__, *COMPILER_FLAGS])
     name = f"shellmb_cells_{hashlib.sha256(key.encode()).hexdigest()[:16]}"
     where = cache_folder()
@@ -223,7 +232,8 @@ def _compiled() -> tuple[Path, Future[None] | None]:
         return target, None
     ffi = cffi.FFI()
     ffi.cdef(header)
-    ffi.set_source(name, "#include <stdint.h>\n" + header + source, compiler_verbose=False)
+    headers = "#include <math.h>\n#include <stdint.h>\n" + header
+    ffi.set_source(name, headers + source, compiler_verbose=False)
     scratch = where / f"{name}.{os.getpid()}.c"
     with writing(where):
         ffi.emit_c_code(str(scratch))

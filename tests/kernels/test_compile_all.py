@@ -16,8 +16,7 @@ from shellmb.native.compiling import compiler
 @pytest.fixture
 def forms(tmp_path, monkeypatch):
     """A linear and a bilinear form and a number, and a cache of their own."""
-    options = kernels.JIT_OPTIONS | {"cache_dir": str(tmp_path / "cache")}
-    monkeypatch.setattr(kernels, "JIT_OPTIONS", options)
+    monkeypatch.setitem(kernels.JIT_OPTIONS, "cache_dir", str(tmp_path / "cache"))
     mesh = dolfinx.mesh.create_unit_interval(MPI.COMM_SELF, 3)
     space = fem.functionspace(mesh, ("Lagrange", 1))
     test, trial = ufl.TestFunction(space), ufl.TrialFunction(space)

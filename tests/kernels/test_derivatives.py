@@ -14,8 +14,7 @@ from shellmb.native.derivatives import Derivative
 
 @pytest.fixture
 def cache(tmp_path, monkeypatch):
-    options = kernels.JIT_OPTIONS | {"cache_dir": str(tmp_path / "cache")}
-    monkeypatch.setattr(kernels, "JIT_OPTIONS", options)
+    monkeypatch.setitem(kernels.JIT_OPTIONS, "cache_dir", str(tmp_path / "cache"))
     return tmp_path / "cache"
 
 

@@ -21,9 +21,9 @@ from ufl import Form
 from shellmb.arrays import Floats, Ints
 from shellmb.clock import now
 from shellmb.native import library as native
-from shellmb.native.assembler import is_native
+from shellmb.native.assembler import is_interpreted, is_native
 from shellmb.native.derivatives import CachedDerivative, Derivative
-from shellmb.native.kernels import compile_with_derivatives
+from shellmb.native.kernels import compile_with_derivatives, together
 from shellmb.system.assembly.entries import most_entries
 from shellmb.system.assembly.fields import Field, Followers
 from shellmb.system.assembly.following import following
@@ -130,6 +130,7 @@ class BlockSystem:
         return int(self.x.getSize())
 
     def _compile(self) -> None:
+        self.residual_forms: list[RowForm]
         fields = self.fields
         derivatives: list[tuple[tuple[int, int], Form | CachedDerivative]] = [
             (place, form)
@@ -144,14 +145,20 @@ class BlockSystem:
             for form in field.residual
             for j, derivative in self._derivatives(form)
         ]
-        # all at once: they are compiled side by side
-        made = compile_with_derivatives([*self.forms, *(form for _, form in derivatives)])
         rows = [
             some
             for k, f in enumerate(fields)
             for some in (*((k,) for _ in f.residual), *(term.rows for term in f.terms))
         ]
-        self.residual_forms: list[RowForm] = [
+        if is_interpreted():
+            # what has the same rows and columns is one program
+            residuals = together(zip(rows, self.forms, strict=True))
+            self.residual_forms = [(f, some) for some, own in residuals.items() for f in own]
+            self.jacobians = together(derivatives)
+            return
+        # all at once: they are compiled side by side
+        made = compile_with_derivatives([*self.forms, *(form for _, form in derivatives)])
+        self.residual_forms = [
             (form, some) for form, some in zip(made, rows, strict=False) if form is not None
         ]
         self.jacobians = _by_place([place for place, _ in derivatives], made[len(rows) :])

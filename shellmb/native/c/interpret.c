@@ -1,0 +1,22 @@
+/* Programs as FFCx's kernels are called: they stand in the bits of the first constants, one of each integral. */
+#define INTERPRET(k)                                                                               \
+    void interpret_one_##k(double *A, const double *w, const double *c, const double *x,           \
+                           const int *entity, const uint8_t *permutation, void *custom)            \
+    {                                                                                              \
+        (void)permutation, (void)custom;                                                           \
+        interpret_of_one(A, w, c, k, x, entity);                                                   \
+    }                                                                                              \
+    void interpret_lanes_##k(double *A, const double *w, const double *c, const double *x,         \
+                             const int *entity, const uint8_t *permutation, void *custom)          \
+    {                                                                                              \
+        (void)permutation, (void)custom;                                                           \
+        interpret_of_lanes((lanes *)A, (const lanes *)w, c, k, (const lanes *)x, entity);          \
+    }
+INTERPRET(0)
+INTERPRET(1)
+INTERPRET(2)
+INTERPRET(3)
+INTERPRET(4)
+INTERPRET(5)
+INTERPRET(6)
+INTERPRET(7)

@@ -1,0 +1,373 @@
+/* Integrands as programs (shellmb/native/programs): numbers of type V, of one cell or of LANES side by side.
+ *
+ * At a few points of a rule at once: values of functions, operations on them, and what these give times values
+ * of test and trial functions. This text is there twice, for both types.
+ */
+
+static void NAME(load)(const Rule *r, const Loads *l, int entity, int from, int count, const V *restrict w,
+                       V *restrict registers)
+{
+    const Table *t = r->tables + l->table;
+    const int *begin = t->begin + entity * r->points + from;
+    int full = begin[count] - begin[0] == count * t->nodes, N = t->nodes, s = l->stride;
+    for (int k = 0; k < l->count; k += 3) {
+        int some = l->count - k < 3 ? l->count - k : 3, p = 0;
+        const V *a = w + l->first[k], *b = w + l->first[k + (some > 1)], *c = w + l->first[k + 2 * (some > 2)];
+        V *to = registers + l->to[k], *also = registers + l->to[k + (some > 1)];
+        V *third = registers + l->to[k + 2 * (some > 2)];
+        for (; full && p + 1 < count; p += 2) {
+            const double *v = t->value + begin[p], *q = t->value + begin[p + 1];
+            V x0 = {0}, y0 = {0}, z0 = {0}, x1 = {0}, y1 = {0}, z1 = {0};
+            for (int e = 0; e < N; ++e) {
+                V A = a[e * s], B = b[e * s], C = c[e * s];
+                x0 += v[e] * A;
+                y0 += v[e] * B;
+                z0 += v[e] * C;
+                x1 += q[e] * A;
+                y1 += q[e] * B;
+                z1 += q[e] * C;
+            }
+            third[p] = z0, third[p + 1] = z1;
+            also[p] = y0, also[p + 1] = y1;
+            to[p] = x0, to[p + 1] = x1;
+        }
+        for (; p < count; ++p) {
+            V x = {0}, y = {0}, z = {0};
+            for (int e = begin[p]; e < begin[p + 1]; ++e) {
+                double v = t->value[e];
+                int at = t->node[e] * s;
+                x += v * a[at];
+                y += v * b[at];
+                z += v * c[at];
+            }
+            third[p] = z;
+            also[p] = y;
+            to[p] = x;
+        }
+    }
+}
+
+#define FEW(i) _Pragma("GCC unroll 4") for (int i = 0; i < n; ++i)
+#define OF_ALL(expression)                                                                         \
+    FEW(i) to[i] = expression;                                                                     \
+    break
+#define ENTRIES(expression)                                                                        \
+    for (int i = 0; i < n; ++i)                                                                    \
+        o[i] = expression;                                                                         \
+    break;
+
+/* Functions, comparisons and choices, number by number. */
+static __attribute__((noinline)) void NAME(apply)(const Instruction *k, V *registers, int n)
+{
+    double *restrict o = (double *)(registers + k->to);
+    const double *x = (const double *)(registers + k->a), *y = (const double *)(registers + k->b);
+    const double *z = (const double *)(registers + k->c);
+    n *= sizeof(V) / sizeof(double);
+    switch (k->op) {
+    case POW: ENTRIES(pow(x[i], y[i]))
+    case ATAN2: ENTRIES(atan2(x[i], y[i]))
+    case MIN: ENTRIES(y[i] < x[i] ? y[i] : x[i])
+    case MAX: ENTRIES(y[i] > x[i] ? y[i] : x[i])
+    case SQRT: ENTRIES(sqrt(x[i]))
+    case ABS: ENTRIES(fabs(x[i]))
+    case SIGN: ENTRIES((x[i] > 0) - (x[i] < 0))
+    case EXP: ENTRIES(exp(x[i]))
+    case LOG: ENTRIES(log(x[i]))
+    case SIN: ENTRIES(sin(x[i]))
+    case COS: ENTRIES(cos(x[i]))
+    case TAN: ENTRIES(tan(x[i]))
+    case ASIN: ENTRIES(asin(x[i]))
+    case ACOS: ENTRIES(acos(x[i]))
+    case ATAN: ENTRIES(atan(x[i]))
+    case SINH: ENTRIES(sinh(x[i]))
+    case COSH: ENTRIES(cosh(x[i]))
+    case TANH: ENTRIES(tanh(x[i]))
+    case ERF: ENTRIES(erf(x[i]))
+    case LT: ENTRIES(x[i] < y[i])
+    case LE: ENTRIES(x[i] <= y[i])
+    case GT: ENTRIES(x[i] > y[i])
+    case GE: ENTRIES(x[i] >= y[i])
+    case EQ: ENTRIES(x[i] == y[i])
+    case NE: ENTRIES(x[i] != y[i])
+    case AND: ENTRIES(x[i] != 0 && y[i] != 0)
+    case OR: ENTRIES(x[i] != 0 || y[i] != 0)
+    case NOT: ENTRIES(x[i] == 0)
+    case CHOOSE: ENTRIES(x[i] != 0 ? y[i] : z[i])
+    }
+}
+
+static INLINED void NAME(operate_on)(int count, const Instruction *code, const int *terms,
+                                                                    V *registers, const double *u, int n)
+{
+    static const V zero;
+    for (const Instruction *k = code; k < code + count; ++k) {
+        V *restrict to = registers + k->to;
+        const V *a = registers + k->a, *b = registers + k->b;
+        const V *c = registers + k->c;
+        switch (k->op) {
+        case ADD: OF_ALL(a[i] + b[i]);
+        case ADD_U: OF_ALL(a[i] + u[k->b]);
+        case SUB: OF_ALL(a[i] - b[i]);
+        case SUB_U: OF_ALL(a[i] - u[k->b]);
+        case U_SUB: OF_ALL(u[k->a] - b[i]);
+        case MUL: OF_ALL(a[i] * b[i]);
+        case U_MUL: OF_ALL(u[k->a] * b[i]);
+        case DIV: OF_ALL(a[i] / b[i]);
+        case U_DIV: OF_ALL(u[k->a] / b[i]);
+        case SUM: {
+            const int *t = terms + k->a;
+            V sum[4];
+            FEW(i) sum[i] = zero + u[k->d];
+            for (int j = k->b & 0xffff; j > 0; --j, t += 2) {
+                const V *x = registers + t[0], *y = registers + t[1];
+                FEW(i) sum[i] += x[i] * y[i];
+            }
+            for (int j = k->b >> 16; j > 0; --j, t += 2) {
+                const V *x = registers + t[0], *y = registers + t[1];
+                FEW(i) sum[i] -= x[i] * y[i];
+            }
+            for (int j = k->c & 0xffff; j > 0; --j, t += 2) {
+                const V *y = registers + t[1];
+                FEW(i) sum[i] += u[t[0]] * y[i];
+            }
+            for (int j = k->c >> 16; j > 0; --j, t += 2) {
+                const V *y = registers + t[1];
+                FEW(i) sum[i] -= u[t[0]] * y[i];
+            }
+            FEW(i) to[i] = sum[i];
+            break;
+        }
+        case FILL: OF_ALL(zero + u[k->a]);
+        default: NAME(apply)(k, registers, n);
+        }
+    }
+}
+
+static void NAME(operate)(const Rule *r, int from, int to, V *registers, int n)
+{
+    const Instruction *code = r->code + from;
+    const double *u = r->uniform;
+    /* so many at once have code of their own, whose loops are unrolled */
+    switch (FIXED ? n : 0) {
+    case 1: NAME(operate_on)(to - from, code, r->terms, registers, u, 1); break;
+    case 2: NAME(operate_on)(to - from, code, r->terms, registers, u, 2); break;
+    case 3: NAME(operate_on)(to - from, code, r->terms, registers, u, 3); break;
+    case 4: NAME(operate_on)(to - from, code, r->terms, registers, u, 4); break;
+    default: NAME(operate_on)(to - from, code, r->terms, registers, u, n);
+    }
+}
+
+/* A sum over the points of values times those of test functions. */
+static void NAME(vector)(const Rule *r, int entity, int from, int count, const V *registers, V *A)
+{
+    for (int o = 0; o < r->rows; ++o) {
+        const Row *row = r->row + o;
+        const V *value = registers + row->of;
+        if (row->table < 0) {
+            for (int p = 0; p < count; ++p)
+                A[0] += value[p];
+            continue;
+        }
+        const Table *t = r->tables + row->table;
+        const int *begin = t->begin + entity * r->points + from;
+        V *to = A + row->first;
+        for (int p = 0; p < count; ++p)
+            for (int e = begin[p]; e < begin[p + 1]; ++e)
+                to[t->node[e] * row->stride] += t->value[e] * value[p];
+    }
+    for (const Dense *g = r->dense; g < r->dense + r->denses; ++g)
+        for (int n = 0; n < g->nodes; ++n) {
+            V *to = A + g->first + n * g->stride, sum = *to;
+            for (int k = 0; k < g->rows; ++k) {
+                const double *t = r->tables[g->table[k]].dense + (size_t)(entity * r->points + from) * g->nodes + n;
+                const V *value = registers + g->of[k];
+                for (int p = 0; p < count; ++p)
+                    sum += t[p * g->nodes] * value[p];
+            }
+            *to = sum;
+        }
+}
+
+/* Products of test and trial functions with few values at a point. */
+static void NAME(sparse)(const Rule *r, int entity, int from, int count, const V *registers,
+                         int columns, V *A)
+{
+    for (int o = 0; o < r->pairs; ++o) {
+        const Pair *pair = r->pair + o;
+        const Row *row = r->row + pair->row, *column = r->column + pair->column;
+        const Table *s = r->tables + row->table, *t = r->tables + column->table;
+        const int *begin = s->begin + entity * r->points + from, *also = t->begin + entity * r->points + from;
+        const V *value = registers + pair->of;
+        for (int p = 0; p < count; ++p)
+            for (int e = begin[p]; e < begin[p + 1]; ++e) {
+                V x = s->value[e] * value[p];
+                V *to = A + (size_t)(row->first + s->node[e] * row->stride) * columns + column->first;
+                for (int f = also[p]; f < also[p + 1]; ++f)
+                    to[t->node[f] * column->stride] += t->value[f] * x;
+            }
+    }
+}
+
+/* A tile of m rows and n columns of a product, added at `to`. */
+static INLINED void NAME(tile)(int m, int n, int K, const double *left, int lda,
+                                                             const V *right, int ldb, V *const *to,
+                                                             const int *place)
+{
+    V sum[4][4];
+    _Pragma("GCC unroll 4") for (int i = 0; i < m; ++i)
+        _Pragma("GCC unroll 4") for (int j = 0; j < n; ++j)
+            sum[i][j] = to[i][place[j]];
+    for (int k = 0; k < K; ++k) {
+        V b[4];
+        _Pragma("GCC unroll 4") for (int j = 0; j < n; ++j)
+            b[j] = right[(size_t)k * ldb + j];
+        _Pragma("GCC unroll 4") for (int i = 0; i < m; ++i)
+            _Pragma("GCC unroll 4") for (int j = 0; j < n; ++j)
+                sum[i][j] += left[k * lda + i] * b[j];
+    }
+    _Pragma("GCC unroll 4") for (int i = 0; i < m; ++i)
+        _Pragma("GCC unroll 4") for (int j = 0; j < n; ++j)
+            to[i][place[j]] = sum[i][j];
+}
+
+#define TILES(m)                                                                                   \
+    for (int j = 0; j < M;) {                                                                      \
+        int wide = M - j < 3 ? 1 : M - j == 4 ? 4 : 3;                                             \
+        switch (FIXED ? wide : 0) {                                                                \
+        case 1: NAME(tile)(m, 1, K, left + i, N, from + j, M, rows, place + j); break;             \
+        case 3: NAME(tile)(m, 3, K, left + i, N, from + j, M, rows, place + j); break;             \
+        default: NAME(tile)(m, FIXED ? 4 : wide, K, left + i, N, from + j, M, rows, place + j);    \
+        }                                                                                          \
+        j += wide;                                                                                 \
+    }
+
+/* Values of products with trial functions, for each test function's value. */
+static void NAME(beside)(const Rule *r, const Dense *g, int entity, int from, int count, const V *registers, V *right)
+{
+    size_t all = (size_t)r->points * g->rows;
+    for (int p = 0; p < count; ++p)
+        for (int k = 0; k < g->rows; ++k) {
+            int at = entity * r->points + from + p;
+            /* columns of one component of all rows stand together */
+            size_t row = (size_t)(from + p) * g->rows + k;
+            V *block = right;
+            const int *of = g->of + k * g->columns;
+            for (int c = 0; c < g->columns;) {
+                int last = g->last[c], M = r->tables[g->column[c]].nodes, found = 0;
+                V value[3], *restrict to = block + row * M;
+                const double *t[3];
+                for (; c < last && found < 3; ++c)
+                    if (of[c] >= 0) {
+                        value[found] = registers[of[c] + p];
+                        t[found++] = r->tables[g->column[c]].dense + (size_t)at * M;
+                    }
+                switch (found) {
+                case 0:
+                    for (int m = 0; m < M; ++m)
+                        to[m] = (V){0};
+                    break;
+                case 1:
+                    for (int m = 0; m < M; ++m)
+                        to[m] = t[0][m] * value[0];
+                    break;
+                case 2:
+                    for (int m = 0; m < M; ++m)
+                        to[m] = t[0][m] * value[0] + t[1][m] * value[1];
+                    break;
+                default:
+                    for (int m = 0; m < M; ++m)
+                        to[m] = t[0][m] * value[0] + t[1][m] * value[1] + t[2][m] * value[2];
+                }
+                /* more derivatives than three of one component */
+                for (; c < last; ++c)
+                    if (of[c] >= 0)
+                        for (int m = 0; m < M; ++m)
+                            to[m] += r->tables[g->column[c]].dense[(size_t)at * M + m] *
+                                     registers[of[c] + p];
+                block += all * M;
+            }
+        }
+}
+
+/* Products of test functions with all that is beside them. */
+static void NAME(dense)(const Rule *r, const Dense *g, int entity, int columns, const V *right, double *left, V *A)
+{
+    int N = g->nodes, K = r->points * g->rows;
+    for (int p = 0; p < r->points; ++p)
+        for (int k = 0; k < g->rows; ++k)
+            memcpy(left + (size_t)(p * g->rows + k) * N,
+                   r->tables[g->table[k]].dense + (size_t)(entity * r->points + p) * N, sizeof(double) * N);
+    for (int i = 0; i < N;) {
+        V *rows[4];
+        int some = N - i < 3 ? 1 : N - i == 4 ? 4 : 3;
+        for (int k = 0; k < some; ++k)
+            rows[k] = A + (size_t)(g->first + (i + k) * g->stride) * columns;
+        const V *from = right;
+        const int *place = g->place;
+        for (int h = 0; h < g->blocks; ++h) {
+            int M = g->block[h];
+            switch (FIXED ? some : 0) {
+            case 1: TILES(1) break;
+            case 3: TILES(3) break;
+            default: TILES(FIXED ? 4 : some)
+            }
+            from += (size_t)K * M;
+            place += M;
+        }
+        i += some;
+    }
+}
+
+static void NAME(interpret)(V *restrict A, const V *restrict w, const double *c, int number,
+                            const V *restrict x, const int *entity)
+{
+    static _Thread_local V *room;
+    static _Thread_local size_t size;
+    const Program *program;
+    memcpy(&program, c + number, sizeof program);
+    size_t all = program->registers + program->products + program->factors;
+    if (all > size) {
+        free(room);
+        room = aligned_alloc(64, (sizeof(V) * all + 63) / 64 * 64);
+        size = all;
+    }
+    int e = entity ? *entity : 0;
+    for (const Rule *r = program->rule; r < program->rule + program->rules; ++r) {
+        double *u = r->uniform;
+        for (int k = 0; k < r->constants; ++k)
+            u[r->numbers + k] = c[r->constant[k]];
+        if (r->entity_size)
+            memcpy(u + r->numbers + r->constants, r->entity + e * r->entity_size,
+                   sizeof(double) * r->entity_size);
+        operate_uniform(r->uniform_ops, r->uniform_code, u);
+        int most = r->chunk;
+        V *right = room + program->registers;
+        double *left = (double *)(right + program->products);
+        for (int from = 0; from < r->points; from += most) {
+            int count = r->points - from < most ? r->points - from : most;
+            for (int l = 0; l < r->loads; ++l)
+                NAME(load)(r, r->load + l, e, from, count, r->load[l].coordinates ? x : w, room);
+            if (r->weight >= 0)
+                for (int p = 0; p < count; ++p)
+                    room[r->weight + p] = (V){0} + r->weights[from + p];
+            NAME(operate)(r, 0, r->first_ops, room, count);
+            if (program->rank < 2)
+                NAME(vector)(r, e, from, count, room, A);
+            else {
+                NAME(sparse)(r, e, from, count, room, program->columns, A);
+                int done = r->first_ops;
+                for (int g = 0; g < r->denses; ++g) {
+                    NAME(operate)(r, done, r->dense[g].end, room, count);
+                    done = r->dense[g].end;
+                    NAME(beside)(r, r->dense + g, e, from, count, room, right + r->dense[g].right);
+                }
+            }
+        }
+        for (int g = 0; program->rank == 2 && g < r->denses; ++g)
+            NAME(dense)(r, r->dense + g, e, program->columns, right + r->dense[g].right, left, A);
+    }
+}
+#undef OF_ALL
+#undef ENTRIES
+#undef TILES
+#undef FEW

@@ -1,0 +1,102 @@
+/* One operation of a program: where it puts its value, and what it is of. */
+typedef struct {
+    int op, to, a, b, c, d;
+} Instruction;
+
+/* Values of the functions of an element at the points of a rule, for each entity: those that are not
+ * zero, and all of them. */
+typedef struct {
+    int nodes;
+    const int *begin, *node;   /* (entities points + 1,), (values,) */
+    const double *value;       /* (values,) */
+    const double *dense;       /* (entities, points, nodes) */
+} Table;
+
+/* Values of functions with the same table, from coefficients or from coordinates. */
+typedef struct {
+    int table, coordinates, stride, count;
+    const int *first, *to;     /* (count,) */
+} Loads;
+
+/* What values are multiplied by: the functions of a table (-1: nothing), from a row or column on. */
+typedef struct {
+    int of, table, first, stride;
+} Row;
+
+typedef struct {
+    int of, row, column;
+} Pair;
+
+/* Rows of one component with all columns beside them: nodes rows, of each of `rows` tables. */
+typedef struct {
+    int end;                   /* operations that come before it */
+    int right;                 /* place of its products */
+    int first, stride, nodes, rows, columns, width;
+    const int *table;          /* (rows,) */
+    const int *column, *last;  /* table of each column, and the end of those of its component, (columns,) */
+    int blocks;                /* columns of one component stand together */
+    const int *block;          /* how many they are, (blocks,) */
+    const int *of;             /* registers, -1 for none, (rows, columns) */
+    const int *place;          /* columns of the matrix, (width,) */
+} Dense;
+
+/* An integrand at the points of one rule. */
+typedef struct {
+    int points, chunk;
+    int numbers, constants, entity_size;
+    double *uniform;           /* numbers, constants, those of the entity, and what follows from them */
+    const int *constant;       /* (constants,) */
+    const double *entity;      /* (entities, entity_size) */
+    int uniform_ops, first_ops, ops; /* the first of those of points come before all products */
+    const Instruction *uniform_code, *code;
+    const int *terms;          /* factors of the terms of sums */
+    int weight;                /* register of the weights; -1: none */
+    const double *weights;
+    const Table *tables;
+    int loads;
+    const Loads *load;
+    int rows, pairs, denses;
+    const Row *row, *column;
+    const Pair *pair;
+    const Dense *dense;
+} Rule;
+
+/* All integrands of one form over one kind of entity. Room is counted in numbers. */
+typedef struct {
+    int rank, columns, rules;
+    const Rule *rule;
+    int registers, products, factors;
+} Program;
+
+void interpret_one_0(double *, const double *, const double *, const double *, const int *,
+                       const uint8_t *, void *);
+void interpret_lanes_0(double *, const double *, const double *, const double *, const int *,
+                       const uint8_t *, void *);
+void interpret_one_1(double *, const double *, const double *, const double *, const int *,
+                       const uint8_t *, void *);
+void interpret_lanes_1(double *, const double *, const double *, const double *, const int *,
+                       const uint8_t *, void *);
+void interpret_one_2(double *, const double *, const double *, const double *, const int *,
+                       const uint8_t *, void *);
+void interpret_lanes_2(double *, const double *, const double *, const double *, const int *,
+                       const uint8_t *, void *);
+void interpret_one_3(double *, const double *, const double *, const double *, const int *,
+                       const uint8_t *, void *);
+void interpret_lanes_3(double *, const double *, const double *, const double *, const int *,
+                       const uint8_t *, void *);
+void interpret_one_4(double *, const double *, const double *, const double *, const int *,
+                       const uint8_t *, void *);
+void interpret_lanes_4(double *, const double *, const double *, const double *, const int *,
+                       const uint8_t *, void *);
+void interpret_one_5(double *, const double *, const double *, const double *, const int *,
+                       const uint8_t *, void *);
+void interpret_lanes_5(double *, const double *, const double *, const double *, const int *,
+                       const uint8_t *, void *);
+void interpret_one_6(double *, const double *, const double *, const double *, const int *,
+                       const uint8_t *, void *);
+void interpret_lanes_6(double *, const double *, const double *, const double *, const int *,
+                       const uint8_t *, void *);
+void interpret_one_7(double *, const double *, const double *, const double *, const int *,
+                       const uint8_t *, void *);
+void interpret_lanes_7(double *, const double *, const double *, const double *, const int *,
+                       const uint8_t *, void *);

@@ -1,0 +1,292 @@
+"""Programs of integrals as C takes them: instructions, tables, and rows of a cell's tensor."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from shellmb.native.compiling.flags import LANES
+from shellmb.native.library import CArrays
+from shellmb.native.programs.geometry import COORDINATES
+from shellmb.native.programs.graph import Graph, Input, Key, Multilinear, Scalar
+from shellmb.native.programs.reading import Reader
+from shellmb.native.programs.tables import Points, Tables
+from shellmb.native.programs.translation import CODES, UNIFORM, Instruction, Translation
+
+# points of a rule that are taken at once, at most, and bytes that their registers take
+POINTS, ROOM = 4, 28_000
+# functions of a table that are not zero at a point, up to which products are taken one by one
+FEW = 2
+
+
+class Rule:
+    """The program of one integral: what one rule adds to a cell's tensor.
+
+    Args:
+        reader: What has read it.
+        value: What is integrated, times the scale.
+        rank: Number of arguments.
+        points: Points of the rule.
+        tables: Functions there.
+
+    Attributes:
+        chunk: Points that are taken at once.
+        registers: How many it takes, of each point.
+        products: Room for values times those of trial functions, once C has them.
+        factors: Room for values of test functions, likewise.
+    """
+
+    def __init__(
+        self, reader: Reader, value: Scalar, rank: int, points: Points, tables: Tables
+    ) -> None:
+        self._tables, self._points, self._rank = tables, points, rank
+        self._parts = _parts(reader.graph, value, rank)
+        self._groups = self._grouped()
+        groups = list(self._groups.values())
+        entity_size = points.numbers.shape[1]
+        self._made = made = Translation(reader.graph, self._parts, groups, entity_size)
+        self.registers, self.products, self.factors = made.registers, 0, 0
+        count, fit = len(points.weights), ROOM // (8 * LANES * max(made.registers, 1))
+        most = max(1, min(POINTS, fit))
+        self.chunk = -(-count // -(-count // most))
+
+    def _grouped(self) -> dict[Any, list[Key]]:
+        """Arguments of what comes out at once: all, or those of a matrix by their rows.
+
+        Of a matrix first what few functions have, whose products are taken one by one.
+        """
+        if self._rank < 2:
+            return {None: list(self._parts)}
+        few = [_few(values) for values in self._tables.tables]
+        found: dict[Any, list[Key]] = {None: []}
+        for key in self._parts:
+            table, place = self._tables.find(key[0])
+            group = place, self._tables.tables[table].shape[-1]
+            found.setdefault(None if few[table] else group, []).append(key)
+        return found
+
+    def struct(self, pointer: CArrays, first: int) -> dict[str, Any]:
+        """Members of C's structure.
+
+        Args:
+            pointer: Makes pointers, and keeps what they point to.
+            first: Place of the first constant, behind those of programs.
+        """
+        uniform = np.zeros(self._made.uniforms + 1)
+        uniform[: len(self._made.numbers)] = self._made.numbers
+        entities = self._points.numbers
+        found = self._products(pointer) if self._rank == 2 else self._rows(pointer)
+        loads = self._loads(pointer)
+        tables = [_table(pointer, values) for values in self._tables.tables]
+        return {
+            "points": len(self._points.weights),
+            "chunk": self.chunk,
+            "numbers": len(self._made.numbers),
+            "constants": len(self._made.constants),
+            "entity_size": entities.shape[1],
+            "uniform": pointer(uniform),
+            "constant": pointer(
+                np.array([first + k for k in self._made.constants] or [0], np.int32)
+            ),
+            "entity": pointer(np.ascontiguousarray(entities.ravel()) if entities.size else uniform),
+            "uniform_ops": len(self._made.uniform_code),
+            "ops": len(self._made.code),
+            "uniform_code": _instructions(pointer, self._made.uniform_code),
+            "code": _instructions(pointer, self._placed()),
+            "terms": pointer(np.array(self._placed_terms or [0], dtype=np.int32)),
+            "weight": self._made.weight * self.chunk,
+            "weights": pointer(np.ascontiguousarray(self._points.weights, float)),
+            "tables": pointer.many("Table", tables),
+            "loads": len(loads),
+            "load": pointer.many("Loads", loads),
+            **found,
+        }
+
+    def _placed(self) -> list[Instruction]:
+        """Instructions with places in the room of registers, each of which is of all points."""
+        chunk, found = self.chunk, []
+        self._placed_terms = list(self._made.terms)
+        for op, to, *of in self._made.code:
+            name = CODES[op]
+            if name == "sum":
+                first, varying, uniform, start = of
+                products = (varying & 0xFFFF) + (varying >> 16)
+                others = (uniform & 0xFFFF) + (uniform >> 16)
+                for k in range(first, first + 2 * (products + others)):
+                    if k < first + 2 * products or (k - first) % 2:
+                        self._placed_terms[k] *= chunk
+                found.append((op, to * chunk, first, varying, uniform, start))
+            else:
+                own = UNIFORM.get(name, ())
+                a, b, c, d = (x if k in own else x * chunk for k, x in enumerate(of))
+                found.append((op, to * chunk, a, b, c, d))
+        return found
+
+    def _loads(self, pointer: CArrays) -> list[dict[str, Any]]:
+        groups: dict[tuple[int, bool, int], list[tuple[int, int]]] = {}
+        for item, register in self._made.inputs:
+            table, place = self._tables.find(item)
+            key = table, item.source == COORDINATES, place.stride
+            groups.setdefault(key, []).append((place.first, register))
+        found = []
+        for (table, coordinates, stride), some in groups.items():
+            first, to = np.array(sorted(some), dtype=np.int32).T
+            found.append(
+                {
+                    "table": table,
+                    "coordinates": coordinates,
+                    "stride": stride,
+                    "count": len(some),
+                    "first": pointer(np.ascontiguousarray(first)),
+                    "to": pointer(np.ascontiguousarray(to * np.int32(self.chunk))),
+                }
+            )
+        return found
+
+    def _row(self, of: int, item: Input | None) -> dict[str, int]:
+        if item is None:
+            return {"of": of * self.chunk, "table": -1, "first": 0, "stride": 0}
+        table, place = self._tables.find(item)
+        found = {"of": of * self.chunk, "table": table}
+        return found | {"first": place.first, "stride": place.stride}
+
+    def _rows(self, pointer: CArrays) -> dict[str, Any]:
+        few = [_few(values) for values in self._tables.tables]
+        groups: dict[Any, list[tuple[Input, int]]] = {}
+        rows = []
+        for key, of in self._made.output.items():
+            if key and not few[self._tables.find(key[0])[0]]:
+                table, place = self._tables.find(key[0])
+                group = place, self._tables.tables[table].shape[-1]
+                groups.setdefault(group, []).append((key[0], of))
+            else:
+                rows.append(self._row(of, key[0] if key else None))
+        denses = [
+            {
+                "first": place.first,
+                "stride": place.stride,
+                "nodes": nodes,
+                "rows": len(some),
+                "table": _ints(pointer, [self._tables.find(a)[0] for a, _ in some]),
+                "of": _ints(pointer, [of * self.chunk for _, of in some]),
+            }
+            for (place, nodes), some in groups.items()
+        ]
+        self.products = self.factors = 0
+        return {
+            "rows": len(rows),
+            "row": pointer.many("Row", rows),
+            "denses": len(denses),
+            "dense": pointer.many("Dense", denses),
+            "first_ops": len(self._made.code),
+        }
+
+    def _products(self, pointer: CArrays) -> dict[str, Any]:
+        """Products of two arguments: of few values one by one, others as those of matrices."""
+        tests = list(dict.fromkeys(key[0] for key in self._parts))
+        trials = list(dict.fromkeys(key[1] for key in self._parts))
+        sparse = [
+            {
+                "of": self._made.output[a, b] * self.chunk,
+                "row": tests.index(a),
+                "column": trials.index(b),
+            }
+            for a, b in self._groups[None]
+        ]
+        made, self.products, self.factors = [], 0, 0
+        for (group, keys), end in zip(self._groups.items(), self._made.segments, strict=True):
+            if group is None:
+                continue
+            place, nodes = group
+            rows = list(dict.fromkeys(a for a, _ in keys))
+            dense = {(a, b): self._made.output[a, b] for a, b in keys}
+            members, width = self._dense(pointer, place, nodes, rows, dense)
+            members["right"] = self.products
+            count = len(self._points.weights) * len(rows)
+            made.append(members | {"end": end})
+            self.products += count * width
+            self.factors = max(self.factors, count * nodes)
+        return {
+            "rows": len(tests),
+            "row": pointer.many("Row", [self._row(0, a) for a in tests]),
+            "column": pointer.many("Row", [self._row(0, b) for b in trials]),
+            "pairs": len(sparse),
+            "pair": pointer.many("Pair", sparse),
+            "denses": len(made),
+            "dense": pointer.many("Dense", made),
+            "first_ops": self._made.segments[0],
+        }
+
+    def _dense(
+        self,
+        pointer: CArrays,
+        place: Any,
+        nodes: int,
+        rows: Sequence[Input],
+        dense: Mapping[tuple[Input, Input], int],
+    ) -> tuple[dict[str, Any], int]:
+        find, tables = self._tables.find, self._tables.tables
+        columns: dict[Any, list[Input]] = {}
+        for b in dict.fromkeys(b for a, b in dense if a in rows):
+            table, at = find(b)
+            columns.setdefault((at, tables[table].shape[-1]), []).append(b)
+        order, last, where, blocks = [], [], [], []
+        for (at, count), some in columns.items():
+            order += some
+            last += [len(order)] * len(some)
+            where += [at.first + at.stride * m for m in range(count)]
+            blocks.append(count)
+        of = [[dense[a, b] * self.chunk if (a, b) in dense else -1 for b in order] for a in rows]
+        members = {
+            "first": place.first,
+            "stride": place.stride,
+            "nodes": nodes,
+            "rows": len(rows),
+            "columns": len(order),
+            "width": len(where),
+            "table": _ints(pointer, [find(a)[0] for a in rows]),
+            "column": _ints(pointer, [find(b)[0] for b in order]),
+            "last": _ints(pointer, last),
+            "blocks": len(blocks),
+            "block": _ints(pointer, blocks),
+            "of": _ints(pointer, of),
+            "place": _ints(pointer, where),
+        }
+        return members, len(where)
+
+
+def _parts(graph: Graph, value: Scalar, rank: int) -> dict[Key, int]:
+    """Nodes of what is integrated by the arguments that they belong to."""
+    if isinstance(value, Multilinear):
+        assert all(len(key) == rank for key in value.parts)
+        return value.parts
+    return {(): value} if rank == 0 and value != graph.zero else {}
+
+
+def _few(values: Any) -> bool:
+    """Decide whether few functions of a table are not zero at a point."""
+    return bool(np.count_nonzero(values) <= FEW * values.shape[0] * values.shape[1])
+
+
+def _table(pointer: CArrays, values: Any) -> dict[str, Any]:
+    flat = values.reshape(-1, values.shape[-1])
+    rows, nodes = np.nonzero(flat)
+    begin = np.searchsorted(rows, np.arange(len(flat) + 1)).astype(np.int32)
+    return {
+        "nodes": values.shape[-1],
+        "begin": pointer(begin),
+        "node": pointer(nodes.astype(np.int32)),
+        "value": pointer(np.ascontiguousarray(flat[rows, nodes])),
+        "dense": pointer(np.ascontiguousarray(flat.ravel())),
+    }
+
+
+def _ints(pointer: CArrays, values: Any) -> Any:
+    return pointer(np.ascontiguousarray(np.array(values, dtype=np.int32).ravel()))
+
+
+def _instructions(pointer: CArrays, code: Sequence[Instruction]) -> Any:
+    array = np.array(code or [(0,) * 6], dtype=np.int32)
+    return pointer.ffi.cast("Instruction *", pointer(np.ascontiguousarray(array.ravel())))

@@ -1,0 +1,86 @@
+"""Expressions at points of cells as programs."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
+
+import numpy as np
+from dolfinx import fem
+from ufl.algorithms.analysis import extract_coefficients, extract_constants
+from ufl.core.expr import Expr
+from ufl.domain import extract_domains
+
+from shellmb.arrays import Floats
+from shellmb.native import library as native
+from shellmb.native.kernels import ufcx_interface
+from shellmb.native.programs.building import Rule
+from shellmb.native.programs.forms import Program, constant_places
+from shellmb.native.programs.graph import Input, Multilinear
+from shellmb.native.programs.reading import ARGUMENT, Reader
+from shellmb.native.programs.tables import Points, Tables
+
+
+class ExpressionProgram:
+    """An expression without arguments as a program, as FFCx describes one that is compiled.
+
+    Args:
+        value: The expression.
+        points: Points on the reference element, shape (n, dimension).
+
+    Attributes:
+        form: Its description, a `ufcx_expression` of C.
+        constants: Constants that it reads, in their order.
+
+    Raises:
+        Unsupported: If it has something that programs do not have.
+    """
+
+    def __init__(self, value: Expr, points: Floats) -> None:
+        coefficients, constants = extract_coefficients(value), extract_constants(value)
+        domain: Any = extract_domains(value)[0]
+        places = Points(points[None], np.ones(len(points)), np.zeros((1, 0)))
+        tables = Tables(places, domain, [f.ufl_element() for f in coefficients], [])
+        known = constant_places(constants)
+        reader = Reader(domain, coefficients, known, [], tables.vanishes)
+        values = reader.tensor(value).ravel()
+        tables.at_points(len(values))
+        none = (0,) * domain.topological_dimension
+        parts = {(Input(ARGUMENT, k, none),): node for k, node in enumerate(values)}
+        zero = reader.graph.zero
+        found = Multilinear({key: node for key, node in parts.items() if node != zero})
+        program = Program([Rule(reader, found if found.parts else zero, 1, places, tables)], 1, 1)
+        place = fem.Constant(domain, np.array([program.address(1)]))
+        self.constants = [place, *constants]
+        self._kept: tuple[Any, ...] = program, place
+        self._ffi = ffi = ufcx_interface()
+        positions = np.arange(max(len(coefficients), 1), dtype=np.int32)
+        shape = np.array([*value.ufl_shape, 0], dtype=np.int32)
+        where = np.ascontiguousarray(points.ravel(), dtype=float)
+        self._kept += positions, shape, where
+        lib, own = native.cells().lib, native.cells().ffi
+        function = int(own.cast("uintptr_t", own.addressof(lib, "interpret_one_0")))
+        members = {
+            "tabulate_tensor_float64": ffi.cast("ufcx_tabulate_tensor_float64 *", function),
+            "num_coefficients": len(coefficients),
+            "num_constants": len(self.constants),
+            "original_coefficient_positions": ffi.cast("int *", positions.ctypes.data),
+            "num_points": len(points),
+            "entity_dimension": points.shape[1],
+            "points": ffi.cast("double *", where.ctypes.data),
+            "value_shape": ffi.cast("int *", shape.ctypes.data),
+            "num_components": len(value.ufl_shape),
+            "rank": 0,
+            "coordinate_element_hash": domain.ufl_coordinate_element().basix_hash(),
+        }
+        self.form = ffi.new("ufcx_expression *", members)
+
+    @property
+    def address(self) -> Any:
+        """Address of the description, as DOLFINx takes it."""
+        return self._ffi.cast("uintptr_t", self.form)
+
+    def reads(self, coefficients: Any) -> list[Any]:
+        """The coefficients, as DOLFINx takes them."""
+        return [f._cpp_object for f in coefficients]

@@ -1,0 +1,218 @@
+"""Forms whose integrands are programs, as DOLFINx and our loops take them."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Sequence
+from dataclasses import dataclass
+from types import SimpleNamespace
+from typing import Any
+
+from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
+
+import numpy as np
+from dolfinx import default_scalar_type, fem
+from dolfinx.fem import IntegralType
+from dolfinx.fem.forms import form_cpp_class, get_integration_domains
+from ufl import Form
+
+from shellmb.native import library as native
+from shellmb.native.compiling.flags import LANES
+from shellmb.native.derivatives import CachedDerivative
+from shellmb.native.later import plain
+from shellmb.native.library import CArrays
+from shellmb.native.programs.building import Rule
+from shellmb.native.programs.graph import Unsupported
+from shellmb.native.programs.reading import Reader
+from shellmb.native.programs.tables import Tables, points_of
+
+# integrals of a form at most, as C has functions
+MOST = 8
+KIND_COUNT = len(IntegralType.__members__)
+KINDS = {"cell": IntegralType.cell, "exterior_facet": IntegralType.exterior_facet}
+
+
+@dataclass(frozen=True, eq=False)
+class Interpreted:
+    """Stand-in for the module of a compiled form.
+
+    Args:
+        form: The form.
+        kept: What its programs point to.
+    """
+
+    form: Form
+    kept: Any
+
+    @property
+    def name(self) -> str:
+        """Name that forms share if they would share a compiled kernel."""
+        return str(self.form.signature())
+
+
+def constant_places(constants: Sequence[Any]) -> dict[Any, int]:
+    """Places of Constants among the numbers of all of them."""
+    places, place = {}, 0
+    for constant in constants:
+        places[constant] = place
+        place += int(np.prod(constant.ufl_shape, initial=1))
+    return places
+
+
+def rules_of(
+    integrals: Sequence[Any],
+    coefficients: Sequence[Any],
+    constants: Sequence[Any],
+    arguments: Sequence[Any],
+) -> list[Rule]:
+    """Programs of each quadrature rule of integrals over one kind of entity.
+
+    Args:
+        integrals: The integrals.
+        coefficients: Functions of the form.
+        constants: Constants of the form.
+        arguments: Elements of the arguments.
+    """
+    places, domain = constant_places(constants), integrals[0].ufl_domain()
+    facet = integrals[0].integral_type() != "cell"
+    elements = [f.ufl_element() for f in coefficients]
+    groups: dict[bytes, tuple[Any, list[Any]]] = {}
+    for integral in integrals:
+        points = points_of(integral)
+        key = points.places.tobytes() + points.weights.tobytes()
+        groups.setdefault(key, (points, []))[1].append(integral.integrand())
+    found = []
+    for points, integrands in groups.values():
+        tables = Tables(points, domain, elements, arguments)
+        reader = Reader(domain, coefficients, places, arguments, tables.vanishes, facet)
+        value = reader.graph.total([reader.scalar(x) for x in integrands])
+        value = reader.graph.mul(value, reader.geometry.scale())
+        found.append(Rule(reader, value, len(arguments), points, tables))
+    return found
+
+
+class Program:
+    """The program of a form over one kind of entity, for C.
+
+    Args:
+        rules: What each quadrature rule adds.
+        rank: Number of arguments.
+        columns: Dofs of the second argument; 1 without.
+    """
+
+    def __init__(self, rules: Sequence[Rule], rank: int, columns: int) -> None:
+        self._rules, self._rank, self._columns = list(rules), rank, columns
+        # keeps what C points to
+        self.pointer = CArrays()
+
+    def address(self, first: int) -> float:
+        """Address of it, in the bits of a number that stands before the constants.
+
+        Args:
+            first: Place of the first constant.
+        """
+        rules = [rule.struct(self.pointer, first) for rule in self._rules]
+        members = {
+            "rank": self._rank,
+            "columns": self._columns,
+            "rules": len(rules),
+            "rule": self.pointer.many("Rule", rules),
+            "registers": max((r.registers * r.chunk for r in self._rules), default=0),
+            "products": max((r.products for r in self._rules), default=0),
+            "factors": max((r.factors for r in self._rules), default=0),
+        }
+        made = self.pointer.many("Program", [members])
+        # what they were made from is of no more use, and the garbage collector looks at all that is
+        self._rules.clear()
+        place = int(self.pointer.ffi.cast("uintptr_t", made))
+        (number,) = struct.unpack("d", struct.pack("Q", place))
+        return float(number)
+
+
+def interpreted(form: Form) -> fem.Form:
+    """A form whose kernels are programs.
+
+    Args:
+        form: One that is not empty, over one mesh.
+
+    Raises:
+        Unsupported: If it has something that programs do not have.
+    """
+    groups: dict[tuple[str, Any], list[Any]] = {}
+    for integral in form.integrals():
+        key = integral.integral_type(), integral.subdomain_id()
+        groups.setdefault(key, []).append(integral)
+    coefficients, constants = form.coefficients(), form.constants()
+    spaces = [argument.ufl_function_space() for argument in form.arguments()]
+    if len(form.ufl_domains()) != 1:
+        raise Unsupported("several meshes")
+    if len(groups) > MOST or not {kind for kind, _ in groups} <= set(KINDS):
+        raise Unsupported("so many or such integrals")
+    (ufl_domain,) = form.ufl_domains()
+    domain = ufl_domain.ufl_cargo()
+    lib, ffi = native.cells().lib, native.cells().ffi
+    order = sorted(groups, key=lambda key: list(KINDS).index(key[0]))
+    elements = [space.ufl_element() for space in spaces]
+    columns = elements[1].dim if len(elements) == 2 else 1
+    programs = [
+        Program(rules_of(groups[key], coefficients, constants, elements), len(spaces), columns)
+        for key in order
+    ]
+    addresses = [program.address(len(programs)) for program in programs]
+    places = fem.Constant(ufl_domain, np.array(addresses))
+    every = np.arange(len(coefficients), dtype=np.int8)
+    integrals: dict[IntegralType, list[Any]] = {kind: [] for kind in KINDS.values()}
+    kernels = []
+    for number, key in enumerate(order):
+        one = ffi.addressof(lib, f"interpret_one_{number}")
+        many = ffi.NULL
+        if LANES > 1 and key[0] == "cell" and ufl_domain.topological_dimension == 2:
+            many = ffi.addressof(lib, f"interpret_lanes_{number}")
+        kernels.append(SimpleNamespace(tabulate_tensor_float64=one, tabulate_tensor_float32=many))
+        address = int(ffi.cast("uintptr_t", one))
+        own = integrals[KINDS[key[0]]]
+        own.append((len(own), address, _entities(form, key), every))
+    counts = [len(integrals.get(kind, ())) for kind in map(IntegralType, range(KIND_COUNT))]
+    offsets = [0, *np.cumsum(counts).tolist()]
+    ufcx = SimpleNamespace(form_integral_offsets=offsets, form_integrals=kernels)
+    made = form_cpp_class(default_scalar_type)(
+        [space._cpp_object for space in spaces],
+        {kind: own for kind, own in integrals.items() if own},
+        [f._cpp_object for f in coefficients],
+        [places._cpp_object, *(c._cpp_object for c in constants)],
+        False,
+        [],
+        domain,
+    )
+    module = Interpreted(form, (programs, places))
+    return fem.Form(made, ufcx, None, module)  # type: ignore[arg-type]
+
+
+def _entities(form: Form, kind: tuple[str, Any]) -> Any:
+    """Cells, or facets as pairs of cell and number."""
+    ((domain, data),) = form.subdomain_data().items()
+    mesh = domain.ufl_cargo()
+    integral_type, part = kind
+    if integral_type == "cell" and part == "everywhere":
+        return np.arange(mesh.topology.index_map(mesh.topology.dim).size_local, dtype=np.int32)
+    subdomains = data[integral_type][0]
+    parts = part if isinstance(part, tuple) else (part,)
+    if subdomains is None or "everywhere" in parts:
+        raise Unsupported("all facets, or parts without a list")
+    found = get_integration_domains(KINDS[integral_type], subdomains, list(parts))
+    own = [np.asarray(e).ravel() for k, e in found if k in parts]
+    return np.concatenate([np.zeros(0), *own]).astype(np.int32)
+
+
+def summed(forms: Sequence[Form | CachedDerivative]) -> fem.Form | None:
+    """The sum of forms and derivatives as one program; None for nothing.
+
+    Args:
+        forms: Forms and derivatives of such with the same arguments.
+
+    Raises:
+        Unsupported: If one has something that programs do not have.
+    """
+    written = [plain(f if isinstance(f, Form) else f.form()) for f in forms]
+    integrals = [i for form in written if not form.empty() for i in form.integrals()]
+    return interpreted(Form(integrals)) if integrals else None

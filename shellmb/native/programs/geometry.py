@@ -1,0 +1,114 @@
+"""Geometry of a cell and of its facets as scalars of a graph."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from shellmb.native.programs.algebra import Tensor, array, contract, crossed, det, inverse, times
+from shellmb.native.programs.graph import Graph, Input, Scalar
+
+# source of the coordinates' values
+COORDINATES = -1
+
+
+class Geometry:
+    """Geometry at a point of a cell, or of one of its facets.
+
+    Args:
+        graph: Gets its scalars.
+        value: The value of a function, or of a derivative.
+        dimensions: Of the space and of the cell.
+        facet: Whether points are on facets.
+    """
+
+    def __init__(
+        self,
+        graph: Graph,
+        value: Callable[[Input], Scalar],
+        dimensions: tuple[int, int],
+        facet: bool,
+    ) -> None:
+        self.graph, self._value, self._facet = graph, value, facet
+        self._gdim, self._tdim = dimensions
+        self._known: dict[str, Any] = {}
+
+    def _once(self, name: str, make: Callable[[], Any]) -> Any:
+        if name not in self._known:
+            self._known[name] = make()
+        return self._known[name]
+
+    def coordinates(self) -> Tensor:
+        """Place of the point, shape (dimension,)."""
+        none = (0,) * self._tdim
+        return array([self._value(Input(COORDINATES, i, none)) for i in range(self._gdim)])
+
+    def jacobian(self) -> Tensor:
+        """Derivatives of the place by the reference coordinates."""
+        unit = np.eye(self._tdim, dtype=int)
+        return self._once(
+            "J",
+            lambda: array(
+                [
+                    [self._value(Input(COORDINATES, i, tuple(map(int, e)))) for e in unit]
+                    for i in range(self._gdim)
+                ]
+            ),
+        )
+
+    def determinant(self) -> Scalar:
+        """Size of the cell relative to its reference."""
+
+        def make() -> Scalar:
+            J, g = self.jacobian(), self.graph
+            if self._gdim == self._tdim:
+                return det(self.graph, J)
+            if self._tdim == 1:
+                return g.unary("sqrt", contract(self.graph, J[:, 0], J[:, 0]))
+            c = crossed(self.graph, J[:, 0], J[:, 1])
+            return g.unary("sqrt", contract(self.graph, c, c))
+
+        return self._once("detJ", make)
+
+    def inverse(self) -> Tensor:
+        """Inverse of the Jacobian; its pseudo-inverse in a surface or on a line in space."""
+
+        def make() -> Tensor:
+            J = self.jacobian()
+            if self._gdim == self._tdim:
+                return inverse(self.graph, J)
+            return times(self.graph, inverse(self.graph, times(self.graph, J.T, J)), J.T)
+
+        return self._once("K", make)
+
+    def facet_size(self) -> Scalar:
+        """Length of what the facet is to its reference, in a mesh of surfaces."""
+        J, of = self.jacobian(), self.graph.of_entity
+        tangent = [contract(self.graph, row, [of(a) for a in range(self._tdim)]) for row in J]
+        return self.graph.unary("sqrt", contract(self.graph, tangent, tangent))
+
+    def normal(self) -> Tensor:
+        """Unit normal of the facet, outward, in the tangent plane."""
+        # behind the tangent stands the normal, of the reference
+        normal = [self.graph.of_entity(self._tdim + a) for a in range(self._tdim)]
+        if self._tdim == 1:
+            way = [self.graph.mul(normal[0], x) for x in self.jacobian()[:, 0]]
+        else:
+            K = self.inverse()
+            way = [contract(self.graph, K[:, i], normal) for i in range(self._gdim)]
+        size = self.graph.unary("sqrt", contract(self.graph, way, way))
+        return array([self.graph.div(x, size) for x in way])
+
+    def scale(self) -> Scalar:
+        """Share of a point: its weight times the size of the entity to its reference."""
+        if not self._facet:
+            size = self.determinant()
+            if self._gdim == self._tdim:
+                size = self.graph.unary("abs", size)
+        elif self._tdim == 2:
+            size = self.facet_size()
+        else:
+            return self.graph.one
+        return self.graph.mul(self.graph.weight(), size)

@@ -1,0 +1,443 @@
+"""Scalars of an integrand as a graph: each value once, with derivatives by the chain rule.
+
+A node is one operation on other nodes; equal operations are one node. What is linear in arguments
+(test and trial functions) is a `Multilinear`: the coefficient of each argument's value, or of each
+product of two.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, NamedTuple, Protocol
+
+
+class Input(NamedTuple):
+    """The value of a component of a function at a point, or of a derivative of it.
+
+    Args:
+        source: Number of a coefficient; -1 for the coordinates; -2 - k for argument k.
+        component: Number of the component.
+        orders: How often it is derived along each reference coordinate.
+    """
+
+    source: int
+    component: int
+    orders: tuple[int, ...]
+
+    def derived(self, along: int) -> Input:
+        """Derivative of it along a reference coordinate."""
+        orders = (*self.orders[:along], self.orders[along] + 1, *self.orders[along + 1 :])
+        return self._replace(orders=orders)
+
+
+# products of arguments' values, of none, one or two
+Key = tuple[Input, ...]
+
+
+class Multilinear:
+    """A value that is linear in arguments: coefficients of their values.
+
+    Args:
+        parts: Nodes by the arguments that they belong to.
+    """
+
+    __slots__ = ("parts",)
+
+    def __init__(self, parts: Mapping[Key, int]) -> None:
+        self.parts = dict(parts)
+
+
+Scalar = int | Multilinear
+
+
+class Unsupported(Exception):
+    """Something that programs do not have."""
+
+
+class Direction(Protocol):
+    """A direction of derivatives."""
+
+    memo: dict[int, Scalar]
+
+    def of_input(self, item: Input) -> Scalar:
+        """Derivative of a function's value."""
+        ...
+
+    def of_variable(self, label: int, component: int) -> Scalar | None:
+        """Derivative of a variable's component; None if it is that of what the variable is."""
+        ...
+
+
+# operations of two numbers, of one, and those that choose
+BINARY = ("add", "sub", "mul", "div", "pow", "atan2", "min", "max")
+UNARY = (
+    "sqrt", "abs", "sign", "exp", "log", "sin", "cos", "tan", "asin", "acos", "atan", "sinh",
+    "cosh", "tanh", "erf",
+)  # fmt: skip
+COMPARED = ("lt", "le", "gt", "ge", "eq", "ne", "and", "or", "not")
+
+
+class Graph:
+    """Nodes of an integrand.
+
+    Attributes:
+        nodes: Operations, each with what it is of; those come before it.
+        varies: Whether each node's value depends on the point or the cell.
+    """
+
+    def __init__(self) -> None:
+        self.nodes: list[tuple[Any, ...]] = []
+        self.varies: list[bool] = []
+        self._known: dict[tuple[Any, ...], int] = {}
+        self.zero, self.one = self.number(0.0), self.number(1.0)
+
+    def _node(self, *node: Any, varies: bool | None = None) -> int:
+        found = self._known.get(node)
+        if found is None:
+            found = self._known[node] = len(self.nodes)
+            self.nodes.append(node)
+            if varies is None:
+                varies = any(self.varies[k] for k in node[1:])
+            self.varies.append(varies)
+        return found
+
+    def number(self, value: float) -> int:
+        """A number."""
+        value = float(value)
+        return self._node("number", 0.0 if value == 0.0 else value, varies=False)
+
+    def constant(self, place: int) -> int:
+        """A constant of the form, by its place among all of them."""
+        return self._node("constant", place, varies=False)
+
+    def of_entity(self, place: int) -> int:
+        """A number of the facet, by its place among those."""
+        return self._node("entity", place, varies=False)
+
+    def input(self, item: Input) -> int:
+        """The value of a function at a point."""
+        return self._node("input", item, varies=True)
+
+    def weight(self) -> int:
+        """The weight of the point."""
+        return self._node("weight", varies=True)
+
+    def alias(self, label: int, component: int, of: int) -> int:
+        """A component of a variable."""
+        return self._node("alias", label, component, of, varies=self.varies[of])
+
+    def value_of(self, node: int) -> float | None:
+        """The number that a node is; None if it is none."""
+        op, *args = self.nodes[node]
+        return float(args[0]) if op == "number" else None
+
+    def add(self, a: Scalar, b: Scalar) -> Scalar:
+        """Sum."""
+        if isinstance(a, Multilinear) or isinstance(b, Multilinear):
+            if a == self.zero:
+                return b
+            if b == self.zero:
+                return a
+            if not (isinstance(a, Multilinear) and isinstance(b, Multilinear)):
+                raise Unsupported("a sum with and without an argument")
+            found = dict(a.parts)
+            for key, node in b.parts.items():
+                found[key] = self._add(found[key], node) if key in found else node
+            return _linear(found, self.zero)
+        return self._add(a, b)
+
+    def _add(self, a: int, b: int) -> int:
+        if a == self.zero:
+            return b
+        if b == self.zero:
+            return a
+        x, y = self.value_of(a), self.value_of(b)
+        if x is not None and y is not None:
+            return self.number(x + y)
+        return self._node("add", *sorted((a, b)))
+
+    def negative(self, a: Scalar) -> Scalar:
+        """The opposite."""
+        return self.mul(self.number(-1.0), a)
+
+    def sub(self, a: Scalar, b: Scalar) -> Scalar:
+        """Difference."""
+        if isinstance(a, Multilinear) or isinstance(b, Multilinear):
+            return self.add(a, self.negative(b))
+        if b == self.zero:
+            return a
+        if a == b:
+            return self.zero
+        if a == self.zero:
+            return self.negative(b)
+        x, y = self.value_of(a), self.value_of(b)
+        if x is not None and y is not None:
+            return self.number(x - y)
+        return self._node("sub", a, b)
+
+    def mul(self, a: Scalar, b: Scalar) -> Scalar:
+        """Product."""
+        if isinstance(a, Multilinear) and isinstance(b, Multilinear):
+            found: dict[Key, int] = {}
+            for one, x in a.parts.items():
+                for two, y in b.parts.items():
+                    # in the order of the arguments
+                    key = tuple(sorted((*one, *two), key=lambda item: -item.source))
+                    made = self._mul(x, y)
+                    found[key] = self._add(found[key], made) if key in found else made
+            return _linear(found, self.zero)
+        for part, factor in ((a, b), (b, a)):
+            if isinstance(part, Multilinear) and isinstance(factor, int):
+                parts = {key: self._mul(factor, node) for key, node in part.parts.items()}
+                return _linear(parts, self.zero)
+        assert isinstance(a, int) and isinstance(b, int)
+        return self._mul(a, b)
+
+    def _mul(self, a: int, b: int) -> int:
+        if a == self.zero or b == self.zero:
+            return self.zero
+        if a == self.one:
+            return b
+        if b == self.one:
+            return a
+        x, y = self.value_of(a), self.value_of(b)
+        if x is not None and y is not None:
+            return self.number(x * y)
+        if y is not None:
+            a, b, x, y = b, a, y, x
+        if x is not None:
+            op, *args = self.nodes[b]
+            if op == "mul" and (z := self.value_of(args[0])) is not None:
+                return self._mul(self.number(x * z), args[1])
+            # numbers first
+            return self._node("mul", a, b)
+        a, b = sorted((a, b))
+        if self.varies[a] and not self.varies[b]:
+            a, b = b, a
+        return self._node("mul", a, b)
+
+    def div(self, a: Scalar, b: Scalar) -> Scalar:
+        """Quotient."""
+        if isinstance(b, Multilinear):
+            raise Unsupported("a quotient by an argument")
+        if isinstance(a, Multilinear):
+            return self.mul(self.div(self.one, b), a)
+        if a == self.zero or b == self.one:
+            return a
+        x, y = self.value_of(a), self.value_of(b)
+        if y is not None and y != 0:
+            return self.number(x / y) if x is not None else self._mul(self.number(1 / y), a)
+        if not self.varies[b] and self.varies[a]:
+            return self._mul(self._node("div", self.one, b), a)
+        return self._node("div", a, b)
+
+    def pow(self, a: Scalar, b: Scalar) -> Scalar:
+        """Power."""
+        if isinstance(a, Multilinear) or isinstance(b, Multilinear):
+            if b == self.one:
+                return a
+            raise Unsupported("a power of an argument")
+        y = self.value_of(b)
+        if y is not None:
+            if y == 0:
+                return self.one
+            if y == 0.5:
+                return self.unary("sqrt", a)
+            if y == int(y) and 0 < y <= 8:
+                half = self.pow(a, self.number(y // 2)) if y > 1 else self.one
+                found = self.mul(half, half)
+                return self.mul(found, a) if y % 2 else found
+            if y == -1:
+                return self.div(self.one, a)
+            if y == -2:
+                return self.div(self.one, self.mul(a, a))
+        x = self.value_of(a)
+        if x is not None and y is not None:
+            return self.number(x**y)
+        return self._node("pow", a, b)
+
+    def unary(self, op: str, a: Scalar) -> Scalar:
+        """A function of one number."""
+        if isinstance(a, Multilinear):
+            raise Unsupported(f"{op} of an argument")
+        x = self.value_of(a)
+        if x is not None:
+            if op == "sign":
+                return self.number(math.copysign(1.0, x) if x else 0.0)
+            try:
+                return self.number(abs(x) if op == "abs" else getattr(math, op)(x))
+            except (ValueError, OverflowError):
+                pass
+        return self._node(op, a)
+
+    def binary(self, op: str, a: Scalar, b: Scalar) -> Scalar:
+        """A function of two numbers that has no rules of its own."""
+        if isinstance(a, Multilinear) or isinstance(b, Multilinear):
+            raise Unsupported(f"{op} of an argument")
+        return self._node(op, a, b)
+
+    def compared(self, op: str, *args: int) -> int:
+        """One where a comparison, or a combination of such, holds; zero elsewhere."""
+        return self._node(op, *args)
+
+    def choose(self, where: int, a: Scalar, b: Scalar) -> Scalar:
+        """One of two values."""
+        if isinstance(a, Multilinear) or isinstance(b, Multilinear):
+            parts = [x.parts if isinstance(x, Multilinear) else {} for x in (a, b)]
+            if any(isinstance(x, int) and x != self.zero for x in (a, b)):
+                raise Unsupported("a choice with and without an argument")
+            return _linear(
+                {
+                    key: self._choose(where, *(p.get(key, self.zero) for p in parts))
+                    for key in {**parts[0], **parts[1]}
+                },
+                self.zero,
+            )
+        return self._choose(where, a, b)
+
+    def _choose(self, where: int, a: int, b: int) -> int:
+        return a if a == b else self._node("choose", where, a, b)
+
+    def argument(self, item: Input) -> Scalar:
+        """The value of an argument."""
+        return Multilinear({(item,): self.one})
+
+    def total(self, parts: Sequence[Scalar]) -> Scalar:
+        """Sum of several."""
+        found: Scalar = self.zero
+        for part in parts:
+            found = self.add(found, part)
+        return found
+
+    def derivative(
+        self, value: Scalar, direction: Direction, of_key: Callable[[Input], Scalar] | None = None
+    ) -> Scalar:
+        """Derivative of a value.
+
+        Args:
+            value: The value.
+            direction: The direction.
+            of_key: Derivative of an argument's value; None: arguments do not change.
+        """
+        if isinstance(value, int):
+            return self._derived(value, direction)
+        parts: list[Scalar] = []
+        for key, node in value.parts.items():
+            parts.append(self.mul(self._derived(node, direction), Multilinear({key: self.one})))
+            for k, item in enumerate(key if of_key else ()):
+                assert of_key is not None
+                moved = of_key(item)
+                others = (*key[:k], *key[k + 1 :])
+                whole: Scalar = Multilinear({others: self.one}) if others else self.one
+                parts.append(self.mul(self.mul(node, moved), whole))
+        return self.total(parts)
+
+    def _derived(self, node: int, direction: Direction) -> Scalar:
+        memo = direction.memo
+        if node in memo:
+            return memo[node]
+        # without recursion: graphs are deep
+        stack = [node]
+        while stack:
+            now = stack[-1]
+            if now in memo:
+                stack.pop()
+                continue
+            op, *args = self.nodes[now]
+            if op == "alias":
+                own = direction.of_variable(args[0], args[1])
+                if own is not None:
+                    memo[now] = own
+                    continue
+                args = args[2:]
+            of = [] if op in ("number", "constant", "entity", "input", "weight") else args
+            missing = [a for a in of if a not in memo]
+            if missing:
+                stack.extend(missing)
+                continue
+            memo[now] = self._rule(now, op, args, [memo[a] for a in of], direction)
+        return memo[node]
+
+    def _rule(
+        self, node: int, op: str, args: Sequence[Any], d: Sequence[Scalar], direction: Direction
+    ) -> Scalar:
+        """Derivative of a node by those of what it is of."""
+        zero = self.zero
+        if op == "input":
+            return direction.of_input(args[0])
+        if all(isinstance(x, int) and x == zero for x in d) or op in COMPARED or op == "sign":
+            return zero
+        match op:
+            case "alias":
+                return d[0]
+            case "add":
+                return self.add(d[0], d[1])
+            case "sub":
+                return self.sub(d[0], d[1])
+            case "mul":
+                a, b = args
+                return self.add(self.mul(d[0], b), self.mul(a, d[1]))
+            case "div":
+                a, b = args
+                return self.div(self.sub(d[0], self.mul(node, d[1])), b)
+            case "pow":
+                a, b = args
+                less = self.pow(a, self.sub(b, self.one))
+                found = self.mul(self.mul(b, less), d[0])
+                if d[1] != zero:
+                    found = self.add(found, self.mul(self.mul(node, self.unary("log", a)), d[1]))
+                return found
+            case "choose":
+                return self.choose(args[0], d[1], d[2])
+            case "min" | "max":
+                where = self.compared("lt" if op == "min" else "gt", *args)
+                return self.choose(where, d[0], d[1])
+            case "atan2":
+                a, b = args
+                size = self.add(self.mul(a, a), self.mul(b, b))
+                return self.div(self.sub(self.mul(b, d[0]), self.mul(a, d[1])), size)
+        return self.mul(self._slope(node, op, args[0]), d[0])
+
+    def _slope(self, node: int, op: str, a: int) -> Scalar:
+        """Derivative of a function of one number."""
+        one, u = self.one, self.unary
+        square = self.mul(a, a)
+        match op:
+            case "sqrt":
+                return self.div(self.number(0.5), node)
+            case "abs":
+                return u("sign", a)
+            case "exp":
+                return node
+            case "log":
+                return self.div(one, a)
+            case "sin":
+                return u("cos", a)
+            case "cos":
+                return self.negative(u("sin", a))
+            case "tan":
+                return self.add(one, self.mul(node, node))
+            case "asin":
+                return self.div(one, u("sqrt", self.sub(one, square)))
+            case "acos":
+                return self.negative(self.div(one, u("sqrt", self.sub(one, square))))
+            case "atan":
+                return self.div(one, self.add(one, square))
+            case "sinh":
+                return u("cosh", a)
+            case "cosh":
+                return u("sinh", a)
+            case "tanh":
+                return self.sub(one, self.mul(node, node))
+            case "erf":
+                return self.mul(
+                    self.number(2 / math.sqrt(math.pi)), u("exp", self.negative(square))
+                )
+        raise Unsupported(op)
+
+
+def _linear(parts: Mapping[Key, int], zero: int) -> Scalar:
+    """Linear part without what is zero."""
+    found = {key: node for key, node in parts.items() if node != zero}
+    return Multilinear(found) if found else zero

@@ -1,0 +1,421 @@
+"""UFL read as scalars of a graph: tensor algebra, gradients, derivatives."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from ufl.algorithms.apply_algebra_lowering import apply_algebra_lowering
+from ufl.core.expr import Expr
+from ufl.core.multiindex import FixedIndex
+
+from shellmb.native.programs.algebra import Tensor, array, contract, crossed, det, inverse, times
+from shellmb.native.programs.directions import Along, ByVariable, Gateaux
+from shellmb.native.programs.geometry import Geometry
+from shellmb.native.programs.graph import Graph, Input, Multilinear, Scalar, Unsupported
+
+# source of the values of the first argument; that of the second is one less
+ARGUMENT = -2
+
+FUNCTIONS = {
+    "sqrt": "sqrt", "exp": "exp", "ln": "log", "cos": "cos", "sin": "sin", "tan": "tan",
+    "cosh": "cosh", "sinh": "sinh", "tanh": "tanh", "acos": "acos", "asin": "asin",
+    "atan": "atan", "erf": "erf", "abs": "abs", "sign": "sign",
+}  # fmt: skip
+COMPARISONS = {"lt", "le", "gt", "ge", "eq", "ne"}
+
+
+class Reader:
+    """Reads expressions over one kind of entity of a mesh.
+
+    Args:
+        domain: The mesh, as UFL knows it.
+        coefficients: Functions, by their number.
+        constants: Places of the Constants among all numbers of such.
+        arguments: Elements of the arguments.
+        vanishes: Decides whether a function's value, or a derivative of it, is zero everywhere.
+        facet: Whether it is over facets.
+
+    Attributes:
+        graph: What is read.
+        geometry: Geometry of the cells.
+    """
+
+    def __init__(
+        self,
+        domain: Any,
+        coefficients: Sequence[Any],
+        constants: Mapping[Any, int],
+        arguments: Sequence[Any],
+        vanishes: Callable[[Input], bool],
+        facet: bool = False,
+    ) -> None:
+        self.graph = Graph()
+        self._vanishes = vanishes
+        self._numbers = {f: k for k, f in enumerate(coefficients)}
+        self._constants = constants
+        self._elements = [f.ufl_element() for f in coefficients]
+        self._arguments = arguments
+        self._gdim, self._tdim = domain.geometric_dimension, domain.topological_dimension
+        self._along = [Along(self.value, a) for a in range(self._tdim)]
+        self._memo: dict[Any, Tensor] = {}
+        self._bound: dict[int, int] = {}
+        self._kept: list[Any] = []
+        dimensions = self._gdim, self._tdim
+        self.geometry = Geometry(self.graph, self.value, dimensions, facet)
+
+    def value(self, item: Input) -> Scalar:
+        """The value of a function, or of a derivative."""
+        if self._vanishes(item):
+            return self.graph.zero
+        if item.source <= ARGUMENT:
+            return self.graph.argument(item)
+        return self.graph.input(item)
+
+    def along(self, value: Scalar, a: int) -> Scalar:
+        """Derivative along a reference coordinate."""
+        return self.graph.derivative(
+            value, self._along[a], lambda item: self.value(item.derived(a))
+        )
+
+    def scalar(self, expr: Expr) -> Scalar:
+        """Read a scalar."""
+        found = self.tensor(expr)
+        assert found.shape == ()
+        return found[()]
+
+    def tensor(self, expr: Expr) -> Tensor:
+        """Read an expression; indices that are free have the values that are bound to them."""
+        key = id(expr), *(self._bound[k] for k in expr.ufl_free_indices)
+        found = self._memo.get(key)
+        if found is None:
+            own = getattr(self, f"_{expr._ufl_handler_name_}", None)
+            if own is not None:
+                made = own(expr)
+            elif expr._ufl_handler_name_ in FUNCTIONS:
+                op, of = FUNCTIONS[expr._ufl_handler_name_], self.scalar(expr.ufl_operands[0])
+                made = self.graph.unary(op, of)
+            elif expr._ufl_handler_name_ in COMPARISONS:
+                made = self._compared(expr._ufl_handler_name_, expr)
+            else:
+                lowered = apply_algebra_lowering(expr)
+                if type(lowered) is type(expr):
+                    raise Unsupported(expr._ufl_handler_name_)
+                made = self.tensor(lowered)
+            found = self._memo[key] = array(made)
+            # what is known by its id has to live
+            self._kept.append(expr)
+        return found
+
+    # values that are given
+
+    def _zero(self, expr: Any) -> Tensor:
+        return np.full(expr.ufl_shape, self.graph.zero, dtype=object)
+
+    def _scalar_value(self, expr: Any) -> Scalar:
+        return self.graph.number(float(expr))
+
+    _int_value = _float_value = _real_value = _scalar_value
+
+    def _identity(self, expr: Any) -> Tensor:
+        return self._numbers_of(np.eye(expr.ufl_shape[0]))
+
+    def _permutation_symbol(self, expr: Any) -> Tensor:
+        made = np.zeros(expr.ufl_shape)
+        for order in itertools.permutations(range(len(expr.ufl_shape))):
+            made[order] = np.linalg.det(np.eye(len(order))[list(order)])
+        return self._numbers_of(made)
+
+    def _numbers_of(self, values: npt.NDArray[np.float64]) -> Tensor:
+        return _mapped(lambda value: self.graph.number(float(value)), values)
+
+    def _constant(self, expr: Any) -> Tensor:
+        first, shape = self._constants[expr], expr.ufl_shape
+        return _mapped(
+            self.graph.constant, first + np.arange(int(np.prod(shape, initial=1))).reshape(shape)
+        )
+
+    def _function(self, source: int, expr: Any, element: Any) -> Tensor:
+        found = np.empty(expr.ufl_shape, dtype=object)
+        found.ravel()[:] = self._mapped_values(source, element, 0)
+        return found
+
+    def _mapped_values(self, source: int, element: Any, first: int) -> list[Scalar]:
+        """Components of a function in the cell, by those in the reference cell."""
+        size, none = element.reference_value_size, (0,) * self._tdim
+        match type(element.pullback).__name__:
+            case "MixedPullback":
+                found: list[Scalar] = []
+                for part in element.sub_elements:
+                    found += self._mapped_values(source, part, first)
+                    first += part.reference_value_size
+                return found
+            case "IdentityPullback":
+                return [self.value(Input(source, first + k, none)) for k in range(size)]
+            case "CovariantPiola":
+                own = [self.value(Input(source, first + k, none)) for k in range(size)]
+                K = self.geometry.inverse()
+                return [contract(self.graph, K[:, i], own) for i in range(self._gdim)]
+        raise Unsupported(f"an element that is mapped by {type(element.pullback).__name__}")
+
+    def _reference_values(self, element: Any, values: Sequence[Scalar]) -> list[Scalar]:
+        """Components in the reference cell by those in the cell."""
+        match type(element.pullback).__name__:
+            case "MixedPullback":
+                found: list[Scalar] = []
+                for part in element.sub_elements:
+                    size = self._size(part)
+                    found += self._reference_values(part, values[:size])
+                    values = values[size:]
+                return found
+            case "IdentityPullback":
+                return list(values)
+        J = self.geometry.jacobian()
+        return [contract(self.graph, J[:, a], values) for a in range(self._tdim)]
+
+    def _size(self, element: Any) -> int:
+        """Number of an element's components in the cell."""
+        kind = type(element.pullback).__name__
+        if kind == "MixedPullback":
+            return sum(map(self._size, element.sub_elements))
+        return int(element.reference_value_size) if kind == "IdentityPullback" else self._gdim
+
+    def _coefficient(self, expr: Any) -> Tensor:
+        number = self._numbers[expr]
+        return self._function(number, expr, self._elements[number])
+
+    def _argument(self, expr: Any) -> Tensor:
+        return self._function(ARGUMENT - expr.number(), expr, self._arguments[expr.number()])
+
+    def _variable(self, expr: Any) -> Tensor:
+        of, label = self.tensor(expr.ufl_operands[0]), expr.label().count()
+        made = np.empty(of.shape, dtype=object)
+        for k, place in enumerate(np.ndindex(of.shape)):
+            value = of[place]
+            if isinstance(value, Multilinear):
+                raise Unsupported("a variable that is an argument")
+            made[place] = self.graph.alias(label, k, value)
+        return made
+
+    # geometry
+
+    def _spatial_coordinate(self, expr: Any) -> Tensor:
+        return self.geometry.coordinates()
+
+    def _jacobian(self, expr: Any) -> Tensor:
+        return self.geometry.jacobian()
+
+    def _jacobian_determinant(self, expr: Any) -> Scalar:
+        return self.geometry.determinant()
+
+    def _jacobian_inverse(self, expr: Any) -> Tensor:
+        return self.geometry.inverse()
+
+    def _facet_normal(self, expr: Any) -> Tensor:
+        return self.geometry.normal()
+
+    # algebra
+
+    def _sum(self, expr: Any) -> Tensor:
+        a, b = map(self.tensor, expr.ufl_operands)
+        return _pairwise(self.graph.add, a, b)
+
+    def _product(self, expr: Any) -> Scalar:
+        return self.graph.mul(*map(self.scalar, expr.ufl_operands))
+
+    def _division(self, expr: Any) -> Tensor:
+        a, b = self.tensor(expr.ufl_operands[0]), self.scalar(expr.ufl_operands[1])
+        return _mapped(lambda x: self.graph.div(x, b), a)
+
+    def _power(self, expr: Any) -> Scalar:
+        return self.graph.pow(*map(self.scalar, expr.ufl_operands))
+
+    def _atan2(self, expr: Any) -> Scalar:
+        return self.graph.binary("atan2", *map(self.scalar, expr.ufl_operands))
+
+    def _min_value(self, expr: Any) -> Scalar:
+        return self.graph.binary("min", *map(self.scalar, expr.ufl_operands))
+
+    def _max_value(self, expr: Any) -> Scalar:
+        return self.graph.binary("max", *map(self.scalar, expr.ufl_operands))
+
+    def _conditional(self, expr: Any) -> Tensor:
+        condition, *ways = expr.ufl_operands
+        where = self.scalar(condition)
+        assert isinstance(where, int)
+        a, b = map(self.tensor, ways)
+        return _pairwise(lambda x, y: self.graph.choose(where, x, y), a, b)
+
+    def _compared(self, op: str, expr: Any) -> int:
+        args: Any = map(self.scalar, expr.ufl_operands)
+        return self.graph.compared(op, *args)
+
+    def _and_condition(self, expr: Any) -> Scalar:
+        return self._compared("and", expr)
+
+    def _or_condition(self, expr: Any) -> Scalar:
+        return self._compared("or", expr)
+
+    def _not_condition(self, expr: Any) -> Scalar:
+        return self._compared("not", expr)
+
+    def _conj(self, expr: Any) -> Tensor:
+        return self.tensor(expr.ufl_operands[0])
+
+    _real = _conj
+
+    def _cross(self, expr: Any) -> Tensor:
+        return crossed(self.graph, *map(self.tensor, expr.ufl_operands))
+
+    def _dot(self, expr: Any) -> Tensor:
+        return times(self.graph, *map(self.tensor, expr.ufl_operands))
+
+    def _inner(self, expr: Any) -> Scalar:
+        a, b = (self.tensor(o).ravel() for o in expr.ufl_operands)
+        return contract(self.graph, a, b)
+
+    def _outer(self, expr: Any) -> Tensor:
+        a, b = map(self.tensor, expr.ufl_operands)
+        made = [[self.graph.mul(x, y) for y in b.ravel()] for x in a.ravel()]
+        return array(made).reshape(a.shape + b.shape)
+
+    def _transposed(self, expr: Any) -> Tensor:
+        return self.tensor(expr.ufl_operands[0]).T
+
+    def _trace(self, expr: Any) -> Scalar:
+        return self.graph.total(list(np.diagonal(self.tensor(expr.ufl_operands[0]))))
+
+    def _determinant(self, expr: Any) -> Scalar:
+        A = self.tensor(expr.ufl_operands[0])
+        return A[()] if A.shape == () else det(self.graph, A)
+
+    def _inverse(self, expr: Any) -> Tensor:
+        A = self.tensor(expr.ufl_operands[0])
+        if A.shape == ():
+            return array(self.graph.div(self.graph.one, A[()]))
+        return inverse(self.graph, A)
+
+    # indices
+
+    def _list_tensor(self, expr: Any) -> Tensor:
+        return np.stack([self.tensor(o) for o in expr.ufl_operands])
+
+    def _places(self, indices: Any) -> tuple[int, ...]:
+        return tuple(
+            int(i) if isinstance(i, FixedIndex) else self._bound[i.count()] for i in indices
+        )
+
+    def _indexed(self, expr: Any) -> Scalar:
+        of, indices = expr.ufl_operands
+        places = self._places(indices)
+        # one component of many is read alone
+        while True:
+            name = of._ufl_handler_name_
+            if name == "list_tensor":
+                of, places = of.ufl_operands[places[0]], places[1:]
+            elif name == "component_tensor":
+                inner, inner_indices = of.ufl_operands
+                names = [i.count() for i in inner_indices]
+                return self._with(names, places, inner)
+            elif name == "sum":
+                parts = [self._component(o, places) for o in of.ufl_operands]
+                return self.graph.total(parts)
+            else:
+                return self.tensor(of)[places]
+            if not places:
+                return self.scalar(of)
+
+    def _component(self, of: Any, places: tuple[int, ...]) -> Scalar:
+        return self.tensor(of)[places]
+
+    def _with(self, names: Sequence[int], values: Sequence[int], inner: Any) -> Scalar:
+        before = {k: self._bound.get(k) for k in names}
+        self._bound.update(zip(names, values, strict=True))
+        found = self.scalar(inner)
+        for k, value in before.items():
+            if value is None:
+                del self._bound[k]
+            else:
+                self._bound[k] = value
+        return found
+
+    def _component_tensor(self, expr: Any) -> Tensor:
+        inner, indices = expr.ufl_operands
+        names = [i.count() for i in indices]
+        made = np.empty(expr.ufl_shape, dtype=object)
+        for places in np.ndindex(expr.ufl_shape):
+            made[places] = self._with(names, places, inner)
+        return made
+
+    def _index_sum(self, expr: Any) -> Scalar:
+        inner, indices = expr.ufl_operands
+        (index,) = indices
+        parts = [self._with([index.count()], [k], inner) for k in range(expr.dimension())]
+        return self.graph.total(parts)
+
+    # derivatives
+
+    def _grad(self, expr: Any) -> Tensor:
+        (of,), K = expr.ufl_operands, self.geometry.inverse()
+        values = self.tensor(of)
+        made = np.empty((*values.shape, self._gdim), dtype=object)
+        for place in np.ndindex(values.shape):
+            slopes = [self.along(values[place], a) for a in range(self._tdim)]
+            for i in range(self._gdim):
+                made[(*place, i)] = contract(self.graph, K[:, i], slopes)
+        return made
+
+    def _coefficient_derivative(self, expr: Any) -> Tensor:
+        integrand, functions, directions, more = expr.ufl_operands
+        if more.ufl_operands:
+            raise Unsupported("derivatives of coefficients that are given")
+        found: dict[tuple[int, int], Scalar] = {}
+        for f, v in zip(functions.ufl_operands, directions.ufl_operands, strict=True):
+            values = self.tensor(v)
+            if f._ufl_handler_name_ == "coefficient":
+                number = self._numbers[f]
+                own = self._reference_values(self._elements[number], list(values.ravel()))
+                for k, value in enumerate(own):
+                    found[number, k] = value
+            elif f._ufl_handler_name_ == "indexed":
+                of, indices = f.ufl_operands
+                if of._ufl_handler_name_ != "coefficient":
+                    raise Unsupported("a derivative by a part of an expression")
+                place = np.ravel_multi_index(self._places(indices), of.ufl_shape)
+                found[self._numbers[of], int(place)] = values[()]
+            else:
+                raise Unsupported(f"a derivative by {f._ufl_handler_name_}")
+        direction = Gateaux(self.graph.zero, self.along, found)
+        values = self.tensor(integrand)
+        return _mapped(lambda x: self.graph.derivative(x, direction), values)
+
+    def _variable_derivative(self, expr: Any) -> Tensor:
+        of, variable = expr.ufl_operands
+        self.tensor(variable)
+        values, shape = self.tensor(of), variable.ufl_shape
+        label = variable.label().count()
+        made = np.empty((*values.shape, *shape), dtype=object)
+        for k, place in enumerate(np.ndindex(shape)):
+            direction = ByVariable(self.graph, label, k)
+            for at in np.ndindex(values.shape):
+                value: Any = values[at]
+                made[(*at, *place)] = self.graph.derivative(value, direction)
+        return made
+
+
+def _mapped(function: Callable[[Any], Scalar], values: Any) -> Tensor:
+    made = np.empty(values.shape, dtype=object)
+    for place in np.ndindex(values.shape):
+        made[place] = function(values[place])
+    return made
+
+
+def _pairwise(function: Callable[[Scalar, Scalar], Scalar], a: Tensor, b: Tensor) -> Tensor:
+    made = np.empty(a.shape, dtype=object)
+    for place in np.ndindex(a.shape):
+        pair: Any = a[place], b[place]
+        made[place] = function(*pair)
+    return made

@@ -1,0 +1,304 @@
+"""Operations of a graph in order, with registers: a program for a simple machine."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from shellmb.native.programs.graph import BINARY, COMPARED, UNARY, Graph, Input, Key
+
+# operations of C, in the order of its list
+CODES = (
+    "add", "add_u", "sub", "sub_u", "u_sub", "mul", "u_mul", "div", "u_div", "sum", "fill",
+    "pow", "atan2", "min", "max", "sqrt", "abs", "sign", "exp", "log", "sin", "cos", "tan",
+    "asin", "acos", "atan", "sinh", "cosh", "tanh", "erf", "lt", "le", "gt", "ge", "eq", "ne",
+    "and", "or", "not", "choose",
+)  # fmt: skip
+CODE = {name: k for k, name in enumerate(CODES)}
+# which operands are numbers that all points have
+UNIFORM = {"add_u": (1,), "sub_u": (1,), "u_sub": (0,), "u_mul": (0,), "u_div": (0,), "fill": (0,)}
+# a term of a sum: its sign, and what it is a product of, or a value and None
+Term = tuple[float, int, int | None]
+# what may be part of a sum
+PARTS = ("add", "sub", "mul")
+LEAVES = ("number", "constant", "entity", "input", "weight")
+
+Instruction = tuple[int, int, int, int, int, int]
+
+
+class Translation:
+    """Instructions that compute some values of a graph.
+
+    Args:
+        graph: The graph.
+        parts: Nodes of the values, by the arguments that they belong to.
+        groups: Keys of these in groups; instructions of one come before those of the next.
+        entity_size: How many numbers an entity has.
+
+    Attributes:
+        code: Instructions for what varies from point to point.
+        uniform_code: Those for what does not.
+        terms: Factors of the terms of sums.
+        registers: How many it takes.
+        numbers: Numbers that stand in the graph.
+        constants: Places of the constants.
+        uniforms: How many places there are for what does not vary.
+        inputs: Values of functions, with their registers.
+        weight: Register of the weights; -1: none.
+        output: Registers of the values.
+        segments: Number of instructions at the end of each group.
+    """
+
+    def __init__(
+        self,
+        graph: Graph,
+        parts: Mapping[Key, int],
+        groups: Sequence[Sequence[Key]],
+        entity_size: int,
+    ) -> None:
+        self._graph, self._parts, self._groups = graph, parts, groups
+        self.code: list[Instruction] = []
+        self.uniform_code: list[Instruction] = []
+        self.terms: list[int] = []
+        # of nodes that vary: their registers; of others: their place among uniform numbers
+        self._register: dict[int, int] = {}
+        self._uniform: dict[int, int] = {}
+        self.numbers: list[float] = []
+        self.constants: list[int] = []
+        roots = [[parts[key] for key in keys] for keys in groups]
+        self._order, self._ends, self._uses = _ordered(graph, roots)
+        self.registers, self._free = 0, list[int]()
+        self.inputs: list[tuple[Input, int]] = []
+        self.weight = -1
+        self.segments: list[int] = []
+        self.output: dict[Key, int] = {}
+        self._leaves(entity_size)
+        self._translate()
+
+    def _leaves(self, entity_size: int) -> None:
+        """Give numbers, constants and values of functions their places."""
+        graph = self._graph
+        for node in self._order:
+            op, *args = graph.nodes[node]
+            if not graph.varies[node] and op == "number":
+                self._uniform[node] = len(self.numbers)
+                self.numbers.append(float(args[0]))
+        self._zero, self._one = len(self.numbers), len(self.numbers) + 1
+        self.numbers += [0.0, 1.0]
+        first = len(self.numbers)
+        for node in self._order:
+            op, *args = graph.nodes[node]
+            if op == "constant":
+                self._uniform[node] = first + len(self.constants)
+                self.constants.append(args[0])
+        first += len(self.constants)
+        for node in self._order:
+            op, *args = graph.nodes[node]
+            if op == "entity":
+                self._uniform[node] = first + args[0]
+        self.uniforms = first + entity_size
+        for node in self._order:
+            op = graph.nodes[node][0]
+            if op == "input":
+                self._register[node] = self._new()
+                self.inputs.append((graph.nodes[node][1], self._register[node]))
+            elif op == "weight":
+                self.weight = self._register[node] = self._new()
+
+    def _translate(self) -> None:
+        graph = self._graph
+        sums = self._sums()
+        begin = 0
+        for keys, end in zip(self._groups, self._ends, strict=True):
+            for node in self._order[begin:end]:
+                op, *args = graph.nodes[node]
+                if op in LEAVES or op == "alias" or sums.get(node) == []:
+                    continue
+                args = [self._resolved(a) for a in args]
+                if not graph.varies[node]:
+                    x, y, z, *_ = [*(self._uniform[a] for a in args), 0, 0]
+                    self._uniform[node] = self.uniforms
+                    self.uniform_code.append((CODE[op], self.uniforms, x, y, z, 0))
+                    self.uniforms += 1
+                    continue
+                if len(sums.get(node, ())) > 2 or any(
+                    b is not None for _, _, b in sums.get(node, ())
+                ):
+                    self._add_up(node, sums[node])
+                else:
+                    self._operate(node, op, args)
+            begin, used = end, []
+            for key in keys:
+                node = self._resolved(self._parts[key])
+                if graph.varies[node]:
+                    self.output[key] = self._register[node]
+                else:
+                    # what does not vary is at all points the same
+                    self.output[key] = self._filled(node)
+                    used.append(self.output[key])
+            self.segments.append(len(self.code))
+            self._free += used
+            for key in keys:
+                self._done_with(self._resolved(self._parts[key]))
+
+    def _done_with(self, node: int) -> None:
+        """Count a use of a node, whose register is free behind the last one."""
+        if self._graph.varies[node]:
+            self._uses[node] -= 1
+            if self._uses[node] == 0:
+                self._free.append(self._register[node])
+
+    def _sums(self) -> dict[int, list[Term]]:
+        """Terms of sums: what is used but once, in another sum, is part of that.
+
+        Returns:
+            Terms of each sum; none of what is part of another.
+        """
+        graph, found = self._graph, dict[int, list[Term]]()
+
+        def collect(node: int, sign: float, to: list[Term]) -> None:
+            op, *args = graph.nodes[node]
+            if op in ("add", "sub"):
+                for k, a in enumerate(map(self._resolved, args)):
+                    own = -sign if op == "sub" and k else sign
+                    kind = graph.nodes[a][0]
+                    if not graph.varies[a] or self._uses[a] > 1 or kind not in PARTS:
+                        to.append((own, a, None))
+                        continue
+                    found[a] = []
+                    collect(a, own, to)
+            else:
+                a, b = map(self._resolved, args)
+                to.append((sign, a, b))
+
+        for node in reversed(self._order):
+            if graph.nodes[node][0] in ("add", "sub") and graph.varies[node] and node not in found:
+                terms: list[Term] = []
+                collect(node, 1.0, terms)
+                found[node] = terms
+        return found
+
+    def _new(self) -> int:
+        if self._free:
+            return self._free.pop()
+        self.registers += 1
+        return self.registers - 1
+
+    def _filled(self, node: int) -> int:
+        register = self._new()
+        self.code.append((CODE["fill"], register, self._uniform[node], 0, 0, 0))
+        return register
+
+    def _add_up(self, node: int, terms: Sequence[Term]) -> None:
+        """A sum of products: of varying ones, then of such with a number that all points have."""
+        varies = self._graph.varies
+        parts: tuple[list[int], ...] = ([], [], [], [])
+        start, used = self._zero, list[int]()
+        for sign, a, b in terms:
+            if b is None and not varies[a]:
+                if start == self._zero and sign > 0:
+                    start = self._uniform[a]
+                    continue
+                used.append(self._filled(a))
+                parts[2 if sign > 0 else 3].extend((self._one, used[-1]))
+            elif b is None:
+                parts[2 if sign > 0 else 3].extend((self._one, self._register[a]))
+            elif varies[a]:
+                parts[0 if sign > 0 else 1].extend((self._register[a], self._register[b]))
+            else:
+                parts[2 if sign > 0 else 3].extend((self._uniform[a], self._register[b]))
+        target, first = self._new(), len(self.terms)
+        for part in parts:
+            self.terms += part
+        plus, minus, u_plus, u_minus = (len(part) // 2 for part in parts)
+        numbers = plus + (minus << 16), u_plus + (u_minus << 16)
+        self.code.append((CODE["sum"], target, first, *numbers, start))
+        self._register[node] = target
+        self._free += used
+        for _, a, b in terms:
+            self._done_with(a)
+            if b is not None:
+                self._done_with(b)
+
+    def _operate(self, node: int, op: str, args: Sequence[int]) -> None:
+        varies = self._graph.varies
+        name, of = op, list(args)
+        if op in ("add", "sub", "mul", "div"):
+            if op in ("add", "mul") and not varies[of[0]] and varies[of[1]] and op == "add":
+                of.reverse()
+            if not varies[of[0]]:
+                name = f"u_{op}"
+            elif not varies[of[1]]:
+                if op in ("mul", "div"):
+                    # of numbers that stand behind
+                    of = [of[1], of[0]] if op == "mul" else of
+                    name = "u_mul" if op == "mul" else op
+                else:
+                    name = f"{op}_u"
+        uniform = UNIFORM.get(name, ())
+        places, filled = [], []
+        for k, a in enumerate(of):
+            if k in uniform:
+                places.append(self._uniform[a])
+            elif varies[a]:
+                places.append(self._register[a])
+            else:
+                filled.append(self._filled(a))
+                places.append(filled[-1])
+        # operands that are done with give their registers to what comes behind this
+        target = self._new()
+        x, y, z, *_ = [*places, 0, 0]
+        self.code.append((CODE[name], target, x, y, z, 0))
+        self._register[node] = target
+        self._free += filled
+        for a in of:
+            self._done_with(a)
+
+    def _resolved(self, node: int) -> int:
+        while self._graph.nodes[node][0] == "alias":
+            node = self._graph.nodes[node][3]
+        return node
+
+
+def _ordered(
+    graph: Graph, roots: Sequence[Sequence[int]]
+) -> tuple[list[int], list[int], dict[int, int]]:
+    """Nodes behind their operands, one group of values after the other.
+
+    Returns:
+        The nodes, where each group ends, and how often each node is used.
+    """
+    order: list[int] = []
+    ends: list[int] = []
+    uses: dict[int, int] = {}
+    done: set[int] = set()
+
+    def actual(node: int) -> int:
+        while graph.nodes[node][0] == "alias":
+            node = graph.nodes[node][3]
+        return node
+
+    def operands(node: int) -> list[int]:
+        op, *args = graph.nodes[node]
+        return [] if op in LEAVES else [actual(a) for a in args]
+
+    for group in roots:
+        for root in map(actual, group):
+            uses[root] = uses.get(root, 0) + 1
+            stack = [(root, False)]
+            while stack:
+                node, ready = stack.pop()
+                if node in done:
+                    continue
+                if ready:
+                    done.add(node)
+                    order.append(node)
+                    for a in operands(node):
+                        uses[a] = uses.get(a, 0) + 1
+                    continue
+                stack.append((node, True))
+                stack.extend((a, False) for a in reversed(operands(node)) if a not in done)
+        ends.append(len(order))
+    return order, ends, uses
+
+
+assert set(BINARY) | set(UNARY) | set(COMPARED) | {"choose"} <= set(CODES)

@@ -1,0 +1,147 @@
+"""Integrands as programs: what is read off any UFL is what FFCx compiles, and runs are the same."""
+
+from collections.abc import Iterator
+
+from mpi4py import MPI  # before dolfinx
+
+import basix.ufl
+import numpy as np
+import pytest
+import ufl
+from dolfinx import fem, mesh
+
+from shellmb.native import kernels
+from shellmb.native.assembler import assembled_by
+from shellmb.native.expressions import compiled_expression
+from shellmb.native.kernels import compiled
+from tests.golden import runs
+from tests.golden.test_golden import bound
+
+RANDOM = np.random.default_rng(5)
+# sums of some hundred terms, in another order
+BOUND = 1e-12
+QUICK = ("shell ed", "triangles ep", "joint ed", "chain ep4", "hyperelastic ep", "modal ep")
+
+
+def surface(cell: mesh.CellType) -> mesh.Mesh:
+    """A bent surface in space, whose cells differ."""
+    flat = mesh.create_unit_square(MPI.COMM_SELF, 2, 2, cell)
+    x = flat.geometry.x
+    nodes = x.copy()
+    nodes[:, 2] = 0.3 * x[:, 0] ** 2 + 0.1 * x[:, 0] * x[:, 1]
+    nodes[:, :2] += 0.05 * RANDOM.normal(size=(len(x), 2))
+    name = "quadrilateral" if cell == mesh.CellType.quadrilateral else "triangle"
+    element = basix.ufl.element("Lagrange", name, 1, shape=(3,))
+    return mesh.create_mesh(MPI.COMM_SELF, flat.geometry.dofmaps[0], element, nodes)
+
+
+def functions(domain: mesh.Mesh) -> tuple[fem.Function, fem.Function, fem.Constant]:
+    name = domain.ufl_cell().cellname
+    parts = [
+        basix.ufl.element("Lagrange", name, 2, shape=(3,)),
+        basix.ufl.element("Lagrange", name, 1, shape=(2,), discontinuous=True),
+        basix.ufl.element("Lagrange", name, 2),
+    ]
+    q = fem.Function(fem.functionspace(domain, basix.ufl.mixed_element(parts)))
+    h = fem.Function(fem.functionspace(domain, ("DG", 0)))
+    for f in (q, h):
+        f.x.array[:] = RANDOM.uniform(0.2, 1.0, len(f.x.array))
+    return q, h, fem.Constant(domain, RANDOM.uniform(0.2, 1.0, (2, 2)))
+
+
+def integrands(q: fem.Function, h: fem.Function, c: fem.Constant) -> dict[str, ufl.core.expr.Expr]:
+    u, N, lam = ufl.split(q)
+    F = ufl.grad(u)
+    C = F.T * F
+    e = ufl.variable(ufl.as_vector([C[0, 0] - 1, C[1, 1] - 1, C[0, 1]]))
+    psi = (c[0, 0] * ufl.dot(e, e) ** 2 + ufl.exp(-(e[0] ** 2)) + ufl.sqrt(1 + e[1] ** 2)) * h
+    A = ufl.as_matrix([[2 + u[0], u[1]], [u[2], 3 + lam]])
+    i, j = ufl.indices(2)
+    return {
+        "potential and its stress": psi + ufl.dot(ufl.diff(psi, e), e),
+        "second derivatives": ufl.inner(ufl.grad(F[0, 1]), ufl.grad(lam)),
+        "matrices": ufl.det(A) + ufl.tr(ufl.inv(A)) + ufl.inner(A, ufl.sym(A * A.T)),
+        "indices": A[i, j] * c[j, i] + ufl.outer(u, u)[0, 1] + ufl.cross(u, F[:, 0])[2],
+        "choices": ufl.conditional(ufl.lt(u[0], u[1]), u[0] ** 3, lam) + ufl.max_value(u[2], lam)
+        + ufl.min_value(N[0], N[1]) + abs(u[0] - u[1]),
+        "functions": ufl.sin(u[0]) * ufl.cos(u[1]) + ufl.atan2(u[1], u[2]) + ufl.ln(lam)
+        + ufl.tanh(N[0]) + ufl.asin(0.5 * u[0]) + ufl.acos(0.5 * u[0]) + ufl.tan(u[1])
+        + ufl.erf(u[2]) + u[1] ** 2.5 + ufl.sinh(N[1]) / ufl.cosh(u[2]),
+        "places": ufl.dot(ufl.SpatialCoordinate(q.function_space.mesh), u) * lam,
+    }  # fmt: skip
+
+
+def tensors(form: fem.Form) -> np.ndarray:
+    if form.rank == 0:
+        return np.array([fem.assemble_scalar(form)])
+    if form.rank == 1:
+        return fem.assemble_vector(form).array
+    return fem.assemble_matrix(form).to_dense()
+
+
+@pytest.mark.parametrize("cell", [mesh.CellType.quadrilateral, mesh.CellType.triangle])
+def test_any_integrand_is_what_ffcx_compiles(cell: mesh.CellType) -> None:
+    """Kind: all of UFL that bodies and users write, over cells and facets, with derivatives."""
+    domain = surface(cell)
+    q, h, c = functions(domain)
+    domain.topology.create_connectivity(1, 2)
+    facets = mesh.exterior_facet_indices(domain.topology)
+    tags = mesh.meshtags(domain, 1, facets, (np.arange(len(facets)) % 2).astype(np.int32))
+    ds = ufl.Measure("ds", domain, subdomain_data=tags)
+    normal = ufl.FacetNormal(domain)
+    every = sum(integrands(q, h, c).values())
+    energy = every * ufl.dx(degree=3)
+    energy += ufl.dot(normal, ufl.split(q)[0]) ** 3 * ds(0, degree=4)
+    energy += h * ufl.split(q)[2] * ds(1, degree=2)
+    slope = ufl.derivative(energy, q)
+    for form in (energy, slope, ufl.derivative(slope, q)):
+        reference = tensors(fem.form(form))
+        with assembled_by("interpreted"):
+            found = tensors(compiled(form))
+        assert np.abs(found - reference).max() < BOUND * np.abs(reference).max()
+
+
+def test_expressions_at_points(cell: mesh.CellType = mesh.CellType.quadrilateral) -> None:
+    domain = surface(cell)
+    q, h, c = functions(domain)
+    values = ufl.as_vector([*integrands(q, h, c).values(), ufl.as_ufl(0.0)])
+    points = RANDOM.uniform(0.1, 0.4, (5, 2))
+    cells = np.arange(4, dtype=np.int32)
+    reference = fem.Expression(values, points).eval(domain, cells)
+    with assembled_by("interpreted"):
+        found = compiled_expression(values, points).eval(domain, cells)
+    np.testing.assert_allclose(found, reference, rtol=BOUND, atol=BOUND * np.abs(reference).max())
+
+
+@pytest.fixture
+def no_compiler(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """All scenes are interpreted, and nothing is compiled or taken from the cache."""
+
+    def shut(*_: object, **__: object) -> None:
+        raise AssertionError("a kernel is asked for")
+
+    for name in ("compile_new", "loaded"):
+        monkeypatch.setattr(kernels, name, shut)
+    monkeypatch.setattr("shellmb.native.assembler.INTERPRETED", True)
+    yield
+
+
+@pytest.mark.parametrize(
+    "name",
+    [*QUICK, *(pytest.param(n, marks=pytest.mark.slow) for n in runs.STORED if n not in QUICK)],
+)
+def test_golden_runs_need_no_kernel(name: str, no_compiler: None) -> None:
+    """Kind: every scheme with every kind of body, and all that is made of runs."""
+    apart = runs.differences(runs.history(name), runs.frozen()[name])
+    worst = max(apart, key=apart.__getitem__)
+    assert apart[worst] < bound(name), worst
+
+
+def test_what_programs_lack_is_compiled() -> None:
+    """Integrals over interior facets."""
+    domain = surface(mesh.CellType.triangle)
+    q, _, _ = functions(domain)
+    form = ufl.jump(ufl.split(q)[2]) ** 2 * ufl.dS
+    with assembled_by("interpreted"):
+        found = tensors(compiled(form))
+    np.testing.assert_allclose(found, tensors(fem.form(form)))
