@@ -121,7 +121,7 @@ class Unresisted:
             self._motions = _without_strains(element, self._mass)
 
     def false(self, energy: float, *q: Floats) -> bool:
-        """Whether a mode is none of the structure; collective.
+        """Decide whether a mode is none of the structure; collective.
 
         Args:
             energy: Its strain energy, J.
@@ -143,7 +143,8 @@ class Unresisted:
     def _across(self, u: Floats) -> float:
         """Square of what a motion across the surface is but for its values at the points."""
         element, root = self._element, np.linalg.cholesky(self._mass).T
-        first, second = (_slopes(element, element.points, k) @ self._x for k in (1, 2))
+        nodes = np.asarray(element.points, np.float64)
+        first, second = (_slopes(element, nodes, k) @ self._x for k in (1, 2))
         normals = np.cross(first, second)
         normals /= np.linalg.norm(normals, axis=2, keepdims=True)
         at = np.asarray(basix.make_quadrature(element.cell_type, 2 * element.degree - 1)[0])
