@@ -59,8 +59,7 @@ def unresisted_modes(
         modes: Number of each elastic mode, its strain energy, J (infinite where it is not known),
             and its real and imaginary part by names of bodies.
         what: What is false of one of them, and of several.
-        state: Local arrays of the state that modes are about, by names of bodies; None: the
-            reference.
+        state: Local arrays of the state they are about, by names of bodies; None: the reference.
     """
     said, every = [], list(modes)
     for name, body in model.shells.items():
@@ -129,23 +128,22 @@ class Unresisted:
         """
         sizes = np.sum([self._sizes(values[self._places]) for values in q], axis=0)
         self._comm.Allreduce(MPI.IN_PLACE, sizes)
-        every, along, across, unseen = sizes
-        stretches = along + across > ALTERNATING * every and unseen > energy
-        return bool(along > MOST * every or stretches)
+        every, along, both, unseen = sizes
+        return bool(along > MOST * every or (both > ALTERNATING * every and unseen > energy))
 
     def _sizes(self, u: Floats) -> Floats:
-        """Squares of a motion, of its parts along and across, and energy its elements miss."""
-        along, across, unseen = self._size(self._within(u)), 0.0, 0.0
-        if not self.triangles:
-            across, unseen = self._across(u), self._stretch(u, 1) - self._stretch(u, -1)
-        return np.array([self._size(u), along, across, unseen])
+        """Squares of a motion, its part along and that and across, and energy elements miss."""
+        every, along = self._size(u), self._size(self._within(u))
+        if self.triangles:
+            return np.array([every, along, 0.0, 0.0])
+        unseen = self._stretch(u, 1) - self._stretch(u, -1)
+        return np.array([every, along, along + self._across(u), unseen])
 
     def _across(self, u: Floats) -> float:
         """Square of what a motion across the surface is but for its values at the points."""
         element, root = self._element, np.linalg.cholesky(self._mass).T
         nodes = np.asarray(element.points, np.float64)
-        first, second = (_slopes(element, nodes, k) @ self._x for k in (1, 2))
-        normals = np.cross(first, second)
+        normals = np.cross(*(_slopes(element, nodes, k) @ self._x for k in (1, 2)))
         normals /= np.linalg.norm(normals, axis=2, keepdims=True)
         at = np.asarray(basix.make_quadrature(element.cell_type, 2 * element.degree - 1)[0])
         free = np.linalg.svd(_slopes(element, at, 0) @ np.linalg.inv(root))[2][len(at) :]
@@ -155,16 +153,14 @@ class Unresisted:
     def _stretch(self, u: Floats, more: int) -> float:
         """Energy of strains along the surface by a rule of degree 2 k + `more`, J."""
         element = self._element
-        rule = basix.make_quadrature(element.cell_type, 2 * element.degree + more)
-        points, weights = map(np.asarray, rule)
+        degree = 2 * element.degree + more
+        points, weights = map(np.asarray, basix.make_quadrature(element.cell_type, degree))
         slopes = np.stack([_slopes(element, points, k) for k in (1, 2)], axis=1)
         tangents, moved = (np.einsum("pan,cni->cpai", slopes, v) for v in (self._x, u))
-        metric = tangents @ tangents.swapaxes(2, 3)
-        strain = tangents @ moved.swapaxes(2, 3)
+        metric, strain = (tangents @ v.swapaxes(2, 3) for v in (tangents, moved))
         mixed = np.linalg.solve(metric, (strain + strain.swapaxes(2, 3)) / 2)
-        squares = np.einsum("cpab,cpba->cp", mixed, mixed)
-        area = np.sqrt(np.linalg.det(metric))
-        return float(self._stiffness / 2 * np.sum(weights * area * squares))
+        squares = np.einsum("cpab,cpba->cp", mixed, mixed) * np.sqrt(np.linalg.det(metric))
+        return float(self._stiffness / 2 * np.sum(squares @ weights))
 
     def shares(self, q: Floats, small: bool) -> Floats:
         """Mean squares of a displacement of quadrilaterals, but for rigid motions; collective.
