@@ -174,8 +174,7 @@ def _doubtful(rotating: Linearised, pairs: Sequence[Pair], rigid: int) -> list[s
             energy = abs(pair.value) ** 2 * product(rotating.mass, pair, pair).real / 2
             parts = tuple(parts_of(rotating.system, (pair.real, pair.imaginary)))
             modes.append(Motion(number, energy, parts))
-    arrays = {name: levels.q.x.array for name, levels in rotating.levels.items()}
-    state = arrays.__getitem__
+    state = {name: levels.q.x.array for name, levels in rotating.levels.items()}.__getitem__
     return [
         *stiffened_modes(rotating.model, state, modes),
         *unresisted_modes(rotating.model, modes, ("eigenvalue", "eigenvalues"), state),

@@ -108,8 +108,8 @@ class Unresisted:
         values = np.hstack([_slopes(e, points, 0) for e in elements])
         self._mass = values.T @ (weights[:, None] * values)
         middle = np.mean(basix.geometry(cell), axis=0)[None]
-        slopes = np.concatenate([_slopes(element, middle, k) for k in (1, 2)])
-        self._slopes, self._x = slopes, space.tabulate_dof_coordinates()[nodes]
+        self._slopes = slopes = np.concatenate([_slopes(element, middle, k) for k in (1, 2)])
+        self._x = space.tabulate_dof_coordinates()[nodes]
         if state is not None:
             self._x = self._x + state[dofs["u"].reshape(-1, 3)[nodes]]
         self._element, self._stiffness = element, body.section.sizes.stiffness
@@ -147,8 +147,7 @@ class Unresisted:
         normals /= np.linalg.norm(normals, axis=2, keepdims=True)
         at = np.asarray(basix.make_quadrature(element.cell_type, 2 * element.degree - 1)[0])
         free = np.linalg.svd(_slopes(element, at, 0) @ np.linalg.inv(root))[2][len(at) :]
-        amounts = np.sum(u * normals, axis=2) @ (free @ root).T
-        return float(np.sum(amounts**2 * self._area[:, None]))
+        return float(self._area @ np.sum((np.sum(u * normals, 2) @ (free @ root).T) ** 2, 1))
 
     def _stretch(self, u: Floats, more: int) -> float:
         """Energy of strains along the surface by a rule of degree 2 k + `more`, J."""
