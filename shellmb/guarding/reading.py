@@ -5,12 +5,15 @@ What a directory calls a file may be a link to one without an end, or a pipe tha
 
 from __future__ import annotations
 
+import io
 import json
 import os
 import stat
 import zipfile
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from shellmb.errors import SceneError
 
@@ -74,6 +77,32 @@ def read_json(file: Path) -> dict[str, Any]:
     if not isinstance(values, dict):
         raise SceneError(f"{file} is damaged (it holds no table)")
     return values
+
+
+def unpacked(file: Path, content: bytes) -> dict[str, Any]:
+    """The arrays of a state, by name.
+
+    No run writes numbers there that are not finite: those are found whatever their checksum.
+
+    Args:
+        file: Their file.
+        content: Its content.
+
+    Raises:
+        SceneError: If it holds no arrays, or some of their numbers are not finite.
+    """
+    try:
+        with np.load(io.BytesIO(content), allow_pickle=False) as archive:
+            check_archive(archive.zip, len(content))
+            arrays = {key: archive[key] for key in archive.files}
+    except (ValueError, OSError, zipfile.BadZipFile) as error:
+        raise SceneError(f"{file} is damaged ({error})") from None
+    for key, array in arrays.items():
+        if array.dtype.kind in "fc" and not np.isfinite(array).all():
+            raise SceneError(
+                f"{file} is damaged (its array '{key}' has a value that is not finite)"
+            )
+    return arrays
 
 
 def check_archive(archive: zipfile.ZipFile, packed: int) -> None:

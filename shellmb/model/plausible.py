@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from mpi4py import MPI
 
@@ -103,9 +103,10 @@ def check_probes(scene: Scene, meshed: Mapping[str, ShellModel | BeamModel]) -> 
     for probe in scene.probes:
         (target,) = scene.bodies_of(probe)
         if target.name in meshed:
-            body, who, places = meshed[target.name], f"probe '{probe.name}'", [probe.at]
+            body, who = meshed[target.name], f"probe '{probe.name}'"
+            places: Any = [probe.at]
             if is_point(probe.at):
-                places = list(surrounding(body, probe.at, who)[0])
+                places, _ = surrounding(body, probe.at, who)
             for place in places:
                 local_point(body, place, who)
         if probe.frame is not None and probe.frame in meshed:

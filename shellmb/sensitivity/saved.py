@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import io
 import json
-import zipfile
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -12,7 +10,7 @@ import numpy as np
 
 from shellmb.barrier import first_found
 from shellmb.errors import SceneError
-from shellmb.guarding.reading import read_bytes
+from shellmb.guarding.reading import read_bytes, unpacked
 from shellmb.guarding.writing import drafted
 from shellmb.observers.files.checkpoint import Saved, Written
 from shellmb.running.execute import take_up
@@ -67,10 +65,11 @@ class SavedSide:
         comm = run.model.comm
         arrays, table, wrong = {}, {}, None
         try:
-            with np.load(io.BytesIO(read_bytes(self._file)), allow_pickle=False) as archive:
-                arrays = {key: archive[key] for key in archive.files}
+            arrays = unpacked(self._file, read_bytes(self._file))
             table = json.loads(str(arrays.pop(TABLE)))
-        except (OSError, ValueError, KeyError, SceneError, zipfile.BadZipFile) as error:
+        except SceneError as error:
+            wrong = str(error)
+        except (ValueError, KeyError) as error:
             wrong = f"{self._file} cannot be read ({error})"
         # observers of the first rank know the files
         table = comm.bcast(table)

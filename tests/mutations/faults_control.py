@@ -7,6 +7,7 @@ CONTROLLED = "tests/control/test_controlled.py"
 CONTROLLERS = "shellmb/scene/control/controllers.py"
 CONTROL = "shellmb/simulate/control"
 GIVEN, STARTS = "shellmb/simulate/start/given.py", "tests/simulate/test_starts.py"
+SECTIONS = "tests/simulate/test_start_sections.py"
 TIMES = "tests/simulate/test_times.py"
 
 FAULTS = (
@@ -86,6 +87,30 @@ FAULTS = (
         "turns = cross if rows.shape[1] == 1 else cross / 2",
         "turns = cross / 2",
         (f"{STARTS}::test_a_mode_turns_directors_by_its_slope[shell]",),
+    ),
+    Fault(
+        "forces of other sections are taken",
+        GIVEN,
+        "return anew or not _same_sections(scene, stored)",
+        "return anew",
+        (
+            f"{SECTIONS}::test_forces_are_those_of_the_sections_now[another contraction]",
+            f"{SECTIONS}::test_forces_are_those_of_the_sections_now[another rod]",
+        ),
+    ),
+    Fault(
+        "one section that stays says that all do",
+        GIVEN,
+        "return all(below(stored.scene, path)",
+        "return any(below(stored.scene, path)",
+        (f"{SECTIONS}::test_forces_are_those_of_the_sections_now[plies along and across]",),
+    ),
+    Fault(
+        "forces are found anew where they are known",
+        GIVEN,
+        "return anew or not _same_sections(scene, stored)",
+        "return True",
+        (f"{SECTIONS}::test_forces_are_those_of_the_sections_now[the same]",),
     ),
     Fault(
         "controllers begin with empty memories",

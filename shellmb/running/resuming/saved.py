@@ -20,7 +20,8 @@ from shellmb.running.tables import Damaged, first_error, read_table
 from shellmb.simulate.start.stored import read_arrays
 
 Count = Annotated[int, Field(ge=0)]
-Seconds = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+Seconds = Annotated[Finite, Field(ge=0)]
 ANEW = "start the run again in another directory"
 
 
@@ -52,7 +53,7 @@ class _Counters(_Table):
     step: Count
     iterations: Count
     step_seconds: Seconds
-    size: dict[str, float]
+    size: dict[str, Finite]
 
 
 class _State(_Table):

@@ -53,12 +53,13 @@ class StoredFrame:
         """
         body = scene.body(name)
         rigid = body in scene.rigid_bodies
-        grid = self._grid(RIGID if rigid else name.replace(" ", "_"), said(body))
+        grid, file = self._grid(RIGID if rigid else name.replace(" ", "_"), said(body))
         keys = ["director"] if count == 1 else ["d1", "d2", "d3"]
         rates = [f"{key}_velocity" for key in keys]
         pairs = [("displacement", keys)] + [("velocity", rates)] * moving
         for key, field in (
             ("reference", "director"),
+            ("displacement", "director"),
             *((key, "director") for key in pairs[0][1]),
             *((key, "velocity") for key in ("velocity",) * moving),
             *((key, "director_velocity") for key in rates * moving),
@@ -68,6 +69,11 @@ class StoredFrame:
                 more = ", or velocities must be False" if "velocity" in field else ""
                 raise SceneError(
                     f"{self._who}: its frames have no {key} of {said(body)}; {right}{more}"
+                )
+            if not np.isfinite(grid[key]).all():
+                raise SceneError(
+                    f"{self._who}: {file} is damaged (its array '{key}' has a value that is not "
+                    "finite); run it again"
                 )
         rows = np.arange(len(grid["reference"]))
         if rigid:
@@ -103,8 +109,8 @@ class StoredFrame:
             )
         return np.asarray(np.reshape(found, (len(X), -1))[:, 0])
 
-    def _grid(self, stem: str, body: str) -> dict[str, npt.NDArray[Any]]:
-        """The arrays of a body's file at that time."""
+    def _grid(self, stem: str, body: str) -> tuple[dict[str, npt.NDArray[Any]], Path]:
+        """The arrays of a body's file at that time, and the file."""
         from vtkmodules.util.numpy_support import vtk_to_numpy
 
         from shellmb.guarding.grids import read_grid
@@ -120,13 +126,14 @@ class StoredFrame:
             raise SceneError(f"{series} is damaged ({error})") from None
         times = np.array(sorted(found))
         nearest = float(times[np.argmin(np.abs(times - self._at))])
-        if abs(nearest - self._at) > SAME * max(1.0, float(times[-1])):
+        if not abs(nearest - self._at) <= SAME * max(1.0, float(times[-1])):
             near = sorted(times[np.argsort(np.abs(times - self._at))[:2]].tolist())
             raise SceneError(
                 f"{self._who}: at is {self._at:g}, and there is no frame; it must be one of the "
                 f"frames' times, the nearest of which are {' and '.join(map(repr, near))}"
             )
-        points = read_grid(self._folder / Path(found[nearest]).name).GetPointData()
+        file = self._folder / Path(found[nearest]).name
+        points = read_grid(file).GetPointData()
         arrays = {}
         for k in range(points.GetNumberOfArrays()):
             array = points.GetAbstractArray(k)
@@ -136,4 +143,4 @@ class StoredFrame:
                 if numeric
                 else np.array([array.GetValue(n) for n in range(array.GetNumberOfValues())])
             )
-        return arrays
+        return arrays, file

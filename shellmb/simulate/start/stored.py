@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import csv
-import io
-import zipfile
+import math
 from collections import deque
 from contextlib import suppress
 from dataclasses import dataclass
@@ -13,12 +12,10 @@ from typing import Any
 
 from mpi4py import MPI
 
-import numpy as np
-
 from shellmb.arrays import Floats
 from shellmb.barrier import first_found
 from shellmb.errors import SceneError
-from shellmb.guarding.reading import check_archive, read_bytes, read_json
+from shellmb.guarding.reading import read_bytes, read_json, unpacked
 from shellmb.guarding.seal import checksum, is_sealed
 from shellmb.prefixes import below
 from shellmb.scene.schemes import is_static
@@ -105,7 +102,8 @@ def counted(directory: Path, comm: MPI.Comm, at: float | None) -> dict[str, floa
                 if at is None
                 else min(rows, key=lambda row: abs(float(row["t"]) - at))
             )
-            found = {key: float(row[key]) for key in row if key.endswith(COUNTED)}
+            values = {key: float(row[key]) for key in row if key.endswith(COUNTED)}
+            found = values if all(map(math.isfinite, values.values())) else None
     return comm.bcast(found)
 
 
@@ -121,7 +119,7 @@ def _read(directory: Path, comm: MPI.Comm, whole: bool) -> Stored:
         name, sums = str(values["arrays"]), values["arrays_sha256"]
         ranks, scene = values["ranks"], dict(values["scene"])
         t, control = float(values["simulation"]["t"]), values["simulation"].get("control")
-        sealed = is_sealed(values)
+        sealed = is_sealed(values) and math.isfinite(t)
     except (KeyError, TypeError, ValueError):
         sealed = False
     if not sealed:
@@ -134,7 +132,10 @@ def _read(directory: Path, comm: MPI.Comm, whole: bool) -> Stored:
             f"start from a run: the run in {directory} was made on {ranks} ranks, not {comm.size}; "
             f"start from it with `mpiexec -n {ranks}`"
         )
-    arrays = read_arrays(file.parent / f"{name}-rank{comm.rank}.npz", sums[comm.rank])
+    try:
+        arrays = read_arrays(file.parent / f"{name}-rank{comm.rank}.npz", sums[comm.rank])
+    except SceneError as error:
+        raise SceneError(f"start from a run: {error}; run it again") from None
     return Stored(arrays, scene, dynamic, t, control)
 
 
@@ -151,9 +152,4 @@ def read_arrays(file: Path, expected: str) -> Arrays:
     content = read_bytes(file)
     if checksum(content) != expected:
         raise SceneError(f"{file} is damaged (its checksum differs)")
-    try:
-        with np.load(io.BytesIO(content), allow_pickle=False) as archive:
-            check_archive(archive.zip, len(content))
-            return {key: archive[key] for key in archive.files}
-    except (ValueError, OSError, zipfile.BadZipFile) as error:
-        raise SceneError(f"{file} is damaged ({error})") from None
+    return unpacked(file, content)

@@ -1,18 +1,25 @@
 """Run directories with a damaged file: one sentence that says which, or nothing is lost by it."""
 
+import hashlib
 import json
 import shutil
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
+import shellmb as sm
 from shellmb.errors import SceneError
 from shellmb.guarding.seal import sealed
 from shellmb.observers.files.checkpoint import FORMAT
 from shellmb.observers.history import read_history
+from shellmb.running.loader import load as load_scene
 from shellmb.running.resuming.resume import resume
+from shellmb.running.resuming.saved import ANEW
+from shellmb.simulate.simulation import Simulation
 
 SCENE = str(Path(__file__).with_name("scene_pendulum.py"))
 
@@ -117,6 +124,10 @@ IMPOSSIBLE: dict[str, tuple[Callable[[dict[str, Any]], Any], str]] = {
     "a time that is no number": (lambda s: s["simulation"].update(t="0"), "simulation.t"),
     "no time": (lambda s: s["simulation"].pop("t"), "simulation.t"),
     "an infinite time": (lambda s: s["simulation"].update(t=float("inf")), "simulation.t"),
+    "a next step that is no number": (
+        lambda s: s["simulation"]["size"].update(dt=float("nan")),
+        "simulation.size.dt",
+    ),
     "a step before the start": (lambda s: s["simulation"].update(step=-1), "simulation.step"),
     "another step": (lambda s: s["simulation"].update(step=1), "does not end where the state is"),
     "arrays elsewhere": (lambda s: s.update(arrays="../../step-00000002"), "arrays"),
@@ -135,7 +146,39 @@ def test_states_that_are_impossible(case: str, run: Path) -> None:
     change, named = IMPOSSIBLE[case]
     edit(run / "state" / "state.json", change, seal=True)
     said, _ = outcome(run)
-    assert named in said and "start the run again" in said
+    assert named in said and ANEW in said
+
+
+@pytest.mark.parametrize("value", [np.nan, -np.inf])
+def test_numbers_that_are_none_are_refused_whatever_their_checksum(value: float, run: Path) -> None:
+    """Of every array that the run has stored, by whoever goes on from it; nothing is run."""
+    state, file = run / "state" / "state.json", run / "state" / "step-00000002-rank0.npz"
+    with np.load(file) as archive:
+        arrays = dict(archive)
+    real = {name: a for name, a in arrays.items() if a.dtype.kind == "f" and a.size}
+    # positions, velocities, and what is remembered of earlier steps
+    assert len(real) > 3
+    before = (run / "history.csv").read_bytes()
+    start = sm.FromRun(run)
+    begun = replace(load_scene(SCENE).module.scene(), start=start)
+    for name, array in real.items():
+        forged = array.copy()
+        forged.flat[-1] = value
+        np.savez(file, allow_pickle=False, **(arrays | {name: forged}))
+        digest = hashlib.sha256(file.read_bytes()).hexdigest()
+        edit(state, lambda s, d=digest: s.update(arrays_sha256=[d]), seal=True)
+        wrong = f"{file} is damaged (its array '{name}' has a value that is not finite)"
+        said, _ = outcome(run)
+        assert said.startswith(f"resume: {wrong}") and said.endswith(ANEW)
+        with pytest.raises(SceneError) as refused:
+            Simulation(begun)
+        assert str(refused.value) == f"start from a run: {wrong}; run it again"
+    assert (run / "history.csv").read_bytes() == before
+    # as they were, the sums being those of another archive of the same numbers
+    np.savez(file, allow_pickle=False, **arrays)
+    digest = hashlib.sha256(file.read_bytes()).hexdigest()
+    edit(state, lambda s: s.update(arrays_sha256=[digest]), seal=True)
+    assert not outcome(run)[0]
 
 
 def test_an_edited_state_is_refused(run: Path) -> None:

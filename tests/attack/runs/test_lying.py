@@ -2,21 +2,26 @@
 
 import io
 import json
+import math
 import os
 import re
 import zipfile
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridWriter
 
+import shellmb as sm
 from shellmb.api.runs import load
-from shellmb.errors import RunError, SceneError
+from shellmb.errors import RunError, SceneError, ShellmbWarning
 from shellmb.guarding.grids import check_grid, read_grid
 from shellmb.guarding.reading import check_archive, read_bytes
 from shellmb.running.execute import execute
 from shellmb.running.loader import load as load_scene
-from shellmb.simulate.simulation import Silent
+from shellmb.simulate.simulation import Silent, Simulation
 
 SCENE = str(Path(__file__).with_name("scene_pendulum.py"))
 GRID = "fields/rigid_bodies_0001.vtu"
@@ -136,6 +141,46 @@ def test_files_without_end_are_not_read(name: str, points: str, run: Path, tmp_p
     with pytest.raises(SceneError, match=rf"{Path(name).name}"):
         found = load(run)
         repr(found), found.history, found.fields["rigid bodies"]["displacement"].values
+
+
+def test_frames_with_numbers_that_are_none_are_no_start(tmp_path: Path) -> None:
+    """Frames have no checksums of their own: each array that a start takes, at its last value."""
+    fields = ("director", "velocity", "director_velocity")
+    scene = load_scene(SCENE).module.scene(steps=2)
+    scene = replace(scene, output=sm.Output(fields=fields, frames=3))
+    execute(scene, tmp_path / "run", pictures=False)
+    file = tmp_path / GRID.replace("fields", "run/fields")
+    start = replace(scene, start=sm.FromRun(tmp_path / "run", at=1e-3))
+    Simulation(start)
+    taken = {"reference", "displacement", "velocity"}
+    taken |= {f"d{k}{rate}" for k in (1, 2, 3) for rate in ("", "_velocity")}
+    content = file.read_bytes()
+    for name in sorted(taken):
+        file.write_bytes(content)
+        grid = read_grid(file)
+        values = vtk_to_numpy(grid.GetPointData().GetArray(name))
+        values.flat[-1] = math.nan
+        writer = vtkXMLUnstructuredGridWriter()
+        writer.SetInputDataObject(grid)
+        writer.SetDataModeToAppended()
+        writer.EncodeAppendedDataOff()
+        writer.SetCompressorTypeToLZ4()
+        writer.SetFileName(str(file))
+        writer.Write()
+        with pytest.raises(SceneError, match=rf"{GRID} is damaged .its array '{name}' has a value"):
+            Simulation(start)
+
+
+@pytest.mark.parametrize("value", ["nan", "inf"])
+def test_a_count_of_turns_that_is_no_number_is_not_taken(value: str, run: Path) -> None:
+    """A history that cannot be read is said, and turns begin within half a one."""
+    lines = [line.split(",") for line in (run / "history.csv").read_text().split("\n")]
+    lines[-2][lines[0].index("pin.rotation")] = value
+    (run / "history.csv").write_text("\n".join(map(",".join, lines)))
+    start = replace(load_scene(SCENE).module.scene(), start=sm.FromRun(run))
+    with pytest.warns(ShellmbWarning, match="history.csv.* is missing or cannot be read"):
+        simulation = Simulation(start)
+    assert all(np.isfinite(array).all() for array in simulation.arrays().values())
 
 
 def test_archives_that_unpack_to_more_than_they_are_are_refused() -> None:
