@@ -199,12 +199,11 @@ def _doubtful(
     ]
     if not modes:
         return []
-    motions = [(number, (part,)) for number, _, part in modes]
     elastic = [Motion(number, energy, (part,)) for number, energy, part in modes]
     return [
         *(stiffened_modes(model, state, elastic) if state is not None else ()),
         *locked_modes(model, modes, directors),
-        *unresisted_modes(model, motions, ("frequency", "frequencies")),
+        *unresisted_modes(model, elastic, ("frequency", "frequencies"), state),
     ]
 
 

@@ -174,11 +174,10 @@ def _doubtful(rotating: Linearised, pairs: Sequence[Pair], rigid: int) -> list[s
             energy = abs(pair.value) ** 2 * product(rotating.mass, pair, pair).real / 2
             parts = tuple(parts_of(rotating.system, (pair.real, pair.imaginary)))
             modes.append(Motion(number, energy, parts))
-    state = {name: levels.q.x.array for name, levels in rotating.levels.items()}
-    motions = ((mode.number, mode.parts) for mode in modes)
+    state = {name: levels.q.x.array for name, levels in rotating.levels.items()}.__getitem__
     return [
-        *stiffened_modes(rotating.model, state.__getitem__, modes),
-        *unresisted_modes(rotating.model, motions, ("eigenvalue", "eigenvalues")),
+        *stiffened_modes(rotating.model, state, modes),
+        *unresisted_modes(rotating.model, modes, ("eigenvalue", "eigenvalues"), state),
     ]
 
 

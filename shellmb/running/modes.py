@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time as clock
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -194,7 +195,7 @@ def find_buckling(
         shapes = [mode_shape(found.system, found.model, vector) for vector in found.vectors]
         parts = parts_of(found.system, found.vectors)
         said = ("load factor", "load factors")
-        motions = [(number, (part,)) for number, part in enumerate(parts, start=1)]
+        motions = [(number, math.inf, (part,)) for number, part in enumerate(parts, start=1)]
         warnings = unresisted_modes(found.model, motions, said)
         summary: dict[str, Any] = {
             "scene": scene.name,

@@ -4,10 +4,14 @@ The kind: frequencies and load factors below the first true ones of motions that
 elements do not see. The true ones are known: they do not go with the thickness.
 """
 
+import re
+from collections.abc import Sequence
+
 import numpy as np
 import pytest
 
 import shellmb as sm
+from shellmb.arrays import Floats
 from shellmb.rotating.campbell import campbell
 from shellmb.verify.problems.linear_shells import compressed_cylinder
 
@@ -61,3 +65,95 @@ def test_modes_of_a_foil_that_spins_are_named_as_well() -> None:
         below = np.flatnonzero((frequencies > 500) & (frequencies < 0.98 * 10 * TRUE)) + 1
         named = f"modes {', '.join(map(str, below))} and their eigenvalues are false"
         assert len(below) == 3 and [w.split(":")[0] for w in found.doubtful] == [named]
+
+
+def octant(xi: Floats, eta: Floats) -> Floats:
+    """An eighth of a sphere, but for three degrees about its pole."""
+    along, up = np.pi / 2 * xi, np.deg2rad(87) * eta
+    rows = np.cos(up) * np.cos(along), np.cos(up) * np.sin(along), np.sin(up)
+    return RADIUS * np.stack(rows)
+
+
+RADIUS, WAVE = 0.05, np.sqrt(70e9 / 2700.0)
+
+
+def lamb(n: int) -> float:
+    """Lower frequency of a sphere that does not bend, Hz (H. Lamb, Proc. LMS 14 (1882) 50-56)."""
+    terms = 1 - 0.3**2, -(n * (n + 1) + 1 + 3 * 0.3), n * (n + 1) - 2
+    return float(np.sqrt(np.roots(terms).min())) * WAVE / RADIUS / (2 * np.pi)
+
+
+def named(warnings: Sequence[str]) -> set[int]:
+    """Numbers of modes that are false, which are listed or follow one another."""
+    said = "".join(
+        w.split(" and the")[0].split(" and its")[0] for w in warnings if "are false" in w
+    )
+    numbers = list(map(int, re.findall(r"\d+", said)))
+    if " to " not in said:
+        return set(numbers)
+    first, last, count = numbers
+    assert count == last - first + 1
+    return set(range(first, last + 1))
+
+
+@pytest.mark.parametrize(
+    ("strain", "n", "false", "metre"),
+    [
+        # nothing else is as low
+        (1e-4, 8, 12, 1.0),
+        (1e-3, 8, 2, 1e3),
+        pytest.param(1e-4, 16, 0, 1.0, marks=pytest.mark.slow),
+    ],
+)
+def test_of_a_pressurised_sphere_those_that_are_not_named_are_true(
+    strain: float, n: int, false: int, metre: float
+) -> None:
+    """Across a curved surface motions that only the prestress resists alternate as well."""
+    pascal = metre**-2
+    t, E = 1e-4 * RADIUS * metre, 70e9 * pascal
+    section = sm.Isotropic(E=E, nu=0.3, thickness=t, density=2700.0 * metre**-4)
+    held = [(None, 0, None), (0, None, None), (None, None, 0), (0, 0, None)]
+    scene = sm.Scene(
+        "octant",
+        sm.Shell("foil", sm.Parametric(lambda a, b: metre * octant(a, b)), section, mesh=(n, n)),
+        supports=[
+            sm.Fixed(edge, displacement=u)
+            for edge, u in zip(("left", "right", "bottom", "top"), held, strict=True)
+        ],
+        loads=sm.Pressure(2 * strain * E / (1 - 0.3) * t / (RADIUS * metre)),
+        scheme="static",
+        dt=1.0,
+        t_end=1.0,
+    )
+    found = sm.modes(scene, loaded=True, count=12)
+    numbers = named(found.warnings)
+    assert len(numbers) == false
+    true = [f for k, f in enumerate(found.frequencies, start=1) if k not in numbers][:9]
+    # even ones, each as often as it has symmetric shapes; the last are higher by what pressure adds
+    expected = [lamb(2)] * 2 + [lamb(4)] * 3 + [lamb(6)] * 4
+    np.testing.assert_allclose(true, expected[: len(true)], rtol=2e-3 + 35 * strain)
+
+
+def test_a_sheet_that_tension_alone_holds_across_its_surface_is_true() -> None:
+    """Of a drum no mode has elastic energy, up to those of a wave in each element."""
+    section = sm.Isotropic(E=70e9, nu=0.3, thickness=1e-4, density=2700.0)
+    tension = 1e-3 * 70e9 / (1 - 0.3) * 1e-4
+    free = {"left": (0, None, 0), "bottom": (None, 0, 0)}
+    free |= dict.fromkeys(("right", "top"), (None, None, 0))
+    scene = sm.Scene(
+        "drum",
+        sm.Shell("foil", sm.Rectangle(1, 1), section, mesh=(4, 4)),
+        supports=[sm.Fixed(edge, displacement=u) for edge, u in free.items()],
+        loads=[sm.EdgeForce("right", (tension, 0, 0)), sm.EdgeForce("top", (0, tension, 0))],
+        scheme="static",
+        dt=1.0,
+        t_end=1.0,
+    )
+    found = sm.modes(scene, loaded=True, count=40)
+    drum = np.sqrt(tension / (2700.0 * 1e-4)) / 2 * np.sqrt([2, 5, 5, 8, 10, 10])
+    np.testing.assert_allclose(found.frequencies[:6], drum, rtol=0.02)
+    squares = np.asarray(found.fields["foil"]["displacement"]) ** 2
+    along = squares[..., :2].sum((1, 2)) > 0.5 * squares.sum((1, 2))
+    # waves along it begin at two kilohertz
+    assert found.frequencies[-1] < TRUE
+    assert named(found.warnings) == set(np.flatnonzero(along) + 1) != set()
