@@ -13,11 +13,10 @@ from ufl.corealg.traversal import traverse_unique_terminals
 
 from shellmb.arrays import Floats
 from shellmb.errors import SceneError
-from shellmb.forms import hourglass
 from shellmb.forms.measure import Measure
 from shellmb.forms.steps.damping import ViscousRule, ViscousShell
-from shellmb.forms.steps.mixed import LinearMixed
-from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed, assumed
+from shellmb.forms.steps.mixed import LinearMixed, LinearOwn, assumed
+from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed
 from shellmb.forms.steps.stress_work_nonlinear import tangent
 from shellmb.model.sections.damping import Resisting, StrainDamping
 from shellmb.model.shells.bound import BoundShell
@@ -52,49 +51,57 @@ def strain_damping(shell: BoundShell) -> StrainDamping | None:
     if isinstance(formulation, LinearMixed):
         parts = _linear(shell, formulation, strain)
     else:
-        assert isinstance(formulation, NonlinearMixed)
-        parts = _of_rest(shell, formulation, strain)
-    stretched = times[0] > 0 and shell.shell.stretching
-    if shell.rules.lines is not None and stretched:
-        time, lines = fem.Constant(shell.mixed.space.mesh, times[0]), shell.line_strain
-        control = shell.hourglass
-        parts.append(
-            Resisting(
-                hourglass.LineSection(),
-                lines,
-                lambda d: control((time * d[0], time * d[1])),
-            )
-        )
+        parts = _of_rest(shell, strain)
     return StrainDamping(shell.layout, parts) if parts else None
 
 
 def _linear(shell: BoundShell, section: LinearMixed, strain: Measure) -> list[Resisting]:
-    """Damping of a linear section; of strains that are held none."""
+    """Damping of a linear section."""
     membrane, bend, shear = shell.shell.section.damping_times
-    if section.A_inv is None:
-        membrane = 0.0
-    if section.G_inv is None:
-        shear = 0.0
-    both = math.sqrt(membrane * bend) if section.B is not None else 0.0
 
     def constant(time: float) -> Expr | None:
         return fem.Constant(shell.mixed.space.mesh, time) if time else None
 
     if not (membrane or bend or shear):
         return []
-    viscous = ViscousShell(section, *map(constant, (membrane, bend, shear, both)))
+    viscous = ViscousShell(section, *map(constant, (membrane, bend, shear)))
     return [Resisting(viscous, strain, shell.integrate)]
 
 
-def _of_rest(shell: BoundShell, section: NonlinearMixed, strain: Measure) -> list[Resisting]:
-    """Damping of an energy; in the reduced rule of the assumed strains."""
-    parts, a = stiffness_at_rest(shell, section), section.a
-    full, rules = ViscousRule(*parts, a, True), shell.rules
-    found = [Resisting(full, strain, lambda d: d[0] * rules.full)]
-    if any(part is not None for part in (parts[0], parts[1], parts[3])):
-        reduced, seen = ViscousRule(*parts, 1 - a, False), assumed(strain, shell.layout)
-        found.append(Resisting(reduced, seen, lambda d: d[0] * rules.reduced))
+def _of_rest(shell: BoundShell, strain: Measure) -> list[Resisting]:
+    """Damping of the elements' own strains, but for a share of the shear."""
+    section, found = shell.section.formulation, []
+    if isinstance(section, LinearOwn):
+        A, B, D, G = _of_linear(shell, section)
+    else:
+        assert isinstance(section, NonlinearMixed)
+        A, B, D, G = stiffness_at_rest(shell, section)
+    if any(part is not None for part in (A, B, D, G)):
+        own = None if G is None else (1 - section.a) * G
+        seen = assumed(strain, shell.layout)
+        found.append(Resisting(ViscousRule(A, B, D, own), seen, shell.integrate))
+    if G is not None:
+        shared = ViscousRule(None, None, None, section.a * G)
+        found.append(Resisting(shared, strain, shell.integrate))
     return found
+
+
+def _of_linear(shell: BoundShell, section: LinearOwn) -> Parts:
+    """Damping of a linear section; of strains that are constrained none."""
+    own, mesh = shell.shell, shell.mixed.space.mesh
+    membrane, bend, shear = own.section.damping_times
+    if not own.stretching:
+        membrane = 0.0
+    if not own.transverse_shear:
+        shear = 0.0
+    both = math.sqrt(membrane * bend)
+
+    def part(time: float, stiffness: Expr | None) -> Expr | None:
+        return fem.Constant(mesh, time) * stiffness if time and stiffness is not None else None
+
+    parts = ((membrane, section.A), (both, section.B), (bend, section.D), (shear, section.G))
+    A, B, D, G = (part(*each) for each in parts)
+    return A, B, D, G
 
 
 type Parts = tuple[Expr | None, Expr | None, Expr | None, Expr | None]
