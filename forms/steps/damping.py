@@ -37,7 +37,7 @@ from ufl.core.expr import Expr
 from shellmb.forms.beam import BeamMixed, halves
 from shellmb.forms.measure import Measure
 from shellmb.forms.state import Layout
-from shellmb.forms.steps.mixed import LinearMixed, bending, membrane_shear, split
+from shellmb.forms.steps.mixed import LinearMixed, LinearOwn, bending, membrane_shear, split
 from shellmb.forms.steps.path import Moment, Rows, moment_of
 from shellmb.forms.steps.stress_work import MixedSection
 
@@ -110,13 +110,13 @@ class ViscousShell(_WithoutGap):
         shear: The same of transverse shear.
     """
 
-    elastic: LinearMixed
+    elastic: LinearMixed | LinearOwn
     membrane: Expr | None
     bend: Expr | None
     shear: Expr | None
 
     def forces(self, layout: Layout, q: Expr) -> Expr:
-        """Forces of the cells that a state has, shape (13,), N/m."""
+        """What a state has of the cells: forces, perhaps behind strains."""
         return self.elastic.forces(layout, q)
 
     @property
@@ -125,24 +125,24 @@ class ViscousShell(_WithoutGap):
         return 1 + len(self.elastic.tying.rules)
 
     def of_rate(self, layout: Layout, e: Expr, v: Expr) -> Expr:
-        """Rates of the forces of the cells, shape (13,)."""
+        """Rates of what cells have."""
         return self.forces(layout, v)
 
     def stress(self, e: Expr, N: Expr) -> tuple[Expr, ...]:
         """Stresses by rule, shape (8,) each."""
-        elastic, tying = self.elastic, self.elastic.tying
+        elastic = self.elastic
         (_, gam), kap = split(membrane_shear(e)), bending(e)
         n, m, Q = _zeros(3), _zeros(3), _zeros(2)
         times = [self.membrane, self.membrane, self.membrane, *(None,) * 3, self.shear, self.shear]
         if self.membrane is not None:
-            n = self.membrane * tying.constant(N)
+            n = self.membrane * elastic.uniform(N)
         if self.bend is not None:
             m = self.bend * (elastic.D * kap)
         if self.shear is not None:
             Q = elastic.a * self.shear * (elastic.G * gam)
-        if elastic.B is not None and self.membrane is not None:
-            own, _ = split(tying.force(N))
-            m = m + self.membrane * (elastic.B * (elastic.A_inv * (own - elastic.B * kap)))
+        if self.membrane is not None:
+            coupled = elastic.coupled_moments(N, e)
+            m = m if coupled is None else m + self.membrane * coupled
         taken = [
             ufl.as_vector([0 if time is None else time * s[k] for k, time in enumerate(times)])
             for s in elastic.taken(N)

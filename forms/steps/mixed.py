@@ -150,11 +150,19 @@ class LinearMixed:
         m = self.D * bending(e)
         return m if self.B is None else m + self.B * self._stretch(n, e)
 
+    def uniform(self, N: Expr) -> Expr:
+        """Membrane forces that are constant in space, shape (3,)."""
+        return self.tying.constant(N)
+
+    def coupled_moments(self, N: Expr, e: Expr) -> Expr | None:
+        """Moments of membrane strains; None without coupling."""
+        return None if self.B is None else self.B * self._stretch(split(self.tying.force(N))[0], e)
+
     def stress(self, e: Expr, N: Expr) -> tuple[Expr, ...]:
         """Generalised stresses by rule, shape (8,) each; linear in strains and forces."""
         n, _ = split(self.tying.force(N))
         _, gam = split(membrane_shear(e))
-        whole = [*self.tying.constant(N), *self._moments(n, e), *(self.a * (self.G * gam))]
+        whole = [*self.uniform(N), *self._moments(n, e), *(self.a * (self.G * gam))]
         return ufl.as_vector(whole), *self.taken(N)
 
     def gap(self, mean: Expr, end: Expr, N: Expr, dN: Expr) -> list[Expr]:
@@ -262,12 +270,26 @@ class LinearOwn:
             n, m = n + self.B * kap, m + self.B * eps
         return n, m, self.G * gam
 
+    def uniform(self, N: Expr) -> Expr:
+        """Membrane forces that are constant in space, shape (3,)."""
+        return self.tying.constant(self._forces(N))
+
+    def coupled_moments(self, N: Expr, e: Expr) -> Expr | None:
+        """Moments of membrane strains; None without coupling."""
+        if self.B is None:
+            return None
+        return self.B * split(self.tying.strain(self._strain(N)))[0]
+
+    def taken(self, N: Expr) -> list[Expr]:
+        """Stresses where strains are taken, shape (8,) each."""
+        return self.tying.works(self._forces(N))
+
     def stress(self, e: Expr, N: Expr) -> tuple[Expr, ...]:
         """Generalised stresses by rule, shape (8,) each; linear in strains and forces."""
         _, gam = split(membrane_shear(e))
         _, m, _ = self.stresses(self._strain(N), e)
-        whole = [*self.tying.constant(self._forces(N)), *m, *(self.a * (self.G * gam))]
-        return ufl.as_vector(whole), *self.tying.works(self._forces(N))
+        whole = [*self.uniform(N), *m, *(self.a * (self.G * gam))]
+        return ufl.as_vector(whole), *self.taken(N)
 
     def gap(self, mean: Expr, end: Expr, N: Expr, dN: Expr) -> list[Expr]:
         """Work of virtual forces and strains on what strains and forces differ by, by rule."""
@@ -276,11 +298,11 @@ class LinearOwn:
         lacking = ufl.as_vector([*n, *((1 - self.a) * Q)]) - tying.force(self._forces(N))
         moved, _ = split(membrane_shear(end))
         whole = [
-            ufl.dot(tying.constant(self._forces(dN)), moved),
+            ufl.dot(self.uniform(dN), moved),
             -ufl.dot(tying.force(self._forces(dN)), tying.strain(S)),
             ufl.dot(tying.strain(dS), lacking),
         ]
-        return [sum(whole), *(ufl.dot(works, end) for works in tying.works(self._forces(dN)))]
+        return [sum(whole), *(ufl.dot(works, end) for works in self.taken(dN))]
 
     def energy(self, strain: Measure, layout: Layout, q: Expr) -> Densities:
         """Strain energy of a state."""

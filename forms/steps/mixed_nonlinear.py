@@ -57,6 +57,29 @@ def ties(strain: Measure, layout: Layout) -> list[Tie]:
 
 
 @dataclass(frozen=True)
+class Quadratic:
+    """Strain energy density of a linear section.
+
+    Args:
+        A: Membrane stiffness, N/m.
+        B: Coupling, N.
+        D: Bending stiffness, N m.
+        G: Shear stiffness, N/m.
+    """
+
+    A: Expr
+    B: Expr
+    D: Expr
+    G: Expr
+
+    def __call__(self, strains: ShellStrains) -> Expr:
+        """Energy of strains, J/m^2."""
+        eps, kap, gam = strains
+        squares = sum(ufl.dot(C * e, e) for C, e in ((self.A, eps), (self.D, kap), (self.G, gam)))
+        return squares / 2 + ufl.dot(self.B * kap, eps)
+
+
+@dataclass(frozen=True)
 class NonlinearMixed:
     """Hu-Washizu form for any strain energy density `psi(strains)`, eq. (21).
 

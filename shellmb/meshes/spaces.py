@@ -5,7 +5,7 @@ those of `meshes.tying`. Lines: P_k displacement and directors, DP_{k-1} forces 
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from types import MappingProxyType
 from typing import Any
@@ -39,6 +39,8 @@ class MixedSpace:
         subspaces: Name to the collapsed space of the part; of the parts on the same nodes only the
             first one's order is that of `dofs`.
         elementwise: Names of the parts that are discontinuous between elements.
+        stresses: Names of those that belong to strains as stresses of linear sections do: where
+            these are moments over a step, so are they.
     """
 
     space: fem.FunctionSpace
@@ -46,6 +48,7 @@ class MixedSpace:
     dofs: dict[str, Int32s]
     subspaces: dict[str, fem.FunctionSpace]
     elementwise: frozenset[str]
+    stresses: frozenset[str] = frozenset()
 
     @cached_property
     def arguments(self) -> tuple[tuple[Expr, Expr], Expr]:
@@ -184,4 +187,4 @@ def beam_space(
     forces = _local(basix.CellType.interval, degree - 1, 3)
     elements = {"u": nodal(3), "w": nodal(9), "N": forces, "lam": nodal(6)}
     elements |= _constants("interval", constant)
-    return mixed_space(domain, elements, frozenset({"N"}))
+    return replace(mixed_space(domain, elements, frozenset({"N"})), stresses=frozenset({"N"}))

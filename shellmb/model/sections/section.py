@@ -11,7 +11,7 @@ from ufl.core.expr import Expr
 from shellmb.arrays import Floats
 from shellmb.forms.shell import Mass, ShellStrains
 from shellmb.forms.steps.mixed import Formulation, LinearMixed, LinearOwn
-from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed
+from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed, Quadratic
 from shellmb.forms.tying import Tying
 from shellmb.meshes.shared import space_on
 from shellmb.meshes.tying import cell_sizes
@@ -69,9 +69,13 @@ def has_own_strains(shell: Shell, domain: mesh.Mesh) -> bool:
     section = shell.section
     if not isinstance(section, LinearSection) or shell.holds_strains:
         return True
+    return _damps_unlike(shell, section) or domain.topology.cell_name() == "triangle"
+
+
+def _damps_unlike(shell: Shell, section: LinearSection) -> bool:
+    """Decide whether strains that are coupled have different damping times."""
     membrane, bend, _ = section.damping_times
-    unlike = _couples(shell, section) and membrane != bend
-    return unlike or domain.topology.cell_name() == "triangle"
+    return _couples(shell, section) and membrane != bend
 
 
 def _couples(shell: Shell, section: LinearSection) -> bool:
@@ -132,6 +136,10 @@ def _bind_linear(
     if not has_own_strains(shell, domain):
         inverse = (fields.of(lambda at, name=n: np.linalg.inv(getattr(at, name))) for n in "AG")
         return BoundSection(LinearMixed(D, G, *inverse, N0, a, tying, B), force, sizes)
+    if B is not None and _damps_unlike(shell, section):
+        psi, thickness = Quadratic(fields.of(lambda at: at.A), B, D, G), sizes.thickness
+        mixed = NonlinearMixed(psi, N0, a, _constant(domain, thickness))
+        return BoundSection(mixed, force, sizes)
     # what is constrained is stiff
     stiff = _constant(domain, shear / SLACK)
     A = fields.of(lambda at: at.A) if shell.stretching else stiff

@@ -14,7 +14,8 @@ from shellmb.forms import shell as shell_forms
 from shellmb.forms.measure import Measure, measure
 from shellmb.forms.shell import ShellStrains
 from shellmb.forms.state import Layout
-from shellmb.forms.steps.mixed import LinearMixed, LinearOwn
+from shellmb.forms.steps.mixed import assumed
+from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed
 from shellmb.forms.surface import Surface, surface
 from shellmb.meshes.directors import reference_director
 from shellmb.meshes.mesh import SurfaceMesh
@@ -82,6 +83,8 @@ class BoundShell:
         self.rules = quadrature_rules(domain, shell.degree)
         self._ds = self._edge_measure(domain)
         self.section = bind_section(shell, domain, tying)
+        if not isinstance(self.section.formulation, NonlinearMixed):
+            self.mixed = replace(self.mixed, stresses=self.mixed.elementwise)
         weighed = any(isinstance(load, Gravity) for load in loads)
         # an eccentric weight turns the director whether or not its rotation has inertia
         every = replace(shell, rotary_inertia=True, eccentric_inertia=True)
@@ -179,7 +182,6 @@ class BoundShell:
         if given is None:
             return None
         domain, formulation = self.mixed.space.mesh, self.section.formulation
-        assert isinstance(formulation, LinearMixed | LinearOwn)
         parts: list[Expr] = []
         for name in ("membrane", "curvature"):
             value = getattr(given, name)
@@ -191,6 +193,9 @@ class BoundShell:
         membrane = parts[0] if self.shell.stretching else ufl.as_vector([0, 0, 0])
         e = ufl.as_vector([*membrane, *parts[1], 0.0, 0.0])
         factors = given.time, fem.Constant(domain, 0.0), fem.Constant(domain, 0.0)
+        if isinstance(formulation, NonlinearMixed):
+            resultants, seen = formulation.stress(e), assumed(self.strain, self.layout)
+            return NaturalStress(e, (resultants,), resultants, seen, self.integrate, *factors)
         N = forces_of(self, e)
         found = formulation.stress(e, N), formulation.joined(e, N)
         return NaturalStress(e, *found, self.strain, self.integrate, *factors)

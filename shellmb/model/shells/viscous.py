@@ -48,34 +48,36 @@ def strain_damping(shell: BoundShell) -> StrainDamping | None:
             "the damping a term of the shell"
         )
     formulation, strain = shell.section.formulation, shell.strain
-    if isinstance(formulation, LinearMixed):
-        parts = _linear(shell, formulation, strain)
+    if isinstance(formulation, NonlinearMixed):
+        parts = _of_rest(shell, formulation, strain)
     else:
-        parts = _of_rest(shell, strain)
+        assert isinstance(formulation, LinearMixed | LinearOwn)
+        parts = _linear(shell, formulation, strain)
     return StrainDamping(shell.layout, parts) if parts else None
 
 
-def _linear(shell: BoundShell, section: LinearMixed, strain: Measure) -> list[Resisting]:
-    """Damping of a linear section."""
+def _linear(
+    shell: BoundShell, section: LinearMixed | LinearOwn, strain: Measure
+) -> list[Resisting]:
+    """Damping of a linear section; of strains that are constrained none."""
     membrane, bend, shear = shell.shell.section.damping_times
 
-    def constant(time: float) -> Expr | None:
-        return fem.Constant(shell.mixed.space.mesh, time) if time else None
+    def constant(time: float, acts: bool = True) -> Expr | None:
+        return fem.Constant(shell.mixed.space.mesh, time) if time and acts else None
 
-    if not (membrane or bend or shear):
+    times = (
+        constant(membrane, shell.shell.stretching),
+        constant(bend),
+        constant(shear, shell.shell.transverse_shear),
+    )
+    if not any(time is not None for time in times):
         return []
-    viscous = ViscousShell(section, *map(constant, (membrane, bend, shear)))
-    return [Resisting(viscous, strain, shell.integrate)]
+    return [Resisting(ViscousShell(section, *times), strain, shell.integrate)]
 
 
-def _of_rest(shell: BoundShell, strain: Measure) -> list[Resisting]:
+def _of_rest(shell: BoundShell, section: NonlinearMixed, strain: Measure) -> list[Resisting]:
     """Damping of the elements' own strains, but for a share of the shear."""
-    section, found = shell.section.formulation, []
-    if isinstance(section, LinearOwn):
-        A, B, D, G = _of_linear(shell, section)
-    else:
-        assert isinstance(section, NonlinearMixed)
-        A, B, D, G = stiffness_at_rest(shell, section)
+    (A, B, D, G), found = stiffness_at_rest(shell, section), []
     if any(part is not None for part in (A, B, D, G)):
         own = None if G is None else (1 - section.a) * G
         seen = assumed(strain, shell.layout)
@@ -84,24 +86,6 @@ def _of_rest(shell: BoundShell, strain: Measure) -> list[Resisting]:
         shared = ViscousRule(None, None, None, section.a * G)
         found.append(Resisting(shared, strain, shell.integrate))
     return found
-
-
-def _of_linear(shell: BoundShell, section: LinearOwn) -> Parts:
-    """Damping of a linear section; of strains that are constrained none."""
-    own, mesh = shell.shell, shell.mixed.space.mesh
-    membrane, bend, shear = own.section.damping_times
-    if not own.stretching:
-        membrane = 0.0
-    if not own.transverse_shear:
-        shear = 0.0
-    both = math.sqrt(membrane * bend)
-
-    def part(time: float, stiffness: Expr | None) -> Expr | None:
-        return fem.Constant(mesh, time) * stiffness if time and stiffness is not None else None
-
-    parts = ((membrane, section.A), (both, section.B), (bend, section.D), (shear, section.G))
-    A, B, D, G = (part(*each) for each in parts)
-    return A, B, D, G
 
 
 type Parts = tuple[Expr | None, Expr | None, Expr | None, Expr | None]
