@@ -120,7 +120,7 @@ class Sample:
         q.x.array[:] = rng.normal(size=len(q.x.array))
 
 
-def tie_of_strains(body: Any, q: fem.Function) -> ufl.Form:
+def tie_of_strains(body: ShellModel, q: fem.Function) -> ufl.Form:
     """Work of the forces on what own strains of elements and those of displacements differ by."""
     N = body.section.formulation.N0 * body.layout.forces(q)
     ties = ties_of(body.strain, body.layout)
