@@ -3,7 +3,7 @@
 Bending a curved surface without stretching it asks for displacements along it that stand in ratio
 to those across. Distorted elements cannot follow: over an element whose normal turns by `kappa h` a
 curvature `chi` leaves membrane strains of the size `d kappa h * h chi`, `d` being the part of its
-shape that is no parallelogram (of triangles: by which nodes are off the mean of their neighbours),
+shape that is no parallelogram (of triangles: by which their areas differ from those around them),
 beside bending strains of `t chi`. Whether a body can lock is thus a matter of its mesh, `p = d
 kappa h * h / t`. By how much it does the run shows: resultants jump between elements, while true
 ones are smooth on any mesh that is fine enough. The energy of what they differ by from their means
@@ -43,8 +43,8 @@ MUCH = 0.25
 # of a body that does not stretch: what it is too stiff by at least, and `s` beyond which it is; and
 # the part that jumps have in all energy, below which membrane forces carry loads
 LEAST, STILL, JUMPS = 0.1, {"quadrilateral": 20.0, "triangle": 1e-6}, 0.1
-# sides that are parallel to this part of the thickness
-NOTHING = 1e-6
+# sides that are parallel to this part of the thickness; `d` of triangles that are regular
+NOTHING, REGULAR = 1e-6, 0.08
 # entries of tensors that components 11, 22, 12, 13, 23 are
 PLACES = ((0, 0), (1, 1), (0, 1), (0, 2), (1, 2))
 # cosine of an angle of 20 degrees: fields are not continued across folds
@@ -135,18 +135,20 @@ class Mesh:
             normal = np.cross(first, second)
         self._area = np.linalg.norm(normal, axis=1)
         normal /= self._area[:, None]
+        regular = NOTHING * body.section.sizes.thickness
         if corners == 4:
-            off = (x[:, 0] - x[:, 1] - x[:, 2] + x[:, 3])[:, None]
+            off = x[:, 0] - x[:, 1] - x[:, 2] + x[:, 3]
+            off -= np.sum(off * normal, axis=1)[:, None] * normal
+            size = np.linalg.norm(off, axis=1)
         else:
-            off = 2 * _off_neighbours(domain, x)
-        off = off - np.einsum("cki,ci,cj->ckj", off, normal, normal)
-        size = np.linalg.norm(off, axis=2).max(axis=1)
-        if corners == 3 and not body.shell.stretching:
-            # then regular ones lock, too
             size = np.sqrt(self._area)
+            # without stretching regular ones lock, too
+            if body.shell.stretching:
+                regular = REGULAR * self._mean(size)
+                size = size * _unlike_neighbours(domain, self._area)
+        self.distorted = self._mean(size) > regular
         # d h/t, with d over h
         self._shape = size / body.section.sizes.thickness
-        self.distorted = self._mean(self._shape) > NOTHING
 
     def _mean(self, values: Floats) -> float:
         """Root of the mean square over the surface; collective."""
@@ -164,29 +166,22 @@ class Mesh:
         return self._mean(self._shape * np.linalg.norm(d[:, ends] - d[:, starts], axis=2).max(1))
 
 
-def _off_neighbours(domain: mesh.Mesh, x: Floats) -> Floats:
-    """What vertices of triangles are off the mean of their neighbours by; collective.
+def _unlike_neighbours(domain: mesh.Mesh, areas: Floats) -> Floats:
+    """What areas of cells differ by from those around their vertices, as a part; collective.
 
     Args:
         domain: The mesh.
-        x: Vertices of its owned cells, shape (cells, 3, 3), m.
-
-    Returns:
-        For each vertex of each cell, shape (cells, 3, 3), m; zero at edges.
+        areas: Those of this rank's cells, shape (cells,).
     """
-    space = space_on(domain, ("Lagrange", 1, (5,)))
-    cells = space.dofmap.list[: len(x)]
+    space = space_on(domain, ("Lagrange", 1, (2,)))
+    cells = space.dofmap.list[: len(areas)]
     total = fem.Function(space)
-    sums = total.x.array.reshape(-1, 5)
-    np.add.at(sums[:, :3], cells, x.sum(axis=1, keepdims=True) / 2 - 1.5 * x)
-    np.add.at(sums[:, 3], cells, 1.0)
-    domain.topology.create_connectivity(1, 2)
-    edges = mesh.exterior_facet_indices(domain.topology)
-    sums[fem.locate_dofs_topological(space, 1, edges), 4] = 1.0
+    sums = total.x.array.reshape(-1, 2)
+    np.add.at(sums, cells, np.stack([areas, np.ones_like(areas)], axis=1)[:, None])
     total.x.scatter_reverse(la.InsertMode.add)
     total.x.scatter_forward()
-    inside = np.where(sums[:, 4] > 0, 0.0, 1.0) / np.maximum(sums[:, 3], 1.0)
-    return np.asarray((sums[:, :3] * inside[:, None])[cells])
+    around = (sums[:, 0] / np.maximum(sums[:, 1], 1.0))[cells].mean(axis=1)
+    return np.asarray(np.abs(areas / around - 1))
 
 
 class Roughness:
