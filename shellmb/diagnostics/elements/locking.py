@@ -4,12 +4,12 @@ Bending a curved surface without stretching it asks for displacements along it t
 to those across. Distorted elements cannot follow: over an element whose normal turns by `kappa h` a
 curvature `chi` leaves membrane strains of the size `d kappa h * h chi` beside bending strains of `t
 chi`, `d` being the part of its area that it differs by from those around it. Whether a body can
-lock is thus a matter of its mesh, `p = d kappa h * h / t`. By how much it does the run shows: resultants jump between elements, while true
-ones are smooth on any mesh that is fine enough. The energy of what they differ by from their means
-at the nodes (O. C. Zienkiewicz and J. Z. Zhu, Int. J. Numer. Meth. Engng 24 (1987) 337-357), as a
-share `s` of the strain energy, is what the body is too stiff by, `s / (1 - 3 s / 2)`: the body
-wrinkles to lessen it. Measured (`docs/limits.md`): beyond a fifth this is a lower bound, as means
-are those of a body that is held.
+lock is thus a matter of its mesh, `p = d kappa h * h / t`. By how much it does the run shows:
+resultants jump between elements, while true ones are smooth on any mesh that is fine enough. The
+energy of what they differ by from their means at the nodes (O. C. Zienkiewicz and J. Z. Zhu, Int.
+J. Numer. Meth. Engng 24 (1987) 337-357), as a share `s` of the strain energy, is what the body is
+too stiff by, `s / (1 - 3 s / 2)`: the body wrinkles to lessen it. Measured (`docs/limits.md`):
+beyond a fifth this is a lower bound, as means are those of a body that is held.
 
 A body that is held not to stretch is the end of this: its forces have no energy, and what they
 would have with the stiffness of the section is a multiple of what is in bending.
