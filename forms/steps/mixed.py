@@ -334,7 +334,8 @@ class LinearOwn:
     def joined(self, e: Expr, N: Expr) -> Expr:
         """All resultants, shape (8,)."""
         n, m, Q = self.stresses(self._strain(N), e)
-        return ufl.as_vector([*n, *m, *Q])
+        _, moved = split(membrane_shear(e))
+        return ufl.as_vector([*n, *m, *((1 - self.a) * Q + self.a * (self.G * moved))])
 
     def jump(self, strain: Measure, layout: Layout, a: Expr, b: Expr) -> Densities:
         """Elastic part of `c^2`, eq. (34)."""
