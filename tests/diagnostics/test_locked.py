@@ -178,11 +178,10 @@ def test_forces_of_little_energy_that_hold_a_very_thin_body(thickness, distortio
         assert abs(deflection) == pytest.approx(exact, rel=0.01)
 
 
-@pytest.mark.parametrize("cell", ["quad", pytest.param("tri", marks=pytest.mark.slow)])
-def test_a_body_that_does_not_stretch(cell) -> None:
-    """It is several times too stiff at the least distortion."""
+def test_a_body_that_does_not_stretch() -> None:
+    """It is half as much too stiff at the least distortion."""
     right, none = told(hanging(1e-3, 8, 0.0, stretching=False))
-    wrong, said = told(hanging(1e-3, 8, 0.01, stretching=False, cell=cell))
+    wrong, said = told(hanging(1e-3, 8, 0.01, stretching=False))
     assert none is None
     assert said is not None and 0.05 < said < right / wrong - 1
 

@@ -41,7 +41,7 @@ PRONE, BOUND = 0.6, 0.02
 MUCH = 0.2
 # of a body that does not stretch: what it is too stiff by at least, and `s` beyond which it is; and
 # the part that jumps have in all energy, below which membrane forces carry loads
-LEAST, STILL, JUMPS = 0.1, {"quadrilateral": 20.0, "triangle": 1e-6}, 0.1
+LEAST, STILL, JUMPS = 0.1, {"quadrilateral": 2000.0, "triangle": 20.0}, 0.1
 # `d` below which meshes are regular
 REGULAR = {"quadrilateral": 0.06, "triangle": 0.08}
 # entries of tensors that components 11, 22, 12, 13, 23 are
