@@ -15,8 +15,8 @@ from shellmb.simulate.turns import Turns, turned
 Arrays = dict[str, Floats]
 
 # angle by which a load turns a director [rad], and iterations that it takes, beyond which Newton's
-# method may have come to an equilibrium that the body does not come to: a strip that is rolled up at
-# once may leave its plane. Loads that end in the same one take up to 18
+# method may have come to an equilibrium that the body does not come to: a strip that is rolled up
+# at once may leave its plane. Loads that end in the same one take up to 18
 SAFE_TURN, SAFE_ITERATIONS = 2.5, 24
 # what names of arrays for estimates of errors begin with
 ERRORS = "errors/"
