@@ -68,6 +68,11 @@ class Formulation(Protocol):
         """Half the work of the stress jump on the strain jump, elastic part of eq. (34)."""
         ...
 
+    @property
+    def N0(self) -> Expr:
+        """Scale of the forces of the cells."""
+        ...
+
     def resultants(self, strain: Measure, layout: Layout, q: Expr) -> Expr:
         """Membrane forces, bending moments and shear forces (11, 22, 12; 13, 23), shape (8,)."""
         ...
@@ -141,14 +146,14 @@ class LinearMixed:
         """No strain is constrained."""
         return elsewhere
 
-    def _stretch(self, n: Expr, e: Expr) -> Expr:
+    def stretch(self, n: Expr, e: Expr) -> Expr:
         """Membrane strain that forces and curvatures belong to, shape (3,)."""
         return self.A_inv * (n if self.B is None else n - self.B * bending(e))
 
     def _moments(self, n: Expr, e: Expr) -> Expr:
         """Moments of membrane forces and curvatures, shape (3,)."""
         m = self.D * bending(e)
-        return m if self.B is None else m + self.B * self._stretch(n, e)
+        return m if self.B is None else m + self.B * self.stretch(n, e)
 
     def uniform(self, N: Expr) -> Expr:
         """Membrane forces that are constant in space, shape (3,)."""
@@ -156,7 +161,7 @@ class LinearMixed:
 
     def coupled_moments(self, N: Expr, e: Expr) -> Expr | None:
         """Moments of membrane strains; None without coupling."""
-        return None if self.B is None else self.B * self._stretch(split(self.tying.force(N))[0], e)
+        return None if self.B is None else self.B * self.stretch(split(self.tying.force(N))[0], e)
 
     def stress(self, e: Expr, N: Expr) -> tuple[Expr, ...]:
         """Generalised stresses by rule, shape (8,) each; linear in strains and forces."""
@@ -168,7 +173,7 @@ class LinearMixed:
     def gap(self, mean: Expr, end: Expr, N: Expr, dN: Expr) -> list[Expr]:
         """Work of virtual forces on the strains at the end less those of the forces, by rule."""
         (n, Q), (dn, dQ) = (split(self.tying.force(f)) for f in (N, dN))
-        own = ufl.dot(dn, self._stretch(n, end)) + (1 - self.a) * ufl.dot(dQ, self.G_inv * Q)
+        own = ufl.dot(dn, self.stretch(n, end)) + (1 - self.a) * ufl.dot(dQ, self.G_inv * Q)
         eps, _ = split(membrane_shear(end))
         whole = ufl.dot(self.tying.constant(dN), eps) - own
         return [whole, *(ufl.dot(stress, end) for stress in self.taken(dN))]
@@ -189,7 +194,7 @@ class LinearMixed:
         n, Q = split(self.tying.force(N))
         eps, gam = split(membrane_shear(e))
         kap = bending(e)
-        stretch = self._stretch(n, e)
+        stretch = self.stretch(n, e)
         own = n if self.B is None else n - self.B * kap
         whole = [
             ufl.dot(kap, self.D * kap) / 2,

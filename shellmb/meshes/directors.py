@@ -4,7 +4,6 @@ import basix
 import numpy as np
 from dolfinx import fem, la
 
-from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.meshes.mesh import SurfaceMesh
 from shellmb.meshes.raw import shown
@@ -179,24 +178,3 @@ def _sides(cell: basix.CellType) -> list[list[int]]:
     pairs = basix.topology(cell)[1]
     count = len(basix.topology(cell)[0])
     return [[w for pair in pairs if v in pair for w in pair if w != v] for v in range(count)]
-
-
-def gauss_curvature(director: fem.Function) -> Floats:
-    """Gauss's curvature of triangles of this rank, ghosts included, shape (c,), 1/m^2.
-
-    It is the area that directors at the vertices span on the unit sphere over that of the element;
-    zero where the directors are those of a fold.
-
-    Args:
-        director: Reference directors at the nodes, vertices of each element first.
-    """
-    space = director.function_space
-    cells = space.dofmap.list[:, :3]
-    x = space.tabulate_dof_coordinates()[cells]
-    d = director.x.array.reshape(-1, 3)[cells]
-    normals, turned = (np.cross(v[:, 1] - v[:, 0], v[:, 2] - v[:, 0]) for v in (x, d))
-    side = d.mean(axis=1)
-    # a mirrored cell has both the other way round
-    spanned = np.vecdot(turned, side) * np.sign(np.vecdot(normals, side))
-    smooth = np.einsum("cai,cbi->cab", d, d).min(axis=(1, 2)) > FOLD
-    return np.where(smooth, spanned / np.linalg.norm(normals, axis=1), 0.0)

@@ -139,8 +139,7 @@ def shell_space(
 def _local(cell: basix.CellType, degree: int, size: int) -> Element:
     """Polynomials of each element by itself, with nodes inside it.
 
-    On quadrilaterals and lines these are the Gauss points: the compatibility equations decouple
-    from point to point.
+    On quadrilaterals and lines these are the Gauss points.
     """
     variant = basix.LagrangeVariant.gl_warped
     return basix.ufl.element("P", cell, degree, variant, shape=(size,), discontinuous=True)

@@ -55,32 +55,31 @@ def told(scene: Scene) -> tuple[float, float | None]:
     return -result.rows[-1]["tip"], found[0].value if found else None
 
 
-def _of_thick_and_thin(*rows):
-    return pytest.mark.parametrize(("thickness", "mesh", "distortion", "reference"), rows)
-
-
-@_of_thick_and_thin(
-    (1e-3, 8, 0.25, 6.3941e-6),
-    pytest.param(1e-3, 16, 0.25, 6.3941e-6, marks=pytest.mark.slow),
-    pytest.param(1e-4, 16, 0.1, 5.2988e-4, marks=pytest.mark.slow),
-    pytest.param(1e-4, 32, 0.25, 5.2988e-4, marks=pytest.mark.slow),
+@pytest.mark.parametrize(
+    ("cell", "thickness", "mesh", "distortion"),
+    [
+        ("quad", 1e-3, 8, 0.25),
+        ("tri", 1e-3, 8, 0.25),
+        pytest.param("quad", 1e-4, 16, 0.1, marks=pytest.mark.slow),
+        pytest.param("quad", 1e-4, 16, 0.25, marks=pytest.mark.slow),
+        pytest.param("tri", 1e-4, 16, 0.25, marks=pytest.mark.slow),
+    ],
 )
-def test_by_how_much(thickness: float, mesh: int, distortion: float, reference: float) -> None:
-    """Beside the deflections of Bathe, Iosilevich and Chapelle."""
-    deflection, said = told(hanging(thickness, mesh, distortion))
-    assert said is not None
-    assert said == pytest.approx(reference / deflection - 1, rel=1 / 3)
+def test_by_how_much(cell: str, thickness: float, mesh: int, distortion: float) -> None:
+    """Kind: what distortion adds to the stiffness is said within a factor of two."""
+    right, nothing = told(hanging(thickness, mesh, 0.0, cell=cell))
+    assert nothing is None
+    wrong, said = told(hanging(thickness, mesh, distortion, cell=cell))
+    missing = right / wrong - 1
+    assert missing > 0.02
+    assert said is not None and missing / 2 < said < 2 * missing
 
 
-@pytest.mark.parametrize(("share", "says"), [(0.24, "about 38 %"), (0.27, "at least about 45 %")])
+@pytest.mark.parametrize(("share", "says"), [(0.16, "about 21 %"), (0.2, "at least about 29 %")])
 def test_from_where_on_it_is_at_least_so_much(share: float, says: str) -> None:
-    """From 40 % on the estimate is too low: `s / (1 - 1.5 s)` of jumps that are a part s."""
-    mesh = SimpleNamespace(topology=SimpleNamespace(cell_name=lambda: "quadrilateral"))
-    body: Any = SimpleNamespace(
-        mixed=SimpleNamespace(space=SimpleNamespace(mesh=mesh)),
-        shell=SimpleNamespace(degree=2, stretching=True),
-    )
-    assert excess(body, share, 0.0).said == says
+    """From 25 % on the estimate may be too low: `s / (1 - 1.5 s)` of jumps that are a part s."""
+    body: Any = SimpleNamespace(shell=SimpleNamespace(stretching=True))
+    assert excess(body, share).said == says
 
 
 def round_bodies(body: str, thickness: float, mesh: int, distortion: float) -> Scene:
@@ -125,22 +124,20 @@ def round_bodies(body: str, thickness: float, mesh: int, distortion: float) -> S
         ("cap", 1e-3, 8),
         pytest.param("cap", 1e-4, 16, marks=pytest.mark.slow),
         pytest.param("hemisphere", 1e-3, 8, marks=pytest.mark.slow),
-        pytest.param("hemisphere", 1e-3, 16, marks=pytest.mark.slow),
         pytest.param("hemisphere", 1e-4, 16, marks=pytest.mark.slow),
     ],
 )
 def test_bodies_that_are_curved_like_spheres_are_told(body, thickness, mesh) -> None:
-    """Kind: whenever more than 5 per cent are missing the run says so; regular meshes are silent.
+    """Kind: what more than two per cent are missing of the run says; regular meshes are silent.
 
-    Regular meshes are within 0.4 per cent of degree 3 on 32x32.
+    Regular meshes are within 0.5 per cent of degree 3 on 24x24.
     """
     right, nothing = told(round_bodies(body, thickness, mesh, 0.0))
     assert nothing is None
     deflection, said = told(round_bodies(body, thickness, mesh, 0.25))
     missing = right / deflection - 1
-    # 9.8, 20, 18, 5.2, 93 per cent; told 6, 14, 7, 4, 47
-    assert missing > 0.05
-    assert said is not None and missing / 3 < said < 1.5 * missing
+    assert missing > 0.02
+    assert said is not None and missing / 2 < said < 2 * missing
 
 
 @pytest.mark.slow
@@ -170,15 +167,6 @@ def test_layers_along_edges_that_are_not_resolved_are_told_as_locking() -> None:
     # 1.030; degree 3 is within half a per cent of 48x48
     assert energies[0] / energies[1] == pytest.approx(1.03, abs=0.01)
     assert said[0] and said[0][0] > 0.1 and not said[1]
-
-
-@pytest.mark.slow
-def test_where_it_is_more_than_can_be_told() -> None:
-    deflection, said = told(hanging(1e-4, 16, 0.25))
-    assert said is not None
-    assert 0.5 < said < 5.2988e-4 / deflection - 1
-    _, said = told(hanging(1e-4, 16, 0.25, degree=3))
-    assert said is None
 
 
 def _quadratic(strains, p):
@@ -219,17 +207,6 @@ def test_forces_of_little_energy_that_hold_a_very_thin_body(thickness, distortio
         assert abs(deflection) == pytest.approx(exact, rel=0.01)
 
 
-@pytest.mark.parametrize(
-    ("thickness", "mesh", "reference"),
-    [(1e-3, 8, 6.3941e-6), pytest.param(1e-4, 16, 5.2988e-4, marks=pytest.mark.slow)],
-)
-def test_triangles_are_too_stiff_by_that_at_least(thickness, mesh, reference) -> None:
-    """0.85 and 0.64 of the deflection are left."""
-    deflection, said = told(hanging(thickness, mesh, 0.25, cell="tri"))
-    assert said is not None
-    assert 0.1 < said < reference / deflection - 1
-
-
 @pytest.mark.parametrize("cell", ["quad", pytest.param("tri", marks=pytest.mark.slow)])
 def test_a_body_that_does_not_stretch(cell) -> None:
     """It is several times too stiff at the least distortion."""
@@ -253,7 +230,8 @@ def test_natural_modes_tell_by_how_much_they_are_too_high() -> None:
     said = re.search(r"modes 1, 2, 3 .* that of (\d) most of all, by .*about (\d+) %", sentence)
     assert said is not None
     high = wrong.frequencies / right.frequencies - 1
-    assert int(said[1]) == 1 + np.argmax(high)
+    # two of them are too high by as much
+    assert high[int(said[1]) - 1] == pytest.approx(high.max(), rel=0.05)
     assert float(said[2]) / 100 == pytest.approx(high.max(), rel=1 / 3)
 
 
@@ -281,8 +259,9 @@ def test_in_motion() -> None:
     """The estimate is of the whole run, and the same as at rest."""
     section = Isotropic(2e11, 0.3, thickness=1e-3, density=8000.0)
     scene = hanging(1e-3, 8, 0.25, section=section)
+    _, still = told(scene)
     _, said = told(replace(scene, scheme="ep", dt=0.02, t_end=0.4))
-    assert said == pytest.approx(0.33, rel=0.1)
+    assert said == pytest.approx(still, rel=0.1)
 
 
 def _plate(distortion: float) -> Scene:

@@ -70,10 +70,9 @@ def exact(thickness: Any) -> float:
 
 @pytest.mark.parametrize("thickness", [taper, step])
 def test_tip_of_a_cantilever(thickness) -> None:
-    """Of fourth order: 3e-4 with four elements, 2.5e-5 with eight; a step is at an edge of some."""
-    assert tip(strip(Isotropic(E, 0.0, thickness=thickness))) == pytest.approx(
-        exact(thickness), rel=4e-5
-    )
+    """Of fourth order: 4e-4 with four elements, 2.5e-5 with ten; a step is at an edge of some."""
+    section = Isotropic(E, 0.0, thickness=thickness)
+    assert tip(strip(section, (10, 1))) == pytest.approx(exact(thickness), rel=4e-5)
 
 
 def test_on_triangles() -> None:
@@ -88,8 +87,12 @@ def test_on_triangles() -> None:
 def test_a_wedge_rings() -> None:
     """Kirchhoff's cantilever wedge, its edge sharp: 5.315, 15.207, 30.020 (Conway and Dubil)."""
     section = Isotropic(E, 0.0, thickness=lambda x: THIN * (1 - x[0] / L), density=RHO)
-    found = natural_modes(strip(section), count=3).omega * L**2 / np.sqrt(E * THIN**2 / 12 / RHO)
-    # 2e-3: the third mode on eight elements
+    # two elements across: the sharp end of one bends across by itself, at 16
+    modes = natural_modes(strip(section, (8, 2)), count=4)
+    lifts = np.array([shape["strip"][:, 2].sum() for shape in modes.shapes])
+    found = modes.omega[np.abs(lifts) > 1e-6 * np.abs(lifts).max()]
+    # 2e-3: the third mode on eight elements; those that twist have no mean
+    found = found * L**2 / np.sqrt(E * THIN**2 / 12 / RHO)
     np.testing.assert_allclose(found, (5.315, 15.207, 30.020), rtol=2e-3)
 
 
@@ -171,7 +174,7 @@ def test_a_lay_up_that_changes_half_way() -> None:
         scheme="linear-statics",
     )
     wanted, found = ([execute(s).rows[-1][n] for n in "xyz"] for s in (joined, one))
-    # the size of resultants, by which control of hourglasses is scaled, is that of the whole shell
+    # the size of resultants is that of the whole shell
     np.testing.assert_allclose(found, wanted, rtol=1e-8)
 
 
@@ -211,7 +214,7 @@ def test_plies_that_are_dropped() -> None:
             lambda: Isotropic(
                 E, 0.0, thickness=lambda x: np.where(np.abs(x[0] - 0.03) < 0.02, 0.0, 1.0)
             ),
-            r"thickness is 0 at \(0.02642, ",
+            r"thickness is 0 at \(0.01409, ",
         ),
         (
             lambda: Laminate((Ply(CARBON, lambda x: 0 * x[0] - 1e-3), Ply(CARBON, 2e-3))),

@@ -6,10 +6,10 @@ from collections.abc import Iterator
 
 from shellmb.diagnostics.base import Caution, said_of
 from shellmb.diagnostics.elements.locking import (
+    BOUND,
     Mesh,
     Roughness,
     excess,
-    kind,
     least,
     places,
     why,
@@ -45,15 +45,14 @@ class Locked(Summed):
         self.idle = not self._meshes
 
     def _added(self, simulation: Simulation) -> dict[str, tuple[float, ...]]:
-        """Energies of roughness and of all strains, and the largest proneness; collective."""
+        """Energies of roughness and of all strains; collective."""
         sums = dict(self._sums)
         for name, mesh in self._meshes.items():
             body, q = simulation.model.shells[name], state(simulation, name)
             d = body.node_directors()[:, 0]
             if not simulation.scheme.linear:
                 d = d + q[body.mixed.dofs["w"]].reshape(-1, 3)
-            prone = mesh.proneness(d)
-            if prone < least(body):
+            if mesh.proneness(d) < least(body):
                 continue
             if name not in self._found:
                 form = strain_energy(body, simulation.problem.levels[name])
@@ -62,16 +61,16 @@ class Locked(Summed):
                 self._found[name] = Roughness(body), energy
             roughness, energy = self._found[name]
             here = simulation.model.comm.allreduce(roughness.energy(q))
-            rough, strain, most = sums.get(name, (0.0, 0.0, 0.0))
-            sums[name] = rough + here, strain + energy(), max(most, prone)
+            rough, strain = sums.get(name, (0.0, 0.0))
+            sums[name] = rough + here, strain + energy()
         return sums
 
     def cautions(self, simulation: Simulation) -> Iterator[Caution]:
         """A sentence for each body that is too stiff; collective."""
-        for name, (rough, energy, prone) in self._all(simulation).items():
+        for name, (rough, energy) in self._all(simulation).items():
             share = rough / energy if energy > 0 else 0.0
             body = simulation.model.shells[name]
-            found = excess(body, share, prone)
-            if found.value > (bound := kind(body).bound):
+            found = excess(body, share)
+            if found.value > BOUND:
                 said = f"{said_of(simulation, name)} is too stiff in bending, by {found.said}"
-                yield Caution(self.name, name, found.value, bound, f"{said}: {why(body, share)}")
+                yield Caution(self.name, name, found.value, BOUND, f"{said}: {why(body, share)}")

@@ -8,9 +8,9 @@ import numpy as np
 
 from shellmb.arrays import Floats
 from shellmb.diagnostics.elements.locking import (
+    BOUND,
     Roughness,
     excess,
-    kind,
     least,
     places,
     why,
@@ -35,16 +35,15 @@ def locked_modes(
         if mesh is None:
             continue
         d = body.node_directors()[:, 0]
-        prone = mesh.proneness(d if state is None else d + state(name))
-        if prone < least(body):
+        if mesh.proneness(d if state is None else d + state(name)) < least(body):
             continue
         roughness, found = Roughness(body), []
         for number, energy, part in modes:
             share = model.comm.allreduce(roughness.energy(part(name))) / energy
-            found.append((excess(body, share, prone), share, number))
+            found.append((excess(body, share), share, number))
         (worst, share, most), numbers = (
             max(found),
-            [n for e, _, n in found if e.value > kind(body).bound],
+            [n for e, _, n in found if e.value > BOUND],
         )
         if numbers:
             # squares of frequencies are in proportion to stiffness

@@ -1,24 +1,24 @@
-"""Locking of distorted quadrilaterals, and of triangles, where a thin curved body bends.
+"""Locking of distorted elements where a thin curved body bends.
 
 Bending a curved surface without stretching it asks for displacements along it that stand in ratio
-to those across. Elements that are no parallelograms cannot follow: over an element whose normal
-turns by `kappa h` a curvature `chi` leaves membrane strains of the size `d kappa h * h chi`, `d`
-being the part of its shape that is no parallelogram, beside bending strains of `t chi`. Whether a
-body can lock is thus a matter of its mesh, `p = d kappa h * h / t`; of triangles `d` is one. By
-how much it does the run shows: these strains change sign within elements and jump between them,
-while true ones are smooth on any mesh that is fine enough. The energy of what membrane forces
-differ by from their means at the nodes (O. C. Zienkiewicz and J. Z. Zhu, Int. J. Numer. Meth. Engng
-24 (1987) 337-357), as a share `s` of the strain energy, is what the body is too stiff by,
-`s / (1 - 3 s / 2)`: the body wrinkles to lessen it, which takes half as much again in bending.
+to those across. Distorted elements cannot follow: over an element whose normal turns by `kappa h` a
+curvature `chi` leaves membrane strains of the size `d kappa h * h chi`, `d` being the part of its
+shape that is no parallelogram (of triangles: by which their areas differ from those around them),
+beside bending strains of `t chi`. Whether a body can lock is thus a matter of its mesh, `p = d
+kappa h * h / t`. By how much it does the run shows: resultants jump between elements, while true
+ones are smooth on any mesh that is fine enough. The energy of what they differ by from their means
+at the nodes (O. C. Zienkiewicz and J. Z. Zhu, Int. J. Numer. Meth. Engng 24 (1987) 337-357), as a
+share `s` of the strain energy, is what the body is too stiff by, `s / (1 - 3 s / 2)`: the body
+wrinkles to lessen it. Measured (`docs/limits.md`): beyond a quarter this is a lower bound, as means
+are those of a body that is held.
 
-Where `p` is large the body is held by these forces, however small their energy is: it falls as
-`1/p`. Measured (`docs/limits.md`). A body that is held not to stretch is the end of this: its
-forces have no energy, and what they would have with the stiffness of the section is a multiple of
-what is in bending.
+A body that is held not to stretch is the end of this: its forces have no energy, and what they
+would have with the stiffness of the section is a multiple of what is in bending.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 from mpi4py import MPI
@@ -26,53 +26,27 @@ from mpi4py import MPI
 import basix
 import numpy as np
 import ufl
-from dolfinx import fem, la
+from dolfinx import fem, la, mesh
+from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats
-from shellmb.forms.steps.mixed import LinearMixed, LinearOwn
+from shellmb.forms.steps.mixed import LinearMixed, LinearOwn, bending, split
 from shellmb.meshes.shared import space_on
 from shellmb.meshes.spaces import reading_element
 from shellmb.model.shells.shell import ShellModel
 from shellmb.native.expressions import compiled_expression
 
-
-class Kind(NamedTuple):
-    """Measured locking of a kind of element.
-
-    Args:
-        bound: Excess of stiffness that smooth fields on coarse meshes do not have.
-        prone: `p`, root of the mean square, below which nothing was too stiff by that.
-        far: `p` from which on the estimate is too low.
-        held: `s p` beyond which a body is held by forces of little energy.
-        each: `p` over what the body is then too stiff by at least.
-        most: What it is then too stiff by at least however large `p` is.
-        still: `s` beyond which a body that does not stretch does not bend either.
-    """
-
-    bound: float
-    prone: float
-    far: float
-    held: float
-    each: float
-    most: float
-    still: float
-
-
-# `s p` of regular meshes, as far as they do not lock, and of the least distorted ones that do: 0.06
-# and 1.8, 4 and 85, 4 and 27
-KINDS = {
-    ("quadrilateral", 2): Kind(0.03, 2.0, 20.0, 1.0, 500.0, 1.0, 20.0),
-    ("quadrilateral", 3): Kind(0.03, 2.0, 20.0, 30.0, 5000.0, 0.3, 20.0),
-    ("triangle", 2): Kind(0.05, 10.0, 10.0, 20.0, 2000.0, 0.3, 1e-6),
-}
+# `p`, root of the mean square, below which nothing was too stiff by two per cent, and that excess
+PRONE, BOUND = 2.0, 0.02
 # excess from which on the estimate is too low
-MUCH = 0.4
-# of a body that does not stretch: what it is too stiff by at least; and the part that jumps have in
-# the energy of all membrane forces, below which these carry loads
-LEAST, JUMPS = 0.1, 0.1
-# sides that are parallel to this part of the thickness
-NOTHING = 1e-6
-
+MUCH = 0.25
+# of a body that does not stretch: what it is too stiff by at least, and `s` beyond which it is; and
+# the part that jumps have in all energy, below which membrane forces carry loads
+LEAST, STILL, JUMPS = 0.1, {"quadrilateral": 20.0, "triangle": 1e-6}, 0.1
+# sides that are parallel to this part of the thickness; `d` of triangles that are regular
+NOTHING, REGULAR = 1e-6, 0.08
+# entries of tensors that components 11, 22, 12, 13, 23 are
+PLACES = ((0, 0), (1, 1), (0, 1), (0, 2), (1, 2))
 # cosine of an angle of 20 degrees: fields are not continued across folds
 FOLD = 0.94
 
@@ -94,31 +68,23 @@ class Excess(NamedTuple):
         return f"{'at least ' if self.least else ''}about {100 * self.value:.0f} %"
 
 
-def excess(body: ShellModel, share: float, prone: float) -> Excess:
+def excess(body: ShellModel, share: float) -> Excess:
     """Excess of a body's stiffness.
 
     Args:
         body: The shell.
-        share: Of jumps of membrane forces in its strain energy, `s`.
-        prone: How far its mesh makes it lock, `p`.
+        share: Of jumps of resultants in its strain energy, `s`.
     """
-    found = kind(body)
     if not body.shell.stretching:
-        return Excess(LEAST if share > found.still else 0.0, True)
+        still = STILL[body.mixed.space.mesh.topology.cell_name()]
+        return Excess(LEAST if share > still else 0.0, True)
     value = share / max(1 - 1.5 * share, 0.2)
-    if prone > found.far and share * prone > found.held:
-        value = max(value, min(prone / found.each, found.most))
-    return Excess(value, value > MUCH or prone > found.far)
-
-
-def kind(body: ShellModel) -> Kind:
-    """Measured locking of its elements."""
-    return KINDS[body.mixed.space.mesh.topology.cell_name(), body.shell.degree]
+    return Excess(value, value > MUCH)
 
 
 def least(body: ShellModel) -> float:
     """`p` below which nothing locks; bodies that do not stretch do so wherever it is not zero."""
-    return kind(body).prone if body.shell.stretching else NOTHING
+    return PRONE if body.shell.stretching else NOTHING
 
 
 def why(body: ShellModel, share: float) -> str:
@@ -128,20 +94,17 @@ def why(body: ShellModel, share: float) -> str:
             "on distorted elements a curved body that is held not to stretch cannot bend as it "
             "should; use a regular mesh of quadrilaterals, or stretching=True"
         )
-    whose, helps = "distorted quadrilaterals", "or degree=3"
-    if body.mixed.space.mesh.basix_cell() == basix.CellType.triangle:
-        whose, helps = "triangles", "or quadrilaterals"
     return (
-        f"{100 * share:.3g} % of its strain energy is of membrane forces that jump between "
-        f"elements, as those of {whose} do where a thin curved body bends; use a finer or a more "
-        f"regular mesh, {helps}"
+        f"{100 * share:.3g} % of its strain energy is of resultants that jump between elements, as "
+        "those of distorted ones do where a thin curved body bends; use a finer or a more regular "
+        "mesh, or quadrilaterals of degree=3"
     )
 
 
 def places(body: ShellModel) -> Mesh | None:
     """The mesh of a shell, if it can lock; None where it cannot. Collective."""
-    mesh = Mesh(body)
-    return mesh if mesh.distorted else None
+    found = Mesh(body)
+    return found if found.distorted else None
 
 
 class Mesh:
@@ -164,21 +127,28 @@ class Mesh:
         self._corners = body.mixed.subspaces["u"].dofmap.list[:count, :corners]
         if corners == 3:
             self._sides = [1, 2, 0], [0, 1, 2]
-            self._area = np.linalg.norm(np.cross(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0]), axis=1)
-            size = np.sqrt(self._area)
+            normal = np.cross(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0])
         else:
             self._sides = [3, 2], [0, 1]
             first = (x[:, 1] - x[:, 0] + x[:, 3] - x[:, 2]) / 2
             second = (x[:, 2] - x[:, 0] + x[:, 3] - x[:, 1]) / 2
             normal = np.cross(first, second)
-            self._area = np.linalg.norm(normal, axis=1)
-            normal /= self._area[:, None]
-            bilinear = x[:, 0] - x[:, 1] - x[:, 2] + x[:, 3]
-            bilinear -= np.sum(bilinear * normal, axis=1)[:, None] * normal
-            size = np.linalg.norm(bilinear, axis=1)
+        self._area = np.linalg.norm(normal, axis=1)
+        normal /= self._area[:, None]
+        regular = NOTHING * body.section.sizes.thickness
+        if corners == 4:
+            off = x[:, 0] - x[:, 1] - x[:, 2] + x[:, 3]
+            off -= np.sum(off * normal, axis=1)[:, None] * normal
+            size = np.linalg.norm(off, axis=1)
+        else:
+            size = np.sqrt(self._area)
+            # without stretching regular ones lock, too
+            if body.shell.stretching:
+                regular = REGULAR * self._mean(size)
+                size = size * _unlike_neighbours(domain, self._area)
+        self.distorted = self._mean(size) > regular
         # d h/t, with d over h
         self._shape = size / body.section.sizes.thickness
-        self.distorted = self._mean(self._shape) > NOTHING
 
     def _mean(self, values: Floats) -> float:
         """Root of the mean square over the surface; collective."""
@@ -196,8 +166,26 @@ class Mesh:
         return self._mean(self._shape * np.linalg.norm(d[:, ends] - d[:, starts], axis=2).max(1))
 
 
+def _unlike_neighbours(domain: mesh.Mesh, areas: Floats) -> Floats:
+    """What areas of cells differ by from those around their vertices, as a part; collective.
+
+    Args:
+        domain: The mesh.
+        areas: Those of this rank's cells, shape (cells,).
+    """
+    space = space_on(domain, ("Lagrange", 1, (2,)))
+    cells = space.dofmap.list[: len(areas)]
+    total = fem.Function(space)
+    sums = total.x.array.reshape(-1, 2)
+    np.add.at(sums, cells, np.stack([areas, np.ones_like(areas)], axis=1)[:, None])
+    total.x.scatter_reverse(la.InsertMode.add)
+    total.x.scatter_forward()
+    around = (sums[:, 0] / np.maximum(sums[:, 1], 1.0))[cells].mean(axis=1)
+    return np.asarray(np.abs(areas / around - 1))
+
+
 class Roughness:
-    """Energy of what the membrane forces of a shell differ by from their means at the nodes.
+    """Energy of what resultants of a shell differ by from their means at the nodes.
 
     Args:
         body: The shell.
@@ -205,43 +193,29 @@ class Roughness:
 
     def __init__(self, body: ShellModel) -> None:
         mixed, inner = body.mixed, reading_element(body.mixed.subspaces["u"])
-        domain, form = mixed.space.mesh, body.section.formulation
+        domain = mixed.space.mesh
         nodes = basix.ufl.element("P", domain.basix_cell(), max(body.shell.degree - 1, 1))
-        self._space = space_on(domain, basix.ufl.blocked_element(nodes, shape=(10,)))
+        # forces and moments, their strains, the normal, and one
+        self._space = space_on(domain, basix.ufl.blocked_element(nodes, shape=(28,)))
         self._cells = self._space.dofmap.list[: domain.topology.index_map(2).size_local]
-        at, points = nodes.basix_element.points, np.asarray(inner.points, dtype=np.float64)
-        self._up = _table(inner, at)
+        points = np.asarray(inner.points, dtype=np.float64)
+        self._up = _table(inner, nodes.basix_element.points)
         self._down = _table(nodes.basix_element, points)
-        rule, weights = basix.make_quadrature(domain.basix_cell(), 2 * inner.degree)
-        self._q = fem.Function(mixed.space)
-        layout, stretching = body.layout, body.shell.stretching
-        assert layout.tying is not None
-        forces = body.section.sizes.stiffness * layout.tying.force(layout.forces(self._q))
-        parts = [forces[k] for k in range(3)]
-        # of constrained strains next to nothing is left, but the section has a stiffness
-        self._own = "S" in mixed.parts and stretching
-        if self._own:
-            own = layout.tying.strain(layout.forces(self._q, "S"))
-            parts += [own[k] for k in range(3)]
-        self._read = compiled_expression(ufl.as_vector(parts), points)
-        self._held = not stretching
+        every = np.arange(len(self._cells), dtype=np.int32)
+
+        def values(parts: Sequence[Expr]) -> Callable[[], Floats]:
+            expression = compiled_expression(ufl.as_vector(parts), points)
+            shape = len(every), len(points), len(parts)
+            return lambda: np.asarray(expression.eval(domain, every)).reshape(shape)
+
         area = ufl.JacobianDeterminant(domain)
-        wanted = [area, *body.surface.e1, *body.surface.e2]
-        if not self._own:
-            if isinstance(form, LinearMixed):
-                compliance = form.A_inv
-            else:
-                assert isinstance(form, LinearOwn)
-                compliance = ufl.inv(12 / body.thickness**2 * form.D)
-            wanted += [compliance[i, j] for i in range(3) for j in range(3)]
-        values = compiled_expression(ufl.as_vector(wanted), points)
-        self._every = np.arange(len(self._cells), dtype=np.int32)
-        found = np.asarray(values.eval(domain, self._every))
-        found = found.reshape(len(self._cells), len(points), len(wanted))
+        found = values([area, *body.surface.e1, *body.surface.e2])()
+        rule, weights = basix.make_quadrature(domain.basix_cell(), 2 * inner.degree)
         self._area = np.abs(found[..., 0]) * (np.asarray(weights) @ _table(inner, rule))
-        self._axes, self._compliance = (
-            part.reshape(*found.shape[:2], -1, 3) for part in np.split(found[..., 1:], [6], axis=2)
-        )
+        e1, e2 = found[..., 1:4], found[..., 4:]
+        self._basis = np.stack([e1, e2, np.cross(e1, e2)], axis=2)
+        self._held, self._q = not body.shell.stretching, fem.Function(mixed.space)
+        self._read = values([*body.resultants(self._q), *_strains(body, self._q)])
 
     def energy(self, q: Floats) -> float:
         """The energy, J, of the cells of this rank; collective.
@@ -250,55 +224,64 @@ class Roughness:
             q: Local array of a state.
         """
         self._q.x.array[:] = q
-        read = np.asarray(self._read.eval(self._q.function_space.mesh, self._every))
-        every, *own = np.split(read.reshape(*self._area.shape, -1), [3], axis=2)
-        N = self._rough(every, 1.0)
-        if self._own:
-            return self._stored(N, self._rough(own[0], 0.5))
-        found = self._stored(N, self._strain(N))
-        if self._held and found < JUMPS * self._stored(every, self._strain(every)):
+        read = self._read()
+        tensors = [
+            self._in_space(v[..., k], half)
+            for v, half in ((read[..., :8], 1.0), (read[..., 8:], 0.5))
+            for k in ((0, 1, 2, 6, 7), (3, 4, 5))
+        ]
+        values = np.concatenate(tensors, axis=-1)
+        rough = values - self._smooth(values)
+        found = self._stored(rough)
+        if self._held and found < JUMPS * self._stored(values):
             return 0.0
         return found
 
-    def _strain(self, N: Floats) -> Floats:
-        return np.asarray(np.einsum("cgij,cgj->cgi", self._compliance, N))
-
-    def _stored(self, N: Floats, strain: Floats) -> float:
-        return float(np.sum(np.abs(np.sum(N * strain, axis=-1)) * self._area) / 2)
-
-    def _rough(self, v: Floats, half: float) -> Floats:
-        """Components less those of the continuous field, shape (cells, points, 3).
+    def _in_space(self, v: Floats, half: float) -> Floats:
+        """Entries of symmetric tensors in space, shape (cells, points, 6).
 
         Args:
-            v: Components (11, 22, 12) at the points of the cells, shape (cells, points, 3).
+            v: Components 11, 22, 12, and 13, 23 if there are, shape (cells, points, 3 or 5).
             half: Entry of the tensor for a component 12 of one.
         """
-        e = self._axes
-        T = np.zeros((*v.shape[:2], 2, 2))
-        T[..., 0, 0], T[..., 1, 1] = v[..., 0], v[..., 1]
-        T[..., 0, 1] = T[..., 1, 0] = half * v[..., 2]
-        in_space = np.einsum("cgab,cgai,cgbj->cgij", T, e, e)
-        rows, columns = np.triu_indices(3)
-        normal = np.cross(e[..., 0, :], e[..., 1, :])
-        one = np.ones((*v.shape[:2], 1))
-        at = np.concatenate([in_space[..., rows, columns], normal, one], axis=-1)
-        at = np.einsum("ng,cgk->cnk", self._up, at)
+        T = np.zeros((*v.shape[:2], 3, 3))
+        for k, (i, j) in enumerate(PLACES[: v.shape[2]]):
+            T[..., i, j] = T[..., j, i] = v[..., k] * (1.0 if i == j else half)
+        e = self._basis
+        return np.asarray(np.einsum("cgab,cgai,cgbj->cgij", T, e, e)[..., *np.triu_indices(3)])
+
+    def _stored(self, values: Floats) -> float:
+        stresses, strains = np.split(values, 2, axis=2)
+        density = np.abs(np.sum(stresses * strains * np.tile([1, 2, 2, 1, 2, 1], 2), axis=-1))
+        return float(np.sum(density * self._area) / 2)
+
+    def _smooth(self, values: Floats) -> Floats:
+        """Continuous field by the means at the nodes, shape (cells, points, 24)."""
+        normals, ones = self._basis[:, :, 2], np.ones((*values.shape[:2], 1))
+        at = np.einsum("ng,cgk->cnk", self._up, np.concatenate([values, normals, ones], axis=-1))
         total = fem.Function(self._space)
-        sums = total.x.array.reshape(-1, 10)
+        sums = total.x.array.reshape(-1, 28)
         np.add.at(sums, self._cells, at)
         total.x.scatter_reverse(la.InsertMode.add)
         total.x.scatter_forward()
-        mean = sums / np.maximum(sums[:, 9:], 1.0)
-        found = mean[self._cells]
-        folded = np.linalg.norm(found[..., 6:9], axis=-1) < FOLD
+        found = (sums / np.maximum(sums[:, 27:], 1.0))[self._cells]
+        folded = np.linalg.norm(found[..., 24:27], axis=-1) < FOLD
         found[folded] = at[folded]
-        smooth = np.zeros((*v.shape[:2], 3, 3))
-        entries = np.einsum("gn,cnk->cgk", self._down, found[..., :6])
-        smooth[..., rows, columns] = entries
-        smooth[..., columns, rows] = entries
-        back = np.einsum("cgij,cgai,cgbj->cgab", smooth, e, e)
-        kept = np.stack([back[..., 0, 0], back[..., 1, 1], back[..., 0, 1] / half], axis=-1)
-        return np.asarray(v - kept)
+        return np.asarray(np.einsum("gn,cnk->cgk", self._down, found[..., :24]))
+
+
+def _strains(body: ShellModel, q: Expr) -> list[Expr]:
+    """Strains of the elements, as many as resultants; of what does not stretch as if it did."""
+    form, e = body.section.formulation, body.strain.value(q)
+    n, Q = split(body.forces(q))
+    if isinstance(form, LinearMixed):
+        eps, gam = form.stretch(n, e), form.G_inv * Q
+    else:
+        eps, gam = split(body.layout.cells.strain(body.layout.forces(q, "S")))
+    if not body.shell.stretching:
+        assert isinstance(form, LinearOwn)
+        eps = ufl.inv(12 / body.thickness**2 * form.D) * n
+    return [*eps, *bending(e), *gam]
 
 
 def _table(element: basix.finite_element.FiniteElement, points: Any) -> Floats:

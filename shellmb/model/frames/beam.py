@@ -261,7 +261,7 @@ class BeamModel(FrameBody):
 
     @property
     def integrate(self) -> Integrate:
-        """Integral of densities for the reduced rule."""
+        """Integral of densities at as many Gauss points as the degree."""
         return partial(over_line, *self.rules.taken)
 
     @cached_property

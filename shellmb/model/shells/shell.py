@@ -180,8 +180,7 @@ class ShellModel(BoundShell):
 
     def forces(self, q: Expr) -> Expr:
         """Membrane and shear forces of the elements, shape (5,), N/m."""
-        assert self.layout.tying is not None
-        return self.layout.tying.force(self.section.formulation.forces(self.layout, q))
+        return self.layout.cells.force(self.section.formulation.N0 * self.layout.forces(q))
 
     def resultants(self, q: Expr) -> Expr:
         """Membrane forces N/m, bending moments N, shear forces N/m of a state, shape (8,)."""

@@ -28,7 +28,7 @@ from shellmb.meshes.shared import space_on
 from shellmb.scene import LinearSection, Shell
 from shellmb.scene.shells.lamination import Layup
 
-Rule = Literal["full", "reduced", "nodes"]
+Rule = Literal["full", "nodes"]
 
 # nodes of elements are drawn this far into them, as a part of the way to the middle: they tell
 # which side of a jump along an edge is meant
@@ -73,7 +73,7 @@ class SectionFields:
 
     def by_cell(self, value: Callable[[Layup], Floats]) -> Floats:
         """Means over the elements of this rank, shape (elements,), or one number for all."""
-        values = np.asarray(value(self._at("reduced")), dtype=float)
+        values = np.asarray(value(self._at("full")), dtype=float)
         return values if values.ndim == 0 else values.mean(axis=1)
 
     def largest(self, value: Callable[[Layup], Floats]) -> float:
@@ -99,10 +99,9 @@ class SectionFields:
         cell, shape = self._domain.basix_cell(), (size,) if size > 1 else ()
         if not self._quads:
             return basix.ufl.element("DG", cell, 0, shape=shape)
-        degree = self._degree - 1 if rule == "reduced" else self._degree
         nodes = rule == "nodes"
         variant = basix.LagrangeVariant.gll_warped if nodes else basix.LagrangeVariant.gl_warped
-        return basix.ufl.element("P", cell, degree, variant, shape=shape, discontinuous=True)
+        return basix.ufl.element("P", cell, self._degree, variant, shape=shape, discontinuous=True)
 
     def _field(self, values: Floats, rule: Rule) -> fem.Function:
         """A field from its values at the points of the elements, shape (elements, points, size)."""

@@ -220,10 +220,6 @@ class SupportRows:
         self._hold(support.at, "w", lambda t: turned(nodes.director, t).ravel())
 
 
-def _nothing(count: int, t: float) -> Floats:
-    return np.zeros(count)
-
-
 def _uniform(component: Any, count: int, who: str) -> Values:
     if callable(component):
         return lambda t: np.full(count, float(numbers_at(component(t), t, who)))

@@ -199,15 +199,10 @@ class Nodes:
         """
         return np.concatenate([self._u[marked].ravel(), self._w[marked].ravel()])
 
-    def sums(self, carried: Int32s | None = None) -> NodeSums:
-        """Sums over the nodes.
-
-        Args:
-            carried: Dofs of more vectors that turn with the body, and are zero in the reference.
-        """
-        more = np.reshape([] if carried is None else carried, (-1, 3)).astype(np.int64)
-        dofs = np.concatenate([self._u, self._w.reshape(-1, 3), more])
-        reference = np.concatenate([self._X, self._D.reshape(-1, 3), np.zeros(more.shape)])
+    def sums(self) -> NodeSums:
+        """Sums over the nodes."""
+        dofs = np.concatenate([self._u, self._w.reshape(-1, 3)]).astype(np.int64)
+        reference = np.concatenate([self._X, self._D.reshape(-1, 3)])
         return operations().node_sums(dofs, reference, len(self._X))
 
     def now(self, simulation: Simulation, name: str) -> NodalValues:

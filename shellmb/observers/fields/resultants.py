@@ -54,7 +54,7 @@ class Resultants:
     that are conjugate to its strains, which differ by the strains. Of a shell, shape (8,), there
     are the latter only.
 
-    They are accurate at the Gauss points; those of an element are continued to its nodes by the
+    They are read at Gauss points; those of an element are continued to its nodes by the
     polynomial through its points. Where elements meet, the mean of all is given: at a point
     load of a beam, of the values on both sides of it.
     With degree 2 values at nodes are off by `N'' h^2/12` where the exact ones are curved, at free

@@ -1,11 +1,8 @@
-"""Modes that elements hardly resist are named, and no others.
+"""Modes are true, also where elements are free to move: none is below the first true one.
 
-The kind: frequencies and load factors below the first true ones of motions that the strains of
-elements do not see. The true ones are known: they do not go with the thickness.
+The kind: frequencies and load factors of motions that the strains of elements might not see, which
+would be below all true ones. The true ones are known: they do not go with the thickness.
 """
-
-import re
-from collections.abc import Sequence
 
 import numpy as np
 import pytest
@@ -19,42 +16,35 @@ from shellmb.verify.problems.linear_shells import compressed_cylinder
 TRUE = 1971.0
 
 
+@pytest.mark.parametrize("cell", ["quad", "tri"])
 @pytest.mark.parametrize(("n", "thickness"), [(2, 1e-2), (3, 1e-3), (2, 0.2)])
-def test_frequencies_below_the_first_true_one_are_named(n: int, thickness: float) -> None:
+def test_no_frequency_is_below_the_first_true_one(cell: str, n: int, thickness: float) -> None:
     section = sm.Isotropic(E=70e9, nu=0.3, thickness=thickness, density=2700.0)
     edges = ("left", "right", "top", "bottom")
     held = sm.Fixed(edges, displacement=(None, 0, None), director=(0, 0, 0))
     surface = sm.Rectangle(1, 1, axis1=(0, 0, 1), axis2=(1, 0, 0))
-    plate = sm.Shell("foil", surface, section, mesh=(n, n))
+    plate = sm.Shell("foil", surface, section, mesh=(n, n), cell=cell)  # type: ignore[arg-type]
     scene = sm.Scene("free", plate, supports=held, scheme="ep4", dt=1e-4, t_end=1e-3)
     found = sm.modes(scene, count=11 if n == 2 else 26)
     squares = np.asarray(found.fields["foil"]["displacement"]) ** 2
     along = squares[..., [0, 2]].sum((1, 2)) > 0.5 * squares.sum((1, 2))
     frequencies = np.array(found.frequencies)
+    assert np.sum(along & (frequencies < 1.0)) == 3
     # two per cent: the first true one on 2x2 elements is one per cent high
-    false = np.flatnonzero(along & (frequencies < 0.98 * TRUE) & (frequencies > 1.0)) + 1
-    assert len(false) == (0 if thickness > 0.1 else 3)
-    named = [f"modes {', '.join(map(str, false))} and their frequencies are false"]
-    assert [w.split(":")[0] for w in found.warnings] == named[: len(false)]
+    assert not np.any(along & (frequencies < 0.98 * TRUE) & (frequencies > 1.0))
+    assert not found.warnings
 
 
-@pytest.mark.parametrize(
-    ("cell", "mesh", "false"), [("tri", (4, 16), True), ("tri", (3, 9), False)]
-)
-def test_triangles_that_buckle_by_themselves_are_named(
-    cell: str, mesh: tuple[int, int], false: bool
-) -> None:
+@pytest.mark.parametrize("mesh", [(4, 16), (3, 9)])
+def test_triangles_do_not_buckle_by_themselves(mesh: tuple[int, int]) -> None:
     """The classical load of a cylinder is that of its section, whatever the elements."""
-    found = sm.modes(compressed_cylinder(cell, mesh), buckling=True, count=2)  # type: ignore[arg-type]
-    said = [w.split(":")[0] for w in found.warnings]
-    assert said == (["mode 1 and its load factor are false"] if false else [])
+    found = sm.modes(compressed_cylinder("tri", mesh), buckling=True, count=2)
     # three elements a half-wave: the load is within four per cent
-    assert found.load_factors[int(false)] == pytest.approx(1.0, rel=0.04)
-    assert not false or found.load_factors[0] < 0.95
+    assert found.load_factors[0] == pytest.approx(1.0, rel=0.04)
 
 
-def test_modes_of_a_foil_that_spins_are_named_as_well() -> None:
-    """Centrifugal forces resist what its elements do not: true ones begin at twenty kilohertz."""
+def test_a_foil_that_spins_has_no_others() -> None:
+    """Centrifugal forces resist what elements might not: true ones begin at twenty kilohertz."""
     section = sm.Isotropic(E=70e9, nu=0.3, thickness=1e-5, density=2700.0)
     surface = sm.Rectangle(0.1, 0.1, origin=(-0.05, -0.05, 0.0))
     flat = sm.Fixed(("left", "right", "top", "bottom"), (None, None, 0), director=(0, 0, 0))
@@ -62,9 +52,7 @@ def test_modes_of_a_foil_that_spins_are_named_as_well() -> None:
     scene = sm.Scene("spun", foil, supports=flat, scheme="ep4", dt=1e-4, t_end=1e-3)
     for found in campbell(scene, [0.0, 300.0], count=12, axis=(0, 0, 1)).modes:
         frequencies = np.abs(found.values.imag) / (2 * np.pi)
-        below = np.flatnonzero((frequencies > 500) & (frequencies < 0.98 * 10 * TRUE)) + 1
-        named = f"modes {', '.join(map(str, below))} and their eigenvalues are false"
-        assert len(below) == 3 and [w.split(":")[0] for w in found.doubtful] == [named]
+        assert not np.any((frequencies > 500) & (frequencies < 0.98 * 10 * TRUE))
 
 
 def octant(xi: Floats, eta: Floats) -> Floats:
@@ -83,31 +71,11 @@ def lamb(n: int) -> float:
     return float(np.sqrt(np.roots(terms).min())) * WAVE / RADIUS / (2 * np.pi)
 
 
-def named(warnings: Sequence[str]) -> set[int]:
-    """Numbers of modes that are false, which are listed or follow one another."""
-    said = "".join(
-        w.split(" and the")[0].split(" and its")[0] for w in warnings if "are false" in w
-    )
-    numbers = list(map(int, re.findall(r"\d+", said)))
-    if " to " not in said:
-        return set(numbers)
-    first, last, count = numbers
-    assert count == last - first + 1
-    return set(range(first, last + 1))
-
-
 @pytest.mark.parametrize(
-    ("strain", "n", "false", "metre"),
-    [
-        # nothing else is as low
-        (1e-4, 8, 12, 1.0),
-        (1e-3, 8, 2, 1e3),
-        pytest.param(1e-4, 16, 0, 1.0, marks=pytest.mark.slow),
-    ],
+    ("strain", "n", "metre"),
+    [(1e-4, 8, 1.0), (1e-3, 8, 1e3), pytest.param(1e-4, 16, 1.0, marks=pytest.mark.slow)],
 )
-def test_of_a_pressurised_sphere_those_that_are_not_named_are_true(
-    strain: float, n: int, false: int, metre: float
-) -> None:
+def test_those_of_a_pressurised_sphere_are_true(strain: float, n: int, metre: float) -> None:
     """Across a curved surface motions that only the prestress resists alternate as well."""
     pascal = metre**-2
     t, E = 1e-4 * RADIUS * metre, 70e9 * pascal
@@ -126,12 +94,9 @@ def test_of_a_pressurised_sphere_those_that_are_not_named_are_true(
         t_end=1.0,
     )
     found = sm.modes(scene, loaded=True, count=12)
-    numbers = named(found.warnings)
-    assert len(numbers) == false
-    true = [f for k, f in enumerate(found.frequencies, start=1) if k not in numbers][:9]
     # even ones, each as often as it has symmetric shapes; the last are higher by what pressure adds
     expected = [lamb(2)] * 2 + [lamb(4)] * 3 + [lamb(6)] * 4
-    np.testing.assert_allclose(true, expected[: len(true)], rtol=2e-3 + 35 * strain)
+    np.testing.assert_allclose(found.frequencies[:9], expected, rtol=2e-3 + 35 * strain)
 
 
 def test_a_sheet_that_tension_alone_holds_across_its_surface_is_true() -> None:
@@ -156,4 +121,4 @@ def test_a_sheet_that_tension_alone_holds_across_its_surface_is_true() -> None:
     along = squares[..., :2].sum((1, 2)) > 0.5 * squares.sum((1, 2))
     # waves along it begin at two kilohertz
     assert found.frequencies[-1] < TRUE
-    assert named(found.warnings) == set(np.flatnonzero(along) + 1) != set()
+    assert not np.any(along) and not found.warnings
