@@ -54,7 +54,7 @@ dx_nodes = ufl.dx(domain, metadata={"quadrature_rule": "GLL", "quadrature_degree
 # The arm and its joints are a point: the corner at which the first element begins.
 first, rest = (np.flatnonzero(domain.topology.original_cell_index == k) for k in range(2))
 tags = mesh.meshtags(domain, 2, first, np.ones(1, dtype=np.int32))
-dx_corner = rule([[0.0, 0.0]], [1.0], subdomain_data=tags, subdomain_id=1)
+dx_corner = rule([[0, 0]], [1], subdomain_data=tags, subdomain_id=1)  # of arm and joints
 per_area = 1 / ufl.JacobianDeterminant(domain)  # makes dx_corner the value there
 
 # The triad of eq. (3), whose third vector points outwards, and the director in the reference. This
