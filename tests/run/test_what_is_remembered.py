@@ -206,3 +206,19 @@ def test_events_stay_as_they_were(tmp_path) -> None:
     found = [(event.state(), event.windows) for event in result.simulation.control.watches]
     assert found == [(event.state(), event.windows) for event in events]
     assert result.summary["events"] == whole.summary["events"]
+
+
+class Refuses(Silent):
+    """Stops in the first step."""
+
+    def solved(self, simulation: Simulation) -> None:
+        raise Stopped(2)
+
+
+def test_a_run_that_stops_in_its_first_step_begins_there(tmp_path) -> None:
+    """Kind: sizes of steps that are infinite as long as there is no step."""
+    scene, _, _ = SCENES["tolerance"]
+    with pytest.raises(Stopped):
+        execute(scene, tmp_path / "parts", [Refuses()], pictures=False)
+    resumed = resume(tmp_path / "parts", scene=scene, pictures=False)
+    assert said(resumed) == said(execute(scene, tmp_path / "whole", pictures=False))
