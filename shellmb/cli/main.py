@@ -337,7 +337,7 @@ def verify(
         bool, typer.Option("--slow", help="Also run the cases that take minutes.")
     ] = False,
 ) -> None:
-    """Compare results with analytic, published and independent reference values."""
+    """Compare results with analytic, published and independent values; from a checkout."""
     report = of_checkout("verification.report", "shellmb verify")
     if not report.run_verification(case, slow, json):
         raise typer.Exit(1)

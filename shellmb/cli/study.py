@@ -49,7 +49,8 @@ def study(
     parameters: SetOption = None,
     clock: Annotated[Clock, typer.Option(help="Measure wall or processor times.")] = Clock.wall,
     bundled: Annotated[
-        str | None, typer.Option(metavar="NAME", help="A bundled study, `all`, or `list`.")
+        str | None,
+        typer.Option(metavar="NAME", help="A bundled study of a checkout, `all`, or `list`."),
     ] = None,
     out: Annotated[
         Path | None,
