@@ -41,18 +41,8 @@ FLOW = (
     "observers",
     "diagnostics",
 )
-FIRST = (
-    "errors",
-    "arrays",
-    "prefixes",
-    "restart",
-    "guarding",
-    "clock",
-    "locks",
-    "stopping",
-    "barrier",
-    "native",
-)
+FIRST = ("errors", "arrays", "prefixes", "restart", "guarding", "clock", "locks", "stopping")
+FIRST += ("barrier", "native")
 RANK = {name: rank for rank, name in enumerate((*FIRST, *FLOW))}
 # what a user starts; these may import one another
 TOP = (
