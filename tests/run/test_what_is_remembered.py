@@ -192,6 +192,28 @@ def test_a_run_that_went_on_says_what_the_whole_run_says(name, observed, tmp_pat
             assert {k for k in then if now[k] != then[k]} <= news, key
 
 
+class Violated(Stop):
+    """Has constraints violated before it stops, by more than round-off does later."""
+
+    def __init__(self, behind: int, observed: list[StandardObservers]) -> None:
+        super().__init__(behind)
+        self._observed = observed
+
+    def accepted(self, simulation: Simulation) -> None:
+        if simulation.step == 2:
+            account = self._observed[-1].named["constraints"]
+            account._director_max, account._constraint_max = 0.5, 1.0
+        super().accepted(simulation)
+
+
+def test_the_largest_violations_are_remembered(observed, tmp_path) -> None:
+    scene, stop, _ = SCENES["rigid"]
+    with pytest.raises(Stopped):
+        execute(scene, tmp_path / "parts", [Violated(stop, observed)], pictures=False)
+    summary = resume(tmp_path / "parts", scene=scene, pictures=False).summary
+    assert (summary["director_max"], summary["constraint_max"]) == (0.5, 1.0)
+
+
 def test_events_stay_as_they_were(tmp_path) -> None:
     """What has gone on, and would go off by what was true already then, waits for it to change."""
     scene = rigid(
