@@ -340,10 +340,6 @@ def _has(*names: str) -> Callable[[Any], bool]:
     return lambda value: all(callable(getattr(type(value), name, None)) for name in names)
 
 
-def _is_time(value: Any) -> bool:
-    return _is_number(value) and 0 < float(value) < float("inf")
-
-
 # truth values of NumPy have the name of Python's
 # by how a type begins where it is written: whether a value is of it, and what it must be
 KINDS: dict[str, tuple[Callable[[Any], bool], str]] = {

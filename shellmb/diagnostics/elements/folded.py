@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import Any
 
 from mpi4py import MPI
 
@@ -92,6 +91,7 @@ class Folded(Silent):
     """
 
     name = "folded"
+    remembered = ("_steps", "_largest")
 
     def __init__(self, sources: Sources) -> None:
         self._bodies: dict[str, _Neighbours] = {}
@@ -139,15 +139,6 @@ class Folded(Silent):
                     "element is off by several per cent, and beyond 60 (degree 2) or 80 (degree 3) "
                     f"it folds: use a finer mesh there{smaller}",
                 )
-
-    def state(self) -> dict[str, Any]:
-        """The largest so far."""
-        return {"steps": self._steps, "largest": {n: list(f) for n, f in self._largest.items()}}
-
-    def restore(self, state: dict[str, Any]) -> None:
-        """Take them up."""
-        self._steps = state["steps"]
-        self._largest = {n: (a, t, tuple(x)) for n, (a, t, x) in state["largest"].items()}
 
 
 def _named(place: tuple[float, ...]) -> str:

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import Any
 
 from shellmb.diagnostics.base import Caution
 from shellmb.observers.summary import Sources
@@ -40,6 +39,7 @@ class Unstable(Silent):
     """
 
     name = "stability"
+    remembered = ("_first", "_most", "_last", "_unknown")
 
     def __init__(self, sources: Sources) -> None:
         self._stability: Stability | None = None
@@ -117,22 +117,6 @@ class Unstable(Silent):
             "they are stable, and bifurcations between them are not found: their stiffness matrix "
             "is not symmetric (loads that follow the bodies) or singular",
         )
-
-    def state(self) -> dict[str, Any]:
-        """Findings so far."""
-        return {
-            "first": self._first,
-            "most": self._most,
-            "last": self._last,
-            "unknown": self._unknown,
-        }
-
-    def restore(self, state: dict[str, Any]) -> None:
-        """Take it up."""
-        first = state["first"]
-        self._first = None if first is None else (float(first[0]), float(first[1]))
-        self._most, self._last = int(state["most"]), float(state["last"])
-        self._unknown = int(state["unknown"])
 
 
 def _directions(found: Found) -> str:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
 from mpi4py import MPI
 
@@ -23,6 +22,8 @@ SMALL = 2000
 
 class Constraints(Booked):
     """Largest constraint errors; nothing in linear statics, where constraints are linearised."""
+
+    remembered = ("_director_max", "_constraint_max", "_joints")
 
     def __init__(self) -> None:
         super().__init__()
@@ -123,20 +124,6 @@ class Constraints(Booked):
             self._joints[name] = max(self._joints.get(name, 0.0), value)
         names = ("director_error", "constraint_error")
         return [dict(zip(names, row, strict=True)) for row in worst[:, :2].tolist()]
-
-    def kept(self) -> dict[str, Any]:
-        """The largest errors so far."""
-        return {
-            "director_max": self._director_max,
-            "constraint_max": self._constraint_max,
-            "joints": dict(self._joints),
-        }
-
-    def take_up(self, state: dict[str, Any]) -> None:
-        """Take up saved errors."""
-        self._director_max = state["director_max"]
-        self._constraint_max = state["constraint_max"]
-        self._joints = dict(state["joints"])
 
 
 class _Errors:

@@ -47,6 +47,8 @@ class JointForces(Booked):
     the values at the start.
     """
 
+    remembered = ("_freedoms",)
+
     def __init__(self) -> None:
         super().__init__()
         self._joints: list[str] = []
@@ -143,14 +145,6 @@ class JointForces(Booked):
             self._columns |= turned
             found.append(dict(self._columns))
         return found
-
-    def kept(self) -> dict[str, Any]:
-        """Rotations, whose turns count."""
-        return self._freedoms.state()
-
-    def take_up(self, state: dict[str, Any]) -> None:
-        """Take them up."""
-        self._freedoms.restore(state)
 
 
 class Span(NamedTuple):

@@ -479,8 +479,7 @@ class PathSteps:
         self.factor, self.rate = float(state["factor"]), float(state["rate"])
         self._scale = float(state["scale"])
         self.size.farthest = FARTHEST * self._problem.model.length / self._scale
-        # former versions did not save the second one
-        self.unstable, self.unsure = state["unstable"], list(state.get("unsure", []))
+        self.unstable, self.unsure = state["unstable"], list(state["unsure"])
         self.size.factor = float(state["size_factor"])
         tangent = arrays["tangent"]
         self._state = PathState(
