@@ -18,6 +18,7 @@ from shellmb.scene.loads.loads import Load
 from shellmb.scene.loads.potentials import Potential
 from shellmb.scene.loads.supports import Support
 from shellmb.scene.loads.volumes import EnclosedVolume
+from shellmb.scene.multibody.couplings import Relation
 from shellmb.scene.multibody.drivers import Driver, Lock
 from shellmb.scene.multibody.elements import Element
 from shellmb.scene.multibody.joints import Joint
@@ -78,6 +79,7 @@ class Description:
     controllers: Several[Law] = NONE
     events: Several[Event] = NONE
     errors: bool = False
+    couplings: Several[Relation] = NONE
 
     @property
     def scheme_name(self) -> str:

@@ -83,6 +83,7 @@ class Scene(Description):
         events: What happens when conditions become true.
         errors: Whether runs estimate the errors of results and of histories of probes, from
             comparison runs with larger steps and more elements (`docs/howto/errors.md`).
+        couplings: Gears, belts, differentials, and other sums of coordinates of joints.
 
     Raises:
         SceneError: If the scene is invalid; the message says how to correct it.

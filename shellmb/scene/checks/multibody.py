@@ -15,6 +15,7 @@ from shellmb.scene.checks.locations import (
     edges_of,
     finite_in_time,
 )
+from shellmb.scene.control.signals import Signal
 from shellmb.scene.loads.supports import Fixed
 from shellmb.scene.lookup import (
     bodies_of,
@@ -26,6 +27,7 @@ from shellmb.scene.lookup import (
     model_of,
     said,
 )
+from shellmb.scene.multibody.couplings import Coupled
 from shellmb.scene.multibody.drivers import Driver, Lock
 from shellmb.scene.multibody.edge_hinges import EdgeHinge
 from shellmb.scene.multibody.elements import JointElement, PointElement
@@ -126,6 +128,12 @@ def _joint(scene: Description, joint: Joint) -> None:
             f"{joint.said}: at and second_at are both {show(joint.at)}; they must differ where no "
             "length is given"
         )
+    if isinstance(joint, Distance) and callable(joint.length):
+        if joint.second_at == joint.at:
+            raise SceneError(
+                f"{joint.said}: at and second_at are both {show(joint.at)}; they must differ where "
+                "length is a function of time"
+            )
     _within_time(scene, joint.active, f"{joint.said}: active")
     if isinstance(joint, Contact) and scene.static:
         raise SceneError(
@@ -165,7 +173,7 @@ def _edge_hinge(
             )
     if joint.rigid_angle:
         return
-    for item in (*scene.drivers, *scene.force_elements):
+    for item in (*scene.drivers, *scene.force_elements, *_coupled(scene)):
         if getattr(item, "joint", None) != joint.name:
             continue
         linear = getattr(item, "stiffness", None) or getattr(item, "damping", None) is not None
@@ -238,9 +246,22 @@ def _coordinates(scene: Description) -> None:
                     f"lock of joint '{lock.joint}': active has the window ({start:g}, {end:g}); "
                     "it must begin at 0 or later"
                 )
-    for element in scene.force_elements:
+    for element in (*scene.force_elements, *_coupled(scene)):
         if isinstance(element, JointElement):
             coordinates_of(scene, element)
+    for item in (*scene.joints, *scene.couplings):
+        for function in item.given:
+            if isinstance(function, Signal):
+                raise SceneError(
+                    f"{item.said}: {show(function)} is no value over time; it must be a function "
+                    "of time, or a joint with a driver whose acceleration is commanded"
+                )
+            finite_in_time(function, scene.given_until, f"{item.said}: value over time", 1)
+
+
+def _coupled(scene: Description) -> list[Coupled]:
+    """Coordinates of all couplings."""
+    return [coupled for coupling in scene.couplings for coupled in coupling.terms]
 
 
 def _glues(scene: Description) -> None:
