@@ -96,7 +96,8 @@ class Motions:
     def __init__(self, model: Model) -> None:
         self.model, self._comm = model, model.comm
         self._unknowns = Unknowns(model.bodies, model.comm)
-        self.blocks = {body.name: k for k, body in enumerate(model.scene.bodies)}
+        placed = [body for body in model.scene.bodies if getattr(body, "placed", True)]
+        self.blocks = {body.name: k for k, body in enumerate(placed)}
         self.frames = {name: self._frame(name) for name in self.blocks}
         self._first: dict[str, int] = {}
         self.size = 6 * len(self.blocks)
@@ -116,8 +117,8 @@ class Motions:
     def _along(self, name: str) -> tuple[Body, Dofs, Ints, Floats]:
         """A body's local dofs with the motions as rows, shape (n,), (n, 6) and the columns."""
         body, nodes, X, D = self.model.nodes_of(name)
-        u = body.mixed.dofs["u"].reshape(-1, 3)[nodes]
-        w = body.mixed.dofs["w"].reshape(-1, body.mixed.parts["w"][1])[nodes]
+        u = body.mixed.nodal("u")[nodes]
+        w = body.mixed.nodal("w")[nodes]
         return body, *self._rigid(name, u, w, X, D)
 
     def _rigid(

@@ -23,6 +23,7 @@ from shellmb.scene.multibody.drivers import Driver, Lock
 from shellmb.scene.multibody.elements import Element
 from shellmb.scene.multibody.joints import Joint
 from shellmb.scene.multibody.rigid import RigidBody
+from shellmb.scene.own_bodies import UserBody
 from shellmb.scene.paths import PathFollowing
 from shellmb.scene.probes import Probe
 from shellmb.scene.schemes import LINEAR, Scheme, dissipation, is_static
@@ -33,7 +34,7 @@ from shellmb.scene.values.validate import NONE, Name, Positive, Several, describ
 
 __all__ = ["Body", "Description"]
 
-type Body = Shell | Beam | RigidBody
+type Body = Shell | Beam | RigidBody | UserBody
 
 
 def _units(value: str | None) -> str | None:
@@ -80,6 +81,7 @@ class Description:
     events: Several[Event] = NONE
     errors: bool = False
     couplings: Several[Relation] = NONE
+    own_bodies: Several[UserBody] = NONE
 
     @property
     def scheme_name(self) -> str:
@@ -118,8 +120,8 @@ class Description:
 
     @property
     def bodies(self) -> tuple[Body, ...]:
-        """All shells, beams and rigid bodies."""
-        return (*self.shells, *self.beams, *self.rigid_bodies)
+        """All shells, beams, rigid bodies and bodies of the user's own."""
+        return (*self.shells, *self.beams, *self.rigid_bodies, *self.own_bodies)
 
     @property
     def meshed(self) -> tuple[Shell | Beam, ...]:

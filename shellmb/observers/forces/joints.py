@@ -329,7 +329,9 @@ class PitchForces(GroupForces):
         screws: TiedCoordinates,
     ) -> None:
         self._group, self._screws = group, screws
-        items = {c.item: joints[c.name] for pair in screws.members for c in pair if c.group is group}
+        items = {
+            c.item: joints[c.name] for pair in screws.members for c in pair if c.group is group
+        }
         here = [(row, items[k]) for row, k in enumerate(group.nodes.item.tolist()) if k in items]
         super().__init__(problem, group, here, number, balance)
         self._held = [(problem.unknown(g.name), g.mixed.dofs["mu"]) for g in (group, screws)]

@@ -11,6 +11,7 @@ from shellmb.scene.beams.beam import Beam
 from shellmb.scene.lookup import listed, said
 from shellmb.scene.multibody.offsets import Offset
 from shellmb.scene.multibody.rigid import RigidBody
+from shellmb.scene.own_bodies import UserBody
 from shellmb.scene.shells.shell import Shell
 from shellmb.scene.values.copies import on_trial
 from shellmb.scene.values.validate import edge_names, in_words, show
@@ -25,7 +26,9 @@ def edges_of(body: Body) -> tuple[str, ...] | None:
     """Names of the edges of a body, of a beam its ends; None where only the mesh knows them."""
     if isinstance(body, Shell):
         return body.surface.edges
-    return body.curve.point_names if isinstance(body, Beam) else ()
+    if isinstance(body, Beam):
+        return body.curve.point_names
+    return body.region_names if isinstance(body, UserBody) else ()
 
 
 def points_of(body: Body) -> tuple[str, ...] | None:
@@ -71,7 +74,7 @@ def check_point(body: Body, point: Any, who: str) -> None:
     """
     known = points_of(body)
     if isinstance(point, Offset):
-        if isinstance(body, RigidBody):
+        if isinstance(body, RigidBody | UserBody):
             raise SceneError(
                 f"{who}: an offset is from a node of a shell or beam and {said(body)} has none; "
                 "give the coordinates of the point"

@@ -45,6 +45,7 @@ from shellmb.scene.multibody.joints import (
 from shellmb.scene.multibody.offsets import Offset
 from shellmb.scene.multibody.rigid import Interface, RigidBody
 from shellmb.scene.multibody.rolling import Contact, Rolling
+from shellmb.scene.own_bodies import UserBody
 from shellmb.scene.probes import MOTIONS
 from shellmb.scene.shells.sections import LinearSection
 from shellmb.scene.shells.shell import Shell
@@ -95,9 +96,16 @@ def _joint(scene: Description, joint: Joint) -> None:
     ):
         if _frameless(body) and not allowed:
             raise SceneError(
-                f"{joint.said}: {which} is {_end_said(body)}, whose nodes have a director only; "
-                "it must be the ground, a rigid body or a beam, connected to the shell by a "
-                "ShellRevolute joint"
+                f"{joint.said}: {which} is {_end_said(body)}, whose nodes have no frame; it must "
+                "be the ground, a rigid body or a beam, connected to it by a Weld or, to a shell, "
+                "a ShellRevolute joint"
+            )
+    if isinstance(joint, Weld) and isinstance(second, UserBody):
+        if joint.second_at not in _regions(second):
+            known = listed(_regions(second)) or "none"
+            raise SceneError(
+                f"{joint.said}: second_at is {show(joint.second_at)}; it must be a region of "
+                f"{said(second)}: {known}, because its nodes carry no moment"
             )
     if isinstance(joint, ShellRevolute) and not isinstance(second, Shell):
         raise SceneError(
@@ -186,12 +194,14 @@ def _edge_hinge(
 
 
 def _regions(body: Body | None) -> tuple[str, ...]:
-    """Edges and areas of a shell."""
-    return (*(edges_of(body) or ()), *areas_of(body)) if isinstance(body, Shell) else ()
+    """Edges and areas of a shell, regions of a body of the user's own."""
+    if not isinstance(body, Shell | UserBody):
+        return ()
+    return (*(edges_of(body) or ()), *areas_of(body))
 
 
 def _frameless(body: Body | None) -> bool:
-    return isinstance(body, Shell) and body.nodal
+    return isinstance(body, Shell | UserBody) and body.nodal
 
 
 def _end_said(body: Body | None) -> str:
@@ -311,6 +321,8 @@ def _quantity(scene: Description, probe: Any) -> None:
     q = probe.quantity
     if probe.frame is not None:
         _frame(scene, probe)
+    if q == "director" and isinstance(body, UserBody):
+        raise SceneError(f"{said(probe)}: quantity is 'director'; {said(body)} has none")
     if isinstance(probe.at, Offset) and q not in MOTIONS:
         raise SceneError(
             f"{said(probe)}: quantity is {show(q)} and at an Offset; at must be a node"
@@ -351,10 +363,10 @@ def _frame(scene: Description, probe: Any) -> None:
 
 def _directors(scene: Description, support: Fixed) -> None:
     (body,) = bodies_of(scene, support)
-    if isinstance(body, Beam) and any(c is not None for c in support.director):
+    if isinstance(body, Beam | UserBody) and any(c is not None for c in support.director):
         raise SceneError(
             f"fixed components: director is {show(support.director)} on {said(body)}; it must be "
-            "left out, because a beam has three: use Clamped or a joint to the ground"
+            "left out, because only a shell has one: use Clamped or a joint to the ground"
         )
 
 
@@ -435,6 +447,8 @@ def _massive(scene: Description) -> None:
             if body.name in carried or isinstance(body, Interface):
                 continue
             m, what, remedy = body.mass, "mass", ""
+        elif isinstance(body, UserBody):
+            m, what, remedy = float(body.massive), "mass", ", so give it one"
         else:
             m = mass_of(body)
             what = "mass per area" if isinstance(body, Shell) else "mass per length"

@@ -77,8 +77,17 @@ def _names(scene: Description) -> None:
                 f"scene '{scene.name}': a {kind_of(body)} is named '{GROUND}'; it must have "
                 "another name, because this one is reserved"
             )
-    named = ("shells", "bodies", "joints", "drivers", "force_elements", "couplings", "probes", "controllers")
-    for what in named:
+    named = (
+        "shells",
+        "bodies",
+        "joints",
+        "drivers",
+        "force_elements",
+        "couplings",
+        "probes",
+        "controllers",
+    )
+    for what in (*named, "controllers"):
         for name, count in Counter(item.name for item in getattr(scene, what)).items():
             if count > 1:
                 raise SceneError(

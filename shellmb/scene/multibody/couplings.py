@@ -182,11 +182,10 @@ class Differential(Relation):
     carrier: Which
     first: Which
     second: Which
-    teeth: tuple[NonNegative] = field(default=(1.0, 1.0), kw_only=True)
+    teeth: tuple[Positive, Positive] = field(default=(1.0, 1.0), kw_only=True)
 
     @property
     def weights(self) -> Mapping[Any, float]:
         """Factor of each coordinate."""
         a, b = self.teeth
         return {self.first: a, self.second: b, self.carrier: -a - b}
-
