@@ -32,6 +32,10 @@ SMALLEST = 255
 NODES: dict[int, Collection[int]] = {1: (1,), 3: (2,), 5: (3,), 9: (4,), 21: (3,), 22: (6,)}
 NODES |= {23: (8,), 28: (9,), 34: (7,), 68: range(2, 12)}
 NODES |= {69: [(k + 1) * (k + 2) // 2 for k in range(1, 11)], 70: [k * k for k in range(2, 12)]}
+# of solids
+NODES |= {10: (4,), 12: (8,), 24: (10,), 25: (20,), 29: (27,)}
+NODES |= {71: [(k + 1) * (k + 2) * (k + 3) // 6 for k in range(1, 11)]}
+NODES |= {72: [k**3 for k in range(2, 12)]}
 AS_WRITTEN = "it must be as the run wrote it"
 
 

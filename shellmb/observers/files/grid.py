@@ -7,12 +7,9 @@ from dataclasses import dataclass, field
 
 from mpi4py import MPI
 
-import basix
 import dolfinx.plot
 import numpy as np
 import numpy.typing as npt
-from dolfinx import fem
-from dolfinx.mesh import exterior_facet_indices
 
 from shellmb.arrays import Floats, Int32s, Ints
 from shellmb.model.locations.nodes import Meshed
@@ -73,17 +70,14 @@ class Gatherer:
         local = space.mesh.topology.index_map(dim).size_local
         own = _numbers(index_map, space.dofmap.list[:local])
         made = np.asarray(space.mesh.topology.original_cell_index[:local], dtype=np.int64)
-        sides = _numbers(index_map, boundary(space)) if dim == 3 else _none(0, 4)
-        gathered = self._comm.gather((vtk, types, own, made, sides))
+        gathered = self._comm.gather((vtk, types, own, made))
         # of the nodes of all ranks in a row those that come first when the mesh is made, and so on
         self._order: Ints | None = None
         nodes = self.gather(body.mixed.nodes("u"))
         self.grid: Grid | None = None
         if gathered is None or nodes is None:
             return
-        vtk, types, own, made, sides = (
-            np.concatenate([part[k] for part in gathered]) for k in range(5)
-        )
+        vtk, types, own, made = (np.concatenate([part[k] for part in gathered]) for k in range(4))
         cells = np.argsort(made)
         vtk, types, own = vtk[cells], types[cells], own[cells]
         there, first = np.unique(own, return_index=True)
@@ -99,10 +93,7 @@ class Gatherer:
             self.grid = Grid(body.name, nodes, cells, types, lines=lines)
             return
         if dim == 3:
-            faces = number[sides]
-            self.grid = Grid(
-                body.name, nodes, cells, types, faces, faces[:, [*range(faces.shape[1]), 0]]
-            )
+            self.grid = Grid(body.name, nodes, cells, types)
             return
         pieces, around = lattice(points)
         faces = own[:, pieces].reshape(-1, pieces.shape[1])
@@ -127,29 +118,6 @@ def _numbers(index_map, local: Int32s) -> Ints:  # type: ignore[no-untyped-def]
     """Global numbers of nodes, in the shape of the local ones."""
     flat = index_map.local_to_global(np.ascontiguousarray(local, dtype=np.int32).ravel())
     return np.asarray(flat, dtype=np.int64).reshape(local.shape)
-
-
-def boundary(space: fem.FunctionSpace) -> Int32s:
-    """Corners of the faces of a solid that belong to one cell, in order around each, (f, 3 or 4).
-
-    Args:
-        space: Space of its displacements; the numbers are those of its nodes on this rank.
-    """
-    topology = space.mesh.topology
-    dim = topology.dim
-    for pair in ((dim - 1, dim), (dim, dim - 1)):
-        topology.create_connectivity(*pair)
-    cells, facets = (topology.connectivity(*p) for p in ((dim - 1, dim), (dim, dim - 1)))
-    element = space.element.basix_element
-    corners = [dofs[0] for dofs in element.entity_dofs[0]]
-    around = [[*v[:2], *v[:1:-1]] for v in basix.topology(element.cell_type)[dim - 1]]
-    found = []
-    for facet in exterior_facet_indices(topology):
-        cell = cells.links(facet)[0]
-        side = int(np.flatnonzero(facets.links(cell) == facet)[0])
-        found.append(space.dofmap.cell_dofs(cell)[[corners[v] for v in around[side]]])
-    width = max(map(len, around))
-    return np.array(found, dtype=np.int32).reshape(-1, width)
 
 
 def lattice(points: Floats) -> tuple[Ints, Ints]:
