@@ -23,13 +23,15 @@ from shellmb.constraint_analysis.motions import Frame, describe
 from shellmb.constraint_analysis.redundancy import RATE_STEP
 from shellmb.constraint_analysis.rows import local_rows
 from shellmb.errors import SceneError
-from shellmb.model.body import Body, Dofs
+from shellmb.forms.steps.mixed import Interval
+from shellmb.model.body import Body, Dofs, added
 from shellmb.model.elements.elements import ElementGroup
 from shellmb.model.model import Model
 from shellmb.model.reduced.terms import ModalTerms
 from shellmb.model.unknowns import NOT_GIVEN, Unknowns
 from shellmb.native.kernels import compiled
 from shellmb.scene.lookup import said
+from shellmb.schemes.residuals.forces import interval_forces
 
 # a motion along which constraints change by less than this part of what they change along others
 NOTHING = 1e-8
@@ -258,6 +260,10 @@ class Motions:
             q, dq = fem.Function(body.mixed.space), ufl.TestFunction(body.mixed.space)
             time = fem.Constant(body.mixed.space.mesh, 0.0)
             extra = body.applied(q, None, dq, time)
+            if body.name in self.model.own:
+                # strains of the user's own may be of the place, as those of a foundation
+                inner = interval_forces(body, Interval(q, q, q, q, q, 0.0), dq)
+                extra = added([extra, None if inner is None else -inner])
             if extra is None:
                 continue
             form = compiled(extra)

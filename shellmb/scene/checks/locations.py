@@ -87,8 +87,8 @@ def check_point(body: Body, point: Any, who: str) -> None:
         point = point.at
     if known is not None and isinstance(point, str) and point not in known:
         raise SceneError(
-            f"{who}: {said(body)} has no point '{point}'; its points are {listed(known)}, "
-            "or give coordinates"
+            f"{who}: {said(body)} has no point '{point}'; its points are "
+            f"{listed(known) or 'none'}, or give coordinates"
         )
 
 

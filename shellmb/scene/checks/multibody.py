@@ -382,6 +382,8 @@ def _supported(scene: Description) -> None:
     pairs += [(body.name, body.of) for body in scene.bodies if isinstance(body, Interface)]
     # an elastic foundation, say; whether terms hold all motions is found out later
     pairs += [(body.name, GROUND) for body in scene.bodies if getattr(body, "terms", ())]
+    # energies of the user's own may hold their bodies, too
+    pairs += [(body.name, GROUND) for body in scene.own_bodies]
     pairs += [(b.name, GROUND) for p in scene.potentials for b in bodies_of(scene, p)]
     pairs += [
         (b.name, c.obstacle_body or GROUND) for c in scene.contacts for b in bodies_of(scene, c)
