@@ -211,8 +211,6 @@ class Start:
     def accelerations(self, t: float = 0.0) -> None:
         """Find accelerations from the equations of motion, for schemes that keep them.
 
-        These have a rate "a" or "acceleration".
-
         Args:
             t: Time, s.
         """
