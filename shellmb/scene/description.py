@@ -22,8 +22,8 @@ from shellmb.scene.multibody.couplings import Relation
 from shellmb.scene.multibody.drivers import Driver, Lock
 from shellmb.scene.multibody.elements import Element
 from shellmb.scene.multibody.joints import Joint
+from shellmb.scene.multibody.own_bodies import UserBody
 from shellmb.scene.multibody.rigid import RigidBody
-from shellmb.scene.own_bodies import UserBody
 from shellmb.scene.paths import PathFollowing
 from shellmb.scene.probes import Probe
 from shellmb.scene.schemes import LINEAR, Scheme, dissipation, is_static

@@ -12,8 +12,8 @@ from shellmb.scene.loads import body_loads, contacts, loads, potentials, support
 from shellmb.scene.multibody.drivers import Coordinate, Driver
 from shellmb.scene.multibody.elements import JointElement
 from shellmb.scene.multibody.joints import GROUND, Joint
+from shellmb.scene.multibody.own_bodies import UserBody
 from shellmb.scene.multibody.rigid import RigidBody
-from shellmb.scene.own_bodies import UserBody
 from shellmb.scene.probes import Probe
 from shellmb.scene.shells.shell import Shell
 from shellmb.scene.values.models import Modal

@@ -20,11 +20,10 @@ from shellmb.forms.state import Layout
 from shellmb.forms.steps.discrete import variation
 from shellmb.meshes.nodes import constant_vector, node_mesh, node_space
 from shellmb.model.body import LoadFactors, TimeFunction
-from shellmb.model.joints.constraints import ConstraintGroup, forces_and_sizes
-from shellmb.model.joints.given import GivenValues
-from shellmb.model.joints.own import check_equations, own_kind
+from shellmb.model.joints.constraints import ConstraintGroup, GivenValues, forces_and_sizes
 from shellmb.model.locations.ends import End, EndGroup, end_pair, frame_about
 from shellmb.model.massless import Massless
+from shellmb.model.own.joints import check_equations, own_kind
 from shellmb.scene import Scene
 from shellmb.scene.loads.loads import Gravity
 from shellmb.scene.multibody import joints as scene_joints
@@ -54,7 +53,7 @@ class BoundJoint:
 
     @property
     def equations(self) -> JointKind:
-        """Its constraints."""
+        """Constraints of the joint."""
         return KINDS[self.kind]
 
     @property
@@ -91,7 +90,7 @@ class BoundOwn(BoundJoint):
 
     @property
     def equations(self) -> JointKind:
-        """Its own."""
+        """Constraints that the user gave."""
         assert self.own is not None
         return self.own
 

@@ -11,7 +11,7 @@ from ufl.core.expr import Expr
 from shellmb.arrays import Floats
 from shellmb.forms.state import Layout
 from shellmb.meshes.nodes import constant_vector, node_mesh, node_space, set_constants
-from shellmb.model.joints.constraints import ConstraintGroup
+from shellmb.model.joints.constraints import ConstraintGroup, GivenValues, Prescribed
 from shellmb.model.joints.coordinates import (
     Coordinate,
     CoordinateGroup,
@@ -19,7 +19,6 @@ from shellmb.model.joints.coordinates import (
     gathered,
     scalar_links,
 )
-from shellmb.model.joints.given import GivenValues, Prescribed
 
 
 class TiedCoordinates(ConstraintGroup):

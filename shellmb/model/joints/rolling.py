@@ -41,7 +41,7 @@ class BoundContact(BoundJoint):
 
     @property
     def equations(self) -> Any:
-        """Its constraints, on positions and on velocities."""
+        """Constraints on positions and on velocities."""
         return CONTACTS[self.kind]
 
     @property

@@ -32,7 +32,7 @@ from shellmb.model.own.strains import PotentialStrains, Stiffness
 from shellmb.model.sections.strains import Strains
 from shellmb.model.user_forms import vector_of, written
 from shellmb.native.expressions import compiled_expression
-from shellmb.scene.own_bodies import UserBody
+from shellmb.scene.multibody.own_bodies import UserBody
 from shellmb.scene.values.validate import vector
 
 ADVICE = "a smaller step"
@@ -262,7 +262,7 @@ class OwnBody(Massless, UserBody):
         )
 
     def in_values(self) -> dict[str, Any]:
-        """What it is described by: the space by its element and the size of its mesh."""
+        """Description in values: the space by its element and the size of its mesh."""
         topology = self.space.mesh.topology
         counts = [topology.index_map(d).size_global for d in (0, topology.dim)]
         plain = {"space": [str(self.space.ufl_element()), *counts], "dx": str(self._given["dx"])}

@@ -145,7 +145,7 @@ class PlacedBody(OwnBody):
         return self.momentum_along(v, ufl.cross(axis, place + self.field(q)))
 
     def loads(self) -> LoadFactors | None:
-        """Its weight."""
+        """Weight of the body."""
         return _Weight(self) if self.gravity and self._mass is not None else None
 
 

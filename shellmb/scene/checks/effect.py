@@ -13,8 +13,8 @@ from shellmb.scene.initial import FromMode
 from shellmb.scene.loads.loads import Gravity
 from shellmb.scene.loads.supports import Driven, Fixed
 from shellmb.scene.lookup import bodies_of, coordinates_of, listed, said
+from shellmb.scene.multibody.own_bodies import UserBody
 from shellmb.scene.multibody.rigid import RigidBody
-from shellmb.scene.own_bodies import UserBody
 from shellmb.scene.schemes import DISSIPATIVE
 from shellmb.scene.values.copies import on_trial
 from shellmb.scene.values.validate import show

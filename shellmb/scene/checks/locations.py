@@ -10,8 +10,8 @@ from shellmb.errors import SceneError
 from shellmb.scene.beams.beam import Beam
 from shellmb.scene.lookup import listed, said
 from shellmb.scene.multibody.offsets import Offset
+from shellmb.scene.multibody.own_bodies import UserBody
 from shellmb.scene.multibody.rigid import RigidBody
-from shellmb.scene.own_bodies import UserBody
 from shellmb.scene.shells.shell import Shell
 from shellmb.scene.values.copies import on_trial
 from shellmb.scene.values.validate import edge_names, in_words, show

@@ -43,9 +43,9 @@ from shellmb.scene.multibody.joints import (
     Weld,
 )
 from shellmb.scene.multibody.offsets import Offset
+from shellmb.scene.multibody.own_bodies import UserBody
 from shellmb.scene.multibody.rigid import Interface, RigidBody
 from shellmb.scene.multibody.rolling import Contact, Rolling
-from shellmb.scene.own_bodies import UserBody
 from shellmb.scene.probes import MOTIONS
 from shellmb.scene.shells.sections import LinearSection
 from shellmb.scene.shells.shell import Shell

@@ -31,7 +31,7 @@ from shellmb.scene.loads.loads import EdgeLoad, PointLoad
 from shellmb.scene.loads.supports import Driven, Fixed, HardSupport, Support
 from shellmb.scene.lookup import bodies_of, find_shell, kind_of, listed, said
 from shellmb.scene.multibody.joints import GROUND
-from shellmb.scene.own_bodies import UserBody
+from shellmb.scene.multibody.own_bodies import UserBody
 from shellmb.scene.probes import Probe
 from shellmb.scene.schemes import QUADRATIC, SCHEMES
 from shellmb.scene.shells.sections import LinearSection

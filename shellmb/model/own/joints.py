@@ -75,7 +75,7 @@ def _unknowns(framed: tuple[int, int], given: int) -> Groups:
 
 
 def _arguments(parts: Groups, framed: tuple[int, int], given: int) -> tuple[Any, ...]:
-    """What a function of equations is called with: places, a length, values."""
+    """Arguments of a function of equations: places, a length, values."""
     xs, es = (parts[0], parts[2]), (parts[1], parts[3])
     places = (
         Place(x, tuple(ufl.as_vector([e[3 * k + i] for i in range(3)]) for k in range(n)))
@@ -85,7 +85,7 @@ def _arguments(parts: Groups, framed: tuple[int, int], given: int) -> tuple[Any,
 
 
 def _of(rows: list[Expr], part: Expr) -> list[bool]:
-    """Whether rows depend on a kind of unknowns."""
+    """Find which rows depend on a kind of unknowns."""
     return [part in extract_coefficients(row) for row in rows]
 
 

@@ -46,5 +46,5 @@ class UserBody:
         return tuple(self.regions)
 
     def in_values(self) -> dict[str, Any]:
-        """What it is described by, to be stored and compared."""
+        """Description in values, to be stored and compared."""
         raise NotImplementedError
