@@ -267,6 +267,11 @@ def _coordinates(scene: Description) -> None:
                     "of time, or a joint with a driver whose acceleration is commanded"
                 )
             finite_in_time(function, scene.given_until, f"{item.said}: value over time", 1)
+    for joint in scene.joints:
+        if isinstance(joint, Distance) and any(f(0.0) <= 0 for f in joint.given):
+            raise SceneError(
+                f"{joint.said}: length begins as {joint.given[0](0.0):g}; it must be greater than 0"
+            )
 
 
 def _coupled(scene: Description) -> list[Coupled]:
