@@ -269,10 +269,17 @@ class Motions:
             form = compiled(extra)
             along = np.einsum("ik,ikm->im", rows, free[columns])
 
-            def work(step: Floats, q=q, form=form, dofs=dofs, along=along) -> Floats:  # type: ignore[no-untyped-def]
+            def forces(step: Floats, q=q, form=form, dofs=dofs) -> Floats:  # type: ignore[no-untyped-def]
                 q.x.array[dofs] = step
-                force = fem.assemble_vector(form).array
-                return np.asarray(along.T @ force[dofs])
+                return np.asarray(fem.assemble_vector(form).array[dofs])
+
+            def work(step: Floats, forces=forces, along=along) -> Floats:  # type: ignore[no-untyped-def]
+                return np.asarray(along.T @ forces(step))
+
+            if body.name in self.model.own:
+                # what round-off is of: forces where it strains
+                strained = forces(STEP * np.linspace(0.0, 1.0, len(dofs)) ** 2)
+                size = max(size, float(np.linalg.norm(strained) * np.linalg.norm(along)) / STEP)
 
             # of two steps, so that a force which grows with the cube of the motion has no slope
             for step, weight in ((STEP, -1 / 99), (STEP / 10, 100 / 99)):

@@ -75,9 +75,7 @@ def test_a_sum_over_time_moves_what_it_couples(scheme: str) -> None:
         return t**3
 
     coupling = sm.Coupling("sum", {"on_a": 2.0, "on_b": 1.0}, given)
-    runs = [
-        sm.run(train(coupling, scheme=scheme, dt=dt), pictures=False) for dt in (0.1, 0.05)
-    ]
+    runs = [sm.run(train(coupling, scheme=scheme, dt=dt), pictures=False) for dt in (0.1, 0.05)]
     # I_a a'' = 0.4 + 2 m, I_b b'' = m, 2 a'' + b'' = 6 t
     share = 4 / INERTIA["a"] + 1 / INERTIA["b"]
     b = (0.5**3 - 0.8 / INERTIA["a"] * 0.5**2 / 2) / share / INERTIA["b"]

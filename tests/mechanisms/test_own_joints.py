@@ -58,9 +58,7 @@ def bob(joints: Any, **more: Any) -> sm.Scene:
 
 def own(constraints: Any, *values: Any, **more: Any) -> sm.OwnJoint:
     places = {**AT, **more}
-    return sm.OwnJoint(
-        "mine", sm.GROUND, "bob", constraints=constraints, values=values, **places
-    )
+    return sm.OwnJoint("mine", sm.GROUND, "bob", constraints=constraints, values=values, **places)
 
 
 @pytest.mark.parametrize("scheme", ORDERS)

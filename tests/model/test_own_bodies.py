@@ -187,9 +187,7 @@ def test_derivatives_are_those_of_runs_at_both_sides() -> None:
     """By the energy, the density and the shape, forwards and backwards."""
 
     def made(stiffness: float = 4e5, density: float = 1e3, width: float = 0.25) -> sm.Scene:
-        body = block(
-            lambda comm: space(comm, width), density, width, energy=C / 4e5 * stiffness
-        )
+        body = block(lambda comm: space(comm, width), density, width, energy=C / 4e5 * stiffness)
         return scene(body, probes=sm.Probe("tip", "tip", component=2, body="block"))
 
     values, steps = {"stiffness": 4e5, "density": 1e3, "width": 0.25}, (100.0, 0.3, 1e-4)

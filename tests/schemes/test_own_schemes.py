@@ -84,7 +84,8 @@ SCHEMES: dict[str, Any] = {
 def swing(scheme: Any, dt: float) -> np.ndarray:
     """A double pendulum with a spring in its joint: places at four times."""
     bodies = [
-        sm.RigidBody(n, 1.0, (0.01, 0.02, 0.03), position=(x, 0, 0)) for n, x in zip("ab", (0.5, 1.5))
+        sm.RigidBody(n, 1.0, (0.01, 0.02, 0.03), position=(x, 0, 0))
+        for n, x in zip("ab", (0.5, 1.5))
     ]
     joints = [
         sm.Revolute("h", sm.GROUND, "a", at=(0, 0, 0), axis=(0, 1, 0)),

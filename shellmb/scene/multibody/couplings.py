@@ -70,10 +70,10 @@ class Relation:
         Raises:
             SceneError: If there are not several, or one of them has no factor.
         """
-        found = [
-            Coupled(self.name, *(which if isinstance(which, tuple) else (which, None)), factor)
-            for which, factor in self.weights.items()
-        ]
+        found = []
+        for which, factor in self.weights.items():
+            joint, coordinate = which if isinstance(which, tuple) else (which, None)
+            found.append(Coupled(self.name, joint, coordinate, factor))
         if len(found) < 2:
             raise SceneError(
                 f"{self.said}: its coordinates are {show([c.joint for c in found])}; it must have "
