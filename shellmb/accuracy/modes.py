@@ -12,6 +12,7 @@ from mpi4py import MPI
 from shellmb.accuracy.companions import Change, degree_of, is_reduced, prefers_degree
 from shellmb.accuracy.estimates import NONE, Estimate, mesh_error, model_error
 from shellmb.accuracy.found import Found
+from shellmb.accuracy.remarks import of_own
 from shellmb.errors import ShellmbError, Stopped
 from shellmb.native.later import known_forms
 from shellmb.observers.summary import write_json
@@ -112,7 +113,7 @@ def mode_errors(
     if is_reduced(scene):
         parts["model"] = [Change(exact=True)]
     errors: dict[str, dict[str, Estimate]] = {name: {"mesh": NONE, "step": NONE} for name in mine}
-    remarks = []
+    remarks = of_own(scene)
     for part, changes in parts.items():
         there, why = _companion(scene, modes, changes, loaded, results)
         if there is None:

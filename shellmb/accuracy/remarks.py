@@ -90,9 +90,21 @@ def remarks(
             f"meshes of files ({_listed(read)}) are refined as they are: where edges are chords of "
             "curved ones, they stay chords, and the errors do not contain that"
         )
+    said += of_own(scene)
     if scene.path is not None:
         said.append("histories along a path have no errors: points of two runs differ")
     return tuple(said)
+
+
+def of_own(scene: Scene) -> list[str]:
+    """Remark on the meshes of bodies of the user's own, which no companion refines.
+
+    Args:
+        scene: The scene.
+    """
+    names = _listed([body.name for body in scene.own_bodies])
+    what = "own bodies have the same mesh in all comparison runs; the errors do not contain its"
+    return [f"{names}: {what}"] if names else []
 
 
 # what is said of levels whose differences do not fall, and of the parts that they differ in

@@ -83,6 +83,8 @@ class Scene(Description):
         events: What happens when conditions become true.
         errors: Whether runs estimate the errors of results and of histories of probes, from
             comparison runs with larger steps and more elements (`docs/howto/errors.md`).
+        couplings: Gears, belts, differentials, and other sums of coordinates of joints.
+        own_bodies: Bodies of the user's own, described in UFL (`sm.OwnBody`).
 
     Raises:
         SceneError: If the scene is invalid; the message says how to correct it.
@@ -101,8 +103,9 @@ class Scene(Description):
         check_fields(self)
 
     def __repr__(self) -> str:
-        kinds = {"shell": self.shells, "beam": self.beams, "rigid": self.rigid_bodies}
-        words = {"rigid": ("rigid body", "rigid bodies")}
+        kinds: dict[str, tuple[Any, ...]] = {"shell": self.shells, "beam": self.beams}
+        kinds |= {"rigid": self.rigid_bodies, "own": self.own_bodies}
+        words = {kind: (f"{kind} body", f"{kind} bodies") for kind in ("rigid", "own")}
         counts = [
             f"{len(some)} {words.get(kind, (kind, f'{kind}s'))[len(some) > 1]}"
             for kind, some in kinds.items()

@@ -60,7 +60,7 @@ class Constraints(Booked):
         """Take the errors at the start."""
         model, levels = simulation.model, simulation.problem.levels
         joints = {id(group) for group in model.mechanism.groups}
-        nodal = nodal_bodies(model)
+        nodal = nodal_bodies(model).keys() - model.own.keys()
         bodies = [body for body in model.bodies if id(body) not in joints]
         self._bodies = [
             _Errors(body, levels[body.name].q.x.array, body.name in nodal) for body in bodies
