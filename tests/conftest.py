@@ -8,11 +8,14 @@ import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 # before numpy is imported by any test: threads of BLAS would fight with the other worker
 os.environ.setdefault("OMP_NUM_THREADS", "1")
+# forms are interpreted: a compiler would take most of the time. `compiled_forms` is for what compiles.
+os.environ.setdefault("SHELLMB_KERNELS", "interpreted")
 
 # `tests.bench`, `tests.scenes` and `demos.paper` are of the checkout; last, since a copy of the
 # package may stand before it (`tests/mutations`)
@@ -54,20 +57,49 @@ def pytest_configure(config: pytest.Config) -> None:
         config.pluginmanager.register(kept)
 
 
+def listed(file: Path, items: list[pytest.Item]) -> tuple[list[pytest.Item], list[str]]:
+    """Tests that a list names, and names in it that no test has.
+
+    Args:
+        file: A name a line: a folder, a file, a test or one variant of it, as pytest has them;
+            `N of NAME` leaves out as many variants of a test, from the first to the last.
+        items: All tests.
+    """
+    lines = (line.strip() for line in file.read_text().splitlines())
+    wanted = {
+        name: int(count or 0)
+        for line in lines
+        if line and not line.startswith("#")
+        for count, _, name in [line.partition(" of ") if line[0].isdigit() else ("", "", line)]
+    }
+    found: dict[str, list[pytest.Item]] = {name: [] for name in wanted}
+    for item in items:
+        path, _, test = item.nodeid.partition("::")
+        folders = [str(folder) for folder in Path(path).parents]
+        for name in {*folders, path, f"{path}::{test.partition('[')[0]}", item.nodeid}:
+            if name in found:
+                found[name].append(item)
+    named = []
+    for name, count in wanted.items():
+        # evenly, from the first to the last
+        steps = max(count - 1, 1)
+        left_out = {n * (len(found[name]) - 1) // steps for n in range(count)}
+        named += [item for n, item in enumerate(found[name]) if n not in left_out]
+    return named, [name for name in wanted if not found[name]]
+
+
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Mark what mostly compiles as slow; see `tests/heavy.txt`."""
-    file = Path(__file__).with_name("heavy.txt")
-    if not file.exists():  # a copy of this file elsewhere, as in `tests/test_margins.py`
-        return
-    lines = (line.strip() for line in file.read_text().splitlines())
-    heavy = {line for line in lines if line and not line.startswith("#")}
-    for item in items:
-        if item.nodeid in heavy:
-            item.add_marker(pytest.mark.slow)
-    if config.args == config.getini("testpaths"):
-        unknown = heavy - {item.nodeid for item in items}
-        if unknown:
+    """Mark what mostly compiles as slow, and what is for CI; see `heavy.txt` and `ci.txt`."""
+    for name, mark in (("heavy.txt", pytest.mark.slow), ("ci.txt", pytest.mark.ci)):
+        file = Path(__file__).with_name(name)
+        if not file.exists():  # a copy of this file elsewhere, as in `tests/test_margins.py`
+            continue
+        daily = [item for item in items if item.get_closest_marker("slow") is None]
+        named, unknown = listed(file, items if name == "heavy.txt" else daily)
+        for item in named:
+            item.add_marker(mark)
+        if unknown and config.args == config.getini("testpaths"):
             raise pytest.UsageError(f"{file}: there are no such tests: {sorted(unknown)}")
 
 
@@ -90,16 +122,50 @@ def _collect_garbage() -> Iterator[None]:
         comm.Barrier()
 
 
+@pytest.fixture(scope="module")
+def compiled_forms() -> Iterator[None]:
+    """Forms of a module of tests are compiled, also in processes that they start."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.delenv("SHELLMB_KERNELS")
+        patch.setattr("shellmb.native.assembler.INTERPRETED", False)
+        yield
+
+
+@pytest.fixture(scope="session")
+def _ranks() -> Iterator[dict[int, Any]]:
+    """Processes on several ranks that wait for programs, by their number."""
+    kept: dict[int, Any] = {}
+    yield kept
+    for ranks in kept.values():
+        ranks.end()
+
+
 @pytest.fixture
-def mpirun(tmp_path: Path) -> Callable[..., str]:
+def mpirun(tmp_path: Path, _ranks: dict[int, Any]) -> Callable[..., str]:
     """Run Python under the `mpiexec` of this environment and return what it printed.
 
     `mpirun(2, "-m", "shellmb.cli", "list")` or `mpirun(2, "-c", source)`; the working directory
     is the test's `tmp_path` and the test fails, showing both outputs, on a nonzero exit code.
-    Let one rank print: the output of several is mixed within lines.
+    Sources and files run one after the other in the same processes (`tests/ranks.py`), which saves
+    their imports; modules, and what changes something for the whole process (`alone`), have their
+    own. Let one rank print: the output of several is mixed within lines.
     """
 
-    def run(ranks: int, *args: str | Path, timeout: float = 300.0) -> str:
+    def run_here(ranks: int, command: list[str], timeout: float) -> str:
+        from tests.ranks import Ranks
+
+        if ranks not in _ranks:
+            _ranks[ranks] = Ranks(ranks)
+        outcome = _ranks[ranks].run(command, tmp_path, timeout)
+        if outcome.code is None:
+            _ranks.pop(ranks).end()
+        if outcome.code != 0:
+            pytest.fail(f"exit code {outcome.code}: {command}\n{outcome.out}\n{outcome.err}")
+        return str(outcome.out)
+
+    def run(ranks: int, *args: str | Path, timeout: float = 300.0, alone: bool = False) -> str:
+        if args[0] != "-m" and not alone:
+            return run_here(ranks, list(map(str, args)), timeout)
         mpiexec = Path(sys.executable).parent / "mpiexec"
         command = [str(mpiexec), "-n", str(ranks), sys.executable, *map(str, args)]
         process = subprocess.Popen(
