@@ -14,7 +14,7 @@ import pytest
 
 # before numpy is imported by any test: threads of BLAS would fight with the other worker
 os.environ.setdefault("OMP_NUM_THREADS", "1")
-# forms are interpreted: a compiler would take most of the time. `compiled_forms` is for what compiles.
+# forms are interpreted: a compiler would take most of the time (`compiled_forms` has one)
 os.environ.setdefault("SHELLMB_KERNELS", "interpreted")
 
 # `tests.bench`, `tests.scenes` and `demos.paper` are of the checkout; last, since a copy of the
@@ -62,44 +62,59 @@ def listed(file: Path, items: list[pytest.Item]) -> tuple[list[pytest.Item], lis
 
     Args:
         file: A name a line: a folder, a file, a test or one variant of it, as pytest has them;
-            `N of NAME` leaves out as many variants of a test, from the first to the last.
+            `but N of NAME` leaves out as many of them, evenly from the first to the last.
         items: All tests.
     """
-    lines = (line.strip() for line in file.read_text().splitlines())
-    wanted = {
-        name: int(count or 0)
-        for line in lines
-        if line and not line.startswith("#")
-        for count, _, name in [line.partition(" of ") if line[0].isdigit() else ("", "", line)]
-    }
-    found: dict[str, list[pytest.Item]] = {name: [] for name in wanted}
+    lines = [line.strip() for line in file.read_text().splitlines()]
+    left_out = {}
+    for line in (line for line in lines if line and not line.startswith("#")):
+        count, _, name = line.partition(" of ")
+        if count.startswith("but "):
+            left_out[name] = int(count.removeprefix("but "))
+        else:
+            left_out[line] = 0
+    found: dict[str, list[pytest.Item]] = {name: [] for name in left_out}
     for item in items:
         path, _, test = item.nodeid.partition("::")
-        folders = [str(folder) for folder in Path(path).parents]
-        for name in {*folders, path, f"{path}::{test.partition('[')[0]}", item.nodeid}:
+        folders = {str(folder) for folder in Path(path).parents}
+        for name in folders | {path, f"{path}::{test.partition('[')[0]}", item.nodeid}:
             if name in found:
                 found[name].append(item)
     named = []
-    for name, count in wanted.items():
-        # evenly, from the first to the last
-        steps = max(count - 1, 1)
-        left_out = {n * (len(found[name]) - 1) // steps for n in range(count)}
-        named += [item for n, item in enumerate(found[name]) if n not in left_out]
-    return named, [name for name in wanted if not found[name]]
+    for name, some in found.items():
+        count = min(left_out[name], len(some))
+        stay = {n * (len(some) - 1) // max(count - 1, 1) for n in range(count)}
+        named += [item for n, item in enumerate(some) if n not in stay]
+    return named, [name for name, some in found.items() if not some]
+
+
+def of_faults() -> set[str]:
+    """Tests that a fault of `tests/mutations` names: they run every day, whatever lists say."""
+    from tests.mutations.test_mutations import FAULTS
+
+    return {test for fault in FAULTS for test in fault.tests}
 
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Mark what mostly compiles as slow, and what is for CI; see `heavy.txt` and `ci.txt`."""
-    for name, mark in (("heavy.txt", pytest.mark.slow), ("ci.txt", pytest.mark.ci)):
-        file = Path(__file__).with_name(name)
-        if not file.exists():  # a copy of this file elsewhere, as in `tests/test_margins.py`
-            continue
-        daily = [item for item in items if item.get_closest_marker("slow") is None]
-        named, unknown = listed(file, items if name == "heavy.txt" else daily)
+    """Mark what takes long as slow, and other variants and evidence for CI, by lists.
+
+    Who names files runs what they leave to CI, too.
+    """
+    lists = {mark: Path(__file__).with_name(f"{mark}.txt") for mark in ("slow", "ci")}
+    if not all(file.exists() for file in lists.values()):
+        return  # a copy of this file elsewhere, as in `tests/test_margins.py`
+    everything = config.args == config.getini("testpaths")
+    if not everything and config.option.markexpr == "not slow and not ci":
+        del lists["ci"]
+    needed = of_faults()
+    rest = [i for i in items if not {i.nodeid, i.nodeid.partition("[")[0]} & needed]
+    for mark, file in lists.items():
+        quick = [item for item in rest if item.get_closest_marker("slow") is None]
+        named, unknown = listed(file, quick)
         for item in named:
             item.add_marker(mark)
-        if unknown and config.args == config.getini("testpaths"):
+        if unknown and everything:
             raise pytest.UsageError(f"{file}: there are no such tests: {sorted(unknown)}")
 
 
