@@ -129,6 +129,28 @@ class Program:
         return float(number)
 
 
+# rules of forms by their signatures: to read a form takes longer than most runs of small scenes, and
+# rules know numbers, elements and places of functions, but no function and no mesh
+_READ: dict[Any, list[Rule]] = {}
+
+
+def _known_rules(form: Form, groups: dict[Any, list[Any]], elements: Sequence[Any]) -> list[Any]:
+    """Rules of each group of integrals, read once of all forms with one signature."""
+    rules = [
+        (key, name, np.asarray(value).tobytes() if isinstance(value, np.ndarray) else value)
+        for key, integrals in groups.items()
+        for integral in integrals
+        for name, value in sorted(integral.metadata().items())
+    ]
+    whole, found = (form.signature(), str(rules)), []
+    for number, integrals in enumerate(groups.values()):
+        if (whole, number) not in _READ:
+            own = rules_of(integrals, form.coefficients(), form.constants(), elements)
+            _READ[whole, number] = own
+        found.append(_READ[whole, number])
+    return found
+
+
 def interpreted(form: Form) -> fem.Form:
     """A form whose kernels are programs.
 
@@ -154,10 +176,9 @@ def interpreted(form: Form) -> fem.Form:
     order = sorted(groups, key=lambda key: list(KINDS).index(key[0]))
     elements = [space.ufl_element() for space in spaces]
     columns = elements[1].dim if len(elements) == 2 else 1
-    programs = [
-        Program(rules_of(groups[key], coefficients, constants, elements), len(spaces), columns)
-        for key in order
-    ]
+    ordered = {key: groups[key] for key in order}
+    read = _known_rules(form, ordered, elements)
+    programs = [Program(rules, len(spaces), columns) for rules in read]
     addresses = [program.address(len(programs)) for program in programs]
     places = fem.Constant(ufl_domain, np.array(addresses))
     every = np.arange(len(coefficients), dtype=np.int8)
