@@ -129,8 +129,8 @@ class Program:
         return float(number)
 
 
-# rules of forms by their signatures: to read a form takes longer than most runs of small scenes, and
-# rules know numbers, elements and places of functions, but no function and no mesh
+# rules of forms by their signatures: to read a form takes longer than many runs, and rules know
+# numbers, elements and places of functions, but no function and no mesh
 _READ: dict[Any, list[Rule]] = {}
 
 
