@@ -137,13 +137,17 @@ def _collect_garbage() -> Iterator[None]:
         comm.Barrier()
 
 
-@pytest.fixture(scope="module")
-def compiled_forms() -> Iterator[None]:
-    """Forms of a module of tests are compiled, also in processes that they start."""
+def _compiling() -> Iterator[None]:
+    """Forms are compiled, also in processes that are started."""
     with pytest.MonkeyPatch.context() as patch:
         patch.delenv("SHELLMB_KERNELS")
         patch.setattr("shellmb.native.assembler.INTERPRETED", False)
         yield
+
+
+# of a test, and of a module with all that its tests share
+compiled_here = pytest.fixture(_compiling, name="compiled_here")
+compiled_forms = pytest.fixture(_compiling, name="compiled_forms", scope="module")
 
 
 @pytest.fixture(scope="session")
@@ -173,7 +177,7 @@ def mpirun(tmp_path: Path, _ranks: dict[int, Any]) -> Callable[..., str]:
             _ranks[ranks] = Ranks(ranks)
         outcome = _ranks[ranks].run(command, tmp_path, timeout)
         if outcome.code is None:
-            _ranks.pop(ranks).end()
+            _ranks.pop(ranks).end(patience=0.0)  # some may wait for others for ever
         if outcome.code != 0:
             pytest.fail(f"exit code {outcome.code}: {command}\n{outcome.out}\n{outcome.err}")
         return str(outcome.out)

@@ -32,8 +32,8 @@ class Outcome(NamedTuple):
 
     Attributes:
         code: Its exit code; none if it raised or did not end on all ranks, which are lost then.
-        out: What it printed, rank by rank.
-        err: What it printed as errors, rank by rank.
+        out: What it printed, of all ranks.
+        err: What it printed as errors, of all ranks.
     """
 
     code: int | None
@@ -85,21 +85,25 @@ class Ranks:
                 line = self._files[number].readline()
                 answers[number] = json.loads(line) if line else DEAD
                 if answers[number]["code"] != 0:  # others may wait for it for ever
-                    end = min(end, time.monotonic() + 2.0)
+                    end = min(end, time.monotonic() + 10.0)
         told = [answers[number] for number in sorted(answers)]
         codes = [answer["code"] for answer in told]
         whole = len(told) == len(self._files) and None not in codes
         out, err = ("".join(answer[name] for answer in told) for name in ("out", "err"))
         return Outcome(max(codes) if whole else None, out, err)
 
-    def end(self) -> None:
-        """End all processes."""
+    def end(self, patience: float = 60.0) -> None:
+        """End all processes.
+
+        Args:
+            patience: How long they may take to do so themselves, s.
+        """
         for file, connection in zip(self._files, self._connections, strict=True):
             with contextlib.suppress(OSError):
                 file.close()
             connection.close()
         try:
-            self._process.wait(60.0)
+            self._process.wait(patience)
         except subprocess.TimeoutExpired:
             # the whole group: killing mpiexec alone would leave its ranks behind
             os.killpg(self._process.pid, signal.SIGTERM)

@@ -17,6 +17,8 @@ from shellmb.scene import Gravity, Hyperelastic, JointSpring, Scene
 from shellmb.simulate.simulation import Simulation
 from shellmb.verify.solve import displacement
 
+pytestmark = pytest.mark.usefixtures("compiled_forms")
+
 STILL: dict[str, Any] = {"scheme": "static", "dt": None, "t_end": None}
 
 _MADE: dict[str, Simulation] = {}
