@@ -180,7 +180,8 @@ def test_quiet_is_silent_and_a_failed_check_counts(tmp_path):
 def test_two_ranks_give_the_same_and_one_prints(tmp_path, mpirun):
     options = ("--no-pictures", "--set", "held=false")
     within("run", SMALL, *options, "--out", "one", cwd=tmp_path)
-    printed = mpirun(2, "-m", "shellmb.cli", "run", SMALL, *options, "--out", "two")
+    program = "import sys; from shellmb.cli import app; sys.argv[0] = 'shellmb'; app()"
+    printed = mpirun(2, "-c", program, "run", SMALL, *options, "--out", "two")
     assert printed.count("written to two") == 1
     one, two = (json.loads((tmp_path / d / "summary.json").read_text()) for d in ("one", "two"))
     assert (one["ranks"], two["ranks"]) == (1, 2)

@@ -17,6 +17,8 @@ from shellmb.native.kernels import watched
 from shellmb.scene import Gravity, Hyperelastic, JointSpring, Scene
 from shellmb.simulate.simulation import Simulation
 
+pytestmark = pytest.mark.usefixtures("compiled_forms")
+
 STILL: dict[str, Any] = {"scheme": "static", "dt": None, "t_end": None}
 
 _MADE: dict[str, Simulation] = {}

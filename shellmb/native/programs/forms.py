@@ -30,6 +30,9 @@ from shellmb.native.programs.tables import Tables, points_of
 MOST = 8
 KIND_COUNT = len(IntegralType.__members__)
 KINDS = {"cell": IntegralType.cell, "exterior_facet": IntegralType.exterior_facet}
+# rules by the signatures of their forms: to read a form takes longer than many runs, and rules know
+# numbers, elements and places of functions, but no function and no mesh
+READ: dict[tuple[str, int], list[Rule]] = {}
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,15 +152,15 @@ def interpreted(form: Form) -> fem.Form:
     if len(groups) > MOST or not {kind for kind, _ in groups} <= set(KINDS):
         raise Unsupported("so many or such integrals")
     (ufl_domain,) = form.ufl_domains()
-    domain = ufl_domain.ufl_cargo()
     lib, ffi = native.cells().lib, native.cells().ffi
     order = sorted(groups, key=lambda key: list(KINDS).index(key[0]))
     elements = [space.ufl_element() for space in spaces]
     columns = elements[1].dim if len(elements) == 2 else 1
-    programs = [
-        Program(rules_of(groups[key], coefficients, constants, elements), len(spaces), columns)
-        for key in order
-    ]
+    programs = []
+    for place in ((form.signature(), number) for number in range(len(order))):
+        if place not in READ:
+            READ[place] = rules_of(groups[order[place[1]]], coefficients, constants, elements)
+        programs.append(Program(READ[place], len(spaces), columns))
     addresses = [program.address(len(programs)) for program in programs]
     places = fem.Constant(ufl_domain, np.array(addresses))
     every = np.arange(len(coefficients), dtype=np.int8)
@@ -169,12 +172,10 @@ def interpreted(form: Form) -> fem.Form:
         if LANES > 1 and key[0] == "cell" and ufl_domain.topological_dimension == 2:
             many = ffi.addressof(lib, f"interpret_lanes_{number}")
         kernels.append(SimpleNamespace(tabulate_tensor_float64=one, tabulate_tensor_float32=many))
-        address = int(ffi.cast("uintptr_t", one))
         own = integrals[KINDS[key[0]]]
-        own.append((len(own), address, _entities(form, key), every))
-    counts = [len(integrals.get(kind, ())) for kind in map(IntegralType, range(KIND_COUNT))]
-    offsets = [0, *np.cumsum(counts).tolist()]
-    ufcx = SimpleNamespace(form_integral_offsets=offsets, form_integrals=kernels)
+        own.append((len(own), int(ffi.cast("uintptr_t", one)), _entities(form, key), every))
+    counts = [0, *(len(integrals.get(IntegralType(k), ())) for k in range(KIND_COUNT))]
+    ufcx = SimpleNamespace(form_integral_offsets=np.cumsum(counts).tolist(), form_integrals=kernels)
     made = form_cpp_class(default_scalar_type)(
         [space._cpp_object for space in spaces],
         {kind: own for kind, own in integrals.items() if own},
@@ -182,7 +183,7 @@ def interpreted(form: Form) -> fem.Form:
         [places._cpp_object, *(c._cpp_object for c in constants)],
         False,
         [],
-        domain,
+        ufl_domain.ufl_cargo(),
     )
     module = Interpreted(form, (programs, places))
     return fem.Form(made, ufcx, None, module)  # type: ignore[arg-type]
