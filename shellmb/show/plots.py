@@ -148,7 +148,7 @@ def energies(history: Table, scene: Described) -> Figure:
         # zeros have no place on a logarithmic axis: they are drawn where round-off ends
         floor = float(np.finfo(float).eps) / 10
         below.semilogy(t, np.maximum(error, floor), linewidth=0.9)
-    below.set(xlabel=scene.time_label, ylabel="error of the account\n/ largest energy [-]")
+    below.set(xlabel=scene.time_label, ylabel="error of the balance\n/ largest energy [-]")
     return made
 
 

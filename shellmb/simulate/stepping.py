@@ -43,7 +43,7 @@ class Attempt(NamedTuple):
 
     Args:
         iterations: Newton iterations.
-        dt: Its length; shorter than requested where something on the way must not be passed.
+        dt: Its length; shorter than requested if an event lies within it.
         error: Estimate of its error (`errors`), where the scene has a tolerance for it.
     """
 

@@ -11,8 +11,8 @@ differ by from their means at the nodes (O. C. Zienkiewicz and J. Z. Zhu, Int. J
 24 (1987) 337-357), as a share `s` of the strain energy, is what the body is too stiff by,
 `s / (1 - 3 s / 2)`: the body wrinkles to lessen it, which takes half as much again in bending.
 
-Where `p` is large the body is held by these forces, however small their energy is: it falls as
-`1/p`. Measured (`docs/limits.md`). A body that is held not to stretch is the end of this: its
+Where `p` is large the body is stiffened by these forces, however small their energy is: it falls as
+`1/p`. Measured (`docs/limits.md`). An inextensible body is the limit of this: its
 forces have no energy, and what they would have with the stiffness of the section is a multiple of
 what is in bending.
 """
@@ -43,7 +43,7 @@ class Kind(NamedTuple):
         bound: Excess of stiffness that smooth fields on coarse meshes do not have.
         prone: `p`, root of the mean square, below which nothing was too stiff by that.
         far: `p` from which on the estimate is too low.
-        held: `s p` beyond which a body is held by forces of little energy.
+        held: `s p` beyond which a body is stiffened by forces of little energy.
         each: `p` over what the body is then too stiff by at least.
         most: What it is then too stiff by at least however large `p` is.
         still: `s` beyond which a body that does not stretch does not bend either.
@@ -125,8 +125,8 @@ def why(body: ShellModel, share: float) -> str:
     """Cause and remedy, in words; arguments as in `excess`."""
     if not body.shell.stretching:
         return (
-            "on distorted elements a curved body that is held not to stretch cannot bend as it "
-            "should; use a regular mesh of quadrilaterals, or stretching=True"
+            "an inextensible curved body is too stiff in bending on distorted elements; use a "
+            "regular mesh of quadrilaterals, or stretching=True"
         )
     whose, helps = "distorted quadrilaterals", "or degree=3"
     if body.mixed.space.mesh.basix_cell() == basix.CellType.triangle:
