@@ -239,9 +239,7 @@ class Stage:
         for name, shape in what.shapes.items():
             colours = values(shape, first[name], what.shown)
             if name in PLAIN and len(shape.faces):
-                style: dict[str, Any] = {**LIT}
-                if name == OBSTACLES:
-                    style |= {"color": OBSTACLE, "opacity": 0.35}
+                style = LIT | ({"color": OBSTACLE, "opacity": 0.35} if name == OBSTACLES else {})
                 surface = pv.PolyData.from_regular_faces(shape.reference, shape.faces.astype(int))
                 self._add(name, np.asarray, surface, None, **style)
                 continue
@@ -259,9 +257,8 @@ class Stage:
             if len(fine.lines):
                 lines = pv.PolyData(X, lines=_lines(fine.lines))
                 if name == JOINTS:
-                    self._add(
-                        name, fine.at, lines, None, color=REFERENCE_LINE, line_width=2 * scale
-                    )
+                    style = {"color": REFERENCE_LINE, "line_width": 2 * scale}
+                    self._add(name, fine.at, lines, None, **style)
                 else:
                     radius = max(shape.thickness / 2, THIN * what.view.size)
                     self._add(name, fine.at, lines, colours, radius, **LIT)
@@ -269,30 +266,15 @@ class Stage:
                 dots = pv.PolyData(shape.reference[shape.dots])
                 radius = (PIN if name == JOINTS else KNOB) * what.view.size
                 colour = "white" if name == JOINTS else RIGID
-                style = {"color": colour, **LIT}
-                self._add(name, shape.marked, dots, None, radius, **style)
+                self._add(name, shape.marked, dots, None, radius, color=colour, **LIT)
         if marks and what.bar and self._coloured is not None:
-            bar = plotter.add_scalar_bar(
-                " ",
-                mapper=self._coloured,
-                color=theme.ink,
-                n_labels=4,
-                fmt="%.3g",
-                label_font_size=13 * scale,
-                position_x=0.25,
-                position_y=10.0 * scale / plotter.window_size[1],
-                width=0.5,
-                height=36.0 * scale / plotter.window_size[1],
-            )
-            bar.SetTitle("")
-            height = 52.0 * scale / plotter.window_size[1]
-            label = plotter.add_text(
-                what.shown.label,
-                position=(0.5, height),
-                font_size=9 * scale,
-                color=theme.ink,
-                viewport=True,
-            )
+            point = scale / plotter.window_size[1]
+            place = {"position_x": 0.25, "position_y": 10 * point, "width": 0.5}
+            style = {"color": theme.ink, "n_labels": 4, "fmt": "%.3g", "height": 36 * point}
+            style |= {"label_font_size": 13 * scale, "mapper": self._coloured}
+            plotter.add_scalar_bar(" ", **place, **style).SetTitle("")
+            style = {"font_size": 9 * scale, "color": theme.ink, "viewport": True}
+            label = plotter.add_text(what.shown.label, position=(0.5, 52 * point), **style)
             label.prop.justification_horizontal = "center"
         look(plotter, what.view, scale)
         if marks:
@@ -319,15 +301,9 @@ class Stage:
             style.setdefault("color", RIGID if name in MARKS else NO_VALUE)
             self._plotter.add_mesh(part.drawn, **style)
         else:
-            actor = self._plotter.add_mesh(
-                part.drawn,
-                scalars="shown",
-                clim=self._what.limits,
-                cmap=self._what.colours,
-                show_scalar_bar=False,
-                **style,
-            )
-            self._coloured = actor.mapper
+            style |= {"clim": self._what.limits, "cmap": self._what.colours}
+            style |= {"scalars": "shown", "show_scalar_bar": False}
+            self._coloured = self._plotter.add_mesh(part.drawn, **style).mapper
         self._parts.append(part)
 
     def _reference(self, pv: Any, shape: Shape) -> None:
@@ -356,12 +332,8 @@ class Stage:
             return
         text = what.title(states)
         if self._title is None:
-            self._title = self._plotter.add_text(
-                text,
-                position="upper_edge",
-                font_size=9 * self._scale,
-                color=THEMES[what.appearance.theme].ink,
-            )
+            style = {"font_size": 9 * self._scale, "color": THEMES[what.appearance.theme].ink}
+            self._title = self._plotter.add_text(text, position="upper_edge", **style)
         else:
             self._title.set_text("upper_edge", text)
 
