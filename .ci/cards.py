@@ -29,7 +29,7 @@ WIDTH, HEIGHT, BAND, FINER = 640, 480, 64, 3
 # empty part of the frame, and directions towards the eye that are tried, degrees
 MARGIN = 0.07
 # least thickness of bodies, over that in a run's pictures
-LARGER = 2.0
+LARGER = 1.5
 # what moved less than this part of the view is drawn once
 STILL = 0.03
 ELEVATIONS, AZIMUTHS = (15, 25, 35), (-155, -145, -135, -125, -115, -65, -55, -45, -35, -25)
@@ -45,6 +45,7 @@ class Look:
         t: Time; None: the state of largest displacement.
         ghosts: Number of states before it that are drawn faintly; 0: the reference's outline.
         field: What the colours show; None: as in a run's pictures.
+        factor: By which displacements are shown larger; None: as in a run's pictures.
         camera: Elevation and azimuth, degrees; None: the direction in which bodies fill most of
             the frame.
     """
@@ -52,6 +53,7 @@ class Look:
     t: float | None = None
     ghosts: int = 0
     field: str | None = None
+    factor: float | None = None
     camera: tuple[float, float] | None = None
 
 
@@ -154,30 +156,28 @@ def _points(what: Showing, states: tuple[dict[str, Any], ...], reference: bool) 
     return np.concatenate([every + shift for shift in shifts])
 
 
-def _font(size: float) -> ImageFont.FreeTypeFont:
-    return ImageFont.truetype(findfont("DejaVu Sans"), round(size))
-
-
-def _with_bar(picture: Image.Image, what: Showing, coloured: bool) -> Image.Image:
+def with_bar(picture: Image.Image, what: Showing, coloured: bool = True) -> Image.Image:
     """A picture with the bar, its name and unit, and the scale of displacements below it."""
-    card = Image.new("RGB", (WIDTH, HEIGHT), "white")
-    card.paste(picture, (0, 0))
-    pen, small, top = ImageDraw.Draw(card), _font(15), HEIGHT - BAND
+    width, k = picture.width, picture.width / WIDTH
+    font = ImageFont.truetype(findfont("DejaVu Sans"), round(15 * min(k, 1.2)))
+    whole = Image.new("RGB", (width, picture.height + BAND), "white")
+    whole.paste(picture, (0, 0))
+    pen, top = ImageDraw.Draw(whole), picture.height
     larger = "" if what.factor == 1 else f"displacements x {what.factor:g}"
     if not coloured:
-        pen.text((WIDTH / 2, HEIGHT - 20), larger, "black", small, "mm")
-        return card
+        pen.text((width / 2, top + 44), larger, "black", font, "mm")
+        return whole
     low, high = what.limits
-    left, right = round(0.14 * WIDTH), round(0.86 * WIDTH)
-    colours = mpl.colormaps["viridis"](np.linspace(0, 1, right - left))[:, :3]
+    left, right = round(0.14 * width), round(0.86 * width)
+    colours = mpl.colormaps[what.colours](np.linspace(0, 1, right - left))[:, :3]
     rows = np.repeat((255 * colours).astype(np.uint8)[None], 14, axis=0)
-    card.paste(Image.fromarray(rows), (left, top + 34))
+    whole.paste(Image.fromarray(rows), (left, top + 34))
     pen.rectangle((left - 1, top + 33, right, top + 48), outline="#555555")
-    pen.text((left - 8, top + 41), f"{low:.3g}", "black", small, "rm")
-    pen.text((right + 8, top + 41), f"{high:.3g}", "black", small, "lm")
+    pen.text((left - 8, top + 41), f"{low:.3g}", "black", font, "rm")
+    pen.text((right + 8, top + 41), f"{high:.3g}", "black", font, "lm")
     name = f"{what.shown.label}; {larger}" if larger else what.shown.label
-    pen.text((WIDTH / 2, top + 19), name, "black", small, "mm")
-    return card
+    pen.text((width / 2, top + 19), name, "black", font, "mm")
+    return whole
 
 
 def banded(directory: Path, look: Look) -> Image.Image:
@@ -192,30 +192,35 @@ def banded(directory: Path, look: Look) -> Image.Image:
         # every demo is in SI units
         described = replace(described, units="m, kg, s")
     parse_units(described.units)
-    fields = Fields(directory / "fields", described.bodies, described.labels)
+    along = "mode" if (directory / "modes.csv").is_file() else "t"
+    fields = Fields(directory / "fields", described.bodies, described.labels, along)
     t = look.t if look.t is not None else _largest_time(fields, described)
     until = [float(s) for s in fields.times if s <= t + 1e-9]
     before = np.linspace(0, len(until) - 1, look.ghosts + 1).round().astype(int)[:-1]
     times = [until[k] for k in before] + [t]
-    what = showing(fields, described, times, look.field)
+    what = showing(fields, described, times, look.field, factor=look.factor)
     *ghosts, last = what.states
     one = replace(what, states=[last], force=0.0)
     # colours of this state alone
     alone = showing(fields, described, [t], look.field, factor=what.factor)
     # in a small picture thin bodies and marks are larger parts of it
-    shown = _points(one, (*ghosts, last), not ghosts)
-    middle = shown.mean(axis=0)
-    view = view_of(middle + LARGER * (shown - middle))
+    points = _points(one, (*ghosts, last), not ghosts)
+    middle = points.mean(axis=0)
+    view = view_of(middle + LARGER * (points - middle))
     one = replace(one, limits=alone.limits, bar=alone.bar, view=view)
     with canvas(FINER * WIDTH, FINER * (HEIGHT - BAND)) as plotter:
         stage = _Card(one, plotter, tuple(ghosts))
         stage.set(last)
-        _aim(plotter, shown, look)
+        _aim(plotter, points, look)
         plotter.renderer.ResetCameraClippingRange()
         plotter.render()
         drawn = Image.fromarray(np.asarray(plotter.screenshot(None, return_img=True)))
         coloured = stage._coloured is not None and one.bar
-    return _with_bar(drawn.reduce(FINER), one, coloured)
+    if along == "mode":
+        # the size of a mode means nothing
+        shown = replace(one.shown, label="displacement / its largest [-]")
+        one = replace(one, factor=1.0, limits=(0.0, 1.0), shown=shown)
+    return with_bar(drawn.reduce(FINER), one, coloured)
 
 
 def _largest_time(fields: Fields, described: Described) -> float:

@@ -80,6 +80,9 @@ def plot_history(
         _bands(axes, errors)
         legend(axes)
         axes.set_xlabel(scene.time_label)
+        known = {probe.name: probe.quantity for probe in scene.probes}
+        if len(kinds := {known.get(name) for name in names}) == 1 and (kind := kinds.pop()):
+            axes.set_ylabel(_label(scene, kind))
         return made
 
 
