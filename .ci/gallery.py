@@ -77,7 +77,7 @@ def draw(name: str, directory: Path) -> None:
         made = drawn(FIGURES.get(name, directory / DRAWN.get(name, "")))
     else:
         made = banded(directory, LOOKS.get(name, Look()))
-    made.quantize(256).save(PICTURES / f"{name}.png", optimize=True)
+    made.save(PICTURES / f"{name}.png", optimize=True)
 
 
 def run(name: str) -> float:
