@@ -62,6 +62,7 @@ LOOKS = {
     "antenna_panels": Look(ghosts=3),
     "antenna_springs": Look(ghosts=3),
     "own_forms": Look(camera=(25, -50)),
+    "lateral_buckling": Look(camera=(30, -35)),
     "wing_box": Look(camera=(25, -35)),
     "loaded_plate": Look(camera=(20, -55)),
     "plate_modes": Look(8.0, factor=0.1, camera=(35, -50)),

@@ -94,8 +94,8 @@ def _joint(scene: Description, joint: Joint) -> None:
         if _frameless(body) and not allowed:
             raise SceneError(
                 f"{joint.said}: {which} is {_end_said(body)}, whose nodes have a director only; "
-                "it must be the ground, a rigid body or a beam, connected to the shell by a "
-                "ShellRevolute joint"
+                "use an EdgeHinge for a hinge along its edge, or a rigid body that a Weld connects "
+                "to the shell"
             )
     if isinstance(joint, ShellRevolute) and not isinstance(second, Shell):
         raise SceneError(
