@@ -12,6 +12,7 @@ import sys
 import tempfile
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from cards import with_bar
 from PIL import Image
@@ -61,9 +62,10 @@ def first() -> None:
     """The scene of README.md."""
     (code,) = re.findall(r"^```python\n(.*?)^```$", (ROOT / "README.md").read_text(), re.M | re.S)
     with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / "my_scene.py"
-        file.write_text(code)
-        run = sm.run(str(file), f"{folder}/run", pictures=False)
+        # ten lines have no room for units
+        space: dict[str, Any] = {}
+        exec(code, space)
+        run = sm.run(replace(space["scene"](), units="m, kg, s"), f"{folder}/run", pictures=False)
         _drawn(shown_shape(run.fields, run.described), 700).save(
             DOCS / "first_scene.png", optimize=True
         )
