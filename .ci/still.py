@@ -1,8 +1,8 @@
 """Pictures of the first pages: docs/antenna.png, docs/first_scene.png, docs/first_history.png.
 
-PYTHONPATH=. python .ci/still.py first          # states and history of README.md's scene
-PYTHONPATH=. python .ci/still.py antenna        # half unfolded, membrane forces: a few minutes
-PYTHONPATH=. python .ci/still.py antenna RUN    # the same from a run that is there
+python .ci/still.py first          # states and history of README.md's scene
+python .ci/still.py antenna        # half unfolded, membrane forces: a few minutes
+python .ci/still.py antenna RUN    # the same from a run that is there
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ from cards import with_bar
 from PIL import Image
 
 import shellmb as sm
-from demos.paper.pictures import without_margins
 from shellmb.demos.antenna import scene
+from shellmb.demos.paper.pictures import without_margins
 from shellmb.show.pictures import shown_shape
 from shellmb.show.space.scenery import Showing, images, showing
 
