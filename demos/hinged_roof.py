@@ -111,7 +111,7 @@ def scene(
         dt=0.05,
         t_end=50.0,
         path=PathFollowing(load_end=load_end, branches=branches),
-        units="m, kg, s",
+        units="mm, t, s",
     )
 
 

@@ -40,7 +40,7 @@ class Modes:
         rigid: Number of rigid-body modes, which are the first ones.
         imaginary: Imaginary parts of the squares, zero where these are real.
         unstable: Number of directions in which the state is unstable; None where it is not known.
-        doubtful: Sentences on bodies that are too stiff, as their elements lock, on modes that
+        doubtful: Warnings about bodies that are too stiff, as their elements lock, on modes that
             these hardly resist, and on bodies that forces do not stiffen, as their strains are
             small.
     """

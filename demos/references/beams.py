@@ -165,12 +165,12 @@ def lateral_buckling(held: bool = False) -> float:
     is taken as infinite. With `s` from the free end the twist obeys
     `GJ theta'' + (P s)^2 / EI theta = 0`, which Bessel functions of order 1/4 of
     `lambda s^2 / (2 L^2)` solve: `J_{-1/4}(lambda / 2) = 0` for the free end (4.0126;
-    Timoshenko & Gere art. 6.3). If the end is held against sideways displacement and
+    Timoshenko & Gere art. 6.3). If the end is fixed against lateral displacement and
     free to turn, the reaction adds a constant to the twist, and the condition of no displacement
     turns into `J_{3/4}(lambda / 2) = 0` (6.9820).
 
     Args:
-        held: Whether the centroid of the loaded end is held against lateral displacement.
+        held: Whether the centroid of the loaded end is fixed against lateral displacement.
     """
     order, low, high = (0.75, 3.0, 4.0) if held else (-0.25, 1.5, 2.5)
     return 2 * float(brentq(lambda z: jv(order, z), low, high, xtol=1e-15))

@@ -50,7 +50,7 @@ class Plate:
         return self.shear_correction * self.E / (2 * (1 + self.nu)) * self.thickness
 
 
-def _double_series(a: float, b: float) -> tuple[Floats, Floats, Floats]:
+def double_series(a: float, b: float) -> tuple[Floats, Floats, Floats]:
     """Wave numbers `pi m / a`, `pi n / b`, and `sin sin / (m n)` at the centre, odd m and n."""
     odd = np.arange(1.0, TERMS, 2.0)
     m, n = np.meshgrid(odd, odd, indexing="ij")
@@ -72,20 +72,9 @@ def rectangle_uniform_deflection(plate: Plate, a: float, b: float, q: float) -> 
     Returns:
         Deflection, m.
     """
-    alpha, beta, weight = _double_series(a, b)
+    alpha, beta, weight = double_series(a, b)
     k2 = alpha**2 + beta**2
     terms = weight / k2 * (1 / (plate.bending * k2) + 1 / plate.shear)
-    return float(16 * q / math.pi**2 * terms.sum())
-
-
-def rectangle_uniform_moment(plate: Plate, a: float, b: float, q: float) -> float:
-    """Bending moment `M_11` per length at the centre, uniform load, N; the same with shear.
-
-    The moment bends the fibres along the side `a`. Source and arguments as for
-    `rectangle_uniform_deflection`.
-    """
-    alpha, beta, weight = _double_series(a, b)
-    terms = weight * (alpha**2 + plate.nu * beta**2) / (alpha**2 + beta**2) ** 2
     return float(16 * q / math.pi**2 * terms.sum())
 
 

@@ -19,7 +19,6 @@ import math
 from typing import Literal, NamedTuple
 
 import numpy as np
-from scipy.linalg import eigh
 
 from shellmb.arrays import Floats
 
@@ -85,7 +84,7 @@ def _check(edges: Edges, laminate: Stiffness) -> None:
         )
 
 
-def _wave_stiffness(edges: Edges, laminate: Stiffness, alpha: float, beta: float) -> Floats:
+def wave_stiffness(edges: Edges, laminate: Stiffness, alpha: float, beta: float) -> Floats:
     """Stiffness of the five amplitudes of a wave, times four per area, shape (5, 5)."""
     _check(edges, laminate)
     in_plane, shear = _strain_amplitudes(edges, alpha, beta)
@@ -109,39 +108,6 @@ def sinusoidal_deflection(edges: Edges, laminate: Stiffness, a: float, b: float,
     Raises:
         ValueError: If the laminate has couplings that these edges have no solution for.
     """
-    stiffness = _wave_stiffness(edges, laminate, math.pi / a, math.pi / b)
+    stiffness = wave_stiffness(edges, laminate, math.pi / a, math.pi / b)
     load = np.array([0.0, 0.0, q, 0.0, 0.0])
     return float(np.linalg.solve(stiffness, load)[2])
-
-
-def wave_frequencies(
-    edges: Edges,
-    laminate: Stiffness,
-    mass: tuple[float, float],
-    a: float,
-    b: float,
-    mode: tuple[int, int] = (1, 1),
-) -> Floats:
-    """The five natural circular frequencies of a wave with m by n half waves, m, n >= 1.
-
-    The lowest one is the bending mode. Rotary inertia is kept; the density is taken as symmetric
-    about the reference surface (no first moment of mass).
-
-    Args:
-        edges: Kind of simple support.
-        laminate: Stiffness of the laminate.
-        mass: Mass per area, kg/m^2, and its second moment through the thickness, kg.
-        a: Length of the side along x, m.
-        b: Length of the side along y, m.
-        mode: Numbers of half waves m along x and n along y.
-
-    Returns:
-        Circular frequencies in rad/s, ascending, shape (5,).
-
-    Raises:
-        ValueError: If the laminate has couplings that these edges have no solution for.
-    """
-    m, n = mode
-    stiffness = _wave_stiffness(edges, laminate, m * math.pi / a, n * math.pi / b)
-    inertia = np.diag([mass[0]] * 3 + [mass[1]] * 2)
-    return np.asarray(np.sqrt(eigh(stiffness, inertia, eigvals_only=True)))

@@ -99,26 +99,6 @@ def plate_frequencies(support: str, a_over_h: float) -> Floats:
     return _numbered(_row("plate_rm_freq_ritz", bc=support, a_over_h=a_over_h))
 
 
-def plate_wave_frequencies(a_over_h: float) -> dict[tuple[int, int], float]:
-    """Exact `omega a^2 sqrt(rho h / D)` of the hard simply supported square, by half waves (m, n).
-
-    Args:
-        a_over_h: Side over thickness: 5, 10, 20, 100 or 1000.
-
-    Raises:
-        KeyError: If the table has no such plate.
-    """
-    data = read("plate_ss_square_freq")
-    rows = data[data["a_over_h"] == a_over_h]
-    if rows.empty:
-        known = sorted(set(data["a_over_h"]))
-        raise KeyError(f"table plate_ss_square_freq has a_over_h in {known}, not {a_over_h}")
-    return {
-        (int(m), int(n)): float(value)
-        for m, n, value in zip(rows["m"], rows["n"], rows["lambda"], strict=True)
-    }
-
-
 def thin_plate_frequencies(name: str) -> Floats:
     """First eight `omega a^2 sqrt(rho h / D)` of a thin plate, shape (8,).
 

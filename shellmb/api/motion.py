@@ -95,7 +95,7 @@ class Motion:
     Attributes:
         time: The time, s.
         problem: Functions and block system (`simulate.problem.Problem`).
-        account: The energy balance (`observers.account.energy.EnergyAccount`).
+        account: Energy balance (`observers.account.energy.EnergyAccount`).
 
     Raises:
         SceneError: If two bodies have one name, or there is no such scheme.

@@ -195,8 +195,8 @@ class _AboutFrames(Silent):
                 name,
                 share,
                 "squares of its displacements would make it stiffer by about "
-                f"{share:.1%}, at t = {when:g}, as they stretch it between what holds it or where "
-                "it bends two ways",
+                f"{share:.1%}, at t = {when:g}, as they stretch it between its supports or where "
+                "it bends in two directions",
             )
 
     def _stiffer(self, simulation: Simulation, name: str, share: float, how: str) -> Caution:
@@ -285,7 +285,7 @@ class ReducedBodies(_AboutFrames):
         """A sentence for each body that bends, is pressed or spins too much; collective."""
         for data in simulation.model.modal:
             yield from self._bent(simulation, data.name)
-            yield from self._spun(simulation, data.name, data.clamped, "with one joint held")
+            yield from self._spun(simulation, data.name, data.clamped, "with one joint fixed")
 
 
 class LinearBodies(_AboutFrames):

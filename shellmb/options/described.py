@@ -31,7 +31,7 @@ class About:
         flag: Its name there; None: its own.
         parse: Makes its value of a text; None: as its type says.
         many: Whether it has several values: on the command line with commas between them.
-        former: Its former name in Python; whoever uses it is told that of today.
+        former: Its former name in Python, rejected with an error that has the present one.
         former_flag: Its former name on the command line.
     """
 

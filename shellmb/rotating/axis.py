@@ -176,7 +176,7 @@ def _place(scene: Scene, item: Any, owner: str, at: Any) -> Floats | None:
 def check_steady(scene: Scene, axis: Axis, loaded: bool) -> None:
     """Check that a scene can turn about an axis with nothing changing in a frame that turns along.
 
-    Supports of edges and points turn along, held by a hub; the ground stays in space.
+    Supports of edges and points turn along, fixed to a hub; the ground stays in space.
 
     Args:
         scene: The scene.

@@ -46,7 +46,7 @@ class Scene(Description):
         probes: What to record at single points.
         scheme: ``"static"``, ``"linear-statics"`` (small displacements),
             ``"linear-dynamics"`` (the same in time), ``"ep"``, ``"ed"``, ``"ep4"``, ``"ed3"``, a
-            rival (``"generalized-alpha"``, ``"ed-printed"``), or a scheme object.
+            scheme of others (``"generalized-alpha"``, ``"ed-printed"``), or a scheme object.
         alpha: Numerical dissipation of schemes that have one, 0 (none) to 1: the spectral radius at
             infinite frequency is (1 - alpha)/(1 + alpha). None: 0.5, and 1/9 (a spectral radius of
             0.8) of ``"generalized-alpha"``. Other schemes ignore it, with a warning.
@@ -64,7 +64,7 @@ class Scene(Description):
         drivers: Prescribed coordinates of joints.
         force_elements: Springs, dampers, stops and motors.
         glues: Beams glued to shells.
-        locks: Joints that are held for some time.
+        locks: Joints that are locked for some time.
         assemble: Whether the bodies are moved first so that the joints close, and get the nearest
             velocities at which nothing slips.
         start: What a scene starts from: ``"given"``, the reference; ``"equilibrium"``, under the

@@ -156,7 +156,7 @@ class Simulation:
         step: Number of accepted steps.
         iterations: Newton iterations of accepted steps.
         last: The step just solved.
-        doubts: Sentences that were warned of while it was made, where anybody has heard them.
+        doubts: Warnings given while it was made.
         setup_seconds: Time to build everything but the kernels, s.
         step_seconds: Time spent in steps so far, observers included, s.
     """
@@ -348,9 +348,9 @@ class Simulation:
         # shorter steps, which it would advise, lead nowhere from there
         failed = str(error).partition("; try ")[0]
         return (
-            f"{found}: the mechanism is at a singular position, as a four-bar is with all bars in "
-            "line, from where it may move on in several ways; choose dt or the start so that no "
-            f"step ends there ({failed})"
+            f"{found}: the mechanism is at a singular position (like a four-bar with all bars in "
+            "line), where its motion is not unique; choose dt or the start so that no step ends "
+            f"there ({failed})"
         )
 
     def _measured(self, attempt: Attempt) -> tuple[float | None, float | None]:

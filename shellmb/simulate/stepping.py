@@ -47,7 +47,7 @@ class Attempt(NamedTuple):
 
     Args:
         iterations: Newton iterations.
-        dt: Its length; shorter than requested where something on the way must not be passed.
+        dt: Its length; shorter than requested if an event lies within it.
         error: Estimate of its error (`errors`), where the scene has a tolerance for it; of a load
             how far it is from where Newton's method is sure to end, one being safe.
     """

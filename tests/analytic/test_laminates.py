@@ -7,13 +7,8 @@ import pytest
 
 from shellmb.demos.references.plates import Plate
 from shellmb.demos.verification import tables
-from shellmb.demos.verification.laminates import (
-    Edges,
-    Stiffness,
-    sinusoidal_deflection,
-    wave_frequencies,
-)
-from tests.analytic.solutions import rectangle_frequencies
+from shellmb.demos.verification.laminates import Edges, Stiffness, sinusoidal_deflection
+from tests.analytic.solutions import rectangle_frequencies, wave_frequencies
 
 A, E2, RHO, NU12 = 2.0, 3e9, 1600.0, 0.25
 

@@ -12,10 +12,13 @@ from shellmb.demos.references.plates import (
     circle_uniform_deflection,
     rectangle_point_deflection,
     rectangle_uniform_deflection,
-    rectangle_uniform_moment,
 )
 from shellmb.demos.verification import tables
-from tests.analytic.solutions import rectangle_frequencies
+from tests.analytic.solutions import (
+    plate_wave_frequencies,
+    rectangle_frequencies,
+    rectangle_uniform_moment,
+)
 
 A = 2.0  # side of the square: not one, so that a wrong power of it shows
 Q = 3.0
@@ -76,7 +79,7 @@ def test_point_force_does_not_care_about_the_order_of_the_sides() -> None:
 @pytest.mark.parametrize("a_over_h", [5, 10, 20, 100, 1000])
 def test_square_frequencies(a_over_h: float) -> None:
     plate = square(a_over_h)
-    table = tables.plate_wave_frequencies(a_over_h)
+    table = plate_wave_frequencies(a_over_h)
     omega = rectangle_frequencies(plate, A, A, list(table))
     scaled = omega * A**2 * math.sqrt(plate.density * plate.thickness / plate.bending)
     # half a unit of the table's last digit, not round-off

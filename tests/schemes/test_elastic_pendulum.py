@@ -119,7 +119,7 @@ def errors(k: float, scheme: str, alpha: float, steps: int) -> list[float]:
 @pytest.mark.parametrize("k", [STIFF, pytest.param(SOFT, marks=pytest.mark.slow)])
 def test_orders(k, scheme, make) -> None:
     name, alpha = scheme
-    if make(*scheme).title.startswith("rival"):
+    if make(*scheme).title.startswith("for comparison"):
         pytest.skip("rivals have their own tests (test_rivals.py)")
     wanted = 2 if name == "ed" else make(*scheme).order
     if name == "ed" and k == STIFF:

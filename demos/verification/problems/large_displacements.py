@@ -47,7 +47,7 @@ def path_checks(
 ) -> Iterator[Check]:
     """Checks of a whole curve: the worst point relative to the curve's largest value.
 
-    The worst relative error of a single point is told along; where the displacement is small it
+    The worst relative error of a single point is reported too; where the displacement is small it
     measures the rounding of the table.
     """
     difference = np.abs(found - table)

@@ -3,10 +3,10 @@
 Directors are interpolated, and what is between two that are far apart is short. An element of
 degree 2 that is bent by 60, 90, 123 degrees resists further bending by 1.4 and 7 per cent too
 little, and not at all; from there on it folds by itself, and neighbours may stay in opposite
-directions, with next to no energy, whatever the account says. With degree 3 it is too stiff by 0.2,
-0.9 and 3.3 per cent at 60, 90 and 135 degrees, and nothing is left at 247. So the bound is 45
-degrees between neighbours, which are two or three to an element. What counts is what they turn
-apart by since the reference: a curve or a fold at rest is a matter of the mesh.
+directions, with next to no energy, although the energy balance closes. With degree 3 it is too
+stiff by 0.2, 0.9 and 3.3 per cent at 60, 90 and 135 degrees, and nothing is left at 247. So the
+bound is 45 degrees between neighbours, which are two or three to an element. What counts is what
+they turn apart by since the reference: a curve or a fold at rest is a matter of the mesh.
 """
 
 from __future__ import annotations

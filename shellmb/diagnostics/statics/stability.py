@@ -2,7 +2,7 @@
 
 Newton's method finds equilibria whether or not anything would stay in them: a straight column under
 twice its critical load stays straight. Unstable directions are counted (`simulate.stability`): at
-the end of each static run, and of small systems on the way, at no more than `LOOKS` states.
+the end of each static run, and of small systems in between, at no more than `LOOKS` states.
 """
 
 from __future__ import annotations
@@ -97,9 +97,9 @@ class Unstable(Silent):
                 None,
                 float(self._most),
                 0.0,
-                f"equilibria on the way were unstable in up to {self._most} direction(s), first at "
-                f"t = {self._first[1]:g}; that at the end, {factor}, need not be the one that is "
-                f"reached: {self._remedies}",
+                f"intermediate equilibria were unstable in up to {self._most} direction(s), first "
+                f"at t = {self._first[1]:g}; the structure need not reach the one at the end, "
+                f"{factor}: {self._remedies}",
             )
 
     def _since(self, t: float) -> str:

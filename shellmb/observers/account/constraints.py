@@ -151,7 +151,7 @@ class _Errors:
         self._found[row : row + 1] = constraint_errors(self._body, self.q[None])
 
     def add(self, rows: slice, worst: Floats) -> None:
-        """Take them into account, of directors and of all, in the first columns of `worst`."""
+        """Enter them, of directors and of all, in the first columns of `worst`."""
         if self.small:
             self._found[rows] = constraint_errors(self._body, self.states[rows])
         for k in range(0 if self._nodal else 1, 2):
@@ -186,7 +186,7 @@ class _Violations:
         self._on[row] = self._group.switched_on
 
     def add(self, rows: slice, worst: Floats) -> None:
-        """Take the largest of each joint for some steps, shape (steps, joints), into account."""
+        """Take the largest of each joint for some steps, shape (steps, joints)."""
         on = np.array(self._on[rows]) if self.switched else self._on[0]
         apart = self._group.relative(self._group.violations_at(self.states[rows]), on)
         largest = np.maximum.reduce(apart, axis=2, initial=0.0)

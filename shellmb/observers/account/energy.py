@@ -189,7 +189,7 @@ class EnergyAccount(Booked):
     def _work(self, simulation: Simulation, kind: str, bodies: list[Body]) -> list[Form | None]:
         """Virtual work of each stage in the direction in which the state moves over it.
 
-        In statics the load step is not followed inside, so there is no work to account for.
+        In statics the load step is not followed inside, so its work is not known.
         """
         forms: list[Form | None] = []
         if not simulation.scheme.dynamic:

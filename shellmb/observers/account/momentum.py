@@ -44,7 +44,7 @@ class Momentum(Booked):
     """Momenta about the origin, what was exchanged of them, and their drift.
 
     Args:
-        account: The energy account, for the scale of a momentum that is zero.
+        account: The energy balance, for the scale of a momentum that is zero.
     """
 
     def __init__(self, account: EnergyAccount) -> None:

@@ -98,7 +98,7 @@ def _joint(scene: Description, joint: Joint) -> None:
             raise SceneError(
                 f"{joint.said}: {which} is {_end_said(body)}, whose nodes have no frame; it must "
                 "be the ground, a rigid body or a beam, connected to it by a Weld or, to a shell, "
-                "a ShellRevolute joint"
+                "a ShellRevolute joint or an EdgeHinge along its edge"
             )
     if isinstance(joint, Weld) and isinstance(second, UserBody):
         if joint.second_at not in _regions(second):

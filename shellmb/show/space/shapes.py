@@ -42,7 +42,7 @@ class Shape:
         labels: A name for each node, or none.
         cells: Nodes of each element, shape (c, k), of those that are drawn as faces or lines.
         places: Where these nodes are on the reference cell, shape (k, 1 or 2).
-        thickness: Diameter of the lines, or 0 where nobody says.
+        thickness: Diameter of the lines, thickness of the faces; 0: not known.
     """
 
     name: str
@@ -114,8 +114,10 @@ def shape_of(fields: Fields, name: str) -> Shape:
         if strings is not None
         else ()
     )
-    size = grid.GetCellData().GetArray("size")
-    thickness = float(_numbers(size).max()) if size is not None else 0.0
+    data = grid.GetCellData()
+    # of beams the diameter, of shells the thickness
+    sizes = [a for a in map(data.GetArray, ("size", "thickness")) if a is not None]
+    thickness = float(_numbers(sizes[0]).max()) if sizes else 0.0
     return Shape(name, reference, faces, outlines, lines, dots, labels, table, places, thickness)
 
 

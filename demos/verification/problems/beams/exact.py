@@ -173,7 +173,7 @@ def lateral() -> Iterator[Check]:
     """Narrow cantilever under a force at its end, in the plane of its large stiffness."""
     published = {False: 4.01288, True: 6.98392}
     for held, computed in published.items():
-        name = "loaded end held laterally" if held else "loaded end free"
+        name = "loaded end fixed laterally" if held else "loaded end free"
         found = buckling_factor(held)
         yield Check(
             f"{name}, 8 elements",
