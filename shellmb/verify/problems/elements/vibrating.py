@@ -1,0 +1,130 @@
+"""Frequencies: spheres, membranes in and across their plane, and a mass on a joint."""
+
+import math
+
+import numpy as np
+
+from shellmb.analytic.beams import cantilever_end_force
+from shellmb.arrays import Floats
+from shellmb.scene import (
+    Clamped,
+    EdgeForce,
+    Fixed,
+    Isotropic,
+    Parametric,
+    Rectangle,
+    RigidBody,
+    Scene,
+    Shell,
+    Spherical,
+)
+from shellmb.verify.problems.elements.curved import DENSITY, NU, STEEL, baker, octant
+from shellmb.verify.problems.elements.rows import MOVED, Mesh, Row, Values, problem
+from shellmb.vibration import Modes, natural_modes
+
+
+def modes(count: int, *shells: Shell, loaded: bool = False, **more: object) -> Modes:
+    """Lowest modes of shells.
+
+    Args:
+        count: How many.
+        shells: The shells.
+        loaded: Whether about the equilibrium under loads.
+        more: Further arguments of `Scene`.
+    """
+    scene = Scene("modes", shells, dt=1.0, t_end=1.0, **more)  # type: ignore[arg-type]
+    return natural_modes(scene, count=count, loaded=loaded)
+
+
+@problem(
+    "sphere's frequencies",
+    "membrane: W. E. Baker, J. Acoust. Soc. Am. 33 (1961) 1749-1758",
+    Row((4, 4), 1.000, 1.000, given={"thickness": 0.02}),
+    Row((4, 4), 1.000, 0.999, given={"thickness": 1e-3}),
+    Row((8, 8), 1.000, 1.000, given={"thickness": 1e-3}),
+)
+def closed_sphere(mesh: Mesh, thickness: float) -> Values:
+    """Lowest frequency of a closed sphere, which cannot bend without stretching."""
+    shell, symmetry = octant(mesh, thickness)
+    return {"": float(modes(1, shell, supports=symmetry).omega[0]) / baker(2)}
+
+
+@problem(
+    "FV32",
+    "NAFEMS FV32",
+    Row((8, 4), 1.0, 1.0, given={"thickness": 0.05}),
+    Row((16, 8), 1.0, 1.0, given={"thickness": 0.05}),
+    Row((16, 8), 1.0, 1.0, given={"thickness": 5e-4}),
+    Row((16, 8), 1.0, 1.0, MOVED, {"thickness": 0.05}),
+)
+def tapered_membrane(mesh: Mesh, thickness: float) -> Values:
+    """A tapered cantilever that moves in its plane: first five frequencies."""
+
+    def tapered(xi: Floats, eta: Floats) -> Floats:
+        return np.stack([10 * xi, (eta - 0.5) * (5 - 4 * xi), 0 * xi])
+
+    section = Isotropic(STEEL, NU, thickness=thickness, density=DENSITY)
+    areas = {"all": lambda x: x[0] > -1}
+    shell = mesh.shell(Parametric(tapered), section, geometry_order=1, areas=areas)
+    held = Clamped("left"), Fixed("all", displacement=(None, None, 0.0))
+    found = modes(5, shell, supports=held).frequencies
+    exact = (44.623, 130.03, 162.70, 246.05, 379.90)
+    return {f"mode {k}": float(f / e) for k, (f, e) in enumerate(zip(found, exact, strict=True), 1)}
+
+
+@problem(
+    "stretched membrane",
+    "membrane under tension",
+    Row((4, 4), 1.0, 1.0),
+    Row((8, 8), 1.0, 1.0),
+    Row((8, 8), 1.0, 1.0, MOVED),
+)
+def stretched_membrane(mesh: Mesh) -> Values:
+    """A thin square that tension alone holds across its plane: first four frequencies."""
+    E, t = 70e9, 1e-4
+    section = Isotropic(E, NU, thickness=t, density=2700.0)
+    tension = 1e-3 * E / (1 - NU) * t
+    held = (
+        Fixed("left", (0.0, None, 0.0)),
+        Fixed("bottom", (None, 0.0, 0.0)),
+        Fixed(("right", "top"), (None, None, 0.0)),
+    )
+    pull = (
+        EdgeForce("right", (tension, 0.0, 0.0)),
+        EdgeForce("top", (0.0, tension, 0.0)),
+    )
+    shell = mesh.shell(Rectangle(1.0, 1.0), section)
+    found = modes(4, shell, supports=held, loads=pull, scheme="static", loaded=True).frequencies
+    exact = math.sqrt(tension / (2700.0 * t)) / 2 * np.sqrt([2, 5, 5, 8])
+    return {f"mode {k}": float(f / e) for k, (f, e) in enumerate(zip(found, exact, strict=True), 1)}
+
+
+@problem(
+    "mass on a joint",
+    "Timoshenko beam",
+    Row((8, 2), 1.0, 1.0),
+    Row((16, 4), 1.0, 1.0),
+    Row((32, 8), 1.0, 1.0),
+)
+def mass_on_a_joint(mesh: Mesh) -> Values:
+    """A heavy mass on a spherical joint in the middle of a sheet's end swings in its plane.
+
+    The sheet is 8 times as long as wide: what the force dents is a thousandth.
+    """
+    length, height, t, mass = 0.8, 0.1, 1e-3, 100.0
+    section = Isotropic(STEEL, NU, thickness=t, density=1.0)
+    tip = (length, height / 2, 0.0)
+    areas = {"all": lambda x: x[0] > -1}
+    shell = mesh.shell(Rectangle(length, height), section, areas=areas)
+    # the mass turns freely: three rigid motions
+    found = modes(
+        4,
+        shell,
+        supports=(Clamped("left"), Fixed("all", (None, None, 0.0))),
+        rigid_bodies=RigidBody("mass", mass, (1.0, 1.0, 1.0), position=tip),
+        joints=Spherical("joint", "mass", "shell", at="origin", second_at=tip),
+        scheme="ep",
+    )
+    inertia, shear = STEEL * t * height**3 / 12, STEEL / 2 / (1 + NU) * t * height / 1.2
+    exact = math.sqrt(1 / cantilever_end_force(1.0, inertia, length, shear) / mass)
+    return {"": float(found.omega[3]) / exact}
