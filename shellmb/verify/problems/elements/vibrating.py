@@ -4,7 +4,6 @@ import math
 
 import numpy as np
 
-from shellmb.analytic.beams import cantilever_end_force
 from shellmb.arrays import Floats
 from shellmb.scene import (
     Clamped,
@@ -19,6 +18,7 @@ from shellmb.scene import (
     Spherical,
 )
 from shellmb.verify.problems.elements.curved import DENSITY, NU, STEEL, baker, octant
+from shellmb.verify.problems.elements.plane import AT_THE_FORCE, PLANE
 from shellmb.verify.problems.elements.rows import MOVED, Mesh, Row, Values, problem
 from shellmb.vibration import Modes, natural_modes
 
@@ -101,21 +101,20 @@ def stretched_membrane(mesh: Mesh) -> Values:
 
 @problem(
     "mass on a joint",
-    "Timoshenko beam",
-    Row((8, 2), 1.0, 1.0),
-    Row((16, 4), 1.0, 1.0),
-    Row((32, 8), 1.0, 1.0),
+    f"{PLANE}, the force spread over an eighth of the side",
+    Row((4, 2), 1.0, 1.0),
+    Row((8, 4), 1.0, 1.0),
+    Row((16, 8), 1.0, 1.0),
 )
 def mass_on_a_joint(mesh: Mesh) -> Values:
     """A heavy mass on a spherical joint in the middle of a sheet's end swings in its plane.
 
-    The sheet is 8 times as long as wide: what the force dents is a thousandth.
+    Each time that elements halve, a dent of a point takes 0.6 % of the frequency.
     """
-    length, height, t, mass = 0.8, 0.1, 1e-3, 100.0
-    section = Isotropic(STEEL, NU, thickness=t, density=1.0)
-    tip = (length, height / 2, 0.0)
+    mass, tip = 100.0, (2.0, 0.5, 0.0)
     areas = {"all": lambda x: x[0] > -1}
-    shell = mesh.shell(Rectangle(length, height), section, areas=areas)
+    section = Isotropic(1e3, NU, thickness=1e-3, density=1.0)
+    shell = mesh.shell(Rectangle(2.0, 1.0), section, areas=areas)
     # the mass turns freely: three rigid motions
     found = modes(
         4,
@@ -125,6 +124,4 @@ def mass_on_a_joint(mesh: Mesh) -> Values:
         joints=Spherical("joint", "mass", "shell", at="origin", second_at=tip),
         scheme="ep",
     )
-    inertia, shear = STEEL * t * height**3 / 12, STEEL / 2 / (1 + NU) * t * height / 1.2
-    exact = math.sqrt(1 / cantilever_end_force(1.0, inertia, length, shear) / mass)
-    return {"": float(found.omega[3]) / exact}
+    return {"": float(found.omega[3]) * math.sqrt(AT_THE_FORCE * mass)}
