@@ -20,8 +20,8 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from shellmb.demos.verification.table import find_cases
 from shellmb.measuring.tables import Column, markdown, replaced
-from shellmb.verify.table import find_cases
 
 ROOT = Path(__file__).resolve().parents[1]
 STORED = ROOT / "demos" / "studies" / "verify.json"

@@ -1,4 +1,4 @@
-"""Closed forms that tests alone compare with; others are in `shellmb.analytic`, with their sources.
+"""Closed forms that tests alone compare with; others are in `demos/references`, with their sources.
 
 The pendulum: Landau & Lifshitz, Mechanics, 3rd ed. (1976), sec. 11.
 """
@@ -10,10 +10,10 @@ import numpy as np
 from scipy.optimize import brentq
 from scipy.special import ellipj, ellipk
 
-from shellmb.analytic.beams import Ends
-from shellmb.analytic.plates import Plate
-from shellmb.analytic.rigid import Vector
 from shellmb.arrays import Floats
+from shellmb.demos.references.beams import Ends
+from shellmb.demos.references.plates import Plate
+from shellmb.demos.references.rigid import Vector
 
 
 def free_top_period(inertia: Vector, omega: Vector) -> float:

@@ -5,9 +5,14 @@ import math
 import numpy as np
 import pytest
 
-from shellmb.analytic.laminates import Edges, Stiffness, sinusoidal_deflection, wave_frequencies
-from shellmb.analytic.plates import Plate
-from shellmb.verify import tables
+from shellmb.demos.references.plates import Plate
+from shellmb.demos.verification import tables
+from shellmb.demos.verification.laminates import (
+    Edges,
+    Stiffness,
+    sinusoidal_deflection,
+    wave_frequencies,
+)
 from tests.analytic.solutions import rectangle_frequencies
 
 A, E2, RHO, NU12 = 2.0, 3e9, 1600.0, 0.25

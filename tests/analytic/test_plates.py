@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from shellmb.analytic.plates import (
+from shellmb.demos.references.plates import (
     Plate,
     circle_point_deflection,
     circle_uniform_deflection,
@@ -14,7 +14,7 @@ from shellmb.analytic.plates import (
     rectangle_uniform_deflection,
     rectangle_uniform_moment,
 )
-from shellmb.verify import tables
+from shellmb.demos.verification import tables
 from tests.analytic.solutions import rectangle_frequencies
 
 A = 2.0  # side of the square: not one, so that a wrong power of it shows

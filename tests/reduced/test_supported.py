@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from shellmb.analytic.plates import Plate
+from shellmb.demos.references.plates import Plate
 from shellmb.errors import SceneError
 from shellmb.native.kernels import watched
 from shellmb.running.execute import RunResult, execute

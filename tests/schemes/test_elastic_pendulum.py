@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from shellmb.analytic.chains import Link, chain
+from shellmb.demos.verification.chains import Link, chain
 from shellmb.observers.forces.reactions import resistance
 from shellmb.scene import GROUND, Gravity, RigidBody, Scene, Solver, Spring
 from shellmb.simulate.simulation import Silent, Simulation

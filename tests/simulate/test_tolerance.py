@@ -8,6 +8,11 @@ from mpi4py import MPI  # noqa: F401  (before dolfinx)
 import numpy as np
 import pytest
 
+from shellmb.demos.verification.problems.mechanisms import (
+    RigidPath,
+    double_pendulum,
+    pendulum_centers,
+)
 from shellmb.diagnostics.step_error import ADDED
 from shellmb.errors import SceneError
 from shellmb.running.execute import execute
@@ -33,7 +38,6 @@ from shellmb.schemes.registry import SCHEMES
 from shellmb.simulate.simulation import Silent, Simulation
 from shellmb.simulate.stepsize.errors import difference
 from shellmb.simulate.stepsize.tolerance import AIM, ErrorSize
-from shellmb.verify.problems.mechanisms import RigidPath, double_pendulum, pendulum_centers
 
 # with the most dissipation, where there is one
 # rivals are there to be compared with steps that are fixed

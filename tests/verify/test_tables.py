@@ -5,9 +5,9 @@ from importlib.resources import files
 import numpy as np
 import pytest
 
-from shellmb.verify import tables
+from shellmb.demos.verification import tables
 
-NAMES = sorted(path.name[:-4] for path in (files("shellmb.verify") / "data").iterdir())
+NAMES = sorted(path.name[:-4] for path in (files("shellmb.demos.references") / "data").iterdir())
 
 
 def test_the_tables_are_there() -> None:

@@ -7,7 +7,7 @@ Syst. Dyn. 37 (2016) 29-48.
 
 from typing import Any
 
-from shellmb.studies.cases.bundle import Bundled, Part, quantities
+from shellmb.demos.studies.bundle import Bundled, Part, quantities
 from shellmb.studies.choice import Base
 from shellmb.studies.sweep import Sweep
 

@@ -2,8 +2,12 @@
 
 from collections.abc import Iterator
 
-from shellmb.analytic import beams
-from shellmb.analytic import plates as analytic
+from shellmb.demos.references import beams
+from shellmb.demos.references import plates as analytic
+from shellmb.demos.verification import tables
+from shellmb.demos.verification.cases import Check, case
+from shellmb.demos.verification.setups import CENTRE, NU, TIP, Cell, Edges, plate_section, square
+from shellmb.demos.verification.solve import linear_displacement
 from shellmb.scene import (
     Clamped,
     Disc,
@@ -17,10 +21,6 @@ from shellmb.scene import (
     SurfaceForce,
     SymmetryPlane,
 )
-from shellmb.verify import tables
-from shellmb.verify.cases import Check, case
-from shellmb.verify.setups import CENTRE, NU, TIP, Cell, Edges, plate_section, square
-from shellmb.verify.solve import linear_displacement
 
 NAVIER = "Navier series, Reissner-Mindlin"
 RITZ = "Ritz 16x16, Reissner-Mindlin, plate_rm_static_ritz.csv"

@@ -8,6 +8,9 @@ from typing import Any
 import numpy as np
 
 from shellmb.arrays import Floats
+from shellmb.demos.verification.cases import Check, case
+from shellmb.demos.verification.motion import ENERGY, LARGE, SCHEMES, drift, order, title
+from shellmb.demos.verification.solve import displacement, solved
 from shellmb.observers.account.constraints import Constraints
 from shellmb.observers.account.energy import EnergyAccount
 from shellmb.observers.account.momentum import Momentum
@@ -26,9 +29,6 @@ from shellmb.scene import (
 )
 from shellmb.schemes.quadratic import energy_decaying_3
 from shellmb.simulate.simulation import Simulation
-from shellmb.verify.cases import Check, case
-from shellmb.verify.motion import ENERGY, LARGE, SCHEMES, drift, order, title
-from shellmb.verify.solve import displacement, solved
 
 STEPS, DT = 1000, 0.01
 PULSE = 0.4

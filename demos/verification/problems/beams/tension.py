@@ -8,8 +8,9 @@ from typing import Literal
 import numpy as np
 from scipy.optimize import brentq
 
-from shellmb.analytic.rotating import flapping
 from shellmb.arrays import Floats
+from shellmb.demos.references.rotating import flapping
+from shellmb.demos.verification.cases import Check, case
 from shellmb.rotating.campbell import campbell
 from shellmb.running.execute import execute
 from shellmb.scene import (
@@ -31,7 +32,6 @@ from shellmb.scene import (
     Scene,
     Weld,
 )
-from shellmb.verify.cases import Check, case
 from shellmb.vibration import natural_modes
 
 Degree = Literal[2, 3]

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from shellmb.analytic.plates import Plate, rectangle_uniform_deflection
 from shellmb.demos import loaded_plate
+from shellmb.demos.references.plates import Plate, rectangle_uniform_deflection
+from shellmb.demos.studies.bundle import ALL, Bundled, Part, quantities
+from shellmb.demos.studies.problems2016 import FOUR
+from shellmb.demos.studies.solutions import crank_torque, top_center
 from shellmb.errors import SceneError
-from shellmb.studies.cases.bundle import ALL, Bundled, Part, quantities
-from shellmb.studies.cases.problems2016 import FOUR
-from shellmb.studies.cases.solutions import crank_torque, top_center
 from shellmb.studies.choice import Base
 from shellmb.studies.sweep import Sweep
 

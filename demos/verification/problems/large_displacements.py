@@ -5,13 +5,13 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from shellmb.analytic.beams import roll_up
 from shellmb.arrays import Floats
+from shellmb.demos.references.beams import roll_up
+from shellmb.demos.verification import tables
+from shellmb.demos.verification.cases import Check, case
+from shellmb.demos.verification.problems.linear_shells import hemisphere
+from shellmb.demos.verification.solve import curve, linear_displacement
 from shellmb.scene import Clamped, EdgeForce, EdgeMoment, Isotropic, Load, Rectangle, Scene, Shell
-from shellmb.verify import tables
-from shellmb.verify.cases import Check, case
-from shellmb.verify.problems.linear_shells import hemisphere
-from shellmb.verify.solve import curve, linear_displacement
 
 TOLERANCE = 0.015
 TIP = "right-bottom"

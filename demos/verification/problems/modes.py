@@ -7,8 +7,9 @@ from mpi4py import MPI
 
 import numpy as np
 
-from shellmb.analytic.rotating import flapping, lagging, sleeping_top, spinning_membrane
 from shellmb.arrays import Floats
+from shellmb.demos.references.rotating import flapping, lagging, sleeping_top, spinning_membrane
+from shellmb.demos.verification.cases import Check, case
 from shellmb.rotating.campbell import campbell
 from shellmb.rotating.modes import RotatingModes, modes_of
 from shellmb.rotating.state import MovingState
@@ -38,7 +39,6 @@ from shellmb.scene import (
 )
 from shellmb.scene.loads.loads import Load
 from shellmb.simulate.simulation import Simulation
-from shellmb.verify.cases import Check, case
 
 UP = (0.0, 0.0, 1.0)
 

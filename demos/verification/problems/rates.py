@@ -6,14 +6,14 @@ from collections.abc import Iterator
 import numpy as np
 import ufl
 
-from shellmb.analytic.laminates import Stiffness, sinusoidal_deflection
 from shellmb.arrays import Floats
-from shellmb.verify import tables
-from shellmb.verify.cases import Check, case
-from shellmb.verify.problems.laminates import sinusoidal
-from shellmb.verify.problems.plates import CELLS, THIN_CLAMPED
-from shellmb.verify.setups import CENTRE, Cell, Edges, plate_section, square
-from shellmb.verify.solve import deflection_error, displacement_at, solved
+from shellmb.demos.verification import tables
+from shellmb.demos.verification.cases import Check, case
+from shellmb.demos.verification.laminates import Stiffness, sinusoidal_deflection
+from shellmb.demos.verification.problems.laminates import sinusoidal
+from shellmb.demos.verification.problems.plates import CELLS, THIN_CLAMPED
+from shellmb.demos.verification.setups import CENTRE, Cell, Edges, plate_section, square
+from shellmb.demos.verification.solve import deflection_error, displacement_at, solved
 
 MESHES = (4, 8, 16)
 SLENDERNESS = (10, 1000)

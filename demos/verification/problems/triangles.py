@@ -11,8 +11,21 @@ from mpi4py import MPI
 import meshio
 import numpy as np
 
-from shellmb.analytic.beams import cantilever_end_force
 from shellmb.arrays import Floats
+from shellmb.demos.references.beams import cantilever_end_force
+from shellmb.demos.verification import tables
+from shellmb.demos.verification.cases import Check, case
+from shellmb.demos.verification.problems.linear_shells import (
+    QUADRANT,
+    X,
+    Y,
+    Z,
+    hemisphere,
+    scordelis_lo,
+)
+from shellmb.demos.verification.problems.plates import CELLS
+from shellmb.demos.verification.setups import Cell, plate_section
+from shellmb.demos.verification.solve import linear_displacement, solved
 from shellmb.scene import (
     Clamped,
     Cylinder,
@@ -30,12 +43,6 @@ from shellmb.scene import (
     SymmetryPlane,
 )
 from shellmb.scene.loads.supports import Support
-from shellmb.verify import tables
-from shellmb.verify.cases import Check, case
-from shellmb.verify.problems.linear_shells import QUADRANT, X, Y, Z, hemisphere, scordelis_lo
-from shellmb.verify.problems.plates import CELLS
-from shellmb.verify.setups import Cell, plate_section
-from shellmb.verify.solve import linear_displacement, solved
 from shellmb.vibration import Modes, natural_modes
 
 STEEL, NU, DENSITY = 2e11, 0.3, 8000.0

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from shellmb.analytic.rigid import RTOL
 from shellmb.arrays import Floats
+from shellmb.demos.references.rigid import RTOL
 
 Vector = Sequence[float] | Floats
 

@@ -8,6 +8,10 @@ from mpi4py import MPI
 import numpy as np
 
 from shellmb.arrays import Floats
+from shellmb.demos.verification import tables
+from shellmb.demos.verification.cases import Check, case
+from shellmb.demos.verification.problems.laminates import laminate
+from shellmb.demos.verification.setups import ALL, SUPPORTS, Edges, plate_section
 from shellmb.scene import (
     Clamped,
     Fixed,
@@ -20,10 +24,6 @@ from shellmb.scene import (
     Shell,
     Support,
 )
-from shellmb.verify import tables
-from shellmb.verify.cases import Check, case
-from shellmb.verify.problems.laminates import laminate
-from shellmb.verify.setups import ALL, SUPPORTS, Edges, plate_section
 from shellmb.vibration import Modes, natural_modes
 
 RITZ = "Ritz, Reissner-Mindlin, plate_rm_freq_ritz.csv"

@@ -9,6 +9,9 @@ from mpi4py import MPI
 import numpy as np
 
 from shellmb.arrays import Floats
+from shellmb.demos.verification.cases import Check, case
+from shellmb.demos.verification.setups import Cell, plate_section
+from shellmb.demos.verification.solve import linear_displacement
 from shellmb.scene import (
     Beam,
     Clamped,
@@ -32,9 +35,6 @@ from shellmb.scene import (
     SymmetryPlane,
 )
 from shellmb.simulate.buckling import linear_buckling
-from shellmb.verify.cases import Check, case
-from shellmb.verify.setups import Cell, plate_section
-from shellmb.verify.solve import linear_displacement
 
 MESH = (16, 16)
 X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)

@@ -1,19 +1,17 @@
-"""The reference tables of `shellmb/verify/data`, by what they hold.
+"""Values of the reference tables of `demos/references/data`, by what they hold.
 
-Each table begins with comment lines that say what is tabulated, for which data, and where it comes
-from; `source` returns them. Lengths, loads and frequencies are dimensionless as stated with each
-function: `D = E h^3 / (12 (1 - nu^2))`, `a` the side of a square plate, `q` a load per area.
+Lengths, loads and frequencies are dimensionless as stated with each function:
+`D = E h^3 / (12 (1 - nu^2))`, `a` the side of a square plate, `q` a load per area.
 """
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from importlib.resources import files
-from io import StringIO
 from typing import Literal
 
 import pandas as pd
 
 from shellmb.arrays import Floats
+from shellmb.demos.references.tables import read, source
 
 CurveName = Literal["sze31_cantilever_shear", "sze32_cantilever_moment", "sze34_hemisphere"]
 Theory = Literal["3D_elasticity", "FSDT_k5/6", "CLPT"]
@@ -34,35 +32,6 @@ class Curve:
     load: Floats
     values: Mapping[str, Floats]
     source: str
-
-
-def _text(table: str) -> str:
-    return (files("shellmb.verify") / "data" / f"{table}.csv").read_text(encoding="utf-8")
-
-
-def source(table: str) -> str:
-    """Comment lines of a table: what it holds and where it comes from.
-
-    Args:
-        table: File name without `.csv`.
-
-    Raises:
-        FileNotFoundError: If there is no such table.
-    """
-    comments = (line for line in _text(table).splitlines() if line.startswith("#"))
-    return "\n".join(line.removeprefix("#").strip() for line in comments)
-
-
-def read(table: str) -> pd.DataFrame:
-    """A table as it stands, its columns named as in the file.
-
-    Args:
-        table: File name without `.csv`.
-
-    Raises:
-        FileNotFoundError: If there is no such table.
-    """
-    return pd.read_csv(StringIO(_text(table)), comment="#")
 
 
 def _row(table: str, **wanted: str | float) -> pd.Series:

@@ -7,10 +7,12 @@ from typing import Literal
 import numpy as np
 from scipy.optimize import brentq
 
-from shellmb.analytic.beams import Ends, lateral_buckling, roll_up, timoshenko_frequencies
-from shellmb.analytic.cantilever import exact_cantilever, section_stiffness
 from shellmb.arrays import Floats
 from shellmb.demos import right_angle_frame, spin_up_beam
+from shellmb.demos.references import tables
+from shellmb.demos.references.beams import Ends, lateral_buckling, roll_up, timoshenko_frequencies
+from shellmb.demos.verification.cantilever import exact_cantilever, section_stiffness
+from shellmb.demos.verification.cases import Check, case
 from shellmb.running.execute import RunResult, execute
 from shellmb.scene import (
     Beam,
@@ -26,8 +28,6 @@ from shellmb.scene import (
     Scene,
     Solver,
 )
-from shellmb.verify import tables
-from shellmb.verify.cases import Check, case
 from shellmb.vibration import natural_modes
 
 Degree = Literal[2, 3]

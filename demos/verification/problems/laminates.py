@@ -6,11 +6,11 @@ from collections.abc import Iterator
 import numpy as np
 
 from shellmb.arrays import Floats
+from shellmb.demos.verification import tables
+from shellmb.demos.verification.cases import Check, case
+from shellmb.demos.verification.setups import CENTRE, Cell, Edges, square
+from shellmb.demos.verification.solve import linear_displacement
 from shellmb.scene import Laminate, PlyMaterial, SurfaceForce
-from shellmb.verify import tables
-from shellmb.verify.cases import Check, case
-from shellmb.verify.setups import CENTRE, Cell, Edges, square
-from shellmb.verify.solve import linear_displacement
 
 FSDT = "FSDT, kappa=5/6, exact for the sinusoidal load"
 

@@ -7,10 +7,12 @@ from mpi4py import MPI
 
 import numpy as np
 
-from shellmb.analytic.chains import Link, chain
-from shellmb.analytic.rigid import free_top
 from shellmb.arrays import Floats
 from shellmb.demos import heavy_top, slider_crank
+from shellmb.demos.references.rigid import free_top
+from shellmb.demos.verification.cases import Check, case
+from shellmb.demos.verification.chains import Link, chain
+from shellmb.demos.verification.motion import ENERGY, LARGE, QUADRATIC, SCHEMES, order, title
 from shellmb.running.execute import execute
 from shellmb.scene import (
     GROUND,
@@ -23,8 +25,6 @@ from shellmb.scene import (
     Universal,
 )
 from shellmb.simulate.simulation import Silent, Simulation
-from shellmb.verify.cases import Check, case
-from shellmb.verify.motion import ENERGY, LARGE, QUADRATIC, SCHEMES, order, title
 
 CONSTRAINT, SOLVER = 1e-10, 1e-10
 

@@ -7,8 +7,8 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from fnmatch import fnmatch
 
+from shellmb.demos.verification.cases import CASES, Case, Check
 from shellmb.errors import ShellmbError
-from shellmb.verify.cases import CASES, Case, Check
 
 # the modules that register cases, in the order of the table
 MODULES = (
@@ -64,7 +64,7 @@ def find_cases(pattern: str | None = None, slow: bool = False) -> list[Case]:
         slow: Whether those that take long are among them; a case named in full always is.
     """
     for module in MODULES:
-        importlib.import_module(f"shellmb.verify.problems.{module}")
+        importlib.import_module(f"{__package__}.problems.{module}")
     return [
         case
         for case in CASES.values()
