@@ -18,7 +18,6 @@ MODULES = (
     "frequencies",
     "modes",
     "linear_shells",
-    "triangles",
     "elements.plane",
     "elements.beams",
     "elements.curved",

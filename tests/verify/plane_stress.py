@@ -4,6 +4,7 @@ Units: modulus times thickness is one.
 """
 
 from collections.abc import Callable
+from itertools import pairwise
 
 import numpy as np
 import scipy.sparse as sp
@@ -30,7 +31,7 @@ def lobatto() -> Array:
 
 
 def graded(n: int, levels: int) -> Array:
-    """Sides of elements on [0, 1], halved `levels` times towards both ends: corners are singular."""
+    """Sides of elements on [0, 1], halved `levels` times towards both ends."""
     ends = 0.5 ** np.arange(levels, 0, -1) / n
     inner = np.arange(1, n) / n
     return np.concatenate([[0], ends, inner, 1 - ends[::-1], [1]])
@@ -54,9 +55,9 @@ class Sheet:
         levels: int = 6,
     ) -> None:
         sides = [graded(n, levels) for n in cells]
+        inner = lobatto()[:-1]
         lines = [
-            np.concatenate([a + (b - a) * lobatto()[:-1] for a, b in zip(s[:-1], s[1:], strict=True)] + [[1.0]])
-            for s in sides
+            np.concatenate([a + (b - a) * inner for a, b in pairwise(s)] + [[1.0]]) for s in sides
         ]
         self.xi, self.eta = (v.ravel() for v in np.meshgrid(*lines, indexing="ij"))
         self.x = place(self.xi, self.eta)
@@ -82,13 +83,15 @@ class Sheet:
         C = np.array([[1, nu, 0], [nu, 1, 0], [0, 0, (1 - nu) / 2]]) / (1 - nu**2)
         weight = J * np.kron(w, w) / 4
         CB = C @ B * weight[..., None, None]
-        K = np.stack([np.einsum("qai,qaj->ij", b, c, optimize=True) for b, c in zip(B, CB, strict=True)])
+        K = np.einsum("eqai,eqaj->eij", B, CB, optimize=True)
         unknowns = (2 * self.cells[..., None] + np.arange(2)).reshape(len(K), -1)
         size = unknowns.shape[1]
         rows, columns = np.repeat(unknowns, size, 1).ravel(), np.tile(unknowns, (1, size)).ravel()
         self.K = sp.csc_matrix((K.ravel(), (rows, columns)), shape=(2 * len(self.x),) * 2)
 
-    def side(self, nodes: Array, force: tuple[float, float], part: tuple[float, float] = (0, 1)) -> Array:
+    def side(
+        self, nodes: Array, force: tuple[float, float], part: tuple[float, float] = (0, 1)
+    ) -> Array:
         """A force spread over a side, or a part of it by its parameter; sums to `force`."""
         line = np.flatnonzero(nodes)
         s = self.eta[line] if np.ptp(self.eta[line]) > np.ptp(self.xi[line]) else self.xi[line]

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from shellmb.verify.problems.elements import plane
+from shellmb.demos.verification.problems.elements import plane
 from tests.verify.plane_stress import Array, Sheet
 
 

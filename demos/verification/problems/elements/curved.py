@@ -1,15 +1,34 @@
 """Curved shells: roofs, spheres, hyperbolic paraboloids, cylinders; bending and membranes."""
 
 import math
+import tempfile
+from collections.abc import Iterator
 from dataclasses import replace
+from pathlib import Path
 
+import meshio
 import numpy as np
 
 from shellmb.arrays import Floats
+from shellmb.demos.verification.cases import Check, case
+from shellmb.demos.verification.problems.elements.rows import (
+    MOVED,
+    Mesh,
+    Row,
+    Values,
+    everywhere,
+    problem,
+    statics,
+)
+from shellmb.demos.verification.problems.linear_shells import X, Y, Z, hemisphere, scordelis_lo
+from shellmb.demos.verification.setups import Cell
+from shellmb.demos.verification.solve import linear_displacement
 from shellmb.scene import (
     Clamped,
     Cylinder,
+    Fixed,
     Isotropic,
+    MeshFile,
     Parametric,
     Pressure,
     Rectangle,
@@ -20,18 +39,6 @@ from shellmb.scene import (
     SurfaceForce,
     SymmetryPlane,
 )
-from shellmb.verify.problems.elements.rows import (
-    MOVED,
-    Mesh,
-    Row,
-    Values,
-    everywhere,
-    problem,
-    statics,
-)
-from shellmb.verify.problems.linear_shells import X, Y, Z, hemisphere, scordelis_lo
-from shellmb.verify.setups import Cell
-from shellmb.verify.solve import linear_displacement
 
 STEEL, NU, DENSITY = 2e11, 0.3, 8000.0
 
@@ -40,9 +47,7 @@ def on(mesh: Mesh, scene: Scene, thickness: float | None = None) -> Scene:
     """A scene of one shell on another mesh, and of another thickness."""
     (shell,) = scene.shells
     section = replace(shell.section, thickness=thickness) if thickness else shell.section
-    meshed = replace(
-        shell, section=section, mesh=mesh.size, cell=mesh.cell, distortion=mesh.moved
-    )
+    meshed = replace(shell, section=section, mesh=mesh.size, cell=mesh.cell, distortion=mesh.moved)
     return replace(scene, shells=(meshed,))
 
 
@@ -152,8 +157,8 @@ def half_hypar(mesh: Mesh, thickness: float) -> Values:
     return {"": -linear_displacement(scene, "right-bottom")[2] / HYPAR[thickness]}
 
 
-def growth(shell: Shell, supports: tuple[Support, ...], axis: int | None) -> Values:
-    """Least and largest displacement away from an axis or the origin over `p R^2/(E t)`; R = 1.
+def radial(shell: Shell, supports: tuple[Support, ...], axis: int | None) -> Floats:
+    """Displacements of nodes away from an axis or the origin over `p R^2/(E t)`; R = 1.
 
     Args:
         shell: The shell.
@@ -163,11 +168,10 @@ def growth(shell: Shell, supports: tuple[Support, ...], axis: int | None) -> Val
     simulation = statics(shell, supports=supports, loads=Pressure(1.0))
     x, u = everywhere(simulation, shell.name)
     kept = [k for k in range(3) if k != axis]
-    radial = np.sum(u[:, kept] * x[:, kept], axis=1) / np.linalg.norm(x[:, kept], axis=1)
+    growth = np.sum(u[:, kept] * x[:, kept], axis=1) / np.linalg.norm(x[:, kept], axis=1)
     section = shell.section
     assert isinstance(section, Isotropic)
-    radial = radial * float(section.E) * float(section.thickness)
-    return {"least": float(radial.min()), "largest": float(radial.max())}
+    return np.asarray(growth * float(section.E) * float(section.thickness))
 
 
 @problem(
@@ -181,7 +185,8 @@ def cylinder(mesh: Mesh) -> Values:
     surface = Cylinder(1.0, 1.0, angles=(0.0, 90.0), axis=Y, start=Z)
     shell = mesh.shell(surface, Isotropic(STEEL, NU, thickness=1e-3))
     symmetry = SymmetryPlane("left", X), SymmetryPlane("right", Z), SymmetryPlane("bottom", Y)
-    return growth(shell, symmetry, 1)
+    growth = radial(shell, symmetry, 1)
+    return {"least": float(growth.min()), "largest": float(growth.max())}
 
 
 @problem(
@@ -195,7 +200,8 @@ def cylinder(mesh: Mesh) -> Values:
 def sphere(mesh: Mesh, thickness: float) -> Values:
     """A closed sphere: least and largest growth of a node."""
     shell, symmetry = octant(mesh, thickness)
-    return {name: value * 2 / (1 - NU) for name, value in growth(shell, symmetry, None).items()}
+    growth = radial(shell, symmetry, None) * 2 / (1 - NU)
+    return {"least": float(growth.min()), "largest": float(growth.max())}
 
 
 def octant(mesh: Mesh, thickness: float) -> tuple[Shell, tuple[Support, ...]]:
@@ -210,3 +216,32 @@ def baker(n: int) -> float:
     """Lower frequency of a closed spherical membrane of radius, density and modulus one."""
     b, c = n * (n + 1) + 1 + 3 * NU, (1 - NU**2) * (n * (n + 1) - 2)
     return math.sqrt((b - math.sqrt(b**2 - 4 * c)) / 2 / (1 - NU**2))
+
+
+@case("elements/STL")
+def facets() -> Iterator[Check]:
+    """A cylinder of flat facets, as STL files have it, under pressure."""
+    around, along, t = 64, 16, 1e-2
+    angle = 2 * math.pi * np.arange(around) / around
+    height = np.linspace(0.0, 1.0, along + 1)
+    points = np.array([[math.cos(a), math.sin(a), z] for z in height for a in angle])
+    row, column = (k.ravel() for k in np.meshgrid(range(along), range(around), indexing="ij"))
+    a, b = row * around + column, row * around + (column + 1) % around
+    cells = np.concatenate(
+        [np.stack([a, b, b + around], axis=1), np.stack([a, b + around, a + around], axis=1)]
+    )
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "tube.stl"
+        meshio.Mesh(points, [("triangle", cells)]).write(path)
+        ends = {"lower": lambda x: x[2] < 1e-6}
+        surface = MeshFile(path, edges_where=ends)
+        shell = Shell("tube", surface, Isotropic(STEEL, NU, thickness=t), cell="tri")
+        held = (
+            Fixed("lower", displacement=(None, None, 0.0)),
+            Fixed((1.0, 0.0, 0.0), displacement=(None, 0.0, None)),
+            Fixed((-1.0, 0.0, 0.0), displacement=(None, 0.0, None)),
+            Fixed((0.0, 1.0, 0.0), displacement=(0.0, None, None)),
+        )
+        # flat facets bend between their folds: by a tenth of this growth
+        mean = float(radial(shell, held, 2).mean())
+    yield Check("tri 64x16, R/t=100, mean growth", mean, 1.0, "p R^2/(E t)", 0.01)

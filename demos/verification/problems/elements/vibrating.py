@@ -1,12 +1,20 @@
 """Frequencies: spheres, membranes in and across their plane, and a mass on a joint."""
 
 import math
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
 from shellmb.arrays import Floats
+from shellmb.demos.verification import tables
+from shellmb.demos.verification.problems.elements.curved import DENSITY, NU, STEEL, baker, octant
+from shellmb.demos.verification.problems.elements.plane import AT_THE_FORCE, PLANE
+from shellmb.demos.verification.problems.elements.rows import MOVED, Mesh, Row, Values, problem
+from shellmb.demos.verification.setups import plate_section
 from shellmb.scene import (
     Clamped,
+    Cylinder,
     EdgeForce,
     Fixed,
     Isotropic,
@@ -17,13 +25,10 @@ from shellmb.scene import (
     Shell,
     Spherical,
 )
-from shellmb.verify.problems.elements.curved import DENSITY, NU, STEEL, baker, octant
-from shellmb.verify.problems.elements.plane import AT_THE_FORCE, PLANE
-from shellmb.verify.problems.elements.rows import MOVED, Mesh, Row, Values, problem
 from shellmb.vibration import Modes, natural_modes
 
 
-def modes(count: int, *shells: Shell, loaded: bool = False, **more: object) -> Modes:
+def modes(count: int, *shells: Shell, loaded: bool = False, **more: Any) -> Modes:
     """Lowest modes of shells.
 
     Args:
@@ -32,8 +37,15 @@ def modes(count: int, *shells: Shell, loaded: bool = False, **more: object) -> M
         loaded: Whether about the equilibrium under loads.
         more: Further arguments of `Scene`.
     """
-    scene = Scene("modes", shells, dt=1.0, t_end=1.0, **more)  # type: ignore[arg-type]
+    given: dict[str, Any] = {"scheme": "ep", "dt": 1.0, "t_end": 1.0, **more}
+    scene = Scene("modes", shells, **given)
     return natural_modes(scene, count=count, loaded=loaded)
+
+
+def named(found: Floats, exact: Sequence[float] | Floats) -> Values:
+    """Frequencies over references, in their order."""
+    pairs = zip(found, exact, strict=True)
+    return {f"mode {k}": float(f / e) for k, (f, e) in enumerate(pairs, start=1)}
 
 
 @problem(
@@ -69,7 +81,53 @@ def tapered_membrane(mesh: Mesh, thickness: float) -> Values:
     held = Clamped("left"), Fixed("all", displacement=(None, None, 0.0))
     found = modes(5, shell, supports=held).frequencies
     exact = (44.623, 130.03, 162.70, 246.05, 379.90)
-    return {f"mode {k}": float(f / e) for k, (f, e) in enumerate(zip(found, exact, strict=True), 1)}
+    return named(found, exact)
+
+
+@problem(
+    "free sheet",
+    "Bardell, Langley & Dunsdon, J. Sound Vib. 191 (1996) 459-467",
+    Row((2, 2), 1.0, 1.0, given={"thickness": 1e-3}),
+    Row((4, 4), 1.0, 1.0, given={"thickness": 1e-3}),
+    Row((4, 4), 1.0, 1.0, given={"thickness": 1e-5}),
+    Row((4, 4), 1.0, 1.0, MOVED, {"thickness": 1e-5}),
+)
+def free_sheet(mesh: Mesh, thickness: float) -> Values:
+    """A free square that moves in its plane: nothing moves there that strains do not see."""
+    section = Isotropic(1 - NU**2, NU, thickness=thickness, density=1.0)
+    areas = {"all": lambda x: x[0] > -1}
+    shell = mesh.shell(Rectangle(1.0, 1.0), section, areas=areas)
+    found = modes(6, shell, supports=Fixed("all", (None, None, 0.0))).omega[3:]
+    return named(found, (2.321, 2.472, 2.472))
+
+
+@problem(
+    "free plate",
+    "Ritz, thin plate, plate_thin_freq_ritz.csv",
+    Row((8, 8), 1.0, 1.0),
+    Row((8, 8), 1.0, 1.0, MOVED),
+)
+def free_plate(mesh: Mesh) -> Values:
+    """Bending of a free thin square: first five frequencies."""
+    section = plate_section(1e-3, density=1.0)
+    found = modes(11, mesh.shell(Rectangle(1.0, 1.0), section)).omega[6:]
+    exact = tables.thin_plate_frequencies("free")[:5] * math.sqrt(float(section.D[0, 0]) / 1e-3)
+    return named(found, exact)
+
+
+@problem(
+    "free ring",
+    "ring without stretching (Love, Theory of Elasticity, art. 293)",
+    Row((32, 2), 1.0, 1.0, given={"thickness": 1e-2}),
+    Row((32, 2), 1.0, 1.0, given={"thickness": 1e-3}),
+)
+def free_ring(mesh: Mesh, thickness: float) -> Values:
+    """Bending of a thin ring in its plane without stretching: two and three waves."""
+    section = Isotropic(1.0, 0.0, thickness=thickness, density=12.0)
+    found = modes(14, mesh.shell(Cylinder(1.0, 0.1), section)).omega[6:]
+    exact = [n * (n**2 - 1) / math.sqrt(n**2 + 1) * thickness / 12 for n in (2, 3)]
+    nearest = [found[np.argmin(np.abs(found - omega))] for omega in exact]
+    return named(np.array(nearest), exact)
 
 
 @problem(
@@ -96,7 +154,7 @@ def stretched_membrane(mesh: Mesh) -> Values:
     shell = mesh.shell(Rectangle(1.0, 1.0), section)
     found = modes(4, shell, supports=held, loads=pull, scheme="static", loaded=True).frequencies
     exact = math.sqrt(tension / (2700.0 * t)) / 2 * np.sqrt([2, 5, 5, 8])
-    return {f"mode {k}": float(f / e) for k, (f, e) in enumerate(zip(found, exact, strict=True), 1)}
+    return named(found, exact)
 
 
 @problem(
@@ -122,6 +180,5 @@ def mass_on_a_joint(mesh: Mesh) -> Values:
         supports=(Clamped("left"), Fixed("all", (None, None, 0.0))),
         rigid_bodies=RigidBody("mass", mass, (1.0, 1.0, 1.0), position=tip),
         joints=Spherical("joint", "mass", "shell", at="origin", second_at=tip),
-        scheme="ep",
     )
     return {"": float(found.omega[3]) * math.sqrt(AT_THE_FORCE * mass)}

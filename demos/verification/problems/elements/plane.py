@@ -9,8 +9,20 @@ from typing import Any
 import meshio
 import numpy as np
 
-from shellmb.analytic.beams import cantilever_end_force
 from shellmb.arrays import Floats
+from shellmb.demos.references.beams import cantilever_end_force
+from shellmb.demos.verification.cases import Check, case
+from shellmb.demos.verification.problems.elements.rows import (
+    MOVED,
+    TO_COME,
+    Mesh,
+    Row,
+    Values,
+    everywhere,
+    problem,
+    statics,
+)
+from shellmb.demos.verification.solve import displacement, displacement_at
 from shellmb.scene import (
     Clamped,
     EdgeForce,
@@ -24,18 +36,6 @@ from shellmb.scene import (
     Shell,
     Surface,
 )
-from shellmb.verify.cases import Check, case
-from shellmb.verify.problems.elements.rows import (
-    MOVED,
-    TO_COME,
-    Mesh,
-    Row,
-    Values,
-    everywhere,
-    problem,
-    statics,
-)
-from shellmb.verify.solve import displacement, displacement_at
 
 NU = 0.3
 # displacements times `E t` by another code (`tests/verify/plane_stress.py`)

@@ -15,11 +15,11 @@ from mpi4py import MPI
 import numpy as np
 
 from shellmb.arrays import Floats
+from shellmb.demos.verification.cases import Check, case
+from shellmb.demos.verification.setups import Cell
+from shellmb.demos.verification.solve import solved
 from shellmb.scene import Scene, Section, Shell, Surface
 from shellmb.simulate.simulation import Simulation
-from shellmb.verify.cases import Check, case
-from shellmb.verify.setups import Cell
-from shellmb.verify.solve import solved
 
 # until the assumed strains of the branch `elements` are here, values are shown and none fails
 TO_COME = True

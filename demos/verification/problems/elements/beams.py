@@ -1,13 +1,25 @@
 """Beams of shells: MacNeal & Harder's, torsion, tubes, an I-beam, a Z-section and a hook."""
 
 import math
+from functools import partial
 
 from mpi4py import MPI
 
 import numpy as np
 
-from shellmb.analytic.beams import cantilever_end_force
 from shellmb.arrays import Floats
+from shellmb.demos.references.beams import cantilever_end_force
+from shellmb.demos.verification.problems.elements.plane import CURVED, quarter_ring
+from shellmb.demos.verification.problems.elements.rows import (
+    MOVED,
+    Mesh,
+    Row,
+    Values,
+    everywhere,
+    problem,
+    statics,
+)
+from shellmb.demos.verification.solve import displacement, displacement_at
 from shellmb.scene import (
     Clamped,
     Cylinder,
@@ -23,17 +35,6 @@ from shellmb.scene import (
     SymmetryPlane,
 )
 from shellmb.simulate.buckling import linear_buckling
-from shellmb.verify.problems.elements.plane import CURVED, quarter_ring
-from shellmb.verify.problems.elements.rows import (
-    MOVED,
-    Mesh,
-    Row,
-    Values,
-    everywhere,
-    problem,
-    statics,
-)
-from shellmb.verify.solve import displacement, displacement_at
 
 MACNEAL = "MacNeal & Harder, Finite Elem. Anal. Des. 1 (1985) 3-20"
 X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
@@ -206,11 +207,13 @@ def tubes(mesh: Mesh, which: str, thickness: float) -> Values:
     shell = mesh.shell(surface, Isotropic(1.0, 0.3, thickness=thickness))
     middle = Fixed("bottom", (None, 0.0, 0.0), (0.0, 0.0, 0.0))
     constant = 2 * np.pi * thickness**3 / 3 if open_one else 2 * np.pi * thickness
+    couple = 1e-3 * G * constant
 
     def flow(x: Floats) -> Floats:
-        return np.stack([0 * x[0], -x[2], x[1]]) / (2 * np.pi)
+        return couple / (2 * np.pi) * np.stack([0 * x[0], -x[2], x[1]])
 
-    load = EdgeMoment("top", (1 / (2 * np.pi), 0.0, 0.0)) if open_one else EdgeForce("top", flow)
+    moment = EdgeMoment("top", (couple / (2 * np.pi), 0.0, 0.0))
+    load = moment if open_one else EdgeForce("top", flow)
     held = middle, Fixed((0.0, 0.0, -1.0), (0.0, None, None))
     x, u = everywhere(statics(shell, supports=held, loads=load))
     turn = []
@@ -218,7 +221,7 @@ def tubes(mesh: Mesh, which: str, thickness: float) -> Values:
         section = np.abs(x[:, 0] - at) < 1e-6
         y, z = x[section, 1], x[section, 2]
         turn.append(np.mean(u[section, 2] * y - u[section, 1] * z))
-    return {"": float(turn[1] - turn[0]) * G * constant / (length / 2)}
+    return {"": float(turn[1] - turn[0]) / (length / 2) / 1e-3}
 
 
 @problem(
@@ -248,6 +251,11 @@ def pulled_tube(mesh: Mesh) -> Values:
     # those on the planes of symmetry belong to two quarters
     vertices = np.average(stretch[::2], weights=[0.5, *[1.0] * (mesh.size[0] - 1), 0.5])
     return {"vertices": float(vertices), "middles of sides": float(stretch[1::2].mean())}
+
+
+def _linear(x: Floats, slope: float) -> Floats:
+    """A force along x that grows with z."""
+    return np.stack([slope * x[2], 0 * x[0], 0 * x[0]])
 
 
 @problem(
@@ -282,19 +290,16 @@ def lateral_torsional_buckling(mesh: Mesh) -> Values:
             ]
         joins.append(Join(f"{name} right", f"{name} left", "top", "bottom"))
         joins.append(Join(f"{name} left", "web", "bottom", "bottom" if z < 0 else "top"))
-    loads += [
-        EdgeForce("left", lambda x: np.stack([2 * stress * t / h * x[2], 0 * x[0], 0 * x[0]]), "web"),
-        EdgeForce("right", lambda x: np.stack([-2 * stress * t / h * x[2], 0 * x[0], 0 * x[0]]), "web"),
-    ]
+    for edge, sign in (("left", 1.0), ("right", -1.0)):
+        web = partial(_linear, slope=sign * 2 * stress * t / h)
+        loads.append(EdgeForce(edge, web, "web"))
     held = [
         Fixed(("left", "right"), (None, 0.0, None), body="web"),
         Fixed((0.0, 0.0, 0.0), (None, None, 0.0), body="web"),
         Fixed((L, 0.0, 0.0), (None, None, 0.0), body="web"),
         Fixed((L / 2, 0.0, 0.0), (0.0, None, None), body="web"),
     ]
-    scene = Scene(
-        "beam", shells, joins=joins, supports=held, loads=loads, scheme="linear-statics"
-    )
+    scene = Scene("beam", shells, joins=joins, supports=held, loads=loads, scheme="linear-statics")
     return {"": float(linear_buckling(scene, MPI.COMM_WORLD, 1).factors[0])}
 
 
