@@ -296,10 +296,10 @@ class BeamMixed:
         """Stress conjugate to `Gamma` and `K`, shape (6,); linear in strains and forces."""
         return (ufl.as_vector([*N, *self._moments(N, halves(e)[1])]),)
 
-    def gap(self, mean: Expr, end: Expr, N: Expr) -> Expr:
-        """Strains less those of the forces, shape (3,): of the end, or of the mean if fixed."""
+    def gap(self, mean: Expr, end: Expr, N: Expr, dN: Expr) -> tuple[Expr]:
+        """Work on strains less those of the forces: of the end, or of the mean if constrained."""
         elastic = self.where_held(*(self._elastic(*halves(e)) for e in (mean, end)))
-        return elastic - self._give(N)
+        return (ufl.dot(dN, elastic - self._give(N)),)
 
     def joined(self, e: Expr, N: Expr) -> tuple[Expr, Expr]:
         """Forces and moments that do work on the strains, shapes (3,), N and N m."""

@@ -9,11 +9,9 @@ what.
 part        name                                                             unit
 ==========  ===============================================================  ==========
 `u`         displacement                                                     m
-`bubble`    displacement bubble of triangles (added to `u`)                  m
 `w`         change of the director                                           -
-`N`         scaled resultants `(N11, N22, N12, Q1, Q2) / N0`; of triangles   -
-            shear forces are a vector, see `Layout.axes`
-`S`         assumed strains of a nonlinear material, conjugate to `N`        -
+`N`         forces of the cells over `N0`, see `forms.tying`                 -
+`S`         strains of their own, where the material is nonlinear            -
 `lam`       scaled multiplier of the unit director                           -
 ==========  ===============================================================  ==========
 """
@@ -24,20 +22,19 @@ from typing import NamedTuple
 import ufl
 from ufl.core.expr import Expr
 
+from shellmb.forms.tying import Tying
+
 
 class Layout(NamedTuple):
     """Places of the parts of a state.
 
     Args:
         parts: Component ranges, name to (first, size).
-        axes: Vectors along which components of shear forces are taken, where a state has these as
-            tangential vectors in space (on triangles); None: it has the components.
-        bubble: What bubbles count for in strains; see `model.rules`.
+        tying: Maps of the forces of a shell's cells; None: it is none.
     """
 
     parts: Mapping[str, tuple[int, int]]
-    axes: tuple[Expr, Expr] | None = None
-    bubble: float = 1.0
+    tying: Tying | None = None
 
     def part(self, q: Expr, name: str) -> Expr:
         """Components of the part `name` of the state `q` (a scalar if its size is one)."""
@@ -47,33 +44,25 @@ class Layout(NamedTuple):
         return ufl.as_vector([q[first + k] for k in range(size)])
 
     def displacement(self, q: Expr) -> Expr:
-        """Displacement with its bubble, shape (3,), m."""
-        u = self.part(q, "u")
-        return u + self.part(q, "bubble") if "bubble" in self.parts else u
+        """Displacement, shape (3,), m."""
+        return self.part(q, "u")
 
-    def straining(self, q: Expr) -> Expr:
-        """Displacement that strains are taken of, shape (3,), m."""
-        u = self.part(q, "u")
-        return u + self.bubble * self.part(q, "bubble") if "bubble" in self.parts else u
+    @property
+    def cells(self) -> Tying:
+        """Maps of the forces of cells, of a shell."""
+        assert self.tying is not None
+        return self.tying
 
-    def resultants(self, q: Expr, name: str = "N") -> Expr:
-        """Membrane and shear components of scaled resultants, or of assumed strains, shape (5,)."""
-        found = self.part(q, name)
-        if self.axes is None:
-            return found
-        Q = ufl.as_vector([found[k] for k in (3, 4, 5)])
-        return ufl.as_vector([*(found[k] for k in range(3)), *(ufl.dot(Q, e) for e in self.axes)])
+    def forces(self, q: Expr, name: str = "N") -> Expr:
+        """Scaled forces of a shell's cells, or strains of their own, shape (13,)."""
+        return self.cells.forces(self.part(q, name))
 
     def director_change(self, q: Expr) -> Expr:
         """Change of the director, shape (3,), dimensionless."""
         return self.part(q, "w")
 
-    def strained(self, q: Expr) -> tuple[Expr, Expr]:
-        """Displacement and change of the director that strains are taken of."""
-        return self.straining(q), self.director_change(q)
-
     def moved(self, q: Expr) -> tuple[Expr, Expr]:
-        """Displacement and change of the directors of frames."""
+        """Displacement and change of the director, or of the directors of frames."""
         return self.part(q, "u"), self.part(q, "w")
 
     def multipliers(self, q: Expr) -> Expr:

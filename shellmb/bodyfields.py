@@ -111,5 +111,4 @@ def without_impulse(body: Body) -> list[Dofs]:
 
 def resultant_dofs(body: Body) -> Dofs:
     """Local dofs of resultants that belong to the strains of a state, of linear sections."""
-    linear = "N" in body.mixed.parts and "S" not in body.mixed.parts
-    return body.mixed.dofs["N"] if linear else NONE
+    return np.concatenate([NONE, *(body.mixed.dofs[p] for p in sorted(body.mixed.stresses))])

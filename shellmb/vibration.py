@@ -10,7 +10,6 @@ import numpy as np
 
 from shellmb.arrays import Bools, Floats
 from shellmb.checked_model import checked_model
-from shellmb.diagnostics.elements.hourglass import unresisted_modes
 from shellmb.diagnostics.elements.locked_modes import locked_modes
 from shellmb.diagnostics.stiffened_modes import Motion, stiffened_modes
 from shellmb.errors import SceneError, petsc_in_words
@@ -203,7 +202,6 @@ def _doubtful(
     return [
         *(stiffened_modes(model, state, elastic) if state is not None else ()),
         *locked_modes(model, modes, directors),
-        *unresisted_modes(model, elastic, ("frequency", "frequencies"), state),
     ]
 
 

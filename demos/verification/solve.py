@@ -56,11 +56,10 @@ def displacement_at(simulation: Simulation, point: tuple[float, float, float]) -
     candidates = geometry.compute_collisions_points(geometry.bb_tree(domain, 2), x)
     cells = geometry.compute_colliding_cells(domain, candidates, x).links(0)[:1]
     total = np.zeros(4)
-    for part in {"u", "bubble"} & shell.mixed.parts.keys():
-        function = fem.Function(shell.mixed.subspaces[part])
-        function.x.array[:] = u.x.array[shell.mixed.dofs[part]]
-        for cell in cells:
-            total[:3] += function.eval(x, np.array([cell]))
+    function = fem.Function(shell.mixed.subspaces["u"])
+    function.x.array[:] = u.x.array[shell.mixed.dofs["u"]]
+    for cell in cells:
+        total[:3] += function.eval(x, np.array([cell]))
     total[3] = len(cells)
     simulation.model.comm.Allreduce(MPI.IN_PLACE, total)
     return np.asarray(total[:3] / total[3])

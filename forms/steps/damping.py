@@ -37,7 +37,7 @@ from ufl.core.expr import Expr
 from shellmb.forms.beam import BeamMixed, halves
 from shellmb.forms.measure import Measure
 from shellmb.forms.state import Layout
-from shellmb.forms.steps.mixed import LinearMixed, bending, membrane_shear, split
+from shellmb.forms.steps.mixed import LinearMixed, LinearOwn, bending, membrane_shear, split
 from shellmb.forms.steps.path import Moment, Rows, moment_of
 from shellmb.forms.steps.stress_work import MixedSection
 
@@ -59,8 +59,8 @@ class Straining(NamedTuple):
 class Resistance(MixedSection, Protocol):
     """Stresses of the rate of a strain, of those of its moment and of their resultants."""
 
-    def of_strains(self, e: Expr) -> Expr:
-        """Resultants that belong to strains, point by point."""
+    def of_rate(self, layout: Layout, e: Expr, v: Expr) -> Expr:
+        """Rates of the resultants, from those of strains and state."""
         ...
 
 
@@ -75,6 +75,15 @@ class _WithoutGap:
         """No strain is."""
         return elsewhere
 
+    @property
+    def rules(self) -> int:
+        """Number of the rules."""
+        return 1
+
+    def gap(self, mean: Expr, end: Expr, N: Expr, dN: Expr) -> Sequence[Expr]:
+        """No condition."""
+        return [0 * ufl.dot(dN, N)] * self.rules
+
 
 class _WithoutForces(_WithoutGap):
     """A damping of strains that hold no forces of their own."""
@@ -83,107 +92,92 @@ class _WithoutForces(_WithoutGap):
         """There are none: they follow from the strains."""
         return _zeros(2)
 
-    def gap(self, mean: Expr, end: Expr, N: Expr) -> Expr:
-        """No condition."""
-        return _zeros(2)
-
-    def of_strains(self, e: Expr) -> Expr:
+    def of_rate(self, layout: Layout, e: Expr, v: Expr) -> Expr:
         """There are none."""
         return _zeros(2)
 
 
 @dataclass(frozen=True)
 class ViscousShell(_WithoutGap):
-    """Damping of a linear section in the two rules of `forms.steps.mixed`.
+    """Damping of a linear section by the rules of `forms.steps.mixed`.
+
+    Where it couples, bending and membrane strains have one time.
 
     Args:
         elastic: Its elastic form.
-        membrane: Time of the membrane strains, s; None: zero, or these are held; then no term is.
+        membrane: Time of the membrane strains, s; None: zero; then no term is.
         bend: The same of bending.
         shear: The same of transverse shear.
-        both: Root of the product of the first two, where the section couples.
     """
 
-    elastic: LinearMixed
+    elastic: LinearMixed | LinearOwn
     membrane: Expr | None
     bend: Expr | None
     shear: Expr | None
-    both: Expr | None
 
     def forces(self, layout: Layout, q: Expr) -> Expr:
-        """Membrane and shear forces that a state holds, shape (5,), N/m."""
+        """What a state has of the cells: forces, perhaps behind strains."""
         return self.elastic.forces(layout, q)
 
-    def gap(self, mean: Expr, end: Expr, N: Expr) -> Expr:
-        """No condition."""
-        return _zeros(5)
+    @property
+    def rules(self) -> int:
+        """Number of the rules."""
+        return 1 + len(self.elastic.tying.rules)
 
-    def of_strains(self, e: Expr) -> Expr:
-        """Membrane and shear forces, shape (5,)."""
-        eps, gam = split(membrane_shear(e))
-        n = self.elastic.A * eps
-        if self.elastic.B is not None:
-            n = n + self.elastic.B * bending(e)
-        return ufl.as_vector([*n, *(self.elastic.G * gam)])
+    def of_rate(self, layout: Layout, e: Expr, v: Expr) -> Expr:
+        """Rates of what cells have."""
+        return self.forces(layout, v)
 
     def stress(self, e: Expr, N: Expr) -> tuple[Expr, ...]:
-        """Stresses for the full and the reduced rule, shape (8,) each."""
-        elastic, a = self.elastic, self.elastic.a
-        (eps, gam), kap = split(membrane_shear(e)), bending(e)
-        n, Q = split(N)
-        n_full = m_full = m_red = _zeros(3)
-        n_red, Q_full, Q_red = _zeros(3), _zeros(2), _zeros(2)
-        if elastic.B is not None:
-            n = n - elastic.B * kap
+        """Stresses by rule, shape (8,) each."""
+        elastic = self.elastic
+        (_, gam), kap = split(membrane_shear(e)), bending(e)
+        n, m, Q = _zeros(3), _zeros(3), _zeros(2)
+        times = [self.membrane, self.membrane, self.membrane, *(None,) * 3, self.shear, self.shear]
         if self.membrane is not None:
-            n_full, n_red = self.membrane * (elastic.A * eps), self.membrane * n
+            n = self.membrane * elastic.uniform(N)
         if self.bend is not None:
-            m_full = self.bend * (elastic.D * kap)
+            m = self.bend * (elastic.D * kap)
         if self.shear is not None:
-            Q_full, Q_red = self.shear * (elastic.G * gam), self.shear * Q
-        if self.both is not None:
-            coupled = self.both * (elastic.B * kap)
-            n_full, n_red = n_full + coupled, n_red + coupled
-            m_full = m_full + a * self.both * (elastic.B * eps)
-            m_red = self.both * (elastic.B * (elastic.A_inv * n))
-        shear = elastic.shear_share
-        full = [*(a * n_full), *m_full, *(shear * Q_full)]
-        red = [*((1 - a) * n_red), *((1 - a) * m_red), *((1 - shear) * Q_red)]
-        return ufl.as_vector(full), ufl.as_vector(red)
+            Q = elastic.a * self.shear * (elastic.G * gam)
+        if self.membrane is not None:
+            coupled = elastic.coupled_moments(N, e)
+            m = m if coupled is None else m + self.membrane * coupled
+        taken = [
+            ufl.as_vector([0 if time is None else time * s[k] for k, time in enumerate(times)])
+            for s in elastic.taken(N)
+        ]
+        return ufl.as_vector([*n, *m, *Q]), *taken
 
 
 @dataclass(frozen=True)
 class ViscousRule(_WithoutForces):
-    """Damping in one rule by its own coefficients, of strains as they are or as assumed ones.
+    """Damping by coefficients of its own, of strains as they are or of those of the cells.
 
     Args:
         A: Membrane; None: no term is, as of the others.
         B: Coupling.
         D: Bending.
         G: Transverse shear.
-        share: Share of all but the bending in this rule.
-        bends: Whether the bending is of this rule.
     """
 
     A: Expr | None
     B: Expr | None
     D: Expr | None
     G: Expr | None
-    share: Expr
-    bends: bool
 
     def stress(self, e: Expr, N: Expr) -> tuple[Expr, ...]:
         """Stresses, shape (8,)."""
         (eps, gam), kap = split(membrane_shear(e)), bending(e)
         n, m, Q = _zeros(3), _zeros(3), _zeros(2)
         if self.A is not None:
-            n = self.share * (self.A * eps)
+            n = self.A * eps
         if self.B is not None:
-            n, m = n + self.share * (self.B * kap), self.share * (ufl.transpose(self.B) * eps)
-        if self.D is not None and self.bends:
+            n, m = n + self.B * kap, ufl.transpose(self.B) * eps
+        if self.D is not None:
             m = m + self.D * kap
         if self.G is not None:
-            Q = self.share * (self.G * gam)
+            Q = self.G * gam
         return (ufl.as_vector([*n, *m, *Q]),)
 
 
@@ -207,12 +201,8 @@ class ViscousBeam(_WithoutGap):
         """Forces along the directors, shape (3,), N."""
         return self.elastic.forces(layout, q)
 
-    def gap(self, mean: Expr, end: Expr, N: Expr) -> Expr:
-        """No condition."""
-        return _zeros(3)
-
-    def of_strains(self, e: Expr) -> Expr:
-        """Forces, shape (3,)."""
+    def of_rate(self, layout: Layout, e: Expr, v: Expr) -> Expr:
+        """Rates of the forces by those of the strains, shape (3,)."""
         Gamma, K = halves(e)
         H = self.elastic.H
         return self.A * (Gamma if H is None else Gamma + H * K)
@@ -255,7 +245,18 @@ def taken(section: MixedSection, layout: Layout, strain: Measure, along: Straini
     return found
 
 
-def at_state(section: Resistance, strain: Measure, q: Expr, v: Expr, dq: Expr) -> list[Expr]:
-    """Densities of the virtual work at a state with a velocity, one for each rule."""
+def at_state(
+    section: Resistance, layout: Layout, strain: Measure, q: Expr, v: Expr, dq: Expr
+) -> list[Expr]:
+    """Densities of the virtual work at a state with a velocity, one for each rule.
+
+    Args:
+        section: What resists.
+        layout: Parts of the state.
+        strain: The strain.
+        q: State.
+        v: Velocity, with rates of forces of the cells of shells.
+        dq: Virtual displacement.
+    """
     rate, de = (strain.change(q, d) for d in (v, dq))
-    return [ufl.dot(s, de) for s in section.stress(rate, section.of_strains(rate))]
+    return [ufl.dot(s, de) for s in section.stress(rate, section.of_rate(layout, rate, v))]

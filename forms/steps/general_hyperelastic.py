@@ -16,9 +16,10 @@ from shellmb.forms.measure import Measure
 from shellmb.forms.state import Layout
 from shellmb.forms.steps.discrete import gradient
 from shellmb.forms.steps.general_strains import GeneralRow, GeneralStep, GeneralStrain
-from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed, assumed
+from shellmb.forms.steps.mixed import assumed
+from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed, ties
 from shellmb.forms.steps.path import Step
-from shellmb.forms.steps.stress_work_nonlinear import TINY, Density, gap, tangent
+from shellmb.forms.steps.stress_work_nonlinear import TINY, Density, tangent
 
 # Gauss' two points on [-1, 1]
 POINT = 3**-0.5
@@ -49,17 +50,15 @@ class GeneralPath:
         self._held = step.path.end, step.path.end_velocity
         measures = strain, assumed(strain, layout)
         along = (GeneralStrain(measure, states, self.whole.places) for measure in measures)
-        # for the full and for the reduced rule
         self._parts = tuple(zip(section.densities, along, strict=True))
-        self._gap = GeneralStrain(gap(strain, layout), states, self.whole.places)
+        self._ties = [
+            (tie.act, GeneralStrain(tie.measure, states, self.whole.places))
+            for tie in ties(strain, layout)
+        ]
 
     def _forces(self, q: Expr) -> Expr:
-        """Membrane and shear forces that a state holds, shape (5,)."""
-        return (1 - self._section.a) * self._section.N0 * self._layout.resultants(q)
-
-    def _ties(self) -> tuple[Expr, Expr]:
-        first, second = map(self._forces, self._held)
-        return first, second
+        """Forces that a state has, shape (13,)."""
+        return self._section.forces(self._layout, q)
 
     def _projected(self, psi: Density, e: GeneralStrain) -> tuple[Expr, Expr]:
         """Projection of `psi'` on linear functions of time."""
@@ -97,20 +96,27 @@ class GeneralPath:
         row: GeneralRow,
         dq: Expr,
     ) -> list[Expr]:
-        found = [e.work(stresses(psi, e), row, dq) for psi, e in self._parts]
-        left = row.own[0] * self._gap.mean + row.own[1] * self._gap.change / 2
-        found[-1] += self._gap.work(self._ties(), row, dq) + ufl.dot(self._forces(dq), left)
-        return found
+        first, second, own = (self._forces(q) for q in (*self._held, dq))
+        tied = [
+            gap.work((act(first), act(second)), row, dq)
+            + ufl.dot(act(own), row.own[0] * gap.mean + row.own[1] * gap.change / 2)
+            for act, gap in self._ties
+        ]
+        whole = sum(e.work(stresses(psi, e), row, dq) for psi, e in self._parts)
+        return [whole + tied[0], *tied[1:]]
 
     def rest(self, product: Callable[[Expr, Expr], Expr], dq: Expr) -> list[Expr]:
         """Correction of Gauss' points in the row P0; arguments as in `GeneralStrain.rest`."""
-        found = [e.rest(self._stresses(psi, e)[0], product, dq) for psi, e in self._parts]
-        found[-1] += self._gap.rest(self._ties()[0], product, dq)
-        return found
+        whole = sum(e.rest(self._stresses(psi, e)[0], product, dq) for psi, e in self._parts)
+        N = self._forces(self._held[0])
+        tied = [gap.rest(act(N), product, dq) for act, gap in self._ties]
+        return [whole + tied[0], *tied[1:]]
 
     def bow_energy(self) -> list[Expr]:
         """Energy of the bow of the strains, with the stiffness at the start, eq. (Q5)."""
-        return [ufl.dot(e.bow, ufl.dot(tangent(psi, e.first), e.bow)) / 2 for psi, e in self._parts]
+        return [
+            sum(ufl.dot(e.bow, ufl.dot(tangent(psi, e.first), e.bow)) / 2 for psi, e in self._parts)
+        ]
 
     def mean_stress(self) -> Expr:
         """Mean of the resultants over the step, shape (8,)."""

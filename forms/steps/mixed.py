@@ -1,27 +1,27 @@
-"""Internal virtual work of the shell with mixed resultants (no locking, large Newton steps).
+"""Internal virtual work of the shell with forces of its own (no locking, large Newton steps).
 
-Membrane and transverse shear energy are written with independent, element-wise discontinuous
-resultants `N = (N11, N22, N12, Q1, Q2)` and integrated with a reduced rule; a fraction `a` of them
-and
-all of the bending energy is fully integrated (partial selective reduced integration, D. N. Arnold
-and F. Brezzi, Math. Comp. 66 (1997) 1-14):
+Membrane and transverse shear energy are written with independent forces `N` of each cell, which
+work on strains where these are taken (`forms.tying`); a fraction `a` of the shear energy and all of
+the bending energy are those of the displacements (partial selective reduced integration,
+D. N. Arnold and F. Brezzi, Math. Comp. 66 (1997) 1-14):
 
-    W = 1/2 kap.D.kap dx + a psi(eps, gam) dx + (1 - a) [N.s - psi*(N)] dx_red,   s = (eps, gam)
+    W = 1/2 kap.D.kap + a/2 gam.G.gam + <N, eps> - 1/2 n.A^-1.n + (1 - a) [<N, gam> - 1/2 Q.G^-1.Q]
 
-Every function returns a pair of densities, for the full and for the reduced rule, per reference
-area.
-For a pair of states the stress is averaged and the strain variation is taken at the mid-point, so
-that the work over the sub-interval is the change of the energy (eqs. 20-22, 32).
+Every function returns densities per reference area, for the rule of the integrals and for those
+that take strains. For a pair of states the stress is averaged and the strain variation is taken at
+the mid-point, so that the work over the sub-interval is the change of the energy (eqs. 20-22, 32).
 
 ============  =====================================================  =============
 symbol        name                                                   unit
 ============  =====================================================  =============
 `A, B, D, G`  membrane, coupling, bending, shear stiffness           N/m, N, N m, N/m
-`N0`          scale of the resultants                                N/m
-`a`           fully integrated fraction, per element                 -
+`N0`          scale of the forces                                    N/m
+`n, Q`        membrane and shear forces of a cell at a point         N/m
+`a`           share of shear that displacements have, per element    -
 ============  =====================================================  =============
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
@@ -32,8 +32,9 @@ from shellmb.forms.measure import Measure
 from shellmb.forms.shell import ShellStrains
 from shellmb.forms.state import Layout
 from shellmb.forms.steps.discrete import stress_average
+from shellmb.forms.tying import PLANE, Tying
 
-Density = tuple[Expr, Expr]
+Densities = Sequence[Expr]
 
 
 class Interval(NamedTuple):
@@ -59,11 +60,11 @@ class Interval(NamedTuple):
 class Formulation(Protocol):
     """Strain energy of a section; its virtual work is in `forms.steps.stress_work`."""
 
-    def energy(self, strain: Measure, layout: Layout, q: Expr) -> Density:
+    def energy(self, strain: Measure, layout: Layout, q: Expr) -> Densities:
         """Strain energy of the state `q` per area."""
         ...
 
-    def jump(self, strain: Measure, layout: Layout, a: Expr, b: Expr) -> Density:
+    def jump(self, strain: Measure, layout: Layout, a: Expr, b: Expr) -> Densities:
         """Half the work of the stress jump on the strain jump, elastic part of eq. (34)."""
         ...
 
@@ -96,143 +97,241 @@ def split(N: Expr) -> tuple[Expr, Expr]:
     return ufl.as_vector([N[0], N[1], N[2]]), ufl.as_vector([N[3], N[4]])
 
 
+def assumed(strain: Measure, layout: Layout) -> Measure:
+    """Strains with (eps, gam) replaced by the cells' own ones, shape (8,)."""
+
+    def join(S: Expr, e: Expr) -> Expr:
+        kap, own = bending(e), layout.cells.strain(S)
+        return ufl.as_vector([own[0], own[1], own[2], kap[0], kap[1], kap[2], own[3], own[4]])
+
+    return strain.beside(lambda q: layout.forces(q, "S"), join)
+
+
 @dataclass(frozen=True)
 class LinearMixed:
-    """Hellinger-Reissner form of a linear section, resultants in closed form.
+    """Hellinger-Reissner form of a linear section, forces in closed form.
 
-    `A_inv` and `G_inv` are the inverses of `A` and `G`. Without bending-stretching coupling `B` is
-    None and none of its terms exists. Without transverse shear `G_inv` is None and the shear forces
-    are multipliers that hold `gam` at zero (Kirchhoff's limit); so are the membrane forces for
-    `eps` where `A_inv` is None. Multipliers are those of the sub-interval and not of its end: for
-    them compatibility is that of the averaged strains. `slack`, m/N, is a compliance by which they
-    are unique where constraints imply others, and with it the energy law is exact. What is left of
-    `A` and `G` is the share `a` that keeps hourglass modes down; `a_shear`, where `G` has its
-    own.
+    Without bending-stretching coupling `B` is None and none of its terms exists.
+
+    Args:
+        D: Bending stiffness.
+        G: Shear stiffness.
+        A_inv: Inverse of the membrane stiffness.
+        G_inv: Inverse of the shear stiffness.
+        N0: Scale of the forces.
+        a: Share of the shear energy that displacements have.
+        tying: Maps of the forces.
+        B: Coupling.
     """
 
-    A: Expr
     D: Expr
     G: Expr
-    A_inv: Expr | None
-    G_inv: Expr | None
+    A_inv: Expr
+    G_inv: Expr
     N0: Expr
     a: Expr
+    tying: Tying
     B: Expr | None = None
-    slack: Expr | None = None
-    a_shear: Expr | None = None
-
-    @property
-    def shear_share(self) -> Expr:
-        """Share of the transverse shear that is fully integrated."""
-        return self.a if self.a_shear is None else self.a_shear
-
-    def _forces(self, e: Expr, N: Expr) -> tuple[Expr, Expr]:
-        """Generalised stresses conjugate to the strains: full rule (8,) and reduced rule (8,)."""
-        eps, gam = split(membrane_shear(e))
-        kap = bending(e)
-        n, Q = split(N)
-        n_full, m_full, m_red = self.A * eps, self.D * kap, 0 * kap
-        if self.B is not None:
-            n_full = n_full + self.B * kap
-            m_full = m_full + self.a * self.B * eps
-            m_red = self.B * (self.A_inv * (n - self.B * kap))
-        shear = self.shear_share
-        full = [*(self.a * n_full), *m_full, *(shear * (self.G * gam))]
-        red = [*((1 - self.a) * n), *((1 - self.a) * m_red), *((1 - shear) * Q)]
-        return ufl.as_vector(full), ufl.as_vector(red)
-
-    def _compliance(self, e: Expr, N: Expr) -> Expr:
-        """Strains (eps, gam) that belong to the resultants, shape (5,)."""
-        n, Q = split(N)
-        if self.B is not None:
-            n = n - self.B * bending(e)
-        stretch = self.slack * n if self.A_inv is None else self.A_inv * n
-        shear = self.slack * Q if self.G_inv is None else self.G_inv * Q
-        return ufl.as_vector([*stretch, *shear])
 
     def forces(self, layout: Layout, q: Expr) -> Expr:
-        """Membrane and shear forces that a state holds, shape (5,), N/m."""
-        return self.N0 * layout.resultants(q)
-
-    def compatible(self, e: Expr) -> Expr:
-        """Resultants of strains without transverse shear, shape (5,), N/m."""
-        n = 0 * ufl.as_vector([e[0], e[1], e[2]])
-        if self.A_inv is not None:
-            # by the inverse, which is known at the points of the reduced rule
-            n = ufl.inv(self.A_inv) * ufl.as_vector([e[0], e[1], e[2]])
-        if self.B is not None:
-            n = n + self.B * bending(e)
-        return ufl.as_vector([*n, 0.0, 0.0])
-
-    def stress(self, e: Expr, N: Expr) -> tuple[Expr, ...]:
-        """Generalised stresses for the full and the reduced rule, shape (8,) each."""
-        return self._forces(e, N)
-
-    def gap(self, mean: Expr, end: Expr, N: Expr) -> Expr:
-        """Strains less those of the resultants, in the reduced rule, shape (5,).
-
-        Those of the end, where strains are held those of the mean.
-        """
-        s = self.where_held(membrane_shear(mean), membrane_shear(end))
-        return self._reduced(s - self._compliance(end, N))
-
-    def _reduced(self, found: Expr) -> Expr:
-        """Strains or forces, shape (5,), by what is left of them in the reduced rule."""
-        n, Q = split(found)
-        return ufl.as_vector([*((1 - self.a) * n), *((1 - self.shear_share) * Q)])
+        """Forces of the cells that a state has, shape (13,), N/m."""
+        return self.N0 * layout.forces(q)
 
     def where_held(self, there: Expr, elsewhere: Expr) -> Expr:
-        """Components of `there` for constrained strains, of `elsewhere` for others, shape (5,)."""
-        which = (self.A_inv is None,) * 3 + (self.G_inv is None,) * 2
-        if not any(which):
-            return elsewhere
-        return ufl.as_vector([there[k] if which[k] else elsewhere[k] for k in range(5)])
+        """No strain is constrained."""
+        return elsewhere
 
-    def _at_state(self, e: Expr, N: Expr) -> Expr:
-        """Resultants of a state: multipliers from its strains, shape (5,)."""
-        return N if self.slack is None else self.where_held(membrane_shear(e) / self.slack, N)
+    def _stretch(self, n: Expr, e: Expr) -> Expr:
+        """Membrane strain that forces and curvatures belong to, shape (3,)."""
+        return self.A_inv * (n if self.B is None else n - self.B * bending(e))
 
-    def energy(self, strain: Measure, layout: Layout, q: Expr) -> Density:
+    def _moments(self, n: Expr, e: Expr) -> Expr:
+        """Moments of membrane forces and curvatures, shape (3,)."""
+        m = self.D * bending(e)
+        return m if self.B is None else m + self.B * self._stretch(n, e)
+
+    def uniform(self, N: Expr) -> Expr:
+        """Membrane forces that are constant in space, shape (3,)."""
+        return self.tying.constant(N)
+
+    def coupled_moments(self, N: Expr, e: Expr) -> Expr | None:
+        """Moments of membrane strains; None without coupling."""
+        return None if self.B is None else self.B * self._stretch(split(self.tying.force(N))[0], e)
+
+    def stress(self, e: Expr, N: Expr) -> tuple[Expr, ...]:
+        """Generalised stresses by rule, shape (8,) each; linear in strains and forces."""
+        n, _ = split(self.tying.force(N))
+        _, gam = split(membrane_shear(e))
+        whole = [*self.uniform(N), *self._moments(n, e), *(self.a * (self.G * gam))]
+        return ufl.as_vector(whole), *self.taken(N)
+
+    def gap(self, mean: Expr, end: Expr, N: Expr, dN: Expr) -> list[Expr]:
+        """Work of virtual forces on the strains at the end less those of the forces, by rule."""
+        (n, Q), (dn, dQ) = (split(self.tying.force(f)) for f in (N, dN))
+        own = ufl.dot(dn, self._stretch(n, end)) + (1 - self.a) * ufl.dot(dQ, self.G_inv * Q)
+        eps, _ = split(membrane_shear(end))
+        whole = ufl.dot(self.tying.constant(dN), eps) - own
+        return [whole, *(ufl.dot(stress, end) for stress in self.taken(dN))]
+
+    def taken(self, N: Expr) -> list[Expr]:
+        """Stresses where strains are taken, of the share that forces have, shape (8,) each."""
+        return [
+            ufl.as_vector([s[k] if k in PLANE else (1 - self.a) * s[k] for k in range(8)])
+            for s in self.tying.works(N)
+        ]
+
+    def energy(self, strain: Measure, layout: Layout, q: Expr) -> Densities:
         """Mixed strain energy `W(q, N)`; equal to the strain energy where compatibility holds."""
         return self.stored(strain.value(q), self.forces(layout, q))
 
-    def stored(self, e: Expr, N: Expr) -> Density:
-        """Stored energy of any strains, shape (8,), and resultants, shape (5,)."""
-        N = self._at_state(e, N)
-        full, _ = self._forces(e, N)
-        s = membrane_shear(e)
-        n, Q = split(N)
-        if self.B is not None:
-            n = n - self.B * bending(e)
-        stretch = self.slack * n if self.A_inv is None else self.A_inv * n
-        shear = self.slack * Q if self.G_inv is None else self.G_inv * Q
-        left = ufl.as_vector([*n, *Q]), ufl.as_vector([*stretch, *shear])
-        complementary = ufl.dot(self._reduced(left[0]), left[1])
-        return ufl.dot(full, e) / 2, ufl.dot(self._reduced(N), s) - complementary / 2
+    def stored(self, e: Expr, N: Expr) -> Densities:
+        """Stored energy of any strains, shape (8,), and forces of the cells."""
+        n, Q = split(self.tying.force(N))
+        eps, gam = split(membrane_shear(e))
+        kap = bending(e)
+        stretch = self._stretch(n, e)
+        own = n if self.B is None else n - self.B * kap
+        whole = [
+            ufl.dot(kap, self.D * kap) / 2,
+            self.a * ufl.dot(gam, self.G * gam) / 2,
+            ufl.dot(self.tying.constant(N), eps),
+            -ufl.dot(own, stretch) / 2,
+            -(1 - self.a) * ufl.dot(Q, self.G_inv * Q) / 2,
+        ]
+        return [sum(whole), *(ufl.dot(stress, e) for stress in self.taken(N))]
 
     def resultants(self, strain: Measure, layout: Layout, q: Expr) -> Expr:
-        """Resultants N/m and moments N of a state, accurate at the points of the reduced rule."""
+        """Resultants N/m and moments N of a state, shape (8,)."""
         return self.joined(strain.value(q), self.forces(layout, q))
 
     def averaged(self, strain: Measure, layout: Layout, span: Interval) -> Expr:
         """Resultants of the averaged stress of a sub-interval, the one that acts in its row."""
         e = stress_average(strain.value(span.a), strain.value(span.b), span.beta)
-        last = self.forces(layout, span.b)
-        N = self.where_held(last, stress_average(self.forces(layout, span.a), last, span.beta))
-        return self.joined(e, N)
+        N = (self.forces(layout, q) for q in (span.a, span.b))
+        return self.joined(e, stress_average(*N, span.beta))
 
     def joined(self, e: Expr, N: Expr) -> Expr:
-        """All resultants of any strains, shape (8,), and resultants of its own, shape (5,)."""
-        n, Q = split(N)
-        kap = bending(e)
-        m = self.D * kap
-        if self.B is not None:
-            m = m + self.B * (self.A_inv * (n - self.B * kap))
-        return ufl.as_vector([*n, *m, *Q])
+        """All resultants of any strains, shape (8,), and forces of the cells."""
+        n, Q = split(self.tying.force(N))
+        return ufl.as_vector([*n, *self._moments(n, e), *Q])
 
-    def jump(self, strain: Measure, layout: Layout, a: Expr, b: Expr) -> Density:
+    def jump(self, strain: Measure, layout: Layout, a: Expr, b: Expr) -> Densities:
         """Elastic part of `c^2`, eq. (34)."""
         de = strain.value(b) - strain.value(a)
         dN = self.forces(layout, b) - self.forces(layout, a)
-        full, red = self._forces(de, self._at_state(de, dN))
-        return ufl.dot(full, de) / 2, ufl.dot(red, de) / 2
+        return [ufl.dot(stress, de) / 2 for stress in self.stress(de, dN)]
+
+
+@dataclass(frozen=True)
+class LinearOwn:
+    """Hu-Washizu form of a linear section: cells have strains of their own beside the forces.
+
+    They are in the space of the strains, where forces by themselves would be in that of the forces:
+    on curved triangles that is too soft. Strains that are constrained have a stiffness by which
+    forces are unique where constraints imply others.
+
+    Args:
+        A: Membrane stiffness.
+        D: Bending stiffness.
+        G: Shear stiffness.
+        N0: Scale of the forces.
+        a: Share of the shear energy that displacements have.
+        tying: Maps of the forces.
+        B: Coupling; None: none.
+    """
+
+    A: Expr
+    D: Expr
+    G: Expr
+    N0: Expr
+    a: Expr
+    tying: Tying
+    B: Expr | None = None
+
+    def forces(self, layout: Layout, q: Expr) -> Expr:
+        """Strains and forces of the cells that a state has, shape (26,)."""
+        return ufl.as_vector([*layout.forces(q, "S"), *(self.N0 * layout.forces(q))])
+
+    def where_held(self, there: Expr, elsewhere: Expr) -> Expr:
+        """No strain is constrained exactly."""
+        return elsewhere
+
+    def _forces(self, F: Expr) -> Expr:
+        return ufl.as_vector([F[k] for k in range(13, 26)])
+
+    def _strain(self, F: Expr) -> Expr:
+        return ufl.as_vector([F[k] for k in range(13)])
+
+    def stresses(self, S: Expr, e: Expr) -> tuple[Expr, Expr, Expr]:
+        """Membrane forces, moments and shear forces of strains of the cells and curvatures."""
+        (eps, gam), kap = split(self.tying.strain(S)), bending(e)
+        n, m = self.A * eps, self.D * kap
+        if self.B is not None:
+            n, m = n + self.B * kap, m + self.B * eps
+        return n, m, self.G * gam
+
+    def uniform(self, N: Expr) -> Expr:
+        """Membrane forces that are constant in space, shape (3,)."""
+        return self.tying.constant(self._forces(N))
+
+    def coupled_moments(self, N: Expr, e: Expr) -> Expr | None:
+        """Moments of membrane strains; None without coupling."""
+        if self.B is None:
+            return None
+        return self.B * split(self.tying.strain(self._strain(N)))[0]
+
+    def taken(self, N: Expr) -> list[Expr]:
+        """Stresses where strains are taken, shape (8,) each."""
+        return self.tying.works(self._forces(N))
+
+    def stress(self, e: Expr, N: Expr) -> tuple[Expr, ...]:
+        """Generalised stresses by rule, shape (8,) each; linear in strains and forces."""
+        _, gam = split(membrane_shear(e))
+        _, m, _ = self.stresses(self._strain(N), e)
+        whole = [*self.uniform(N), *m, *(self.a * (self.G * gam))]
+        return ufl.as_vector(whole), *self.taken(N)
+
+    def gap(self, mean: Expr, end: Expr, N: Expr, dN: Expr) -> list[Expr]:
+        """Work of virtual forces and strains on what strains and forces differ by, by rule."""
+        tying, S, dS = self.tying, self._strain(N), self._strain(dN)
+        n, _, Q = self.stresses(S, end)
+        lacking = ufl.as_vector([*n, *((1 - self.a) * Q)]) - tying.force(self._forces(N))
+        moved, _ = split(membrane_shear(end))
+        whole = [
+            ufl.dot(self.uniform(dN), moved),
+            -ufl.dot(tying.force(self._forces(dN)), tying.strain(S)),
+            ufl.dot(tying.strain(dS), lacking),
+        ]
+        return [sum(whole), *(ufl.dot(works, end) for works in self.taken(dN))]
+
+    def energy(self, strain: Measure, layout: Layout, q: Expr) -> Densities:
+        """Strain energy of a state."""
+        return self.stored(strain.value(q), self.forces(layout, q))
+
+    def stored(self, e: Expr, N: Expr) -> Densities:
+        """Energy of any strains, and of strains of the cells."""
+        S = self._strain(N)
+        (n, m, Q), (eps, gam) = self.stresses(S, e), split(self.tying.strain(S))
+        _, moved = split(membrane_shear(e))
+        shear = (1 - self.a) * ufl.dot(Q, gam) + self.a * ufl.dot(self.G * moved, moved)
+        return [(ufl.dot(n, eps) + ufl.dot(m, bending(e)) + shear) / 2]
+
+    def resultants(self, strain: Measure, layout: Layout, q: Expr) -> Expr:
+        """Resultants N/m and moments N of a state, shape (8,)."""
+        return self.joined(strain.value(q), self.forces(layout, q))
+
+    def averaged(self, strain: Measure, layout: Layout, span: Interval) -> Expr:
+        """Resultants of the averaged stress of a sub-interval, the one that acts in its row."""
+        e = stress_average(strain.value(span.a), strain.value(span.b), span.beta)
+        N = (self.forces(layout, q) for q in (span.a, span.b))
+        return self.joined(e, stress_average(*N, span.beta))
+
+    def joined(self, e: Expr, N: Expr) -> Expr:
+        """All resultants, shape (8,)."""
+        n, m, Q = self.stresses(self._strain(N), e)
+        return ufl.as_vector([*n, *m, *Q])
+
+    def jump(self, strain: Measure, layout: Layout, a: Expr, b: Expr) -> Densities:
+        """Elastic part of `c^2`, eq. (34)."""
+        change = self.forces(layout, b) - self.forces(layout, a)
+        return self.stored(strain.value(b) - strain.value(a), change)

@@ -1,10 +1,12 @@
 """Internal virtual work of shells of any strain energy density, with assumed strains, eq. (21).
 
-As in `forms.steps.mixed`; the assumed strains stand for those of the reduced part.
+As in `forms.steps.mixed`; cells have strains of their own beside the forces, which tie these to the
+strains of the displacements.
 """
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import ufl
 from ufl.core.expr import Expr
@@ -13,46 +15,93 @@ from shellmb.forms.measure import Acting, Measure, at_middle
 from shellmb.forms.shell import ShellStrains
 from shellmb.forms.state import Layout
 from shellmb.forms.steps.discrete import discrete_gradient, gradient
-from shellmb.forms.steps.mixed import Density, Interval, bending, membrane_shear, split
+from shellmb.forms.steps.mixed import (
+    Densities,
+    Interval,
+    assumed,
+    bending,
+    membrane_shear,
+    split,
+)
+from shellmb.forms.steps.stress_work import added
 
 
-def assumed(strain: Measure, layout: Layout) -> Measure:
-    """Strains with (eps, gam) replaced by the assumed ones, shape (8,)."""
+class Tie(NamedTuple):
+    """What ties strains of the cells to those of the displacements in one rule.
+
+    Args:
+        act: Stress of forces of the cells, shape (8,).
+        measure: The strains it acts on, which vanish together over a cell.
+    """
+
+    act: Callable[[Expr], Expr]
+    measure: Measure
+
+
+def ties(strain: Measure, layout: Layout) -> list[Tie]:
+    """Ties by rule, of strains of the displacements."""
+    tying = layout.cells
+
+    def act(N: Expr) -> Expr:
+        return ufl.as_vector([*tying.constant(N), *tying.force(N)])
 
     def join(S: Expr, e: Expr) -> Expr:
-        kap = bending(e)
-        return ufl.as_vector([S[0], S[1], S[2], kap[0], kap[1], kap[2], S[3], S[4]])
+        own = tying.strain(S)
+        return ufl.as_vector([e[0], e[1], e[2], *(-own[k] for k in range(5))])
 
-    return strain.beside(lambda q: layout.resultants(q, "S"), join)
+    def taken(k: int) -> Callable[[Expr], Expr]:
+        return lambda N: tying.works(N)[k]
+
+    whole = Tie(act, strain.beside(lambda q: layout.forces(q, "S"), join))
+    return [whole, *(Tie(taken(k), strain) for k in range(len(tying.rules)))]
+
+
+@dataclass(frozen=True)
+class Quadratic:
+    """Strain energy density of a linear section.
+
+    Args:
+        A: Membrane stiffness, N/m.
+        B: Coupling, N.
+        D: Bending stiffness, N m.
+        G: Shear stiffness, N/m.
+    """
+
+    A: Expr
+    B: Expr
+    D: Expr
+    G: Expr
+
+    def __call__(self, strains: ShellStrains) -> Expr:
+        """Energy of strains, J/m^2."""
+        eps, kap, gam = strains
+        squares = sum(ufl.dot(C * e, e) for C, e in ((self.A, eps), (self.D, kap), (self.G, gam)))
+        return squares / 2 + ufl.dot(self.B * kap, eps)
 
 
 @dataclass(frozen=True)
 class NonlinearMixed:
     """Hu-Washizu form for any strain energy density `psi(strains)`, eq. (21).
 
-    The assumed strains `S` stand for (eps, gam) in the reduced part, the resultants `N` tie them
-    to the
-    displacements. `N` is the average stress of the sub-interval, so it needs no value of its own
-    at the start.
+    Strains `S` of the cells stand for (eps, gam), and forces `N` tie them to the displacements. `N`
+    is the average stress of the sub-interval, so it needs no value of its own at the start.
 
     Args:
         psi: Strain energy per area as a function of `ShellStrains`, J/m^2.
-        N0: Scale of the resultants, N/m.
-        a: Fully integrated fraction per element.
+        N0: Scale of the forces, N/m.
+        a: Share of the energy of shear alone that displacements have, per element.
         thickness: Length that makes curvatures comparable with strains, m.
-        a_shear: Fraction for the energy of shear alone, where that has its own.
     """
 
     psi: Callable[[ShellStrains], Expr]
     N0: Expr
     a: Expr
     thickness: Expr
-    a_shear: Expr | None = None
 
     @property
     def densities(self) -> tuple[Callable[[Expr], Expr], Callable[[Expr], Expr]]:
-        """Energies of the full and of the reduced rule as functions of the strains, shape (8,)."""
-        return self._psi_full, self._psi_red
+        """Energies of the displacements' strains and of the cells' own ones, shape (8,) both."""
+        return self._sheared, self._psi_own
 
     def energy_density(self, e: Expr) -> Expr:
         """Energy of strains, shape (8,), as the user wrote it."""
@@ -66,22 +115,17 @@ class NonlinearMixed:
         eps, gam = split(membrane_shear(e))
         return self.psi(ShellStrains(eps, bending(e), gam))
 
-    def _pure_bending(self, e: Expr) -> Expr:
-        zero = 0 * e[0]
-        return self._psi(ufl.as_vector([zero, zero, zero, e[3], e[4], e[5], zero, zero]))
-
     def _sheared(self, e: Expr) -> Expr:
-        """Energy of shear alone that the full rule has beyond `a`, and the reduced one lacks."""
+        """Energy of shear alone, by the share of the displacements."""
         zero = 0 * e[0]
-        if self.a_shear is None:
-            return zero
-        return (self.a_shear - self.a) * self._psi(ufl.as_vector([*(zero,) * 6, e[6], e[7]]))
+        return self.a * self._psi(ufl.as_vector([*(zero,) * 6, e[6], e[7]]))
 
-    def _psi_full(self, e: Expr) -> Expr:
-        return self.a * self._psi(e) + (1 - self.a) * self._pure_bending(e) + self._sheared(e)
+    def _psi_own(self, e: Expr) -> Expr:
+        return self._psi(e) - self._sheared(e)
 
-    def _psi_red(self, e: Expr) -> Expr:
-        return (1 - self.a) * (self._psi(e) - self._pure_bending(e)) - self._sheared(e)
+    def forces(self, layout: Layout, q: Expr) -> Expr:
+        """Forces that tie the strains, shape (13,), N/m."""
+        return self.N0 * layout.forces(q)
 
     def _average(self, psi: Callable[[Expr], Expr], a: Expr, b: Expr, beta: Expr | float) -> Expr:
         if a is b:
@@ -99,42 +143,44 @@ class NonlinearMixed:
         span: Interval,
         dq: Expr,
         acting: Acting = at_middle,
-    ) -> Density:
-        """Virtual work, stress equation (test `S`) and compatibility `s(q) = S` (test `N`)."""
-        e, s = strain.value, assumed(strain, layout).value
+    ) -> Densities:
+        """Virtual work, stress equation (test `S`) and compatibility (test `N`)."""
+        own = assumed(strain, layout)
         static = span.a is span.b
-        e_a, s_a = e(span.a), s(span.a)
-        e_b, s_b = (e_a, s_a) if static else (e(span.b), s(span.b))
-        full = self._average(self._psi_full, e_a, e_b, span.beta)
-        red = self._average(self._psi_red, s_a, s_b, span.beta)
-        work = acting(strain, span.a, span.b, span.mid, dq)
-        N = (1 - self.a) * self.N0 * layout.resultants(span.unknown)
-        dN = (1 - self.a) * self.N0 * layout.resultants(dq)
-        dS = layout.resultants(dq, "S")
-        gap = membrane_shear(e(span.at)) - layout.resultants(span.at, "S")
-        n, Q = split(N)
-        on_strains = ufl.as_vector([*n, *bending(red), *Q])
-        reduced = work(on_strains) + ufl.dot(membrane_shear(red) - N, dS) + ufl.dot(dN, gap)
-        return work(full), reduced
 
-    def energy(self, strain: Measure, layout: Layout, q: Expr) -> Density:
-        """Strain energy, its reduced part at the assumed strains."""
-        return (
-            self._psi_full(strain.value(q)),
-            self._psi_red(assumed(strain, layout).value(q)),
+        def averaged(psi: Callable[[Expr], Expr], measure: Measure) -> Expr:
+            first = measure.value(span.a)
+            last = first if static else measure.value(span.b)
+            return self._average(psi, first, last, span.beta)
+
+        work, tying = acting(strain, span.a, span.b, span.mid, dq), layout.cells
+        stress = averaged(self._psi_own, own)
+        N, dN = (self.forces(layout, q) for q in (span.unknown, dq))
+        dS = tying.strain(layout.forces(dq, "S"))
+        moments = ufl.as_vector([*tying.constant(N), *bending(stress), 0, 0])
+        whole = work(averaged(self._sheared, strain) + moments)
+        whole += ufl.dot(membrane_shear(stress) - tying.force(N), dS)
+        found = [whole, *map(work, tying.works(N))]
+        return added(
+            found, [ufl.dot(t.act(dN), t.measure.value(span.at)) for t in ties(strain, layout)]
         )
 
-    def jump(self, strain: Measure, layout: Layout, a: Expr, b: Expr) -> Density:
+    def energy(self, strain: Measure, layout: Layout, q: Expr) -> Densities:
+        """Strain energy, of the displacements' share of shear and of the cells' own strains."""
+        return [self._sheared(strain.value(q)) + self._psi_own(assumed(strain, layout).value(q))]
+
+    def jump(self, strain: Measure, layout: Layout, a: Expr, b: Expr) -> Densities:
         """Half the work of the stress jump on the strain jump (eq. 34 for any material)."""
-        parts = ((self._psi_full, strain), (self._psi_red, assumed(strain, layout)))
+        parts = zip(self.densities, (strain, assumed(strain, layout)), strict=True)
         pairs = [(psi, measure.value(a), measure.value(b)) for psi, measure in parts]
-        full, red = (
-            ufl.dot(gradient(psi, q1) - gradient(psi, q0), q1 - q0) / 2 for psi, q0, q1 in pairs
-        )
-        return full, red
+        return [
+            sum(
+                ufl.dot(gradient(psi, q1) - gradient(psi, q0), q1 - q0) / 2 for psi, q0, q1 in pairs
+            )
+        ]
 
     def resultants(self, strain: Measure, layout: Layout, q: Expr) -> Expr:
-        """Resultants N/m and moments N of a state, accurate at the points of the reduced rule."""
+        """Resultants N/m and moments N of a state, shape (8,)."""
         return self.stress(assumed(strain, layout).value(q))
 
     def averaged(self, strain: Measure, layout: Layout, span: Interval) -> Expr:

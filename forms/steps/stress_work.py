@@ -29,10 +29,10 @@ class MixedSection(Protocol):
         """Stress conjugate to the strains, for each quadrature rule; linear in both."""
         ...
 
-    def gap(self, mean: Expr, end: Expr, N: Expr) -> Expr:
-        """Weighted strains less those that belong to the resultants, in the last rule.
+    def gap(self, mean: Expr, end: Expr, N: Expr, dN: Expr) -> Sequence[Expr]:
+        """Work of virtual resultants on strains less those of the resultants, for each rule.
 
-        Those of the mean where strains are held, of the end elsewhere.
+        Strains of the mean where these are constrained, of the end elsewhere.
         """
         ...
 
@@ -63,9 +63,13 @@ def stress_work(
         end = e
         if stress.ahead is not None:
             end = e + stress.ahead * slope_at(strain, stress.slopes[stress.own], states, states[1])
-        dN = section.forces(layout, tests[stress.own])
-        found[-1] += ufl.dot(dN, section.gap(e, end, N))
+        found = added(found, section.gap(e, end, N, section.forces(layout, tests[stress.own])))
     return found
+
+
+def added(a: Sequence[Expr], b: Sequence[Expr]) -> list[Expr]:
+    """Sums of densities, rule by rule."""
+    return [x + y for x, y in zip(a, b, strict=True)]
 
 
 def pair_change(
@@ -83,15 +87,14 @@ def pair_change(
     N = _mean(section, layout, states, held, pair.ahead)
     moved = slope_at(strain, change.moment, states, trial)
     new = section.forces(layout, trial)
-    added = section.where_held(change.held * new, change.share * new)
+    share = section.where_held(change.held * new, change.share * new)
     de, turned = slope_at(strain, pair.slope, states, dq), strain.quad(trial, dq)
     found = [
         ufl.dot(s, de) + change.turn * ufl.dot(old, turned)
-        for s, old in zip(section.stress(moved, added), section.stress(e, N), strict=True)
+        for s, old in zip(section.stress(moved, share), section.stress(e, N), strict=True)
     ]
-    gap = section.gap(moved, change.gain * moved, change.held * new)
-    found[-1] += pair.own * ufl.dot(section.forces(layout, dq), gap)
-    return found
+    own = pair.own * section.forces(layout, dq)
+    return added(found, section.gap(moved, change.gain * moved, change.held * new, own))
 
 
 def _mean(
@@ -124,8 +127,7 @@ def interval_work(
         N = section.where_held(last, mean)
     work = acting(strain, span.a, span.b, span.mid, dq)
     found = [work(s) for s in section.stress(e, N)]
-    found[-1] += ufl.dot(section.forces(layout, dq), section.gap(e, end, last))
-    return found
+    return added(found, section.gap(e, end, last, section.forces(layout, dq)))
 
 
 def general_stresses(
@@ -165,5 +167,4 @@ def general_work(
     own = list(zip(row.own, strain.moments(alpha), held, strict=True))
     e = sum(o * moment for o, moment, _ in own)
     N = sum(o * section.forces(layout, q) for o, _, q in own)
-    found[-1] += ufl.dot(section.forces(layout, dq), section.gap(e, e, N))
-    return found
+    return added(found, section.gap(e, e, N, section.forces(layout, dq)))

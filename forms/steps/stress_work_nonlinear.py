@@ -40,8 +40,8 @@ from ufl.core.expr import Expr
 from shellmb.forms.measure import Measure
 from shellmb.forms.state import Layout
 from shellmb.forms.steps.discrete import gradient
-from shellmb.forms.steps.mixed import membrane_shear
-from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed, assumed
+from shellmb.forms.steps.mixed import assumed
+from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed, Tie, ties
 from shellmb.forms.steps.path import Change, Pair, Points, Stress, across, moment_of, slope_at
 
 # At chords of 1e-6 the correction, of their first and the bow's fourth power, is round-off for bows
@@ -55,11 +55,6 @@ def tangent(psi: Density, e: Expr) -> Expr:
     """Second derivative of a density at a strain, shape (n, n)."""
     variable = ufl.variable(e)
     return ufl.diff(ufl.diff(psi(variable), variable), variable)
-
-
-def gap(strain: Measure, layout: Layout) -> Measure:
-    """Strains (eps, gam) of the displacements less the assumed ones, shape (5,)."""
-    return strain.beside(lambda q: layout.resultants(q, "S"), lambda S, e: membrane_shear(e) - S)
 
 
 class NonlinearPath:
@@ -83,14 +78,12 @@ class NonlinearPath:
     ) -> None:
         self._section, self._layout = section, layout
         self._states, self._points = states, points
-        # for the full and for the reduced rule
         self._parts = tuple(zip(section.densities, (strain, assumed(strain, layout)), strict=True))
-        self._gap = gap(strain, layout)
+        self._ties = ties(strain, layout)
 
     def _forces(self, q: Expr) -> Expr:
-        """Membrane and shear forces that a state holds, shape (5,)."""
-        section = self._section
-        return (1 - section.a) * section.N0 * self._layout.resultants(q)
+        """Forces that a state has, shape (13,)."""
+        return self._section.forces(self._layout, q)
 
     def work(self, tests: Sequence[Expr]) -> list[Expr]:
         """Densities of both rows for each quadrature rule, without the dissipation.
@@ -116,16 +109,21 @@ class NonlinearPath:
             found.append(
                 work + share * ufl.dot(weighed, across(measure, points.mean, states, tests))
             )
-        found[-1] += sum(self._tie(point, tests) for point in points.rows.stresses)
-        return found
+        tied = [
+            sum(self._tie(tie, point, tests) for point in points.rows.stresses)
+            for tie in self._ties
+        ]
+        return [sum(found) + tied[0], *tied[1:]]
 
-    def _tie(self, point: Stress, tests: Sequence[Expr]) -> Expr:
-        """Work of the forces that hold assumed strains to those of the displacements."""
-        held, states = self._forces(point.moment.held), self._states
-        left = moment_of(self._gap, point.moment, states)
-        acting = ufl.dot(held, across(self._gap, point.slopes, states, tests))
+    def _tie(self, tie: Tie, point: Stress, tests: Sequence[Expr]) -> Expr:
+        """Work of the forces that tie strains of the cells to those of the displacements."""
+        (act, gap), states = tie, self._states
+        left = moment_of(gap, point.moment, states)
+        acting = across(gap, point.slopes, states, tests)
         rows = zip(point.slopes, tests, strict=True)
-        return acting + sum(slope.c * ufl.dot(self._forces(dq), left) for slope, dq in rows)
+        return ufl.dot(act(self._forces(point.moment.held)), acting) + sum(
+            slope.c * ufl.dot(act(self._forces(dq)), left) for slope, dq in rows
+        )
 
     def change(self, pair: Pair, change: Change, dq: Expr, trial: Expr) -> list[Expr]:
         """Derivative of what acts at one of the points by an unknown state."""
@@ -138,13 +136,14 @@ class NonlinearPath:
                 ufl.dot(new, slope_at(measure, pair.slope, states, dq))
                 + change.turn * ufl.dot(gradient(psi, e), measure.quad(trial, dq))
             )
-        tie = self._gap
-        found[-1] += (
-            pair.slope.c * ufl.dot(self._forces(dq), slope_at(tie, change.moment, states, trial))
-            + change.share * ufl.dot(self._forces(trial), slope_at(tie, pair.slope, states, dq))
-            + change.turn * ufl.dot(self._forces(pair.moment.held), tie.quad(trial, dq))
-        )
-        return found
+        own, new, old = (self._forces(q) for q in (dq, trial, pair.moment.held))
+        tied = [
+            pair.slope.c * ufl.dot(act(own), slope_at(gap, change.moment, states, trial))
+            + change.share * ufl.dot(act(new), slope_at(gap, pair.slope, states, dq))
+            + change.turn * ufl.dot(act(old), gap.quad(trial, dq))
+            for act, gap in self._ties
+        ]
+        return [sum(found) + tied[0], *tied[1:]]
 
     def damping(self, tests: Sequence[Expr]) -> list[Expr]:
         """Contribution of the dissipation to both rows."""
@@ -154,7 +153,7 @@ class NonlinearPath:
             stiffness = tangent(psi, moment_of(measure, points.start, states))
             stress = ufl.dot(stiffness, moment_of(measure, bow.moment, states))
             found.append(ufl.dot(stress, across(measure, bow.slopes, states, tests)))
-        return found
+        return [sum(found)]
 
     def damping_change(self, pair: Pair, change: Change, dq: Expr, trial: Expr) -> list[Expr]:
         """Derivative by an unknown state: the stiffness is that at the start."""
@@ -167,7 +166,7 @@ class NonlinearPath:
                 ufl.dot(moved, slope_at(measure, pair.slope, states, dq))
                 + change.turn * ufl.dot(stress, measure.quad(trial, dq))
             )
-        return found
+        return [sum(found)]
 
     def bow_energy(self) -> list[Expr]:
         """Energy of the bow of the strains, with the stiffness at the start."""
@@ -176,7 +175,7 @@ class NonlinearPath:
             bow = moment_of(measure, points.bow, states)
             stiffness = tangent(psi, moment_of(measure, points.start, states))
             found.append(ufl.dot(bow, ufl.dot(stiffness, bow)) / 2)
-        return found
+        return [sum(found)]
 
     def mean_stress(self) -> Expr:
         """Mean of the resultants over the step, shape (8,)."""

@@ -8,10 +8,8 @@ from shellmb.diagnostics.base import Caution, Watch
 from shellmb.diagnostics.damped_modes import DampedModes
 from shellmb.diagnostics.dissipation import Dissipation
 from shellmb.diagnostics.drift import Drift
-from shellmb.diagnostics.elements.bulging import Bulging
 from shellmb.diagnostics.elements.folded import Folded
 from shellmb.diagnostics.elements.locked import Locked
-from shellmb.diagnostics.elements.unresisted import UnresistedMotions
 from shellmb.diagnostics.energy_law import EnergyLaw
 from shellmb.diagnostics.forces.alternating import Alternating
 from shellmb.diagnostics.forces.between import Between
@@ -39,8 +37,6 @@ WATCHES: tuple[type[Watch], ...] = (
     LargeTurns,
     Folded,
     Locked,
-    UnresistedMotions,
-    Bulging,
     Unstable,
     PathEnd,
     LimitPoints,

@@ -1,14 +1,11 @@
 """Mixed function spaces of shells and beams, with the places of their parts.
 
-Quadrilaterals: Q_k displacement and director, DQ_{k-1} resultants at the Gauss points. Triangles:
-P2 with a cubic bubble for the displacement, P2 director, membrane forces that are linear on each
-element (were they constant, nothing would hold some motions in its plane), transverse shear forces
-of Nedelec's first kind there. Lines: P_k displacement and directors, DP_{k-1} forces at the Gauss
-points.
+Quadrilaterals: Q_k displacement and director; triangles: P2 for both; forces of each element are
+those of `meshes.tying`. Lines: P_k displacement and directors, DP_{k-1} forces at the Gauss points.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from types import MappingProxyType
 from typing import Any
@@ -22,6 +19,7 @@ from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats, Int32s
 from shellmb.meshes.shared import collapsed, space_on
+from shellmb.meshes.tying import shell_forces
 
 # An element of Basix, whose class has no public name
 Element = Any
@@ -41,6 +39,8 @@ class MixedSpace:
         subspaces: Name to the collapsed space of the part; of the parts on the same nodes only the
             first one's order is that of `dofs`.
         elementwise: Names of the parts that are discontinuous between elements.
+        stresses: Names of those that belong to strains as stresses of linear sections do: where
+            these are moments over a step, so are they.
     """
 
     space: fem.FunctionSpace
@@ -48,6 +48,7 @@ class MixedSpace:
     dofs: dict[str, Int32s]
     subspaces: dict[str, fem.FunctionSpace]
     elementwise: frozenset[str]
+    stresses: frozenset[str] = frozenset()
 
     @cached_property
     def arguments(self) -> tuple[tuple[Expr, Expr], Expr]:
@@ -121,21 +122,18 @@ def shell_space(
     Args:
         domain: Surface mesh.
         degree: Polynomial degree of displacement and director (2 or 3; 2 on triangles).
-        assumed_strains: Whether the material is nonlinear and needs assumed strains `S`.
+        assumed_strains: Whether elements have strains `S` of their own beside the forces.
         constant: More parts with their sizes, which are constant on each cell.
     """
     cell = domain.basix_cell()
     nodal = basix.ufl.element("Lagrange", cell, degree, shape=(3,))
-    elements = {"u": nodal}
-    if cell == basix.CellType.triangle:
-        elements["bubble"] = basix.ufl.element("Bubble", cell, 3, shape=(3,))
-    elements["w"] = nodal
-    elements["N"] = resultants = _resultants(cell, degree - 1)
+    forces = shell_forces(cell, degree).element
+    elements = {"u": nodal, "w": nodal, "N": forces}
     if assumed_strains:
-        elements["S"] = resultants
+        elements["S"] = forces
     elements["lam"] = basix.ufl.element("Lagrange", cell, degree)
     elements |= _constants(cell, constant)
-    return mixed_space(domain, elements, frozenset({"bubble", "N", "S"} & elements.keys()))
+    return mixed_space(domain, elements, frozenset({"N", "S"} & elements.keys()))
 
 
 def _local(cell: basix.CellType, degree: int, size: int) -> Element:
@@ -146,14 +144,6 @@ def _local(cell: basix.CellType, degree: int, size: int) -> Element:
     """
     variant = basix.LagrangeVariant.gl_warped
     return basix.ufl.element("P", cell, degree, variant, shape=(size,), discontinuous=True)
-
-
-def _resultants(cell: basix.CellType, degree: int) -> Element:
-    """Membrane and transverse shear forces of shells; of triangles shear forces are vectors."""
-    if cell == basix.CellType.triangle:
-        shear = basix.ufl.element("N1curl", cell, degree, discontinuous=True)
-        return basix.ufl.mixed_element([_local(cell, degree, 3), shear])
-    return _local(cell, degree, 5)
 
 
 def reading_element(nodes: fem.FunctionSpace) -> basix.finite_element.FiniteElement:
@@ -197,4 +187,4 @@ def beam_space(
     forces = _local(basix.CellType.interval, degree - 1, 3)
     elements = {"u": nodal(3), "w": nodal(9), "N": forces, "lam": nodal(6)}
     elements |= _constants("interval", constant)
-    return mixed_space(domain, elements, frozenset({"N"}))
+    return replace(mixed_space(domain, elements, frozenset({"N"})), stresses=frozenset({"N"}))

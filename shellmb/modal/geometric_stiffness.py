@@ -6,6 +6,7 @@ from typing import Any
 
 from mpi4py import MPI
 
+import basix
 import numpy as np
 import ufl
 from dolfinx import fem
@@ -15,6 +16,7 @@ from shellmb.forms.floating.geometric_stiffness import of_beam, of_shell
 from shellmb.modal.tangent import bending
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.shells.shell import ShellModel
+from shellmb.native.expressions import compiled_expression
 from shellmb.system.assembly.functionals import functionals
 
 
@@ -30,12 +32,16 @@ class GeometricStiffness:
         self._q = q = fem.Function(space)
         self._R = fem.Constant(space.mesh, np.eye(3))
         formulation: Any = body.section.formulation
-        self._dofs = body.mixed.dofs["N"].reshape(-1, body.mixed.parts["N"][1])
         self._comm, self._plane = space.mesh.comm, isinstance(body, ShellModel)
         stiff, _, length = bending(body)
         # of a column with one end clamped
         self._euler = np.pi**2 / 4 * stiff / length**2 / float(formulation.N0)
-        N = formulation.N0 * layout.part(q, "N")
+        N = body.forces(q) / formulation.N0
+        points, _ = basix.make_quadrature(space.mesh.basix_cell(), 2)
+        self._read = compiled_expression(N, np.asarray(points))
+        local = space.mesh.topology.index_map(space.mesh.topology.dim).size_local
+        self._cells = np.arange(local, dtype=np.int32)
+        self._size, N = N.ufl_shape[0], formulation.N0 * N
         if isinstance(body, ShellModel):
             densities = of_shell(N, layout.displacement(q), self._R, body.surface)
             stiffness = body.section.sizes.stiffness
@@ -64,7 +70,9 @@ class GeometricStiffness:
         Args:
             state: Local array.
         """
-        N = state[self._dofs]
+        self._q.x.array[:] = state
+        N = np.asarray(self._read.eval(self._q.function_space.mesh, self._cells))
+        N = N.reshape(-1, self._size)
         lowest = N[:, 0]
         if self._plane:
             mean, half = (N[:, 0] + N[:, 1]) / 2, (N[:, 0] - N[:, 1]) / 2

@@ -196,10 +196,9 @@ class IsolatedBody:
         out = self.zeros()
         for name in self.model.meshed:
             dofs = self.bodies[name].mixed.dofs
-            for part in ("u", "bubble", "w"):
-                if part in dofs:
-                    triples = dofs[part].reshape(-1, 3)
-                    out[name][triples[:, to]] = arrays[name][triples[:, a]]
+            for part in ("u", "w"):
+                triples = dofs[part].reshape(-1, 3)
+                out[name][triples[:, to]] = arrays[name][triples[:, a]]
         return out
 
     def force(self, arrays: Arrays) -> PETSc.Vec:

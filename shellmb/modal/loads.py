@@ -191,10 +191,9 @@ class SpreadLoads:
         out = self._isolated.zeros()
         for name in self._isolated.model.meshed:
             dofs = self._isolated.bodies[name].mixed.dofs
-            for part in ("u", "bubble", "w"):
-                if part in dofs:
-                    vectors = mode[name][dofs[part]].reshape(-1, 3)
-                    out[name][dofs[part].ravel()] = np.cross(np.eye(3)[axis], vectors).ravel()
+            for part in ("u", "w"):
+                vectors = mode[name][dofs[part]].reshape(-1, 3)
+                out[name][dofs[part].ravel()] = np.cross(np.eye(3)[axis], vectors).ravel()
         return out
 
     def _work(self, forces: Arrays, field: Arrays) -> float:

@@ -36,7 +36,6 @@ from shellmb.model.potentials.group import PotentialGroup
 from shellmb.model.potentials.volume import Filling, Volume, enclosed_volumes
 from shellmb.model.reduced.data import ModalBody
 from shellmb.model.reduced.modal import modal_bodies, modal_points
-from shellmb.model.shells.middles import hold_middles
 from shellmb.model.shells.shell import ShellModel
 from shellmb.model.signals import Signals
 from shellmb.model.supports.idle import refuse_idle_loads
@@ -216,8 +215,6 @@ def build_model(
     volumes = enclosed_volumes(scene, comm, shells, prescribed, force, length)
     bodies += [body for volume in volumes for body in volume.bodies]
 
-    for shell in shells.values():
-        hold_middles(shell)
     resolve_links(bodies, comm)
     check_probes(scene, meshed.all)
     doubt_unjoined(described, comm, {**rigid_meshes, **meshed.all})

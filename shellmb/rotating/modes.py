@@ -9,7 +9,6 @@ import numpy as np
 import numpy.typing as npt
 
 from shellmb.arrays import Floats
-from shellmb.diagnostics.elements.hourglass import unresisted_modes
 from shellmb.diagnostics.stiffened_modes import Motion, stiffened_modes
 from shellmb.errors import TooFewModesError, petsc_in_words
 from shellmb.model.model import Model
@@ -175,10 +174,7 @@ def _doubtful(rotating: Linearised, pairs: Sequence[Pair], rigid: int) -> list[s
             parts = tuple(parts_of(rotating.system, (pair.real, pair.imaginary)))
             modes.append(Motion(number, energy, parts))
     state = {name: levels.q.x.array for name, levels in rotating.levels.items()}.__getitem__
-    return [
-        *stiffened_modes(rotating.model, state, modes),
-        *unresisted_modes(rotating.model, modes, ("eigenvalue", "eigenvalues"), state),
-    ]
+    return list(stiffened_modes(rotating.model, state, modes))
 
 
 def _upright(pair: Pair, rotating: Linearised) -> Pair:

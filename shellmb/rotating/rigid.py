@@ -413,9 +413,6 @@ class FreeMotions:
         motion = np.einsum("nkl,nl->nk", np.linalg.pinv(normal, hermitian=True), right)
         moved = np.einsum("nmik,nk->nmi", rows, motion)
         own[u], own[w] = moved[:, 0], moved[:, 1:] / length
-        if "bubble" in body.mixed.dofs and len(motion):
-            bubble = body.mixed.dofs["bubble"].reshape(-1, 3)
-            own[bubble] = np.cross(motion[0, 3:], q[bubble])
 
 
 def _turned(vectors: Floats) -> Floats:

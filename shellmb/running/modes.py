@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import time as clock
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -13,7 +12,6 @@ from mpi4py import MPI
 
 from shellmb.arrays import Floats
 from shellmb.barrier import arrive
-from shellmb.diagnostics.elements.hourglass import unresisted_modes
 from shellmb.errors import petsc_in_words
 from shellmb.guarding.writing import make_folder, write_text
 from shellmb.model.model import Model
@@ -29,7 +27,7 @@ from shellmb.running.standard import FIELDS, SUMMARY
 from shellmb.scene import Scene
 from shellmb.simulate.buckling import linear_buckling
 from shellmb.stopping import STOPPING
-from shellmb.vibration import Modes, Shape, mode_shape, parts_of
+from shellmb.vibration import Modes, Shape, mode_shape
 
 
 def find_modes(
@@ -193,15 +191,11 @@ def find_buckling(
         STOPPING.renew()
         found = linear_buckling(scene, comm, count)
         shapes = [mode_shape(found.system, found.model, vector) for vector in found.vectors]
-        parts = parts_of(found.system, found.vectors)
-        said = ("load factor", "load factors")
-        motions = [(number, math.inf, (part,)) for number, part in enumerate(parts, start=1)]
-        warnings = unresisted_modes(found.model, motions, said)
         summary: dict[str, Any] = {
             "scene": scene.name,
             "load_factors": found.factors,
             "negative_load_factor": found.negative,
-            "warnings": warnings,
+            "warnings": [],
             "unknowns": found.system.size,
             "elements": found.model.elements,
             "ranks": comm.size,
@@ -217,4 +211,4 @@ def find_buckling(
 
             draw_directory(directory)
         arrive(comm)
-    return BucklingModes(found.factors, found.negative, shapes, warnings)
+    return BucklingModes(found.factors, found.negative, shapes, [])

@@ -10,7 +10,7 @@ from shellmb.model.alike import TimesAlike
 from shellmb.prefixes import below
 from shellmb.simulate.problem import Problem
 from shellmb.simulate.stepsize.errors import StepErrors
-from shellmb.simulate.turns import Turns
+from shellmb.simulate.turns import Turns, turned
 
 Arrays = dict[str, Floats]
 
@@ -44,7 +44,8 @@ class Attempt(NamedTuple):
     Args:
         iterations: Newton iterations.
         dt: Its length; shorter than requested where something on the way must not be passed.
-        error: Estimate of its error (`errors`), where the scene has a tolerance for it.
+        error: Estimate of its error (`errors`), where the scene has a tolerance for it; of a load
+            the largest angle by which it turns a director, rad.
     """
 
     iterations: int
@@ -111,6 +112,7 @@ class TimeSteps:
 
     def __init__(self, problem: Problem) -> None:
         self._problem, self._turns = problem, Turns(problem)
+        self._loads = not problem.scheme.dynamic and not problem.scheme.linear
         self._times = TimesAlike(problem.model.scene, problem.model.comm)
         controlled = problem.model.scene.step_control.step_error is not None
         self._errors = StepErrors(problem) if controlled else None
@@ -127,6 +129,8 @@ class TimeSteps:
         self._problem.prepare(t, dt)
         iterations = self._problem.solve(dt)
         self._turns.followed(dt)
+        if self._loads:
+            return Attempt(iterations, dt, turned(self._problem))
         return Attempt(iterations, dt, None if self._errors is None else self._errors.estimate(dt))
 
     def accept(self, dt: float) -> None:

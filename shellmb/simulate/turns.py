@@ -17,11 +17,31 @@ import numpy as np
 from dolfinx import fem
 
 from shellmb.arrays import Floats
+from shellmb.bodyfields import body_directors
 from shellmb.errors import ConvergenceError
 from shellmb.model.body import FixedDofs, PrescribedTurn
 from shellmb.model.joints.coordinates import CoordinateGroup, gathered
 from shellmb.schemes.base import END, Levels
 from shellmb.simulate.problem import Problem
+
+
+def turned(problem: Problem) -> float:
+    """Largest angle by which the step just solved turns a director, rad; collective.
+
+    Args:
+        problem: The functions of all bodies.
+    """
+    least = 1.0
+    for body in problem.model.bodies:
+        found, levels = body_directors(body), problem.levels[body.name]
+        if found is None:
+            continue
+        before, now = (
+            (found.reference + f.x.array[found.dofs].reshape(found.reference.shape))
+            for f in (levels.q, levels.unknown[END])
+        )
+        least = min(least, float(np.min(np.vecdot(before, now), initial=1.0)))
+    return math.acos(max(problem.model.comm.allreduce(least, op=MPI.MIN), -1.0))
 
 
 class Turns:

@@ -28,10 +28,10 @@ import numpy as np
 import ufl
 from dolfinx import fem, la
 
-from shellmb.arrays import Floats, Int32s
-from shellmb.forms.steps.mixed import LinearMixed
+from shellmb.arrays import Floats
+from shellmb.forms.steps.mixed import LinearMixed, LinearOwn
 from shellmb.meshes.shared import space_on
-from shellmb.meshes.spaces import MixedSpace, reading_element
+from shellmb.meshes.spaces import reading_element
 from shellmb.model.shells.shell import ShellModel
 from shellmb.native.expressions import compiled_expression
 
@@ -213,21 +213,30 @@ class Roughness:
         self._up = _table(inner, at)
         self._down = _table(nodes.basix_element, points)
         rule, weights = basix.make_quadrature(domain.basix_cell(), 2 * inner.degree)
-        self._places = {
-            part: _membrane(mixed, part, len(points))[: len(self._cells)]
-            for part in ("N", "S")
-            if part in mixed.dofs
-        }
-        self._scale, self._held = body.section.sizes.stiffness, not body.shell.stretching
+        self._q = fem.Function(mixed.space)
+        layout, stretching = body.layout, body.shell.stretching
+        assert layout.tying is not None
+        forces = body.section.sizes.stiffness * layout.tying.force(layout.forces(self._q))
+        parts = [forces[k] for k in range(3)]
+        # of constrained strains next to nothing is left, but the section has a stiffness
+        self._own = "S" in mixed.parts and stretching
+        if self._own:
+            own = layout.tying.strain(layout.forces(self._q, "S"))
+            parts += [own[k] for k in range(3)]
+        self._read = compiled_expression(ufl.as_vector(parts), points)
+        self._held = not stretching
         area = ufl.JacobianDeterminant(domain)
         wanted = [area, *body.surface.e1, *body.surface.e2]
-        if "S" not in self._places:
-            assert isinstance(form, LinearMixed)
-            # held strains have no compliance, but the section has
-            compliance = ufl.inv(form.A) if form.A_inv is None else form.A_inv
+        if not self._own:
+            if isinstance(form, LinearMixed):
+                compliance = form.A_inv
+            else:
+                assert isinstance(form, LinearOwn)
+                compliance = ufl.inv(12 / body.thickness**2 * form.D)
             wanted += [compliance[i, j] for i in range(3) for j in range(3)]
         values = compiled_expression(ufl.as_vector(wanted), points)
-        found = np.asarray(values.eval(domain, np.arange(len(self._cells), dtype=np.int32)))
+        self._every = np.arange(len(self._cells), dtype=np.int32)
+        found = np.asarray(values.eval(domain, self._every))
         found = found.reshape(len(self._cells), len(points), len(wanted))
         self._area = np.abs(found[..., 0]) * (np.asarray(weights) @ _table(inner, rule))
         self._axes, self._compliance = (
@@ -240,10 +249,12 @@ class Roughness:
         Args:
             q: Local array of a state.
         """
-        every = self._scale * q[self._places["N"]]
+        self._q.x.array[:] = q
+        read = np.asarray(self._read.eval(self._q.function_space.mesh, self._every))
+        every, *own = np.split(read.reshape(*self._area.shape, -1), [3], axis=2)
         N = self._rough(every, 1.0)
-        if "S" in self._places:
-            return self._stored(N, self._rough(q[self._places["S"]], 0.5))
+        if self._own:
+            return self._stored(N, self._rough(own[0], 0.5))
         found = self._stored(N, self._strain(N))
         if self._held and found < JUMPS * self._stored(every, self._strain(every)):
             return 0.0
@@ -288,15 +299,6 @@ class Roughness:
         back = np.einsum("cgij,cgai,cgbj->cgab", smooth, e, e)
         kept = np.stack([back[..., 0, 0], back[..., 1, 1], back[..., 0, 1] / half], axis=-1)
         return np.asarray(v - kept)
-
-
-def _membrane(mixed: MixedSpace, part: str, points: int) -> Int32s:
-    """Places of the membrane components in a state, shape (cells, points, 3)."""
-    cells = mixed.subspaces[part].dofmap
-    # those of triangles come before the shear forces, which are of another space
-    size = 3 if cells.bs == 1 else 5
-    places = mixed.dofs[part].reshape(-1, cells.bs)[cells.list].reshape(len(cells.list), -1)
-    return places[:, : size * points].reshape(-1, points, size)[..., :3]
 
 
 def _table(element: basix.finite_element.FiniteElement, points: Any) -> Floats:

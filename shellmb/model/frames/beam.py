@@ -225,6 +225,10 @@ class BeamModel(FrameBody):
         """Strains (Gamma, K) of a state, shape (6,)."""
         return self.strain.value(q)
 
+    def forces(self, q: Expr) -> Expr:
+        """Forces along the directors, shape (3,), N."""
+        return self.section.formulation.forces(self.layout, q)
+
     def resultants(self, q: Expr) -> Expr:
         """Forces and moments that balance loads, and those conjugate to the strains, shape (12,).
 
@@ -258,7 +262,7 @@ class BeamModel(FrameBody):
     @property
     def integrate(self) -> Integrate:
         """Integral of densities for the reduced rule."""
-        return partial(over_line, self.rules.reduced)
+        return partial(over_line, *self.rules.taken)
 
     @cached_property
     def strain(self) -> Measure:

@@ -50,9 +50,9 @@ class Stiffness:
         """Stresses of strains."""
         return (self.C * e,)
 
-    def gap(self, mean: Expr, end: Expr, N: Expr) -> Expr:
+    def gap(self, mean: Expr, end: Expr, N: Expr, dN: Expr) -> tuple[Expr]:
         """No condition."""
-        return NOTHING
+        return (ufl.dot(dN, N),)
 
     def energy(self, strain: Measure, layout: Layout, q: Expr) -> tuple[Expr]:
         """Energy of a state."""

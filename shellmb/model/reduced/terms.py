@@ -70,7 +70,7 @@ class ModalTerms(Massless):
         self._rest = {
             first + k: (rest[part], k) if part in rest else None
             for part, (first, size) in self._of.mixed.parts.items()
-            if part in ("u", "bubble", "w")
+            if part in ("u", "w")
             for k in range(0, size, 3)
         }
         self._shapes = []

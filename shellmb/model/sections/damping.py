@@ -59,7 +59,8 @@ class StrainDamping:
 
     def at(self, q: Expr, v: Expr, dq: Expr) -> Form:
         """Virtual work of the forces at a state with a velocity."""
-        forms = [on(at_state(section, strain, q, v, dq)) for section, strain, on in self._parts]
+        layout = self._layout
+        forms = [on(at_state(section, layout, e, q, v, dq)) for section, e, on in self._parts]
         return sum(forms[1:], forms[0])
 
 

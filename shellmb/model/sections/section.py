@@ -10,45 +10,23 @@ from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats
 from shellmb.forms.shell import Mass, ShellStrains
-from shellmb.forms.steps.mixed import Formulation, LinearMixed
-from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed
+from shellmb.forms.steps.mixed import Formulation, LinearMixed, LinearOwn
+from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed, Quadratic
+from shellmb.forms.tying import Tying
 from shellmb.meshes.shared import space_on
+from shellmb.meshes.tying import cell_sizes
 from shellmb.model.shells.varying import Rule, SectionFields
 from shellmb.model.user_forms import resists_all, written
 from shellmb.native.kernels import compiled
 from shellmb.scene import Hyperelastic, LinearSection, Shell
 from shellmb.scene.shells.lamination import Layup
 
+# Share of the transverse shear energy that displacements have, per square of an element's
+# slenderness: what holds motions that the forces do not see (docs/theory/shells.md)
+SHARES = {"quadrilateral": 0.1, "triangle": 3.0}
 
-class Shares(NamedTuple):
-    """Weights of the fully integrated parts of membrane and shear strains.
-
-    Args:
-        membrane: Per square of an element's slenderness.
-        shear: Per square of its slenderness.
-        curved: Of shear, per positive Gauss's curvature times the square of its size.
-    """
-
-    membrane: float
-    shear: float
-    curved: float
-
-
-# c of docs/theory/shells.md. Bubbles of triangles that lean out of the surface are held by the
-# shear share, and buckle in their element where that is weaker than the plate there. Along the
-# surface linear forces hold them nearly, and more makes what bends too stiff (a ring of 32x2 by
-# 3.8 % in its frequencies for 0.3). On surfaces like spheres, bubbles let vertices move out and
-# middles of sides in with next to no membrane strain, however thin the shell; directors do not
-# feel that, the shear share does
-SHARES = {"quadrilateral": Shares(0.1, 0.1, 0.0), "triangle": Shares(0.05, 3.0, 0.2)}
-
-# weight of the hourglass control: per h/h_K it is stiff against the spurious in-plane modes, and
-# as it vanishes with the thickness it neither locks thin distorted meshes nor spoils the large
-# Newton steps of the mixed form
-HOURGLASS = 0.5
-
-# compliance for held strains relative to that of the section for shear: on regular meshes between
-# held edges shear constraints imply one another, and their forces would not be unique
+# compliance of constrained strains relative to that of the section for shear: on many meshes
+# constraints imply one another, and their forces would not be unique
 SLACK = 1e-5
 
 
@@ -74,63 +52,73 @@ class BoundSection:
     Args:
         formulation: Mixed form of its strain energy.
         force: Size of the shear stiffness, scale of the director's multiplier, N/m.
-        hourglass: Stiffness of the hourglass control, N/m.
         sizes: How large things are.
-        share: Fully integrated share of the formulation, per element.
-        curvature: Gauss's curvature of the elements, 1/m^2; of quadrilaterals nobody asks for it.
     """
 
     formulation: Formulation
     force: fem.Constant
-    hourglass: Expr
     sizes: Sizes
-    share: fem.Function
-    curvature: float | Floats
+
+
+def has_own_strains(shell: Shell, domain: mesh.Mesh) -> bool:
+    """Decide whether elements have strains of their own beside the forces.
+
+    They need them where forces do not follow from strains, or damping not from rates of forces, and
+    on triangles.
+    """
+    section = shell.section
+    if not isinstance(section, LinearSection) or shell.holds_strains:
+        return True
+    return _damps_unlike(shell, section) or domain.topology.cell_name() == "triangle"
+
+
+def _damps_unlike(shell: Shell, section: LinearSection) -> bool:
+    """Decide whether strains that are coupled have different damping times."""
+    membrane, bend, _ = section.damping_times
+    return _couples(shell, section) and membrane != bend
+
+
+def _couples(shell: Shell, section: LinearSection) -> bool:
+    # without stretching there is nothing that bending could be coupled to
+    return section.coupled and shell.coupling and shell.stretching
 
 
 def bind_section(
-    shell: Shell,
-    domain: mesh.Mesh,
-    curvature: float | Floats,
-    like: BoundSection | None = None,
+    shell: Shell, domain: mesh.Mesh, tying: Tying, like: BoundSection | None = None
 ) -> BoundSection:
     """Coefficients and element-wise weights of a shell's section; what is left out is absent.
 
     Args:
         shell: The shell.
         domain: Its mesh.
-        curvature: Gauss's curvature of its elements, 1/m^2.
+        tying: Maps of the forces of its elements.
         like: One whose sizes, in which unknowns are counted, this linear one takes.
 
     Raises:
         SceneError: If functions of the position fail, or a thickness is not positive somewhere.
     """
     if isinstance(shell.section, LinearSection):
-        return _bind_linear(shell, shell.section, domain, curvature, like)
+        return _bind_linear(shell, shell.section, domain, tying, like)
     section = shell.section
     assert isinstance(section, Hyperelastic)
     parameters = {name: _constant(domain, value) for name, value in section.parameters.items()}
     N0, who = _constant(domain, section.stiffness), f"shell '{shell.name}': energy"
     strains = ShellStrains(*(_constant(domain, np.zeros(size)) for size in (3, 3, 2)))
     resists_all(section.energy, strains, parameters, who)
-    a, a_shear, b = _weights(domain, section.thickness, curvature)
-    share = _per_element(domain, a)
     nonlinear = NonlinearMixed(
         psi=lambda strains: written(section.energy, (strains, parameters), who),
         N0=N0,
-        a=share,
+        a=_share(domain, section.thickness),
         thickness=_constant(domain, section.thickness),
-        a_shear=None if a_shear is None else _per_element(domain, a_shear),
     )
-    sizes = Sizes(section.thickness, section.stiffness, section.mass[0])
-    return BoundSection(nonlinear, N0, N0 * _per_element(domain, b), sizes, share, curvature)
+    return BoundSection(nonlinear, N0, Sizes(section.thickness, section.stiffness, section.mass[0]))
 
 
 def _bind_linear(
     shell: Shell,
     section: LinearSection,
     domain: mesh.Mesh,
-    curvature: float | Floats,
+    tying: Tying,
     like: BoundSection | None,
 ) -> BoundSection:
     fields = SectionFields(shell, domain)
@@ -138,33 +126,25 @@ def _bind_linear(
         membrane, shear = fields.largest(_membrane), fields.largest(_shear)
     else:
         membrane, shear = like.sizes.stiffness, float(like.force.value)
-    thickness = fields.by_cell(lambda at: at.thickness)
-    a, a_shear, b = _weights(domain, thickness, curvature)
-    # the control is as stiff as the section is in its element
-    b = b * fields.by_cell(_membrane) / membrane
-    N0 = _constant(domain, membrane)
-    # without stretching there is nothing that bending could be coupled to
-    couples = section.coupled and shell.coupling and shell.stretching
-    share = _per_element(domain, a)
-    linear = LinearMixed(
-        A=fields.of(lambda at: at.A),
-        D=fields.of(lambda at: at.D),
-        G=fields.of(lambda at: at.G),
-        A_inv=fields.of(lambda at: np.linalg.inv(at.A), "reduced") if shell.stretching else None,
-        G_inv=fields.of(lambda at: np.linalg.inv(at.G), "reduced")
-        if shell.transverse_shear
-        else None,
-        N0=N0,
-        a=share,
-        B=fields.of(lambda at: at.B) if couples else None,
-        slack=_constant(domain, SLACK / shear) if shell.holds_strains else None,
-        a_shear=None if a_shear is None else _per_element(domain, a_shear),
-    )
+    N0, force = _constant(domain, membrane), _constant(domain, shear)
+    a = _share(domain, fields.by_cell(lambda at: at.thickness))
     sizes = Sizes(
         fields.mean(lambda at: at.thickness), membrane, fields.mean(lambda at: at.mass[0])
     )
-    hourglass = N0 * _per_element(domain, b)
-    return BoundSection(linear, _constant(domain, shear), hourglass, sizes, share, curvature)
+    D, G = fields.of(lambda at: at.D), fields.of(lambda at: at.G)
+    B = fields.of(lambda at: at.B) if _couples(shell, section) else None
+    if not has_own_strains(shell, domain):
+        inverse = (fields.of(lambda at, name=n: np.linalg.inv(getattr(at, name))) for n in "AG")
+        return BoundSection(LinearMixed(D, G, *inverse, N0, a, tying, B), force, sizes)
+    if B is not None and _damps_unlike(shell, section):
+        psi, thickness = Quadratic(fields.of(lambda at: at.A), B, D, G), sizes.thickness
+        mixed = NonlinearMixed(psi, N0, a, _constant(domain, thickness))
+        return BoundSection(mixed, force, sizes)
+    # what is constrained is stiff
+    stiff = _constant(domain, shear / SLACK)
+    A = fields.of(lambda at: at.A) if shell.stretching else stiff
+    own = LinearOwn(A, D, G if shell.transverse_shear else stiff, N0, a, tying, B)
+    return BoundSection(own, force, sizes)
 
 
 def _membrane(at: Layup) -> Floats:
@@ -177,36 +157,11 @@ def _shear(at: Layup) -> Floats:
     return np.asarray(np.diagonal(at.G, axis1=-2, axis2=-1).max(axis=-1))
 
 
-def _weights(
-    domain: mesh.Mesh, thickness: float | Floats, curvature: float | Floats
-) -> tuple[Floats, Floats | None, Floats]:
-    """Fully integrated shares, of shear where it has its own, and weights of hourglass control.
-
-    Below one for any thickness, so that the reduced part never vanishes.
-    """
-    c = SHARES[domain.topology.cell_name()]
-    size = _sizes(domain)
-    slender = np.asarray(thickness / size)
-    curved = c.curved * np.maximum(curvature, 0.0) * size**2
-    a, a_shear = c.membrane * slender**2, c.shear * slender**2 + curved
-    b = HOURGLASS * slender
-    return _share(a), None if c.shear == c.membrane else _share(a_shear), _share(b)
-
-
-def _share(x: Floats) -> Floats:
-    return x / (1 + x)
-
-
-def _sizes(domain: mesh.Mesh) -> Floats:
-    """Size of each element, m."""
-    cells = domain.topology.index_map(2)
-    count = cells.size_local + cells.num_ghosts
-    return np.asarray(domain.h(2, np.arange(count, dtype=np.int32)))
-
-
-def _per_element(domain: mesh.Mesh, weight: Floats) -> fem.Function:
+def _share(domain: mesh.Mesh, thickness: float | Floats) -> fem.Function:
+    """Share of the shear energy that displacements have, below one for any thickness."""
+    x = SHARES[domain.topology.cell_name()] * thickness**2 / cell_sizes(domain)
     function = fem.Function(space_on(domain, ("DG", 0)))
-    function.x.array[:] = weight
+    function.x.array[:] = x / (1 + x)
     return function
 
 

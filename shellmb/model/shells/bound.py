@@ -4,21 +4,20 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property, partial
 
-import basix
 import numpy as np
 import ufl
 from dolfinx import fem, mesh
 from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats
-from shellmb.forms import hourglass
 from shellmb.forms import shell as shell_forms
 from shellmb.forms.measure import Measure, measure
 from shellmb.forms.shell import ShellStrains
 from shellmb.forms.state import Layout
-from shellmb.forms.steps.mixed import LinearMixed
+from shellmb.forms.steps.mixed import assumed
+from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed
 from shellmb.forms.surface import Surface, surface
-from shellmb.meshes.directors import gauss_curvature, reference_director
+from shellmb.meshes.directors import reference_director
 from shellmb.meshes.mesh import SurfaceMesh
 from shellmb.meshes.spaces import NO_PARTS, MixedSpace, shell_space
 from shellmb.model.body import (
@@ -28,14 +27,16 @@ from shellmb.model.body import (
 )
 from shellmb.model.frames.floating import FloatingFrame
 from shellmb.model.frames.unit import DirectorConstraint, directors_held
-from shellmb.model.rules import BUBBLES, over_lines, over_surface, quadrature_rules
+from shellmb.model.rules import over_surface, quadrature_rules
 from shellmb.model.sections.natural import Distributed, NaturalStress
-from shellmb.model.sections.section import bind_mass, bind_section
+from shellmb.model.sections.section import bind_mass, bind_section, has_own_strains
 from shellmb.model.sections.strains import Integrate
+from shellmb.model.shells.cells import bind_tying
+from shellmb.model.shells.compatible import forces_of
 from shellmb.model.shells.direction import direction_1
 from shellmb.model.shells.positions import interpolated
 from shellmb.model.user_forms import components
-from shellmb.scene import LinearSection, Shell
+from shellmb.scene import Shell
 from shellmb.scene.loads.loads import Gravity
 
 # strains that a user's measure gives, and how many of each
@@ -70,27 +71,20 @@ class BoundShell:
     ) -> None:
         self.name, self.shell, self.surface_mesh = shell.name, shell, surface_mesh
         domain = surface_mesh.mesh
-        linear = isinstance(shell.section, LinearSection)
-        self.mixed: MixedSpace = shell_space(domain, shell.degree, not linear, self.everywhere)
-        if shell.holds_strains:
-            # multipliers: no compliance by which they could be eliminated cell by cell
-            self.mixed = replace(self.mixed, elementwise=self.mixed.elementwise - {"N"})
-        self.layout = Layout(self.mixed.parts)
+        own = has_own_strains(shell, domain)
+        self.mixed: MixedSpace = shell_space(domain, shell.degree, own, self.everywhere)
         self.director = reference_director(
             surface_mesh, self.mixed.subspaces["u"], shell.degree, shell.name
         )
         direction = direction_1(shell, surface_mesh, self.mixed, self.director)
         self.surface: Surface = surface(ufl.Jacobian(domain), direction, self.director)
-        curvature: float | Floats = 0.0
-        if domain.basix_cell() == basix.CellType.triangle:
-            curvature = gauss_curvature(self.director)
-            # of unit size, so that numbers do not depend on the unit of length
-            size = ufl.sqrt(ufl.JacobianDeterminant(domain))
-            axes = size * self.surface.e1, size * self.surface.e2
-            self.layout = self.layout._replace(axes=axes, bubble=BUBBLES)
+        tying = bind_tying(domain, shell.degree, self.surface)
+        self.tying, self.layout = tying, Layout(self.mixed.parts, tying)
         self.rules = quadrature_rules(domain, shell.degree)
         self._ds = self._edge_measure(domain)
-        self.section = bind_section(shell, domain, curvature)
+        self.section = bind_section(shell, domain, tying)
+        if not isinstance(self.section.formulation, NonlinearMixed):
+            self.mixed = replace(self.mixed, stresses=self.mixed.elementwise)
         weighed = any(isinstance(load, Gravity) for load in loads)
         # an eccentric weight turns the director whether or not its rotation has inertia
         every = replace(shell, rotary_inertia=True, eccentric_inertia=True)
@@ -99,16 +93,15 @@ class BoundShell:
         self._loads = loads
         self.fixed: list[FixedDofs] = []
         self.links: tuple[NodeLink, ...] = ()
-        self.kinematic = frozenset({"u", "w", "bubble"} & self.mixed.parts.keys())
+        self.kinematic = frozenset({"u", "w"})
         # set where joints tie the shell's velocities to those of other bodies
         self.slenderness = slenderness = self.section.sizes.thickness / surface_mesh.length
         label = f"of shell '{shell.name}'"
         scales = {
             "u": (f"displacement {label}", surface_mesh.length, _ADVICE_MOTION),
-            "bubble": (f"displacement bubble {label}", surface_mesh.length, _ADVICE_MOTION),
             "w": (f"director {label}", 1.0, _ADVICE_MOTION),
-            "N": (f"resultants {label}", min(slenderness, 1e-3), _ADVICE_FORCE),
-            "S": (f"assumed strains {label}", min(slenderness, 1e-3), _ADVICE_FORCE),
+            "N": (f"forces of the elements {label}", min(slenderness, 1e-3), _ADVICE_FORCE),
+            "S": (f"strains of the elements {label}", min(slenderness, 1e-3), _ADVICE_FORCE),
             "lam": (f"director multiplier {label}", slenderness**2, _ADVICE_MOTION),
             "frame": (f"floating frame {label}", 1.0, _ADVICE_MOTION),
             "hold": (f"multiplier of the floating frame {label}", slenderness**2, _ADVICE_MOTION),
@@ -159,11 +152,6 @@ class BoundShell:
         numbers = list(self.surface_mesh.edges)
         return self._ds(tuple(numbers.index(name) for name in names))
 
-    @property
-    def hourglass(self) -> Integrate:
-        """Difference of the finer rules and the reduced rule of a pair of densities."""
-        return partial(over_lines, self.rules, self.section.hourglass)
-
     @cached_property
     def strain(self) -> Measure:
         """Strains (eps, kap, gam), shape (8,): those of eq. (9), or of the user's measure."""
@@ -176,12 +164,6 @@ class BoundShell:
             return ufl.as_vector(components(own, at, f"shell '{self.name}': strains", STRAINS))
 
         return measure(strains)
-
-    @cached_property
-    def line_strain(self) -> Measure:
-        """Membrane strains along the coordinate lines of the element, for the hourglass control."""
-        surface, jacobian = self.surface, ufl.Jacobian(self.mixed.space.mesh)
-        return self.strain.mapped(lambda e: hourglass.lines(e, surface, jacobian))
 
     @cached_property
     def length(self) -> Measure:
@@ -200,7 +182,6 @@ class BoundShell:
         if given is None:
             return None
         domain, formulation = self.mixed.space.mesh, self.section.formulation
-        assert isinstance(formulation, LinearMixed)
         parts: list[Expr] = []
         for name in ("membrane", "curvature"):
             value = getattr(given, name)
@@ -209,18 +190,15 @@ class BoundShell:
                 parts.append(interpolated(value, self.mixed, 3, who))
             else:
                 parts.append(fem.Constant(domain, np.asarray(value, dtype=float)))
-        e = ufl.as_vector([*parts[0], *parts[1], 0.0, 0.0])
-        N = formulation.compatible(e)
-        return NaturalStress(
-            e,
-            formulation.stress(e, N),
-            formulation.joined(e, N),
-            self.strain,
-            self.integrate,
-            given.time,
-            fem.Constant(domain, 0.0),
-            fem.Constant(domain, 0.0),
-        )
+        membrane = parts[0] if self.shell.stretching else ufl.as_vector([0, 0, 0])
+        e = ufl.as_vector([*membrane, *parts[1], 0.0, 0.0])
+        factors = given.time, fem.Constant(domain, 0.0), fem.Constant(domain, 0.0)
+        if isinstance(formulation, NonlinearMixed):
+            resultants, seen = formulation.stress(e), assumed(self.strain, self.layout)
+            return NaturalStress(e, (resultants,), resultants, seen, self.integrate, *factors)
+        N = forces_of(self, e)
+        found = formulation.stress(e, N), formulation.joined(e, N)
+        return NaturalStress(e, *found, self.strain, self.integrate, *factors)
 
     def strains(self, q: Expr) -> ShellStrains:
         """Strains of a state by their names."""
@@ -228,7 +206,7 @@ class BoundShell:
 
     @property
     def integrate(self) -> Integrate:
-        """Integral of densities for the full and the reduced rule."""
+        """Integral of densities, by rule."""
         return partial(over_surface, self.rules)
 
     def velocities(self, v: Expr) -> tuple[Expr, Expr]:
@@ -238,7 +216,7 @@ class BoundShell:
     @property
     def straining(self) -> Callable[[Expr], tuple[Expr, Expr]]:
         """Displacement and change of the director in a state that strains are taken of."""
-        return self.layout.strained
+        return self.layout.moved
 
     @property
     def _turns(self) -> bool:

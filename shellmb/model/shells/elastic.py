@@ -1,8 +1,8 @@
-"""Strains of a shell with their section, and of its hourglass control."""
+"""Strains of a shell with their section."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import partial
 
 from mpi4py import MPI
@@ -15,14 +15,11 @@ from ufl.constantvalue import Zero
 from ufl.core.expr import Expr
 
 from shellmb.errors import SceneError
-from shellmb.forms import hourglass
 from shellmb.forms import shell as shell_forms
-from shellmb.forms.measure import Measure
-from shellmb.forms.steps.mixed import LinearMixed
 from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed
 from shellmb.forms.steps.path import is_quadratic
 from shellmb.forms.surface import Surface
-from shellmb.model.sections.strains import GeneralStrains, HyperelasticStrains, Integrate, Strains
+from shellmb.model.sections.strains import GeneralStrains, HyperelasticStrains, Strains
 from shellmb.model.shells.bound import BoundShell
 from shellmb.native.expressions import compiled_expression
 from shellmb.scene.values.validate import show
@@ -32,7 +29,7 @@ NONE = 1e-10
 
 
 def shell_strains(shell: BoundShell) -> tuple[Strains, ...]:
-    """Arguments of a shell's energy: its strains, followed by those along element lines.
+    """Strains of a shell with their section.
 
     Args:
         shell: The shell.
@@ -40,36 +37,16 @@ def shell_strains(shell: BoundShell) -> tuple[Strains, ...]:
     Raises:
         SceneError: If strains of the user are not zero at rest.
     """
-    integrate, control = shell.integrate, shell.hourglass
     quadratic = quadratic_strains(shell)
     section, h = shell.section.formulation, shell.thickness
     _refuse_prestrain(shell)
     weight = (1, 1, 1, h**2, h**2, h**2, 1, 1)
-    if isinstance(section, LinearMixed):
-        own: Strains = _linear(shell, section, shell.strain, integrate, quadratic, weight)
-    else:
-        assert isinstance(section, NonlinearMixed)
-        common = section, shell.layout, shell.strain, integrate
-        own = HyperelasticStrains(*common, quadratic, weight, _product_of(shell))
-    if shell.rules.lines is None:
-        return (own,)
-    lines = hourglass.LineSection()
-    return own, _linear(shell, lines, shell.line_strain, control, quadratic, (1, 1))
-
-
-def _linear(
-    shell: BoundShell,
-    section: object,
-    strain: Measure,
-    integrate: Integrate,
-    quadratic: bool,
-    weight: Sequence[object],
-) -> Strains:
-    """Strains with a section that is linear."""
-    common = section, shell.layout, strain, integrate
+    common = section, shell.layout, shell.strain, shell.integrate
+    if isinstance(section, NonlinearMixed):
+        return (HyperelasticStrains(*common, quadratic, weight, _product_of(shell)),)
     if quadratic:
-        return Strains(*common)
-    return GeneralStrains(*common, weight, _product_of(shell))
+        return (Strains(*common),)
+    return (GeneralStrains(*common, weight, _product_of(shell)),)
 
 
 def _refuse_prestrain(shell: BoundShell) -> None:
@@ -92,7 +69,7 @@ def _refuse_prestrain(shell: BoundShell) -> None:
     found = np.abs(compiled_expression(sizes, np.asarray(points)).eval(domain, cells))
     largest = domain.comm.allreduce(float(np.max(found, initial=0.0)), op=MPI.MAX)
     if not largest < NONE:
-        linear = isinstance(shell.section.formulation, LinearMixed)
+        linear = not isinstance(shell.section.formulation, NonlinearMixed)
         raise SceneError(
             f"shell '{shell.name}': strains {show(shell.shell.strains)} gives a strain of "
             f"{largest:.3g} where displacement and director change are 0; it must be 0 there: give "

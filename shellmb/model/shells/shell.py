@@ -36,7 +36,7 @@ class ShellModel(BoundShell):
 
     @cached_property
     def elastic(self) -> tuple[Strains, ...]:
-        """Strains of the shell with their section, and the hourglass control."""
+        """Strains of the shell with their section."""
         return shell_strains(self)
 
     @cached_property
@@ -67,7 +67,7 @@ class ShellModel(BoundShell):
     def jump_parts(self) -> frozenset[str]:
         """Parts that have equations for the jump of velocities."""
         rotary = {"w", "lam"} if self._turns else set()
-        found = {"u", "bubble", *rotary, *self.everywhere}
+        found = {"u", *rotary, *self.everywhere}
         return frozenset(found & self.mixed.parts.keys())
 
     @cached_property
@@ -177,6 +177,11 @@ class ShellModel(BoundShell):
         )
         work = virtual_work(self.shell.terms, point, dq, f"shell '{self.name}'")
         return work * self.rules.full
+
+    def forces(self, q: Expr) -> Expr:
+        """Membrane and shear forces of the elements, shape (5,), N/m."""
+        assert self.layout.tying is not None
+        return self.layout.tying.force(self.section.formulation.forces(self.layout, q))
 
     def resultants(self, q: Expr) -> Expr:
         """Membrane forces N/m, bending moments N, shear forces N/m of a state, shape (8,)."""

@@ -13,11 +13,10 @@ from ufl.corealg.traversal import traverse_unique_terminals
 
 from shellmb.arrays import Floats
 from shellmb.errors import SceneError
-from shellmb.forms import hourglass
 from shellmb.forms.measure import Measure
 from shellmb.forms.steps.damping import ViscousRule, ViscousShell
-from shellmb.forms.steps.mixed import LinearMixed
-from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed, assumed
+from shellmb.forms.steps.mixed import LinearMixed, LinearOwn, assumed
+from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed
 from shellmb.forms.steps.stress_work_nonlinear import tangent
 from shellmb.model.sections.damping import Resisting, StrainDamping
 from shellmb.model.shells.bound import BoundShell
@@ -49,51 +48,43 @@ def strain_damping(shell: BoundShell) -> StrainDamping | None:
             "the damping a term of the shell"
         )
     formulation, strain = shell.section.formulation, shell.strain
-    if isinstance(formulation, LinearMixed):
-        parts = _linear(shell, formulation, strain)
-    else:
-        assert isinstance(formulation, NonlinearMixed)
+    if isinstance(formulation, NonlinearMixed):
         parts = _of_rest(shell, formulation, strain)
-    stretched = times[0] > 0 and shell.shell.stretching
-    if shell.rules.lines is not None and stretched:
-        time, lines = fem.Constant(shell.mixed.space.mesh, times[0]), shell.line_strain
-        control = shell.hourglass
-        parts.append(
-            Resisting(
-                hourglass.LineSection(),
-                lines,
-                lambda d: control((time * d[0], time * d[1])),
-            )
-        )
+    else:
+        assert isinstance(formulation, LinearMixed | LinearOwn)
+        parts = _linear(shell, formulation, strain)
     return StrainDamping(shell.layout, parts) if parts else None
 
 
-def _linear(shell: BoundShell, section: LinearMixed, strain: Measure) -> list[Resisting]:
-    """Damping of a linear section; of strains that are held none."""
+def _linear(
+    shell: BoundShell, section: LinearMixed | LinearOwn, strain: Measure
+) -> list[Resisting]:
+    """Damping of a linear section; of strains that are constrained none."""
     membrane, bend, shear = shell.shell.section.damping_times
-    if section.A_inv is None:
-        membrane = 0.0
-    if section.G_inv is None:
-        shear = 0.0
-    both = math.sqrt(membrane * bend) if section.B is not None else 0.0
 
-    def constant(time: float) -> Expr | None:
-        return fem.Constant(shell.mixed.space.mesh, time) if time else None
+    def constant(time: float, acts: bool = True) -> Expr | None:
+        return fem.Constant(shell.mixed.space.mesh, time) if time and acts else None
 
-    if not (membrane or bend or shear):
+    times = (
+        constant(membrane, shell.shell.stretching),
+        constant(bend),
+        constant(shear, shell.shell.transverse_shear),
+    )
+    if not any(time is not None for time in times):
         return []
-    viscous = ViscousShell(section, *map(constant, (membrane, bend, shear, both)))
-    return [Resisting(viscous, strain, shell.integrate)]
+    return [Resisting(ViscousShell(section, *times), strain, shell.integrate)]
 
 
 def _of_rest(shell: BoundShell, section: NonlinearMixed, strain: Measure) -> list[Resisting]:
-    """Damping of an energy; in the reduced rule of the assumed strains."""
-    parts, a = stiffness_at_rest(shell, section), section.a
-    full, rules = ViscousRule(*parts, a, True), shell.rules
-    found = [Resisting(full, strain, lambda d: d[0] * rules.full)]
-    if any(part is not None for part in (parts[0], parts[1], parts[3])):
-        reduced, seen = ViscousRule(*parts, 1 - a, False), assumed(strain, shell.layout)
-        found.append(Resisting(reduced, seen, lambda d: d[0] * rules.reduced))
+    """Damping of the elements' own strains, but for a share of the shear."""
+    (A, B, D, G), found = stiffness_at_rest(shell, section), []
+    if any(part is not None for part in (A, B, D, G)):
+        own = None if G is None else (1 - section.a) * G
+        seen = assumed(strain, shell.layout)
+        found.append(Resisting(ViscousRule(A, B, D, own), seen, shell.integrate))
+    if G is not None:
+        shared = ViscousRule(None, None, None, section.a * G)
+        found.append(Resisting(shared, strain, shell.integrate))
     return found
 
 

@@ -1,7 +1,6 @@
 """Supports as equations for nodal vectors, which `shellmb.model.supports.prescribed` fixes."""
 
 from collections.abc import Callable
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -10,7 +9,7 @@ from dolfinx import fem, mesh
 
 from shellmb.arrays import Floats
 from shellmb.errors import SceneError
-from shellmb.model.body import FixedDofs, PrescribedTurn
+from shellmb.model.body import PrescribedTurn
 from shellmb.model.locations.ends import frame_about
 from shellmb.model.locations.nodes import ON_NODE, Nodes, Place, said_point, shared_nodes
 from shellmb.model.shells.shell import ShellModel
@@ -166,8 +165,6 @@ class SupportRows:
         nodes, size = self._nodes(where), self._body.mixed.parts[part][1]
         normals = np.tile(np.eye(size), (len(nodes.x), 1))
         self._add(nodes, part, normals, value, each=size)
-        if part == "u":
-            self._still(where, (0, 1, 2))
 
     def _plane(self, where: Place, part: str, normal: Any) -> None:
         nodes, direction = self._nodes(where), np.asarray(normal, dtype=float)
@@ -192,19 +189,6 @@ class SupportRows:
             given = callable(component) or component
             value = _uniform(component, len(nodes.x), who) if given else None
             self._add(nodes, part, np.tile(np.eye(3)[axis], (len(nodes.x), 1)), value)
-            if part == "u":
-                self._still(where, (axis,))
-
-    def _still(self, where: Place, axes: tuple[int, ...]) -> None:
-        """Elements of an area that is held have no bubbles, which nothing else would hold."""
-        body, names = self._body, (where,) if isinstance(where, str) else where
-        if not isinstance(body, ShellModel) or "bubble" not in body.mixed.parts:
-            return
-        cells = [body.domain.areas[n] for n in names if n in body.domain.areas]
-        numbers = body.mixed.subspaces["bubble"].dofmap.list[:, 0]
-        for here in cells:
-            dofs = body.mixed.dofs["bubble"].reshape(-1, 3)[numbers[here]][:, axes].ravel()
-            body.fixed.append(FixedDofs(dofs, partial(_nothing, len(dofs)), moving=False))
 
     def _drive(self, support: scene_supports.Driven) -> None:
         nodes = self._nodes(support.at)

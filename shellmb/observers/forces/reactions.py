@@ -182,7 +182,7 @@ class Carrier:
 
     def __init__(self, name: str, body: NodalBody, where: slice) -> None:
         self.name, self._nodes, self._where = name, Nodes(body), where
-        self._sums = self._nodes.sums(carried=body.mixed.dofs.get("bubble"))
+        self._sums = self._nodes.sums()
         # a node that two bodies share counts on the one that it belongs to
         index_map = body.mixed.space.dofmap.index_map
         self._counted = np.ones(index_map.size_local + index_map.num_ghosts)

@@ -61,7 +61,7 @@ def changes(model: ShellModel, name: str) -> list[Change]:
     for offset, weight in FOURTH:
         section = changed(model.shell, name, _moved(offset * size))
         shell, domain = replace(model.shell, section=section), model.mixed.space.mesh
-        bound = bind_section(shell, domain, model.section.curvature, model.section)
+        bound = bind_section(shell, domain, model.layout.tying, model.section)
         every = replace(shell, rotary_inertia=True, eccentric_inertia=True)
         weighed = None if model.mass_of_section is None else bind_mass(every, domain)
         mass = None if model.mass is None else bind_mass(shell, domain)
@@ -87,7 +87,7 @@ def _functions(bound: BoundSection, *masses: Mass | None) -> list[fem.Function]:
     """Coefficients that are fields, each once, in an order that is always the same."""
     form: Any = bound.formulation
     parts = [getattr(form, f.name) for f in fields_of(form)]
-    parts += [bound.hourglass, *(part for mass in masses for part in mass or ())]
+    parts += [part for mass in masses for part in mass or ()]
     every = [f for part in parts if isinstance(part, Expr) for f in extract_coefficients(part)]
     return list(dict.fromkeys(f for f in every if isinstance(f, fem.Function)))
 

@@ -1,0 +1,292 @@
+"""Spaces of forces of shells, with the points where the strains are taken that they work on.
+
+Strains are covariant tensors of the reference cell: along lines where neighbouring elements see the
+same, their components are interpolated (K. J. Bathe, E. N. Dvorkin, Int. J. Numer. Meth. Eng. 21
+(1985) 367-383; M. L. Bucalem, K. J. Bathe, ibid. 36 (1993) 3729-3754; M. Neunteufel, J. Schoeberl,
+J. Comput. Phys. 442 (2021) 110463). Forces are in the dual space, in contravariant components, so
+that each works on values of the strains at such points:
+
+=============  ===============================================================================
+quadrilateral  11 at k Gauss points along the first coordinate and k + 1 from edge to edge along the
+               second one, 22 the other way round, 12 at k x k Gauss points; of these polynomials
+               what has no mean, and in its place what is constant in space: forces that are in
+               equilibrium with a uniform strain are there on any mesh. Shear: polynomials of degree
+               k - 1 at k x k Gauss points.
+triangle       membrane: along each edge at two Gauss points, and the mean inside (Regge's element
+               of degree 1). Shear: the mean along each edge (Nedelec's element of degree 0).
+=============  ===============================================================================
+
+A force whose functional is not a sum over Gauss points has two values: its weight where strains are
+taken, and the force itself.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+from typing import Any, NamedTuple
+
+from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
+
+import basix
+import basix.ufl
+import numpy as np
+from basix import CellType
+from dolfinx import mesh
+
+from shellmb.arrays import Floats
+
+# An element of Basix, whose class has no public name
+Element = Any
+# values of some functions at points, shape (functions, points, components)
+Functions = Callable[[Floats], Floats]
+
+
+class Rule(NamedTuple):
+    """Points where strains are taken.
+
+    Args:
+        points: On the reference cell, shape (n, 2).
+        weights: Their weights, shape (n,).
+        strains: Numbers of the strains that are taken there: 11, 22, 2*12, 13, 23.
+    """
+
+    points: Floats
+    weights: Floats
+    strains: tuple[int, ...]
+
+
+class Forces(NamedTuple):
+    """A space of forces.
+
+    Args:
+        element: The element.
+        weights: Components of its values that weigh strains at the points, for each strain.
+        polynomials: Components that are the forces 11, 22, 12, 13, 23 in contravariant components.
+        constants: Components of membrane forces that are constant in space, if there are.
+        rules: Where strains are taken.
+    """
+
+    element: Element
+    weights: tuple[int, ...]
+    polynomials: tuple[int, ...]
+    constants: tuple[int, ...]
+    rules: tuple[Rule, ...]
+
+
+@cache
+def shell_forces(cell: CellType, degree: int) -> Forces:
+    """Forces of shells whose displacements are of a degree.
+
+    Args:
+        cell: Triangle or quadrilateral.
+        degree: Degree of displacements and directors; 2 on triangles.
+    """
+    return _triangle() if cell == CellType.triangle else _quadrilateral(degree)
+
+
+def cell_sizes(domain: mesh.Mesh) -> Floats:
+    """Size of each cell of this rank over that of the reference cell, ghosts included, m^2."""
+    points, weights = basix.make_quadrature(domain.basix_cell(), 4)
+    first, second = _tangents(domain, points)
+    return np.linalg.norm(np.cross(first, second), axis=-1) @ (weights / weights.sum())
+
+
+def cell_directions(domain: mesh.Mesh) -> Floats:
+    """First line through the middle of each cell of this rank, ghosts included, shape (c, 3)."""
+    middle = basix.geometry(domain.basix_cell()).mean(axis=0, keepdims=True)
+    return _tangents(domain, middle)[0][:, 0]
+
+
+def _tangents(domain: mesh.Mesh, points: Floats) -> tuple[Floats, Floats]:
+    """Derivatives of the position by the coordinates of the reference cell, shape (c, n, 3)."""
+    element = domain.ufl_domain().ufl_coordinate_element().sub_elements[0]
+    _, *slopes = element.basix_element.tabulate(1, points)[..., 0]
+    nodes = domain.geometry.x[domain.geometry.dofmaps[0]]
+    first, second = (np.einsum("pn,cni->cpi", slope, nodes) for slope in slopes)
+    return first, second
+
+
+def _gauss(n: int) -> tuple[Floats, Floats]:
+    points, weights = basix.make_quadrature(CellType.interval, 2 * n - 1)
+    return points[:, 0], weights
+
+
+def _lobatto(n: int) -> Floats:
+    """Points from edge to edge, in ascending order."""
+    element = basix.create_element(
+        basix.ElementFamily.P, CellType.interval, n - 1, basix.LagrangeVariant.gll_warped
+    )
+    return np.sort(element.points[:, 0])
+
+
+def _quadrilateral(degree: int) -> Forces:
+    k = degree
+    inner, weights = _gauss(k)
+    edges = _lobatto(k + 1)
+    parts, rules = [], []
+    for number, lines in enumerate(((inner, edges), (edges, inner))):
+        points = _grid(*lines)
+        orders = len(lines[0]) - 1, len(lines[1]) - 1
+        parts.append(_line_element(points, orders))
+        rules.append(Rule(points, np.ones(len(points)), (number,)))
+    both = _grid(inner, inner)
+    rules.append(Rule(both, np.outer(weights, weights).ravel(), (2, 3, 4)))
+    parts.append(_custom(CellType.quadrilateral, _without_mean(_tensor(k - 1, k - 1)), 1, k - 1))
+    constant = basix.ufl.element("DG", CellType.quadrilateral, 0, shape=(3,))
+    shear = basix.ufl.element(
+        "DPC",
+        CellType.quadrilateral,
+        k - 1,
+        dpc_variant=basix.DPCVariant.legendre,
+        shape=(2,),
+        discontinuous=True,
+    )
+    element = basix.ufl.mixed_element([*parts, constant, shear])
+    return Forces(element, (0, 2, 4, 8, 9), (1, 3, 4, 8, 9), (5, 6, 7), tuple(rules))
+
+
+def _line_element(points: Floats, orders: tuple[int, int]) -> Element:
+    """Forces along one coordinate, with their weights at the points of strains."""
+    cell, degree = CellType.quadrilateral, max(orders)
+    whole = _tensor(*orders)
+    functions = _without_mean(whole)
+    x, w = basix.make_quadrature(cell, 2 * degree)
+    # polynomials with given values at the points, which strains are, too
+    through = np.linalg.inv(whole(points)[..., 0])
+    shapes = np.einsum("pm,mq->pq", through, whole(x)[..., 0])
+    weights = np.einsum("fq,pq,q->fp", functions(x)[..., 0], shapes, w)
+
+    def pair(x: Floats) -> Floats:
+        at_points = np.einsum("fp,pm,mq->fq", weights, through, whole(x)[..., 0])
+        return np.stack([at_points, functions(x)[..., 0]], axis=-1)
+
+    return _custom(cell, pair, 2, degree)
+
+
+def _triangle() -> Forces:
+    cell = CellType.triangle
+    gauss, _ = _gauss(2)
+    corners = basix.geometry(cell)
+    on_edges, along = [], []
+    for a, b in basix.topology(cell)[1]:
+        t = corners[b] - corners[a]
+        on_edges += [corners[a] + x * t for x in gauss]
+        along += [t, t]
+    inside, means = basix.make_quadrature(cell, 2)
+    points, t = np.concatenate([on_edges, inside]), np.array(along)
+    n = len(t)
+    membrane = np.zeros((n + 3, len(points), 3))
+    for i in range(n):
+        membrane[i, i] = t[i, 0] ** 2, t[i, 1] ** 2, t[i, 0] * t[i, 1]
+    for c in range(3):
+        membrane[n + c, n:, c] = means
+    shear = np.zeros((n // 2, len(points), 2))
+    for i in range(n):
+        shear[i // 2, i] = t[i] / 2
+
+    def tensors(x: Floats) -> Floats:
+        ones = np.stack([np.ones(len(x)), *x.T])
+        return np.einsum("fp,cd->fcpd", ones, np.eye(3)).reshape(-1, len(x), 3)
+
+    def edges(x: Floats) -> Floats:
+        turned = np.stack([-x[:, 1], x[:, 0]], axis=1)
+        constant = np.broadcast_to(np.eye(2)[:, None], (2, len(x), 2))
+        return np.concatenate([constant, turned[None]])
+
+    parts = [_pair_element(points, f, s) for f, s in ((membrane, tensors), (shear, edges))]
+    rule = Rule(points, np.ones(len(points)), (0, 1, 2, 3, 4))
+    element = basix.ufl.mixed_element(parts)
+    return Forces(element, (0, 1, 2, 6, 7), (3, 4, 5, 8, 9), (), (rule,))
+
+
+def _pair_element(points: Floats, functionals: Floats, strains: Functions) -> Element:
+    """Forces that are dual to functionals of strains, with their weights at the points.
+
+    Args:
+        points: Where strains are taken.
+        functionals: Their weights there, shape (functionals, points, components).
+        strains: The strains that are interpolated.
+    """
+    cell, size = CellType.triangle, functionals.shape[-1]
+    dual = np.linalg.inv(np.einsum("fpc,npc->fn", functionals, strains(points)))
+    x, w = basix.make_quadrature(cell, 4)
+
+    def interpolated(x: Floats) -> Floats:
+        return np.einsum("nqc,nf->fqc", strains(x), dual)
+
+    gram = np.einsum("fqc,gqc,q->fg", interpolated(x), interpolated(x), w)
+    inverse = np.linalg.inv(gram)
+    # cubic functions have any values at the points
+    fitted = np.einsum("fpc,pm->fcm", functionals, np.linalg.pinv(_monomials(3, points)))
+
+    def pair(x: Floats) -> Floats:
+        at_points = np.einsum("fcm,mq->fqc", fitted, _monomials(3, x))
+        forces = np.einsum("fg,gqc->fqc", inverse, interpolated(x))
+        return np.concatenate([at_points, forces], axis=-1)
+
+    return _custom(cell, pair, 2 * size, 3)
+
+
+def _grid(first: Floats, second: Floats) -> Floats:
+    return np.array([[a, b] for a in first for b in second])
+
+
+def _tensor(m: int, n: int) -> Functions:
+    """Products of Legendre's polynomials of two degrees, the constant one first."""
+
+    def functions(x: Floats) -> Floats:
+        one, two = (
+            np.polynomial.legendre.legvander(2 * x[:, c] - 1, d) for c, d in ((0, m), (1, n))
+        )
+        return np.einsum("qi,qj->ijq", one, two).reshape(-1, len(x), 1)
+
+    return functions
+
+
+def _without_mean(functions: Functions) -> Functions:
+    """The functions but the first one, the constant to which they are orthogonal."""
+    return lambda x: functions(x)[1:]
+
+
+def _monomials(degree: int, x: Floats) -> Floats:
+    powers = [(i, j) for i in range(degree + 1) for j in range(degree + 1 - i)]
+    return np.array([x[:, 0] ** i * x[:, 1] ** j for i, j in powers])
+
+
+def _custom(cell: CellType, functions: Functions, size: int, degree: int) -> Element:
+    """A discontinuous element of functions, with their coefficients as unknowns.
+
+    Args:
+        cell: Its cell.
+        functions: They, with values of shape (size,).
+        size: Number of values.
+        degree: Highest degree of the polynomials.
+    """
+    x, w = basix.make_quadrature(cell, 2 * degree)
+    values = functions(x)
+    legendre = basix.tabulate_polynomials(basix.PolynomialType.legendre, cell, degree, x)
+    coefficients = np.einsum("nqc,bq,q->ncb", values, legendre, w).reshape(len(values), -1)
+    gram = np.einsum("nqc,mqc,q->nm", values, values, w)
+    moments = np.einsum("nm,mqc,q->ncq", np.linalg.inv(gram), values, w)[..., None]
+    orthogonal = np.ascontiguousarray(np.linalg.qr(coefficients.T)[0].T)
+    topology = basix.topology(cell)
+    points = [[np.zeros((0, 2)) for _ in entities] for entities in topology]
+    matrices = [[np.zeros((0, size, 0, 1)) for _ in entities] for entities in topology]
+    points[2], matrices[2] = [x], [np.ascontiguousarray(moments)]
+    points.append([])
+    matrices.append([])
+    return basix.ufl.custom_element(
+        cell,
+        [size] if size > 1 else [],
+        orthogonal,
+        points,
+        matrices,
+        0,
+        basix.MapType.identity,
+        basix.SobolevSpace.L2,
+        True,
+        0,
+        degree,
+        basix.PolysetType.standard,
+    )

@@ -1,0 +1,86 @@
+"""Forces and own strains of a shell's elements that belong to given strains, cell by cell."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
+
+import numpy as np
+import ufl
+from dolfinx import fem
+from scipy.sparse.linalg import splu
+from ufl import Form
+from ufl.core.expr import Expr
+
+from shellmb.forms.steps.mixed import LinearMixed, LinearOwn
+from shellmb.native.kernels import compiled
+
+if TYPE_CHECKING:
+    from shellmb.model.shells.bound import BoundShell
+
+
+class CellSystem:
+    """Linear equations of each cell by itself.
+
+    Args:
+        space: Discontinuous space of the unknowns.
+        matrix: Bilinear form, whose values do not change.
+        given: Linear form, whose values may.
+    """
+
+    def __init__(self, space: fem.FunctionSpace, matrix: Form, given: Form) -> None:
+        self._matrix, self._given = matrix, compiled(given)
+        self.function = fem.Function(space)
+
+    @cached_property
+    def _factors(self) -> Any:
+        return splu(fem.assemble_matrix(compiled(self._matrix)).to_scipy().tocsc())
+
+    def solve(self) -> fem.Function:
+        """Solution, ghosts included; collective."""
+        f, vector = self.function, fem.assemble_vector(self._given)
+        local = f.function_space.dofmap.index_map.size_local * f.function_space.dofmap.bs
+        # what another rank owns comes from there
+        f.x.array[:] = self._factors.solve(np.asarray(vector.array))
+        f.x.array[local:] = 0.0
+        f.x.scatter_forward()
+        return f
+
+
+def compatible(shell: BoundShell, e: Expr) -> CellSystem:
+    """Equations of the forces, or of the own strains where elements have some, of strains.
+
+    Args:
+        shell: The shell.
+        e: The strains, shape (8,); functions in it may change.
+    """
+    section, tying, integrate = shell.section.formulation, shell.tying, shell.integrate
+    linear = isinstance(section, LinearMixed)
+    space = shell.mixed.subspaces["N" if linear else "S"]
+    dN, found = (tying.forces(f(space)) for f in (ufl.TestFunction, ufl.TrialFunction))
+    if linear:
+        nothing, still = ufl.as_vector([0] * 13), ufl.as_vector([0] * 8)
+        own = section.gap(still, still, section.N0 * found, dN)[0]
+        return CellSystem(space, integrate([-own]), integrate(section.gap(e, e, nothing, dN)))
+    eps = ufl.as_vector([e[k] for k in range(3)])
+    works = [ufl.dot(tying.constant(dN), eps), *(ufl.dot(s, e) for s in tying.works(dN))]
+    matrix = ufl.dot(tying.force(dN), tying.strain(found))
+    return CellSystem(space, integrate([matrix]), integrate(works))
+
+
+def forces_of(shell: BoundShell, e: Expr) -> Expr:
+    """What `forces` of a linear section's formulation is for strains that do not change."""
+    section, tying, own = shell.section.formulation, shell.tying, compatible(shell, e).solve()
+    if isinstance(section, LinearMixed):
+        return section.N0 * tying.forces(own)
+    assert isinstance(section, LinearOwn)
+    strain, space = tying.forces(own), shell.mixed.subspaces["N"]
+    dS, found = (tying.forces(f(space)) for f in (ufl.TestFunction, ufl.TrialFunction))
+    n, _, Q = section.stresses(strain, e)
+    matrix = ufl.dot(tying.strain(dS), section.N0 * tying.force(found))
+    given = ufl.dot(tying.strain(dS), ufl.as_vector([*n, *((1 - section.a) * Q)]))
+    integrate = shell.integrate
+    N = CellSystem(space, integrate([matrix]), integrate([given])).solve()
+    return ufl.as_vector([*strain, *(section.N0 * tying.forces(N))])
