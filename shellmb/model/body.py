@@ -165,6 +165,10 @@ class Damped(Protocol):
         """Virtual work of the forces at a state with a velocity."""
         ...
 
+    def following(self, q: fem.Function, v: fem.Function) -> Callable[[], None] | None:
+        """What gives a velocity at a state the rates of resultants; None: nothing needs them."""
+        ...
+
 
 class LoadFactors(Protocol):
     """The loads of a body with the time factors of one stage of a scheme."""

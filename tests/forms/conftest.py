@@ -12,6 +12,7 @@ import ufl
 from dolfinx import fem
 
 from shellmb.forms import materials
+from shellmb.forms.steps.mixed_nonlinear import ties as ties_of
 from shellmb.meshes.mesh import build_surface
 from shellmb.model.shells.linear import build_shell
 from shellmb.model.shells.shell import ShellModel
@@ -111,14 +112,19 @@ class Sample:
         u, w = self.part(q, "u"), self.part(q, "w")
         self.set_part(q, "u", (self.X + u) @ Q.T + c - self.X)
         self.set_part(q, "w", (self.D + w) @ Q.T - self.D)
-        if "bubble" in self.body.mixed.parts:
-            self.set_part(q, "bubble", self.part(q, "bubble") @ Q.T)
         if self.body.ties:
             self.turn_frames(q, Q)
 
     def noise(self, q: fem.Function, rng: np.random.Generator) -> None:
         """A random direction of order one."""
         q.x.array[:] = rng.normal(size=len(q.x.array))
+
+
+def tie_of_strains(body: ShellModel, q: fem.Function) -> ufl.Form:
+    """Work of the forces on what own strains of elements and those of displacements differ by."""
+    N = body.section.formulation.N0 * body.layout.forces(q)
+    ties = ties_of(body.strain, body.layout)
+    return body.integrate([ufl.dot(tie.act(N), tie.measure.value(q)) for tie in ties])
 
 
 _SAMPLES: dict[tuple[str, str, str, tuple[Load, ...]], Sample] = {}

@@ -25,7 +25,7 @@ from shellmb.scene import (
 )
 from shellmb.schemes.base import at_state, interval
 from shellmb.schemes.residuals.forces import interval_forces, jump_energy
-from tests.forms.conftest import compiled
+from tests.forms.conftest import compiled, tie_of_strains
 
 # central differences of step H: error H^2 of the third derivative, plus eps/H of round-off
 H, FD = 1e-6, 1e-7
@@ -80,7 +80,7 @@ class Held:
 
     def satisfy(self, span: Any, q: fem.Function) -> None:
         """Resultants of a state that satisfy compatibility, which is linear in them."""
-        rows = self.body.mixed.dofs["N"]
+        rows = np.concatenate([self.body.mixed.dofs[part] for part in self.body.mixed.stresses])
         test = ufl.TestFunction(self.body.mixed.space)
         kind = "state" if span.a is span.b else "interval"
         key = f"residual {kind} {q.name}"
@@ -166,11 +166,14 @@ def test_work_of_a_state_is_the_derivative_of_the_energy(held, rng) -> None:
     held.randomise(held.b, rng, 0.05)
     held.satisfy(at_state(held.b), held.b)
     held.v.x.array[:] = rng.normal(size=len(held.v.x.array))
-    for name in ("N", "lam"):
+    for name in (*held.body.mixed.stresses, "lam"):
         held.v.x.array[held.body.mixed.dofs[name]] = 0.0
-    slope = held.value(
-        "slope", lambda: ufl.derivative(strain_energy(held.body, held.b), held.b, held.v)
-    )
+
+    def potential() -> ufl.Form:
+        W = strain_energy(held.body, held.b)
+        return W + tie_of_strains(held.body, held.b) if "S" in held.body.mixed.parts else W
+
+    slope = held.value("slope", lambda: ufl.derivative(potential(), held.b, held.v))
     assert held.work("state") == pytest.approx(slope, rel=SLACK_ROUND_OFF)
 
 
@@ -185,7 +188,7 @@ def test_work_over_an_interval_is_the_change_of_energy(held, beta, rng) -> None:
     # forces of free strains at the end are those of the end, of held ones those of the interval
     held.satisfy(interval(held.a, held.b, held.beta), held.b)
     held.v.x.array[:] = held.b.x.array - held.a.x.array
-    for name in ("N", "lam"):
+    for name in (*held.body.mixed.stresses, "lam"):
         held.v.x.array[held.body.mixed.dofs[name]] = 0.0
     done = held.work("interval")
     change = energy_of(held, held.b) - energy_of(held, held.a)

@@ -11,7 +11,7 @@ from shellmb.forms.steps.mixed import Interval, vector
 from shellmb.model.body import strain_energy
 from shellmb.schemes.base import at_state, interval
 from shellmb.schemes.residuals.forces import interval_forces, jump_energy
-from tests.forms.conftest import compiled
+from tests.forms.conftest import compiled, tie_of_strains
 
 # central differences of step H: error H^2 of the third derivative, plus eps/H of round-off
 H = 1e-6
@@ -60,12 +60,8 @@ def potential(sample: Any) -> ufl.Form:
         held = ufl.dot(body.layout.part(q, "hold"), tie.constraints(q))
         W += body.section.force * held * body.rules.full
     if "S" in body.layout.parts:
-        # nonlinear material: the resultants tie the assumed strains to the displacements
-        formulation = body.section.formulation
-        e = body.strains(q)
-        gap = ufl.as_vector([*e.eps, *e.gam]) - body.layout.resultants(q, "S")
-        N = formulation.N0 * body.layout.resultants(q)
-        W += (1 - formulation.a) * ufl.dot(N, gap) * body.rules.reduced
+        # forces tie strains of the elements to those of the displacements
+        W += tie_of_strains(body, q)
     return W
 
 
@@ -114,11 +110,11 @@ def satisfy_compatibility(panel: Any, q: fem.Function) -> None:
     if panel.body.ties:
         # nothing holds these frames to the body
         q.x.array[panel.body.mixed.dofs["hold"]] = 0.0
-    part = "S" if "S" in panel.body.mixed.parts else "N"
-    dofs = panel.body.mixed.dofs[part]
-    space = panel.body.mixed.space
-    test = "N"
-    rows = panel.body.mixed.dofs[test]
+    mixed = panel.body.mixed
+    # of nonlinear sections forces are means, and none of a state
+    parts, tests = (mixed.stresses,) * 2 if mixed.stresses else (("S",), ("N",))
+    dofs, rows = (np.concatenate([mixed.dofs[p] for p in names]) for names in (parts, tests))
+    space = mixed.space
     residual = interval_forces(panel.body, at_state(q), ufl.TestFunction(space))
     key = f"compatibility of {q.name}"
     if key not in panel.compiled:

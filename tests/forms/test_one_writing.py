@@ -103,7 +103,7 @@ def found(scene: Scene, report: Callable[[Any, fem.Function, fem.Function], Expr
 def resultants(body: Any, q: fem.Function, v: fem.Function) -> Expr:
     """Squares of strains and resultants."""
     e, N = body.strain.value(q), body.resultants(q)
-    return (ufl.dot(e, e) + ufl.dot(N, N)) * body.rules.reduced
+    return (ufl.dot(e, e) + ufl.dot(N, N)) * body.rules.full
 
 
 def momenta(body: Any, q: fem.Function, v: fem.Function) -> Expr:

@@ -38,10 +38,20 @@ class StrainDamping:
     Args:
         layout: Parts of the state.
         parts: What resists.
+        rates: Makes `following`; None: forces follow from strains point by point.
     """
 
-    def __init__(self, layout: Layout, parts: Sequence[Resisting]) -> None:
-        self._layout, self._parts = layout, parts
+    def __init__(
+        self,
+        layout: Layout,
+        parts: Sequence[Resisting],
+        rates: Callable[[fem.Function, fem.Function], Callable[[], None]] | None = None,
+    ) -> None:
+        self._layout, self._parts, self._rates = layout, parts, rates
+
+    def following(self, q: fem.Function, v: fem.Function) -> Callable[[], None] | None:
+        """What gives a velocity at a state the rates of resultants; None: nothing needs them."""
+        return None if self._rates is None else self._rates(q, v)
 
     def term(self, along: Straining, tests: Sequence[Expr], trial: Expr) -> Term:
         """Forces in the rows of a step, with their derivatives."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -70,17 +71,49 @@ def compatible(shell: BoundShell, e: Expr) -> CellSystem:
     return CellSystem(space, integrate([matrix]), integrate(works))
 
 
+def balanced(shell: BoundShell, e: Expr, own: fem.Function) -> CellSystem:
+    """Equations of the forces of own strains with a linear section.
+
+    Args:
+        shell: The shell.
+        e: Strains of the displacements, shape (8,).
+        own: The own strains.
+    """
+    section, tying, space = shell.section.formulation, shell.tying, shell.mixed.subspaces["N"]
+    assert isinstance(section, LinearOwn)
+    dS, found = (tying.forces(f(space)) for f in (ufl.TestFunction, ufl.TrialFunction))
+    n, _, Q = section.stresses(tying.forces(own), e)
+    matrix = ufl.dot(tying.strain(dS), section.N0 * tying.force(found))
+    given = ufl.dot(tying.strain(dS), ufl.as_vector([*n, *((1 - section.a) * Q)]))
+    return CellSystem(space, shell.integrate([matrix]), shell.integrate([given]))
+
+
 def forces_of(shell: BoundShell, e: Expr) -> Expr:
     """What `forces` of a linear section's formulation is for strains that do not change."""
     section, tying, own = shell.section.formulation, shell.tying, compatible(shell, e).solve()
     if isinstance(section, LinearMixed):
         return section.N0 * tying.forces(own)
     assert isinstance(section, LinearOwn)
-    strain, space = tying.forces(own), shell.mixed.subspaces["N"]
-    dS, found = (tying.forces(f(space)) for f in (ufl.TestFunction, ufl.TrialFunction))
-    n, _, Q = section.stresses(strain, e)
-    matrix = ufl.dot(tying.strain(dS), section.N0 * tying.force(found))
-    given = ufl.dot(tying.strain(dS), ufl.as_vector([*n, *((1 - section.a) * Q)]))
-    integrate = shell.integrate
-    N = CellSystem(space, integrate([matrix]), integrate([given])).solve()
-    return ufl.as_vector([*strain, *(section.N0 * tying.forces(N))])
+    N = balanced(shell, e, own).solve()
+    return ufl.as_vector([*tying.forces(own), *(section.N0 * tying.forces(N))])
+
+
+def rates_of(shell: BoundShell, q: fem.Function, v: fem.Function) -> Callable[[], None]:
+    """What gives a velocity the rates of forces and own strains that belong to it; collective.
+
+    Args:
+        shell: The shell.
+        q: State.
+        v: Velocity.
+    """
+    e = shell.strain.change(q, v)
+    first = compatible(shell, e)
+    systems = {"N" if isinstance(shell.section.formulation, LinearMixed) else "S": first}
+    if isinstance(shell.section.formulation, LinearOwn):
+        systems["N"] = balanced(shell, e, first.function)
+
+    def follow() -> None:
+        for part, system in systems.items():
+            v.x.array[shell.mixed.dofs[part]] = system.solve().x.array
+
+    return follow

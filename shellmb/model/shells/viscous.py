@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 
 import numpy as np
 from dolfinx import fem
@@ -20,6 +21,7 @@ from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed
 from shellmb.forms.steps.stress_work_nonlinear import tangent
 from shellmb.model.sections.damping import Resisting, StrainDamping
 from shellmb.model.shells.bound import BoundShell
+from shellmb.model.shells.compatible import rates_of
 from shellmb.model.shells.elastic import quadratic_strains
 from shellmb.scene.values.validate import show
 
@@ -53,7 +55,7 @@ def strain_damping(shell: BoundShell) -> StrainDamping | None:
     else:
         assert isinstance(formulation, LinearMixed | LinearOwn)
         parts = _linear(shell, formulation, strain)
-    return StrainDamping(shell.layout, parts) if parts else None
+    return StrainDamping(shell.layout, parts, partial(rates_of, shell)) if parts else None
 
 
 def _linear(

@@ -62,6 +62,7 @@ class EndForces:
         self._unknown = {n: fem.Function(s, name=f"end_{n}") for n, s in spaces.items()}
         self._velocity = {n: fem.Function(s, name=f"v_end_{n}") for n, s in spaces.items()}
         self._samples: list[Sample] = []
+        self._following: list[Callable[[], None]] = []
         self.fields = [self._field(body) for body in self.model.bodies]
         self.system = BlockSystem(self.model.comm, self.fields)
         self._newton = NEWTON["newton"](
@@ -115,6 +116,8 @@ class EndForces:
             field.values[: len(values)] = values
         for sample in self._samples:
             sample.update(begin, dt, self._problem.start_factor)
+        for follow in self._following:
+            follow()
         self._newton.solve()
 
     def _field(self, body: Body) -> Field:
@@ -126,6 +129,9 @@ class EndForces:
             q, Rates(v, v), body.loads(), ((1.0, 1.0),), fem.Constant(space.mesh, 0.0), 1.0
         )
         self._samples.append(sample)
+        following = None if body.damping is None else body.damping.following(q, v)
+        if following is not None:
+            self._following.append(following)
         rate = velocity_constraint(body, v, q, dq)
         # multipliers of the velocities are zero: what is left is the constraints' own second rate
         turned = None if rate is None else ufl.derivative(rate, q, v)
