@@ -73,9 +73,24 @@ SHAPES = {
 @problem(
     "straight beam",
     f"{MACNEAL}; rotation: Saint-Venant (their 0.03208 is 0.942 of it)",
-    Row((6, 1), 1.0, 1.0, given={"shape": "rectangles"}),
-    Row((6, 1), 1.0, 1.0, given={"shape": "trapezoids"}),
-    Row((6, 1), 1.0, 1.0, given={"shape": "parallelograms"}),
+    Row(
+        (6, 1),
+        (0.998, 0.994, 0.994, 0.884),
+        (0.997, 0.983, 0.988, 0.694),
+        given={"shape": "rectangles"},
+    ),
+    Row(
+        (6, 1),
+        (0.998, 0.962, 0.994, 0.827),
+        (0.997, 0.962, 0.983, 0.698),
+        given={"shape": "trapezoids"},
+    ),
+    Row(
+        (6, 1),
+        (0.998, 0.990, 0.994, 0.871),
+        (0.997, 0.962, 0.984, 0.695),
+        given={"shape": "parallelograms"},
+    ),
 )
 def straight_beam(mesh: Mesh, shape: str) -> Values:
     """A long strip of a few elements of three shapes: unit loads at its end."""
@@ -101,8 +116,8 @@ def straight_beam(mesh: Mesh, shape: str) -> Values:
 @problem(
     "curved beam",
     f"{MACNEAL}; in plane: plane stress, elements of degree 6 (theirs is 1.4 % less)",
-    Row((6, 1), (1.0, 1.0), (1.0, 1.0)),
-    Row((12, 2), (1.0, 1.0), (1.0, 1.0)),
+    Row((6, 1), (0.998, 0.972), (0.986, 0.887)),
+    Row((12, 2), (0.999, 0.991), (0.997, 0.915)),
 )
 def curved_beam(mesh: Mesh) -> Values:
     """A narrow quarter of a ring, clamped, with forces at its end in its plane and across it."""
@@ -127,7 +142,7 @@ TWISTED = {0.32: (1.0, 5.424e-3, 1.754e-3), 0.0032: (1e-6, 5.256e-3, 1.294e-3)}
     f"{MACNEAL}; t=0.0032: Belytschko, Wong & Stolarski (1989)",
     Row((12, 2), (0.999, 1.002), (0.996, 0.998), given={"thickness": 0.32}),
     Row((12, 2), (0.997, 1.001), (0.994, 0.995), given={"thickness": 0.0032}),
-    Row((24, 4), (0.999, 1.000), (0.998, 0.999), given={"thickness": 0.0032}),
+    Row((24, 4), 0.999, (0.998, 0.999), given={"thickness": 0.0032}),
     Row((24, 4), (0.992, 0.993), (0.997, 0.998), MOVED, {"thickness": 0.0032}),
 )
 def twisted_beam(mesh: Mesh, thickness: float) -> Values:
@@ -190,11 +205,11 @@ def tube(length: float) -> Parametric:
 @problem(
     "tubes in torsion",
     "Saint-Venant; Bredt",
-    Row((16, 4), 1.0, 1.0, given={"which": "slit", "thickness": 0.05}),
-    Row((16, 4), 1.0, 1.0, given={"which": "slit", "thickness": 0.005}),
-    Row((16, 4), 1.0, 1.0, MOVED, {"which": "slit", "thickness": 0.005}),
-    Row((16, 4), 1.0, 1.0, given={"which": "closed", "thickness": 0.005}),
-    Row((16, 4), 1.0, 1.0, MOVED, {"which": "closed", "thickness": 0.005}),
+    Row((16, 4), 1.001, 0.998, given={"which": "slit", "thickness": 0.05}),
+    Row((16, 4), 1.000, 0.997, given={"which": "slit", "thickness": 0.005}),
+    Row((16, 4), 0.999, 0.996, MOVED, {"which": "slit", "thickness": 0.005}),
+    Row((16, 4), 1.000, 1.000, given={"which": "closed", "thickness": 0.005}),
+    Row((16, 4), 1.000, 1.000, MOVED, {"which": "closed", "thickness": 0.005}),
 )
 def tubes(mesh: Mesh, which: str, thickness: float) -> Values:
     """Twist of a tube that may warp, slit along it or closed.
@@ -224,8 +239,8 @@ def tubes(mesh: Mesh, which: str, thickness: float) -> Values:
 @problem(
     "pulled tube",
     "F x/(E A)",
-    Row((8, 16), (1.0, 1.0), (1.0, 1.0)),
-    Row((8, 32), (1.0, 1.0), (1.0, 1.0)),
+    Row((8, 16), 1.000, 1.000),
+    Row((8, 32), 1.000, 1.000),
 )
 def pulled_tube(mesh: Mesh) -> Values:
     """A thin tube pulled by four point forces: means over vertices and middles of sides half-way.
@@ -337,8 +352,8 @@ def z_section(mesh: Mesh) -> Values:
 @problem(
     "Raasch's hook",
     "5.02, MacNeal's beam theory as FinEtoolsFlexStructures has it; solids 4.935",
-    Row((18, 3), 1.0, 1.0),
-    Row((36, 5), 1.0, 1.0),
+    Row((18, 3), 1.001, 0.957),
+    Row((36, 5), 1.004, 0.982),
 )
 def hook(mesh: Mesh) -> Values:
     """A curved strip of two arcs, clamped, with a shear force along its other end."""

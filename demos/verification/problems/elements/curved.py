@@ -75,8 +75,8 @@ def clamped_plate(mesh: Mesh) -> Values:
     "0.3024; converged: 0.30202",
     Row((4, 4), 0.992, 0.979),
     Row((8, 8), 0.996, 0.994),
-    Row((16, 16), 0.999, 0.995),
-    Row((8, 8), 0.996, 0.993, MOVED),
+    Row((16, 16), 0.998, 0.995),
+    Row((8, 8), 0.997, 0.993, MOVED),
 )
 def roof(mesh: Mesh) -> Values:
     """A roof on diaphragms under its weight: middle of the free edge."""
@@ -86,10 +86,10 @@ def roof(mesh: Mesh) -> Values:
 @problem(
     "hemisphere",
     "0.0934 at t=0.04, bending: over the cube of the thickness",
-    Row((4, 4), 1.011, 0.974, given={"thickness": 0.04}),
+    Row((4, 4), 1.011, 0.973, given={"thickness": 0.04}),
     Row((8, 8), 1.001, 0.993, given={"thickness": 0.04}),
     Row((16, 16), 1.004, 0.998, given={"thickness": 0.04}),
-    Row((16, 16), 1.001, 0.997, MOVED, {"thickness": 0.04}),
+    Row((16, 16), 1.001, 0.998, MOVED, {"thickness": 0.04}),
     Row((16, 16), 0.985, 0.984, given={"thickness": 0.01}),
 )
 def pinched(mesh: Mesh, thickness: float) -> Values:
@@ -130,11 +130,11 @@ def hypar(
 @problem(
     "hypar",
     "Bathe, Iosilevich & Chapelle, Comput. Struct. 75 (2000) 1-30",
-    Row((16, 8), 1.000, 0.978, given={"thickness": 1e-2}),
-    Row((16, 8), 1.027, 0.961, given={"thickness": 1e-3}),
-    Row((16, 8), 1.045, 0.993, given={"thickness": 1e-4}),
-    Row((32, 16), 1.003, 0.985, given={"thickness": 1e-3}),
-    Row((32, 16), 1.019, 0.985, given={"thickness": 1e-4}),
+    Row((16, 8), 1.000, 0.992, given={"thickness": 1e-2}),
+    Row((16, 8), 1.027, 0.996, given={"thickness": 1e-3}),
+    Row((16, 8), 1.045, 1.006, given={"thickness": 1e-4}),
+    Row((32, 16), 1.003, 0.997, given={"thickness": 1e-3}),
+    Row((32, 16), 1.019, 1.005, given={"thickness": 1e-4}),
     Row((16, 8), 0.998, 0.989, MOVED, {"thickness": 1e-3}),
     Row((16, 8), 0.611, 0.938, MOVED, {"thickness": 1e-4}),
     Row((32, 16), 0.999, 0.996, MOVED, {"thickness": 1e-3}),
@@ -177,8 +177,8 @@ def radial(shell: Shell, supports: tuple[Support, ...], axis: int | None) -> Flo
 @problem(
     "cylinder under pressure",
     "p R^2/(E t)",
-    Row((16, 8), (0.999, 1.001), (0.998, 1.001)),
-    Row((16, 8), (0.992, 1.005), (0.980, 1.010), MOVED),
+    Row((16, 8), (0.998, 1.001), (0.998, 1.001)),
+    Row((16, 8), (0.990, 1.006), (0.976, 1.012), MOVED),
 )
 def cylinder(mesh: Mesh) -> Values:
     """A cylinder of R/t = 1000 with free ends: least and largest growth of a node."""
@@ -192,10 +192,10 @@ def cylinder(mesh: Mesh) -> Values:
 @problem(
     "sphere under pressure",
     "p R^2 (1 - nu)/(2 E t)",
-    Row((4, 4), (0.993, 1.009), (0.812, 1.162), given={"thickness": 0.02}),
-    Row((4, 4), (0.984, 1.008), (0.417, 1.251), given={"thickness": 1e-3}),
+    Row((4, 4), (0.993, 1.009), (0.807, 1.165), given={"thickness": 0.02}),
+    Row((4, 4), (0.983, 1.007), (0.408, 1.254), given={"thickness": 1e-3}),
     Row((8, 8), (1.000, 1.001), (0.990, 1.014), given={"thickness": 0.02}),
-    Row((8, 8), (0.998, 1.004), (0.756, 1.146), given={"thickness": 1e-3}),
+    Row((8, 8), (0.997, 1.004), (0.755, 1.147), given={"thickness": 1e-3}),
 )
 def sphere(mesh: Mesh, thickness: float) -> Values:
     """A closed sphere: least and largest growth of a node."""

@@ -71,8 +71,8 @@ def cantilever(mesh: Mesh, thickness: float) -> Values:
     "pulled sheet",
     PLANE,
     Row((4, 1), 0.999, 0.998),
-    Row((8, 2), 1.0, 0.999),
-    Row((8, 2), 1.0, 1.0, MOVED),
+    Row((8, 2), 1.000, 0.999),
+    Row((8, 2), 1.000, 0.999, MOVED),
 )
 def pulled_sheet(mesh: Mesh) -> Values:
     """A thin sheet of 5x1, clamped, pulled at its other end: corner and middle of that end."""
@@ -101,7 +101,7 @@ def quarter_ring(inner: float, outer: float) -> Parametric:
     Row((4, 1), 0.992, 0.817),
     Row((8, 2), 0.982, 0.964),
     Row((16, 4), 0.997, 0.994),
-    Row((8, 2), 1.16, 0.959, MOVED),
+    Row((8, 2), 1.160, 0.959, MOVED),
     Row((16, 4), 1.019, 0.993, MOVED),
 )
 def ring(mesh: Mesh) -> Values:
@@ -115,9 +115,9 @@ def ring(mesh: Mesh) -> Values:
 @problem(
     "Cook",
     f"{PLANE}; Cook, Malkus & Plesha give 23.96",
-    Row((2, 2), 1.0, 1.0),
-    Row((4, 4), 1.0, 1.0),
-    Row((4, 4), 1.0, 1.0, MOVED),
+    Row((2, 2), 0.983, 0.932),
+    Row((4, 4), 0.996, 0.991),
+    Row((4, 4), 0.994, 0.987, MOVED),
 )
 def cook(mesh: Mesh) -> Values:
     """A tapered and swept panel under a shear force at its end: middle of the end."""
@@ -137,9 +137,9 @@ def cook(mesh: Mesh) -> Values:
 @problem(
     "point force",
     PLANE,
-    Row((4, 2), (0.998, 0.991, 0.995), (0.994, 0.988, 0.993)),
+    Row((4, 2), (0.998, 0.991, 0.995), (0.993, 0.988, 0.993)),
     Row((8, 4), (1.004, 1.000, 0.998), (1.003, 0.999, 0.997)),
-    Row((16, 8), (1.005, 1.002, 1.000), (1.004, 1.002, 0.999)),
+    Row((16, 8), (1.005, 1.002, 0.999), (1.004, 1.002, 0.999)),
 )
 def point_force(mesh: Mesh) -> Values:
     """A sheet of 2x1 with one force in its plane: half-way along a side, and the corner."""
@@ -160,7 +160,7 @@ def point_force(mesh: Mesh) -> Values:
     "forces at nodes",
     "F x/(E t b)",
     Row((8, 4), (1.001, 1.000), (1.001, 1.000)),
-    Row((20, 10), (1.000, 1.000), (1.000, 1.000)),
+    Row((20, 10), 1.000, 1.000),
 )
 def forces_at_nodes(mesh: Mesh) -> Values:
     """A sheet of 2x1 pulled by equal forces at all nodes of a side: vertices against middles."""
@@ -183,9 +183,9 @@ def forces_at_nodes(mesh: Mesh) -> Values:
 @problem(
     "two pins",
     PLANE,
-    Row((8, 4), 1.0, 0.994),
-    Row((16, 8), 1.0, 1.0),
-    Row((32, 16), 1.0, 1.0),
+    Row((8, 4), 1.000, 0.994),
+    Row((16, 8), 1.000, 1.000),
+    Row((32, 16), 1.000, 1.000),
 )
 def two_pins(mesh: Mesh) -> Values:
     """A sheet of 2x1 on two corners with a load along its top: how much shorter its middle is."""
