@@ -111,7 +111,7 @@ def problem(
                     for (what, value), figure in zip(found.items(), tried, strict=True):
                         bound = abs(float(figure) - 1) + NEAR
                         yield Check(
-                            f"{row.title(cell)}{', ' if what else ''}{what}",
+                            f"{row.title(cell)}{'; ' if what else ''}{what}",
                             value,
                             1.0,
                             source,
