@@ -14,6 +14,10 @@ from shellmb.simulate.turns import Turns, turned
 
 Arrays = dict[str, Floats]
 
+# angle by which a load turns a director [rad], and iterations that it takes, beyond which Newton's
+# method may have come to an equilibrium that the body does not come to: a strip that is rolled up at
+# once may leave its plane. Loads that end in the same one take up to 18
+SAFE_TURN, SAFE_ITERATIONS = 2.5, 24
 # what names of arrays for estimates of errors begin with
 ERRORS = "errors/"
 
@@ -45,7 +49,7 @@ class Attempt(NamedTuple):
         iterations: Newton iterations.
         dt: Its length; shorter than requested where something on the way must not be passed.
         error: Estimate of its error (`errors`), where the scene has a tolerance for it; of a load
-            the largest angle by which it turns a director, rad.
+            how far it is from where Newton's method is sure to end, one being safe.
     """
 
     iterations: int
@@ -130,7 +134,9 @@ class TimeSteps:
         iterations = self._problem.solve(dt)
         self._turns.followed(dt)
         if self._loads:
-            return Attempt(iterations, dt, turned(self._problem))
+            # how far off Newton's method may have gone, in parts of what is safe
+            astray = max(turned(self._problem) / SAFE_TURN, iterations / SAFE_ITERATIONS)
+            return Attempt(iterations, dt, astray)
         return Attempt(iterations, dt, None if self._errors is None else self._errors.estimate(dt))
 
     def accept(self, dt: float) -> None:

@@ -15,10 +15,8 @@ SHORT = 0.1
 DEFAULT_SMALLEST = 1 / 1024
 # of statics, before any load acts, and in parts of the load that acts
 FIRST_LOAD, NEXT_LOAD = 2.0**-30, 1 / 16
-# angle in one load step beyond which Newton's method may end at an equilibrium that the body does
-# not come to: a strip that is rolled up at once may leave its plane [rad]. What turns farther in
-# a small part of the load snaps through, and does so in any step
-SAFE, SMALL_LOAD = 2.5, 1 / 32
+# what goes astray in a small part of the load does so in any: it snaps through
+SMALL_LOAD = 1 / 32
 
 # the jump between the states j and i is `-dt^2/6` times the acceleration, eq. (31)
 JUMP_ORDER = 2
@@ -158,8 +156,8 @@ class LoadSize(StepSize):
         return min(DEFAULT_SMALLEST * self.nominal, begins)
 
     def too_large(self, measured: float | None, dt: float = 0.0) -> bool:
-        """Decide whether a load is taken in parts, as it turns something farther than is safe."""
-        return measured is not None and measured > SAFE and dt > SMALL_LOAD * self.nominal
+        """Decide whether a load is taken in parts, as Newton's method may have gone astray."""
+        return measured is not None and measured > 1 and dt > SMALL_LOAD * self.nominal
 
     def accept(self, measured: float | None, dt: float = 0.0) -> None:
         """Grow the step after success."""

@@ -1,8 +1,8 @@
 """Groups of a cell's unknowns that are eliminated together, with their couplings.
 
 Of a shell with a linear section, say, membrane forces see displacements only and shear forces do
-not see membrane forces: eliminating them one after the other takes a third of the work and two
-thirds of the memory of eliminating them at once.
+not see membrane forces, and own strains see forces only: eliminating them one after the other takes
+a third of the work and two thirds of the memory of eliminating them at once.
 """
 
 from __future__ import annotations
@@ -47,13 +47,18 @@ def find_chunks(cells: MeshCells, jacobian: list[PlacedForm]) -> Chunks:
         here = np.arange(first, first + width)
         others = np.setdiff1d(np.arange(n), here)
         block = pattern[np.ix_(here, here)]
-        # those that see the same of the others are eliminated at once: fewer, larger products
-        alike: dict[bytes, list[Ints]] = {}
+        # those that see the same of the others are eliminated at once: fewer, larger products; those
+        # without pivots, forces that tie strains, behind those that give them some
+        alike: tuple[dict[bytes, list[Ints]], ...] = {}, {}
         for part in _connected(block):
-            own = here[part]
-            seen = pattern[np.ix_(own, others)].any(axis=0) | pattern[np.ix_(others, own)].any(1)
-            alike.setdefault(seen.tobytes(), []).append(own)
-        chunks += [np.sort(np.concatenate(some)) for some in alike.values()]
+            pivots = pattern[here[part], here[part]]
+            for some, own in zip(alike, (here[part][pivots], here[part][~pivots]), strict=True):
+                seen = pattern[np.ix_(own, others)].any(axis=0)
+                seen |= pattern[np.ix_(others, own)].any(axis=1)
+                if len(own):
+                    some.setdefault(seen.tobytes(), []).append(own)
+        groups = [own for some in alike for own in some.values()]
+        chunks += [np.sort(np.concatenate(own)) for own in groups]
     shared = np.arange(cells.shared)
     if chunks:
         seen = np.stack([pattern[c].any(axis=0) | pattern[:, c].any(axis=1) for c in chunks])
