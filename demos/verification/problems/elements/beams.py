@@ -19,6 +19,7 @@ from shellmb.demos.verification.problems.elements.rows import (
     problem,
     statics,
 )
+from shellmb.demos.verification.problems.linear_shells import compressed_plate
 from shellmb.demos.verification.solve import displacement, displacement_at
 from shellmb.scene import (
     Clamped,
@@ -313,6 +314,22 @@ def lateral_torsional_buckling(mesh: Mesh) -> Values:
     ]
     scene = Scene("beam", shells, joins=joins, supports=held, loads=loads, scheme="linear-statics")
     return {"": float(linear_buckling(scene, MPI.COMM_WORLD, 1).factors[0])}
+
+
+@problem(
+    "compressed plate",
+    "Timoshenko & Gere, Theory of Elastic Stability",
+    Row((4, 4), (1.0, 1.015), (0.985, 0.91)),
+    Row((8, 8), (1.0, 1.0, 1.01, 1.0), (0.997, 0.98, 0.957, 0.972)),
+)
+def compressed(mesh: Mesh) -> Values:
+    """Load factors of a thin square on hard supports under a force along one side."""
+    count = mesh.size[0] // 2
+    scene, _ = compressed_plate(mesh.cell, 1000.0, mesh.size[0])
+    found = linear_buckling(scene, MPI.COMM_WORLD, count).factors
+    # waves along and across the force
+    exact = (4.0, 6.25, (3 + 1 / 3) ** 2, 16.0)
+    return {f"mode {k + 1}": float(found[k]) / exact[k] for k in range(count)}
 
 
 @problem(

@@ -242,6 +242,7 @@ def facets() -> Iterator[Check]:
             Fixed((-1.0, 0.0, 0.0), displacement=(None, 0.0, None)),
             Fixed((0.0, 1.0, 0.0), displacement=(0.0, None, None)),
         )
-        # flat facets bend between their folds: by a tenth of this growth
-        mean = float(radial(shell, held, 2).mean())
-    yield Check("tri 64x16, R/t=100, mean growth", mean, 1.0, "p R^2/(E t)", 0.01)
+        # facets are strips of one element that folds clamp: their vertices do not bulge
+        growth = radial(shell, held, 2)
+    yield Check("tri 64x16, R/t=100, mean growth", float(growth.mean()), 1.0, "p R^2/(E t)", 0.05)
+    yield Check("tri 64x16, R/t=100, least growth", float(growth.min()), 1.0, "p R^2/(E t)", 0.01)

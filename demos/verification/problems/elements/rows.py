@@ -5,7 +5,6 @@ mesh, and for each element what the trial of the elements gave there in NumPy (o
 directors as the product has them). A value passes within 1 % of that, or nearer to 1.
 """
 
-import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -21,8 +20,6 @@ from shellmb.demos.verification.solve import solved
 from shellmb.scene import Scene, Section, Shell, Surface
 from shellmb.simulate.simulation import Simulation
 
-# until the assumed strains of the branch `elements` are here, values are shown and none fails
-TO_COME = True
 # beside what was tried, or nearer to 1
 NEAR = 0.01
 # of an element's size, as the meshes of `Shell(distortion=)`
@@ -115,7 +112,7 @@ def problem(
                             value,
                             1.0,
                             source,
-                            math.inf if TO_COME else bound,
+                            bound,
                         )
 
         checks.__doc__ = values.__doc__
