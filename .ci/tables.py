@@ -35,9 +35,6 @@ OTHERS = {
     "quad": ("QUAD4", "QD4", "S4R", "QUAD8", "QD8", "S8R"),
     "tri": ("TRI6", "TR6", "STRI65", "T3FF"),
 }
-    "quad": ("QUAD4", "QD4", "S4R", "QUAD8", "QD8", "S8R"),
-    "tri": ("TRI6", "TR6", "STRI65", "T3FF"),
-}
 # errors of two machines differ by round-off, seen against the bound, and by this part of themselves
 ROUND_OFF, NEAR = 1e-2, 0.05
 
