@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import ufl
 
-from shellmb.demos.verification.problems.triangles import hypar
+from shellmb.demos.verification.problems.elements.curved import hypar
 from shellmb.diagnostics.elements.locking import excess
 from shellmb.running.execute import execute
 from shellmb.scene import (

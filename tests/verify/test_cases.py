@@ -20,11 +20,6 @@ LONG = {
     "dynamics/order, small vibration",
     "mechanisms/order",
     "mechanisms/slider-crank",
-    # of which "triangles/cantilever" and `tests/model/test_triangles.py` are short
-    "triangles/membrane",
-    "triangles/free plate",
-    "triangles/free ring",
-    "triangles/hypar",
     # of which `tests/rotating` has what is short
     "modes/arm",
     "modes/blade",
