@@ -3,14 +3,14 @@
     void interpret_one_##k(double *A, const double *w, const double *c, const double *x,           \
                            const int *entity, const uint8_t *permutation, void *custom)            \
     {                                                                                              \
-        (void)permutation, (void)custom;                                                           \
-        interpret_of_one(A, w, c, k, x, entity);                                                   \
+        (void)permutation;                                                                         \
+        interpret_of_one(A, w, c, k, x, entity, custom);                                                   \
     }                                                                                              \
     void interpret_lanes_##k(double *A, const double *w, const double *c, const double *x,         \
                              const int *entity, const uint8_t *permutation, void *custom)          \
     {                                                                                              \
-        (void)permutation, (void)custom;                                                           \
-        interpret_of_lanes((lanes *)A, (const lanes *)w, c, k, (const lanes *)x, entity);          \
+        (void)permutation;                                                                         \
+        interpret_of_lanes((lanes *)A, (const lanes *)w, c, k, (const lanes *)x, entity, custom);          \
     }
 INTERPRET(0)
 INTERPRET(1)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import struct
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import Any
@@ -22,6 +22,7 @@ from shellmb.native.derivatives import CachedDerivative
 from shellmb.native.later import plain
 from shellmb.native.library import CArrays
 from shellmb.native.programs.building import Rule
+from shellmb.native.programs.geometry import COORDINATES
 from shellmb.native.programs.graph import Unsupported
 from shellmb.native.programs.reading import Reader
 from shellmb.native.programs.tables import Tables, points_of
@@ -64,6 +65,7 @@ def rules_of(
     coefficients: Sequence[Any],
     constants: Sequence[Any],
     arguments: Sequence[Any],
+    static: Collection[int] = (),
 ) -> list[Rule]:
     """Programs of each quadrature rule of integrals over one kind of entity.
 
@@ -72,6 +74,7 @@ def rules_of(
         coefficients: Functions of the form.
         constants: Constants of the form.
         arguments: Elements of the arguments.
+        static: As of `Rule`.
     """
     places, domain = constant_places(constants), integrals[0].ufl_domain()
     facet = integrals[0].integral_type() != "cell"
@@ -87,7 +90,7 @@ def rules_of(
         reader = Reader(domain, coefficients, places, arguments, tables.vanishes, facet)
         value = reader.graph.total([reader.scalar(x) for x in integrands])
         value = reader.graph.mul(value, reader.geometry.scale())
-        found.append(Rule(reader, value, len(arguments), points, tables))
+        found.append(Rule(reader, value, len(arguments), points, tables, static))
     return found
 
 
@@ -98,10 +101,27 @@ class Program:
         rules: What each quadrature rule adds.
         rank: Number of arguments.
         columns: Dofs of the second argument; 1 without.
+        ranges: Coefficients that seldom change: their places and sizes among those of a cell.
+        coordinates: How many numbers a cell's coordinates are.
+
+    Attributes:
+        kept: Numbers that are kept of a cell, or of a facet.
     """
 
-    def __init__(self, rules: Sequence[Rule], rank: int, columns: int) -> None:
+    def __init__(
+        self,
+        rules: Sequence[Rule],
+        rank: int,
+        columns: int,
+        ranges: Sequence[tuple[int, int]] = (),
+        coordinates: int = 0,
+    ) -> None:
         self._rules, self._rank, self._columns = list(rules), rank, columns
+        self._ranges, self._coordinates = list(ranges), coordinates
+        # behind a stamp and what it follows from
+        self._first = 1 + coordinates + sum(count for _, count in ranges)
+        values = sum(rule.kept for rule in rules)
+        self.kept = self._first + values if values else 0
         # keeps what C points to
         self.pointer = CArrays()
 
@@ -111,7 +131,14 @@ class Program:
         Args:
             first: Place of the first constant.
         """
-        rules = [rule.struct(self.pointer, first) for rule in self._rules]
+        rules, place = [], self._first
+        for rule in self._rules:
+            rules.append(rule.struct(self.pointer, first, place))
+            place += rule.kept
+        constants = sorted({first + k for rule in self._rules for k in rule.constants})
+        ranges = [{"first": k, "count": count} for k, count in self._ranges]
+        seen = np.full(len(constants) + 1, np.nan)
+        seen[-1] = 0.0
         members = {
             "rank": self._rank,
             "columns": self._columns,
@@ -120,6 +147,13 @@ class Program:
             "registers": max((r.registers * r.chunk for r in self._rules), default=0),
             "products": max((r.products for r in self._rules), default=0),
             "factors": max((r.factors for r in self._rules), default=0),
+            "kept": self.kept,
+            "ranges": len(ranges),
+            "coordinates": self._coordinates,
+            "constants": len(constants),
+            "range": self.pointer.many("Range", ranges),
+            "constant": self.pointer(np.array([*constants, 0], dtype=np.int32)),
+            "seen": self.pointer(seen),
         }
         made = self.pointer.many("Program", [members])
         # what they were made from is of no more use, and the garbage collector looks at all that is
@@ -129,11 +163,13 @@ class Program:
         return float(number)
 
 
-def interpreted(form: Form) -> fem.Form:
+def interpreted(form: Form, moving: Collection[Any] = ()) -> fem.Form:
     """A form whose kernels are programs.
 
     Args:
         form: One that is not empty, over one mesh.
+        moving: Functions that change from call to call, and with them all that are of their
+            elements: what follows from others alone is kept. None: nothing is.
 
     Raises:
         Unsupported: If it has something that programs do not have.
@@ -154,10 +190,11 @@ def interpreted(form: Form) -> fem.Form:
     order = sorted(groups, key=lambda key: list(KINDS).index(key[0]))
     elements = [space.ufl_element() for space in spaces]
     columns = elements[1].dim if len(elements) == 2 else 1
-    programs = [
-        Program(rules_of(groups[key], coefficients, constants, elements), len(spaces), columns)
-        for key in order
-    ]
+    static, ranges, coordinates = _seldom(ufl_domain, coefficients, moving)
+    programs = []
+    for key in order:
+        rules = rules_of(groups[key], coefficients, constants, elements, static)
+        programs.append(Program(rules, len(spaces), columns, ranges, coordinates))
     addresses = [program.address(len(programs)) for program in programs]
     places = fem.Constant(ufl_domain, np.array(addresses))
     every = np.arange(len(coefficients), dtype=np.int8)
@@ -168,7 +205,8 @@ def interpreted(form: Form) -> fem.Form:
         many = ffi.NULL
         if LANES > 1 and key[0] == "cell" and ufl_domain.topological_dimension == 2:
             many = ffi.addressof(lib, f"interpret_lanes_{number}")
-        kernels.append(SimpleNamespace(tabulate_tensor_float64=one, tabulate_tensor_float32=many))
+        functions = {"tabulate_tensor_float64": one, "tabulate_tensor_float32": many}
+        kernels.append(SimpleNamespace(**functions, kept=programs[number].kept))
         address = int(ffi.cast("uintptr_t", one))
         own = integrals[KINDS[key[0]]]
         own.append((len(own), address, _entities(form, key), every))
@@ -188,6 +226,24 @@ def interpreted(form: Form) -> fem.Form:
     return fem.Form(made, ufcx, None, module)  # type: ignore[arg-type]
 
 
+def _seldom(
+    domain: Any, coefficients: Sequence[Any], moving: Collection[Any]
+) -> tuple[list[int], list[tuple[int, int]], int]:
+    """Sources of what seldom changes, places of such coefficients, and numbers of coordinates."""
+    if not moving:
+        return [], [], 0
+    changing = {f.ufl_element() for f in moving}
+    sources, ranges, place = [COORDINATES], [], 0
+    for k, f in enumerate(coefficients):
+        element = f.ufl_element()
+        if element not in changing:
+            sources.append(k)
+            ranges.append((place, element.dim))
+        place += element.dim
+    element = domain.ufl_coordinate_element()
+    return sources, ranges, 3 * (element.dim // element.block_size)
+
+
 def _entities(form: Form, kind: tuple[str, Any]) -> Any:
     """Cells, or facets as pairs of cell and number."""
     ((domain, data),) = form.subdomain_data().items()
@@ -204,15 +260,18 @@ def _entities(form: Form, kind: tuple[str, Any]) -> Any:
     return np.concatenate([np.zeros(0), *own]).astype(np.int32)
 
 
-def summed(forms: Sequence[Form | CachedDerivative]) -> fem.Form | None:
+def summed(
+    forms: Sequence[Form | CachedDerivative], moving: Collection[Any] = ()
+) -> fem.Form | None:
     """The sum of forms and derivatives as one program; None for nothing.
 
     Args:
         forms: Forms and derivatives of such with the same arguments.
+        moving: As of `interpreted`.
 
     Raises:
         Unsupported: If one has something that programs do not have.
     """
     written = [plain(f if isinstance(f, Form) else f.form()) for f in forms]
     integrals = [i for form in written if not form.empty() for i in form.integrals()]
-    return interpreted(Form(integrals)) if integrals else None
+    return interpreted(Form(integrals), moving) if integrals else None

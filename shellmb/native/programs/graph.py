@@ -75,6 +75,7 @@ UNARY = (
     "sqrt", "abs", "sign", "exp", "log", "sin", "cos", "tan", "asin", "acos", "atan", "sinh",
     "cosh", "tanh", "erf",
 )  # fmt: skip
+LEAVES = ("number", "constant", "entity", "input", "weight")
 COMPARED = ("lt", "le", "gt", "ge", "eq", "ne", "and", "or", "not")
 
 
@@ -101,6 +102,21 @@ class Graph:
                 varies = any(self.varies[k] for k in node[1:])
             self.varies.append(varies)
         return found
+
+    def operation(self, op: str, *args: int) -> int:
+        """Any operation as it is."""
+        return self._node(op, *args)
+
+    def actual(self, node: int) -> int:
+        """What a variable is."""
+        while self.nodes[node][0] == "alias":
+            node = self.nodes[node][3]
+        return node
+
+    def operands(self, node: int) -> list[int]:
+        """What a node is of."""
+        op, *args = self.nodes[node]
+        return [] if op in LEAVES else [self.actual(a) for a in args]
 
     def number(self, value: float) -> int:
         """A number."""

@@ -243,6 +243,9 @@ class FormLoop:
                 entities = np.asarray(bare.domains(kind, n - first))
                 where = _entities(entities, cells.count, facets=kind == kinds[1])
                 function, lanes = self._function(ufcx.form_integrals[n])
+                groups = -(-cells.count // lanes) if where[1] is None else len(where[1])
+                # programs keep what seldom changes
+                kept = getattr(ufcx.form_integrals[n], "kept", 0) * lanes
                 dofs = [pointer(side_by_side(table, lanes)) for table in tables]
                 found.append(
                     {
@@ -252,6 +255,10 @@ class FormLoop:
                         "dofs": pointer.many("int *", dofs),
                         "entity_offsets": pointer(where[0]),
                         "entities": pointer(where[1]),
+                        "store": pointer(
+                            native.whole_lines(groups * kept, float) if kept else None
+                        ),
+                        "store_size": kept,
                     }
                 )
         return found
