@@ -30,8 +30,10 @@ class Collector:
     def __init__(self, graph: Graph, static: Collection[int], roots: Iterable[int]) -> None:
         self._graph, self._static = graph, static
         self._seldom: dict[int, bool] = {}
-        # of each node: with what only it has written out, and with all that can be
+        # of each node: with what only it has written out, with what is a short sum itself, and with
+        # all that can be
         self._short: dict[int, Sum] = {}
+        self._middle: dict[int, Sum] = {}
         self._whole: dict[int, Sum] = {}
         self._made: dict[int, int] = {}
         self._chosen: dict[int, Sum] = {}
@@ -102,12 +104,14 @@ class Collector:
             self._made[node], self._short[node] = node, {node: one}
         elif op in ("add", "sub") or (op == "mul" and any(map(self.seldom, of))):
             self._short[node] = self._combined(op, *map(self._near, of))
+            self._middle[node] = self._combined(op, *map(self._through, of))
             whole = self._combined(op, *(self._whole[a] for a in of))
             self._whole[node] = whole if len(whole) <= MOST else self._short[node]
             return
         elif op == "div" and self.seldom(of[1]):
             by = {None: _int(graph.div(one, of[1]))}
             self._short[node] = self._combined("mul", by, self._near(of[0]))
+            self._middle[node] = self._combined("mul", by, self._through(of[0]))
             self._whole[node] = self._combined("mul", by, self._whole[of[0]])
             return
         else:
@@ -115,15 +119,22 @@ class Collector:
             self._made[node], self._short[node] = made, {made: one}
             self._own[made] = 1 + sum(map(self._cost_of, of))
             if op == "mul":
-                self._whole[node] = self._distributed(*of) or {made: one}
+                self._whole[node] = self._middle[node] = self._distributed(*of) or {made: one}
                 return
-        self._whole[node] = self._short[node]
+        self._whole[node] = self._middle[node] = self._short[node]
 
     def _near(self, node: int) -> Sum:
         """The sum that a node is, if it is part of one other alone; else the node itself."""
         if self.seldom(node) or self._uses[node] == 1:
             return self._short[node]
         return {self._make(node): self._graph.one}
+
+    def _through(self, node: int) -> Sum:
+        """Likewise, or the short sum that the node is."""
+        if self.seldom(node) or self._uses[node] == 1:
+            return self._middle[node]
+        made = self._make(node)
+        return self._outside(node) or {made: self._graph.one}
 
     def _distributed(self, a: int, b: int) -> Sum | None:
         """A product with coefficients that seldom change before it."""
@@ -161,23 +172,32 @@ class Collector:
         return found
 
     def _make(self, node: int) -> int:
-        """Write a node by the shorter one of its sums."""
+        """Write a node by the shortest one of its sums."""
         if node not in self._made:
-            short, whole = self._short[node], self._whole[node]
-            costs = self._cost(short), self._cost(whole)
-            self._chosen[node] = found = whole if costs[1] <= costs[0] else short
+            sums = self._whole[node], self._middle[node], self._short[node]
+            costs = list(map(self._cost, sums))
+            self._chosen[node] = found = sums[costs.index(min(costs))]
             self._made[node] = made = self._written(found)
             self._own.setdefault(made, min(costs))
         return self._made[node]
 
     def _grouped(self, terms: Sum) -> tuple[list[tuple[int, list[int]]], Sum]:
-        """Products that have one coefficient, and other terms."""
+        """What is added up before it has its coefficient, and other terms.
+
+        These are products, and what several sums are likely to have: pairs with one coefficient
+        beside other such pairs.
+        """
         graph = self._graph
         groups: dict[int, list[int]] = {}
         for k, c in terms.items():
-            if k is not None and graph.nodes[k][0] == "mul" and abs(graph.value_of(c) or 0) != 1:
+            if k is not None and abs(graph.value_of(c) or 0) != 1:
                 groups.setdefault(c, []).append(k)
-        found = [(c, sorted(some)) for c, some in groups.items() if len(some) > 1]
+        several = [(c, sorted(some)) for c, some in groups.items() if len(some) > 1]
+        found = [
+            (c, some)
+            for c, some in several
+            if len(several) > 1 or all(graph.nodes[k][0] == "mul" for k in some)
+        ]
         inside = {k for _, some in found for k in some}
         return found, {k: c for k, c in terms.items() if k not in inside}
 
