@@ -97,6 +97,40 @@ static __attribute__((noinline)) void NAME(apply)(const Instruction *k, V *const
     }
 }
 
+/* Sums of so few products, which are a constant for the compiler. */
+static INLINED void NAME(dot)(int some, const int *terms, V *const *base, V *restrict to, int n)
+{
+    const V *x[6], *y[6];
+    _Pragma("GCC unroll 6") for (int k = 0; k < some; ++k)
+        x[k] = AT(terms[2 * k]), y[k] = AT(terms[2 * k + 1]);
+    FEW(i)
+    {
+        V sum = x[0][i] * y[0][i];
+        _Pragma("GCC unroll 6") for (int k = 1; k < some; ++k)
+            sum += x[k][i] * y[k][i];
+        to[i] = sum;
+    }
+}
+
+/* Of products with numbers that all points have. */
+static INLINED void NAME(u_dot)(int some, const int *terms, V *const *base, V *restrict to, const double *u, int n)
+{
+    const V *y[6];
+    double x[6];
+    _Pragma("GCC unroll 6") for (int k = 0; k < some; ++k)
+        x[k] = u[terms[2 * k]], y[k] = AT(terms[2 * k + 1]);
+    FEW(i)
+    {
+        V sum = x[0] * y[0][i];
+        _Pragma("GCC unroll 6") for (int k = 1; k < some; ++k)
+            sum += x[k] * y[k][i];
+        to[i] = sum;
+    }
+}
+
+#define DOT(some) case DOT##some: NAME(dot)(some, terms + k->a, base, to, n); break;
+#define U_DOT(some) case U_DOT##some: NAME(u_dot)(some, terms + k->a, base, to, u, n); break;
+
 static INLINED void NAME(operate_on)(int count, const Instruction *code, const int *terms,
                                       V *const *base, const double *u, int n)
 {
@@ -137,6 +171,8 @@ static INLINED void NAME(operate_on)(int count, const Instruction *code, const i
             FEW(i) to[i] = sum[i];
             break;
         }
+        DOT(2) DOT(3) DOT(4) DOT(5) DOT(6)
+        U_DOT(2) U_DOT(3) U_DOT(4) U_DOT(5)
         case FILL: OF_ALL(zero + u[k->a]);
         default: NAME(apply)(k, base, n);
         }
@@ -157,6 +193,31 @@ static void NAME(operate)(const Stage *s, int from, int to, V *const *base, int 
     }
 }
 
+/* Sums of values of n components times those of m test functions, of all derivatives and points. */
+static INLINED void NAME(block)(int m, int n, const Rule *r, const Dense *g, size_t at, int column, int count,
+                                V *const *base, V *A)
+{
+    V sum[4][3], *to[3];
+    _Pragma("GCC unroll 3") for (int j = 0; j < n; ++j)
+        to[j] = A + g->place[column + j];
+    _Pragma("GCC unroll 4") for (int i = 0; i < m; ++i)
+        _Pragma("GCC unroll 3") for (int j = 0; j < n; ++j)
+            sum[i][j] = to[j][i * g->stride];
+    for (int k = 0; k < g->rows; ++k) {
+        const double *t = r->tables[g->table[k]].dense + at;
+        const V *value[3];
+        _Pragma("GCC unroll 3") for (int j = 0; j < n; ++j)
+            value[j] = AT(g->of[k * g->columns + column + j]);
+        for (int p = 0; p < count; ++p, t += g->nodes)
+            _Pragma("GCC unroll 4") for (int i = 0; i < m; ++i)
+                _Pragma("GCC unroll 3") for (int j = 0; j < n; ++j)
+                    sum[i][j] += t[i] * value[j][p];
+    }
+    _Pragma("GCC unroll 4") for (int i = 0; i < m; ++i)
+        _Pragma("GCC unroll 3") for (int j = 0; j < n; ++j)
+            to[j][i * g->stride] = sum[i][j];
+}
+
 /* A sum over the points of values times those of test functions. */
 static void NAME(vector)(const Rule *r, int entity, int from, int count, V *const *base, V *A)
 {
@@ -175,17 +236,25 @@ static void NAME(vector)(const Rule *r, int entity, int from, int count, V *cons
             for (int e = begin[p]; e < begin[p + 1]; ++e)
                 to[t->node[e] * row->stride] += t->value[e] * value[p];
     }
-    for (const Dense *g = r->dense; g < r->dense + r->denses; ++g)
-        for (int n = 0; n < g->nodes; ++n) {
-            V *to = A + g->first + n * g->stride, sum = *to;
-            for (int k = 0; k < g->rows; ++k) {
-                const double *t = r->tables[g->table[k]].dense + (size_t)(entity * r->points + from) * g->nodes + n;
-                const V *value = AT(g->of[k]);
-                for (int p = 0; p < count; ++p)
-                    sum += t[p * g->nodes] * value[p];
+    for (const Dense *g = r->dense; g < r->dense + r->denses; ++g) {
+        size_t at = (size_t)(entity * r->points + from) * g->nodes;
+        for (int node = 0, m; node < g->nodes; node += m) {
+            int left = g->nodes - node;
+            m = left < 3 ? 1 : left == 4 || left == 8 ? 4 : 3;
+            for (int c = 0, n; c < g->columns; c += n) {
+                n = g->columns - c < 3 ? 1 : 3;
+                V *to = A + node * g->stride;
+                switch (FIXED ? 10 * m + n : 0) {
+                case 11: NAME(block)(1, 1, r, g, at + node, c, count, base, to); break;
+                case 13: NAME(block)(1, 3, r, g, at + node, c, count, base, to); break;
+                case 31: NAME(block)(3, 1, r, g, at + node, c, count, base, to); break;
+                case 33: NAME(block)(3, 3, r, g, at + node, c, count, base, to); break;
+                case 41: NAME(block)(4, 1, r, g, at + node, c, count, base, to); break;
+                default: NAME(block)(FIXED ? 4 : m, FIXED ? 3 : n, r, g, at + node, c, count, base, to);
+                }
             }
-            *to = sum;
         }
+    }
 }
 
 /* Products of test and trial functions with few values at a point. */
@@ -413,6 +482,8 @@ static void NAME(interpret)(V *restrict A, const V *restrict w, const double *c,
 }
 #undef AT
 #undef OF_ALL
+#undef DOT
+#undef U_DOT
 #undef ENTRIES
 #undef TILES
 #undef FEW

@@ -14,7 +14,14 @@ from shellmb.native.programs.geometry import COORDINATES
 from shellmb.native.programs.graph import Graph, Input, Key, Multilinear, Scalar
 from shellmb.native.programs.reading import Reader
 from shellmb.native.programs.tables import Points, Tables
-from shellmb.native.programs.translation import CODES, KEPT, UNIFORM, Instruction, Translation
+from shellmb.native.programs.translation import (
+    CODES,
+    KEPT,
+    SUMS,
+    UNIFORM,
+    Instruction,
+    Translation,
+)
 
 # points of a rule that are taken at once, at most, and bytes that their registers take
 POINTS, ROOM = 4, 28_000
@@ -148,7 +155,7 @@ class Rule:
         place, found, terms = self._place, [], list(made.terms)
         for op, to, *of in made.code:
             name = CODES[op]
-            if name == "sum":
+            if name in SUMS:
                 first, varying, uniform, start = of
                 products = (varying & 0xFFFF) + (varying >> 16)
                 others = (uniform & 0xFFFF) + (uniform >> 16)
@@ -192,27 +199,33 @@ class Rule:
 
     def _rows(self, pointer: CArrays) -> dict[str, Any]:
         few = [_few(values) for values in self._tables.tables]
-        groups: dict[Any, list[tuple[Input, int]]] = {}
+        components: dict[Any, list[tuple[int, int]]] = {}
         rows = []
         for key, of in self._made.output.items():
             if key and not few[self._tables.find(key[0])[0]]:
                 table, place = self._tables.find(key[0])
-                group = place, self._tables.tables[table].shape[-1]
-                groups.setdefault(group, []).append((key[0], of))
+                nodes = self._tables.tables[table].shape[-1]
+                components.setdefault((place, nodes), []).append((table, self._place(of)))
             else:
                 rows.append(self._row(of, key[0] if key else None))
+        # components with the same derivatives side by side
+        groups: dict[Any, list[tuple[int, list[int]]]] = {}
+        for (place, nodes), some in components.items():
+            found, of_each = zip(*sorted(some), strict=True)
+            group = found, nodes, place.stride
+            groups.setdefault(group, []).append((place.first, list(of_each)))
         denses = [
             {
-                "first": place.first,
-                "stride": place.stride,
+                "stride": stride,
                 "nodes": nodes,
-                "rows": len(some),
-                "table": _ints(pointer, [self._tables.find(a)[0] for a, _ in some]),
-                "of": _ints(pointer, [self._place(of) for _, of in some]),
+                "rows": len(found),
+                "columns": len(some),
+                "table": _ints(pointer, found),
+                "of": _ints(pointer, [list(row) for row in zip(*(of for _, of in some))]),
+                "place": _ints(pointer, [first for first, _ in some]),
             }
-            for (place, nodes), some in groups.items()
+            for (found, nodes, stride), some in groups.items()
         ]
-        self.products = self.factors = 0
         return {
             "rows": len(rows),
             "row": pointer.many("Row", rows),

@@ -16,6 +16,8 @@ from shellmb.native.programs.graph import LEAVES, Graph, Scalar
 Sum = dict[int | None, int]
 # terms of a sum at most that is written out whole
 MOST = 24
+# uses of a sum of two terms that products are written out with
+SHARED = 4
 
 
 class Collector:
@@ -153,10 +155,16 @@ class Collector:
         return found
 
     def _outside(self, node: int) -> Sum:
-        """A sum of few terms, whose coefficients may stand before a product with it; else none."""
-        own = self._chosen.get(node, {})
+        """A sum of few terms, whose coefficients may stand before a product with it; else none.
+
+        Derivatives along a direction are none, which others need as they are.
+        """
+        own, graph = self._chosen.get(node, {}), self._graph
         few = len(own) in (1, 2) and None not in own
-        return own if few and all(self._graph.varies[c] for c in own.values()) else {}
+        if len(own) == 2:
+            leaf = any(k is not None and graph.nodes[k][0] == "input" for k in own)
+            few = few and not leaf and self._uses[node] <= SHARED
+        return own if few and all(graph.varies[c] for c in own.values()) else {}
 
     def _combined(self, op: str, a: Sum, b: Sum) -> Sum:
         graph = self._graph
@@ -174,7 +182,7 @@ class Collector:
     def _make(self, node: int) -> int:
         """Write a node by the shortest one of its sums."""
         if node not in self._made:
-            sums = self._whole[node], self._middle[node], self._short[node]
+            sums = self._middle[node], self._short[node], self._whole[node]
             costs = list(map(self._cost, sums))
             self._chosen[node] = found = sums[costs.index(min(costs))]
             self._made[node] = made = self._written(found)
