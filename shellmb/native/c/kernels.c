@@ -65,7 +65,7 @@ static void tabulate_group(const Kernel *k, const Cells *g, int cell, int count,
     for (int e = first; e < last; ++e) {
         const int *entity = k->entity_offsets ? k->entities + e : NULL;
         double *kept = k->store ? k->store + k->store_size * (entity ? e : cell / n) : NULL;
-        f(work.A, work.w, k->constants, x, entity, NULL, kept);
+        f(work.A, work.w, k->constants, x, entity, NULL, &kept);
     }
     if (!k->closes)
         return;

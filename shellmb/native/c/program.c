@@ -432,22 +432,28 @@ static int NAME(stale)(const Program *p, const V *w, const double *c, const V *x
 }
 
 static void NAME(interpret)(V *restrict A, const V *restrict w, const double *c, int number,
-                            const V *restrict x, const int *entity, V *own)
+                            const V *restrict x, const int *entity, V **ours)
 {
     static _Thread_local V *room;
     static _Thread_local size_t size;
     const Program *program;
     memcpy(&program, c + number, sizeof program);
-    size_t all = program->registers + program->products + program->factors + program->kept;
+    size_t all = program->registers + program->products + program->factors + program->kept + program->reads;
     if (all > size) {
         free(room);
         room = aligned_alloc(64, (sizeof(V) * all + 63) / 64 * 64);
         size = all;
     }
     int e = entity ? *entity : 0;
+    V *own = ours ? *ours : NULL, *some = room + all - program->reads;
+    if (!ours && program->reads) {
+        for (int k = 0; k < program->reads; ++k)
+            some[k] = w[program->read[k]];
+        w = some;
+    }
     int anew = program->kept && (!own || NAME(stale)(program, w, c, x, own));
     if (!own)
-        own = room + all - program->kept;
+        own = some - program->kept;
     for (const Rule *r = program->rule; r < program->rule + program->rules; ++r) {
         int most = r->chunk;
         V *right = room + program->registers;

@@ -82,6 +82,8 @@ typedef struct {
     int rank, columns, rules;
     const Rule *rule;
     int registers, products, factors;
+    int reads;                 /* coefficients that it reads of a cell's, if not all */
+    const int *read;           /* their places, (reads,) */
     /* what is kept of a cell: a stamp, coefficients and coordinates that it follows from, and values */
     int kept, ranges, coordinates, constants;
     const Range *range;        /* of coefficients */

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from shellmb.arrays import Ints
 from shellmb.native.compiling.flags import LANES
 from shellmb.native.library import CArrays
 from shellmb.native.programs.collecting import Collector
@@ -98,14 +99,27 @@ class Rule:
             found.setdefault(None if few[table] else group, []).append(key)
         return found
 
-    def struct(self, pointer: CArrays, first: int, place: int) -> dict[str, Any]:
+    def read(self) -> list[Ints]:
+        """Places of the coefficients that are read, of each value that is, among those of a cell."""
+        every = [*self._made.inputs, *self._seldom.inputs]
+        own = dict.fromkeys(item for item, _ in every if item.source != COORDINATES)
+        found = []
+        for item in own:
+            table, place = self._tables.find(item)
+            nodes = self._tables.tables[table].shape[-1]
+            found.append(place.first + place.stride * np.arange(nodes))
+        return found
+
+    def struct(self, pointer: CArrays, first: int, place: int, read: Ints) -> dict[str, Any]:
         """Members of C's structure.
 
         Args:
             pointer: Makes pointers, and keeps what they point to.
             first: Place of the first constant, behind those of programs.
             place: Of what is kept of a cell.
+            read: Place of each coefficient among those that are read.
         """
+        self._read = read
         entities = self._points.numbers
         found = self._products(pointer) if self._rank == 2 else self._rows(pointer)
         stages = [self._stage(pointer, first, made) for made in (self._seldom, self._made)]
@@ -173,8 +187,15 @@ class Rule:
         groups: dict[tuple[int, bool, int], list[tuple[int, int]]] = {}
         for item, register in made.inputs:
             table, place = self._tables.find(item)
-            key = table, item.source == COORDINATES, place.stride
-            groups.setdefault(key, []).append((place.first, register))
+            first, stride = place.first, place.stride
+            if item.source != COORDINATES:
+                nodes = self._tables.tables[table].shape[-1]
+                next_one = int(self._read[first + stride * (nodes > 1)])
+                first = int(self._read[first])
+                stride = next_one - first
+            groups.setdefault((table, item.source == COORDINATES, stride), []).append(
+                (first, register)
+            )
         found = []
         for (table, coordinates, stride), some in groups.items():
             first, to = np.array(sorted(some), dtype=np.int32).T

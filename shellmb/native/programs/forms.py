@@ -16,6 +16,7 @@ from dolfinx.fem import IntegralType
 from dolfinx.fem.forms import form_cpp_class, get_integration_domains
 from ufl import Form
 
+from shellmb.arrays import Bools, Int32s, Ints
 from shellmb.native import library as native
 from shellmb.native.compiling.flags import LANES
 from shellmb.native.derivatives import CachedDerivative
@@ -101,11 +102,12 @@ class Program:
         rules: What each quadrature rule adds.
         rank: Number of arguments.
         columns: Dofs of the second argument; 1 without.
-        ranges: Coefficients that seldom change: their places and sizes among those of a cell.
+        seldom: Of each coefficient of a cell whether it seldom changes.
         coordinates: How many numbers a cell's coordinates are.
 
     Attributes:
         kept: Numbers that are kept of a cell, or of a facet.
+        reads: Which coefficients it reads.
     """
 
     def __init__(
@@ -113,17 +115,30 @@ class Program:
         rules: Sequence[Rule],
         rank: int,
         columns: int,
-        ranges: Sequence[tuple[int, int]] = (),
-        coordinates: int = 0,
+        seldom: Bools,
+        coordinates: int,
     ) -> None:
         self._rules, self._rank, self._columns = list(rules), rank, columns
-        self._ranges, self._coordinates = list(ranges), coordinates
+        self._coordinates = coordinates
+        self.reads, self._places = _read(rules, len(seldom))
+        edges = np.flatnonzero(np.diff([0, *seldom[self.reads].astype(int), 0])).reshape(-1, 2)
+        self._ranges = [(int(first), int(last - first)) for first, last in edges]
         # behind a stamp and what it follows from
-        self._first = 1 + coordinates + sum(count for _, count in ranges)
+        self._first = 1 + coordinates + sum(count for _, count in self._ranges)
         values = sum(rule.kept for rule in rules)
         self.kept = self._first + values if values else 0
         # keeps what C points to
         self.pointer = CArrays()
+
+    def of_each(self, tables: Sequence[Int32s]) -> list[Int32s]:
+        """Dofs that it reads of each coefficient, by all of them, cell by cell."""
+        found, start = [], 0
+        for table in tables:
+            own = self.reads - start
+            own = own[(own >= 0) & (own < table.shape[1])]
+            found.append(np.ascontiguousarray(table[:, own]))
+            start += table.shape[1]
+        return found
 
     def address(self, first: int) -> float:
         """Address of it, in the bits of a number that stands before the constants.
@@ -133,7 +148,7 @@ class Program:
         """
         rules, place = [], self._first
         for rule in self._rules:
-            rules.append(rule.struct(self.pointer, first, place))
+            rules.append(rule.struct(self.pointer, first, place, self._places))
             place += rule.kept
         constants = sorted({first + k for rule in self._rules for k in rule.constants})
         ranges = [{"first": k, "count": count} for k, count in self._ranges]
@@ -147,6 +162,8 @@ class Program:
             "registers": max((r.registers * r.chunk for r in self._rules), default=0),
             "products": max((r.products for r in self._rules), default=0),
             "factors": max((r.factors for r in self._rules), default=0),
+            "reads": len(self.reads) if len(self.reads) < len(self._places) else 0,
+            "read": self.pointer(np.append(self.reads, 0).astype(np.int32)),
             "kept": self.kept,
             "ranges": len(ranges),
             "coordinates": self._coordinates,
@@ -190,11 +207,11 @@ def interpreted(form: Form, moving: Collection[Any] = ()) -> fem.Form:
     order = sorted(groups, key=lambda key: list(KINDS).index(key[0]))
     elements = [space.ufl_element() for space in spaces]
     columns = elements[1].dim if len(elements) == 2 else 1
-    static, ranges, coordinates = _seldom(ufl_domain, coefficients, moving)
+    static, seldom, coordinates = _seldom(ufl_domain, coefficients, moving)
     programs = []
     for key in order:
         rules = rules_of(groups[key], coefficients, constants, elements, static)
-        programs.append(Program(rules, len(spaces), columns, ranges, coordinates))
+        programs.append(Program(rules, len(spaces), columns, seldom, coordinates))
     addresses = [program.address(len(programs)) for program in programs]
     places = fem.Constant(ufl_domain, np.array(addresses))
     every = np.arange(len(coefficients), dtype=np.int8)
@@ -206,7 +223,7 @@ def interpreted(form: Form, moving: Collection[Any] = ()) -> fem.Form:
         if LANES > 1 and key[0] == "cell" and ufl_domain.topological_dimension == 2:
             many = ffi.addressof(lib, f"interpret_lanes_{number}")
         functions = {"tabulate_tensor_float64": one, "tabulate_tensor_float32": many}
-        kernels.append(SimpleNamespace(**functions, kept=programs[number].kept))
+        kernels.append(SimpleNamespace(**functions, program=programs[number]))
         address = int(ffi.cast("uintptr_t", one))
         own = integrals[KINDS[key[0]]]
         own.append((len(own), address, _entities(form, key), every))
@@ -226,22 +243,31 @@ def interpreted(form: Form, moving: Collection[Any] = ()) -> fem.Form:
     return fem.Form(made, ufcx, None, module)  # type: ignore[arg-type]
 
 
+def _read(rules: Sequence[Rule], size: int) -> tuple[Ints, Ints]:
+    """Coefficients of a cell that rules read, and places of all among these.
+
+    Nodes of each function stay at equal distances; where they would not, all are read.
+    """
+    values = [places for rule in rules for places in rule.read()]
+    reads = np.unique(np.concatenate([*values, np.zeros(0)])).astype(int)
+    places = np.zeros(size, dtype=int)
+    places[reads] = np.arange(len(reads))
+    if any(len(np.unique(np.diff(places[some]))) > 1 for some in values):
+        reads = places = np.arange(size)
+    return reads, places
+
+
 def _seldom(
     domain: Any, coefficients: Sequence[Any], moving: Collection[Any]
-) -> tuple[list[int], list[tuple[int, int]], int]:
-    """Sources of what seldom changes, places of such coefficients, and numbers of coordinates."""
-    if not moving:
-        return [], [], 0
+) -> tuple[list[int], Bools, int]:
+    """Sources of what seldom changes, which coefficients do, and numbers of coordinates."""
+    elements = [f.ufl_element() for f in coefficients]
     changing = {f.ufl_element() for f in moving}
-    sources, ranges, place = [COORDINATES], [], 0
-    for k, f in enumerate(coefficients):
-        element = f.ufl_element()
-        if element not in changing:
-            sources.append(k)
-            ranges.append((place, element.dim))
-        place += element.dim
+    seldom = [bool(moving) and element not in changing for element in elements]
+    sources = [COORDINATES, *np.flatnonzero(seldom).tolist()] if moving else []
     element = domain.ufl_coordinate_element()
-    return sources, ranges, 3 * (element.dim // element.block_size)
+    numbers = 3 * (element.dim // element.block_size)
+    return sources, np.repeat(np.array(seldom, bool), [e.dim for e in elements]), numbers
 
 
 def _entities(form: Form, kind: tuple[str, Any]) -> Any:
