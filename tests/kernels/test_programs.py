@@ -1,6 +1,7 @@
 """Integrands as programs: what is read off any UFL is what FFCx compiles, and runs are the same."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
 from mpi4py import MPI  # before dolfinx
@@ -12,10 +13,14 @@ import pytest
 import ufl
 from dolfinx import fem, mesh
 
+import shellmb as sm
+from shellmb.demos import sudden_load
 from shellmb.native import kernels
 from shellmb.native.assembler import assembled_by
 from shellmb.native.expressions import compiled_expression
 from shellmb.native.kernels import compiled
+from shellmb.simulate.simulation import Simulation
+from shellmb.system.assembly.residuals import DolfinxResiduals
 from tests.golden import runs
 from tests.golden.test_golden import bound
 
@@ -215,6 +220,36 @@ def test_golden_runs_need_no_kernel(name: str, no_compiler: None) -> None:
     apart = runs.differences(runs.history(name), runs.frozen()[name])
     worst = max(apart, key=apart.__getitem__)
     assert apart[worst] < bound(name), worst
+
+
+@pytest.mark.parametrize("scheme", ["ep", "ed3"])
+def test_what_is_kept_follows_from_what_it_depends_on(scheme: str) -> None:
+    """Kind: functions, constants and unknowns that change between two calls, alone and at once."""
+    made = sudden_load.scene()
+    (shell,) = made.shells
+    made = replace(
+        made,
+        shells=replace(shell, mesh=(3, 1)),
+        scheme=scheme,
+        solver=sm.Solver(assembler="interpreted"),
+    )
+    simulation = Simulation(made, MPI.COMM_SELF)
+    system, random = simulation.problem.system, np.random.default_rng(3)
+    # nothing is kept where DOLFINx calls the programs
+    offsets = system.numbering.offsets.tolist()
+    plain = DolfinxResiduals(system.residual_forms, system.fields, offsets)
+    functions = {f for form in system.forms for f in form.coefficients()}
+    constants = {c for form in system.forms for c in form.constants()}
+    arrays = [f.x.array for f in sorted(functions, key=lambda f: f.count())]
+    arrays += [c.value.reshape(-1) for c in sorted(constants, key=lambda c: c.count())]
+    for changed in ([], arrays, *([array] for array in arrays), [], arrays):
+        for array in changed:
+            array *= random.uniform(0.9, 1.1, len(array))
+        found, expected = np.zeros((2, len(system.exchange.local)))
+        for residuals, local in ((system.residuals, found), (plain, expected)):
+            residuals.refresh()
+            residuals.add(local)
+        assert np.abs(found - expected).max() < BOUND * np.abs(expected).max()
 
 
 def test_what_programs_lack_is_compiled() -> None:

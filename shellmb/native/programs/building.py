@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -25,7 +25,7 @@ from shellmb.native.programs.translation import (
 )
 
 # points of a rule that are taken at once, at most, and bytes that their registers take
-POINTS, ROOM = 4, 28_000
+POINTS, ROOM = 4, 42_000
 # functions of a table that are not zero at a point, up to which products are taken one by one
 FEW = 2
 
@@ -39,7 +39,7 @@ class Rule:
         rank: Number of arguments.
         points: Points of the rule.
         tables: Functions there.
-        static: Sources of values that seldom change: what follows from these alone is kept.
+        keeps: Whether what seldom changes is kept of each cell.
 
     Attributes:
         chunk: Points that are taken at once.
@@ -56,19 +56,19 @@ class Rule:
         rank: int,
         points: Points,
         tables: Tables,
-        static: Collection[int] = (),
+        keeps: bool = False,
     ) -> None:
         self._tables, self._points, self._rank = tables, points, rank
         graph, entity_size = reader.graph, points.numbers.shape[1]
         self._parts = _parts(graph, value, rank)
         seldom: dict[Key, int] = {}
-        if static:
-            found = Collector(graph, static, self._parts.values())
+        if keeps:
+            found = Collector(graph, self._parts.values())
             parts = {key: found.of(node) for key, node in self._parts.items()}
             self._parts = {key: node for key, node in parts.items() if node != graph.zero}
         self._groups = self._grouped()
         groups = list(self._groups.values())
-        given = found.given if static else lambda node: False
+        given = found.given if keeps else lambda node: False
         self._made = made = Translation(graph, self._parts, groups, entity_size, given)
         seldom = {_numbered(k): node for k, node in enumerate(made.kept)}
         self._seldom = Translation(graph, seldom, [list(seldom)], entity_size)
@@ -100,7 +100,7 @@ class Rule:
         return found
 
     def read(self) -> list[Ints]:
-        """Places of the coefficients that are read, of each value that is, among those of a cell."""
+        """Places of coefficients among those of a cell, of each value that is read."""
         every = [*self._made.inputs, *self._seldom.inputs]
         own = dict.fromkeys(item for item, _ in every if item.source != COORDINATES)
         found = []
@@ -242,7 +242,7 @@ class Rule:
                 "rows": len(found),
                 "columns": len(some),
                 "table": _ints(pointer, found),
-                "of": _ints(pointer, [list(row) for row in zip(*(of for _, of in some))]),
+                "of": _ints(pointer, np.array([of for _, of in some]).T),
                 "place": _ints(pointer, [first for first, _ in some]),
             }
             for (found, nodes, stride), some in groups.items()

@@ -8,14 +8,14 @@ round.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable
+from collections.abc import Iterable
 
 from shellmb.native.programs.graph import LEAVES, Graph, Scalar
 
 # a sum: coefficients, which seldom change, of nodes that do; of None what has none
 Sum = dict[int | None, int]
 # terms of a sum at most that is written out whole
-MOST = 24
+MOST = 8
 # uses of a sum of two terms that products are written out with
 SHARED = 4
 
@@ -25,13 +25,11 @@ class Collector:
 
     Args:
         graph: The graph.
-        static: Sources of values that seldom change.
         roots: The nodes.
     """
 
-    def __init__(self, graph: Graph, static: Collection[int], roots: Iterable[int]) -> None:
-        self._graph, self._static = graph, static
-        self._seldom: dict[int, bool] = {}
+    def __init__(self, graph: Graph, roots: Iterable[int]) -> None:
+        self._graph, self._minus = graph, graph.number(-1.0)
         # of each node: with what only it has written out, with what is a short sum itself, and with
         # all that can be
         self._short: dict[int, Sum] = {}
@@ -53,27 +51,7 @@ class Collector:
 
     def given(self, node: int) -> bool:
         """Decide whether a node's values are to be kept from call to call."""
-        return self._graph.varies[node] and self.seldom(node) and node not in self._loose
-
-    def seldom(self, node: int) -> bool:
-        """Decide whether a node, an old or a new one, seldom changes."""
-        stack = [node]
-        while stack:
-            now = stack[-1]
-            if now in self._seldom:
-                stack.pop()
-                continue
-            op, *args = self._graph.nodes[now]
-            if op in LEAVES:
-                self._seldom[now] = op != "input" or args[0].source in self._static
-                continue
-            args = args[2:] if op == "alias" else args
-            missing = [a for a in args if a not in self._seldom]
-            if missing:
-                stack.extend(missing)
-            else:
-                self._seldom[now] = all(self._seldom[a] for a in args)
-        return self._seldom[node]
+        return self._graph.varies[node] and self._graph.seldom[node] and node not in self._loose
 
     def _ordered(self, roots: Iterable[int]) -> list[int]:
         """Nodes behind their operands; counts their uses."""
@@ -100,17 +78,17 @@ class Collector:
         """Find the sums that a node is, whose operands have theirs."""
         graph, one = self._graph, self._graph.one
         op, of = graph.nodes[node][0], graph.operands(node)
-        if self.seldom(node):
+        if self._graph.seldom[node]:
             self._made[node], self._short[node] = node, {None: node}
         elif op in LEAVES:
             self._made[node], self._short[node] = node, {node: one}
-        elif op in ("add", "sub") or (op == "mul" and any(map(self.seldom, of))):
+        elif op in ("add", "sub") or (op == "mul" and any(map(graph.seldom.__getitem__, of))):
             self._short[node] = self._combined(op, *map(self._near, of))
             self._middle[node] = self._combined(op, *map(self._through, of))
             whole = self._combined(op, *(self._whole[a] for a in of))
             self._whole[node] = whole if len(whole) <= MOST else self._short[node]
             return
-        elif op == "div" and self.seldom(of[1]):
+        elif op == "div" and graph.seldom[of[1]]:
             by = {None: _int(graph.div(one, of[1]))}
             self._short[node] = self._combined("mul", by, self._near(of[0]))
             self._middle[node] = self._combined("mul", by, self._through(of[0]))
@@ -127,13 +105,13 @@ class Collector:
 
     def _near(self, node: int) -> Sum:
         """The sum that a node is, if it is part of one other alone; else the node itself."""
-        if self.seldom(node) or self._uses[node] == 1:
+        if self._graph.seldom[node] or self._uses[node] == 1:
             return self._short[node]
         return {self._make(node): self._graph.one}
 
     def _through(self, node: int) -> Sum:
         """Likewise, or the short sum that the node is."""
-        if self.seldom(node) or self._uses[node] == 1:
+        if self._graph.seldom[node] or self._uses[node] == 1:
             return self._middle[node]
         made = self._make(node)
         return self._outside(node) or {made: self._graph.one}
@@ -148,10 +126,10 @@ class Collector:
         for p, c in sums[0].items():
             for q, d in sums[1].items():
                 assert p is not None and q is not None
-                atom = _int(self._graph.mul(p, q))
+                atom = self._graph.times(p, q)
                 self._own.setdefault(atom, 1)
-                factor = self._graph.mul(c, d)
-                found[atom] = _int(self._graph.add(found.get(atom, self._graph.zero), factor))
+                factor = self._graph.times(c, d)
+                found[atom] = self._graph.added(found.get(atom, self._graph.zero), factor)
         return found
 
     def _outside(self, node: int) -> Sum:
@@ -170,11 +148,14 @@ class Collector:
         graph = self._graph
         if op == "mul":
             factor, terms = (a[None], b) if list(a) == [None] else (b[None], a)
-            return {k: _int(graph.mul(factor, c)) for k, c in terms.items()}
+            if factor == graph.one:
+                return terms
+            return {k: graph.times(factor, c) for k, c in terms.items()}
         found = dict(a)
         for k, c in b.items():
-            own = c if op == "add" else graph.negative(c)
-            found[k] = _int(graph.add(found.get(k, graph.zero), own))
+            own = c if op == "add" else graph.times(self._minus, c)
+            before = found.get(k)
+            found[k] = own if before is None else graph.added(before, own)
             if found[k] == graph.zero:
                 del found[k]
         return found
@@ -222,7 +203,7 @@ class Collector:
 
     def _cost_of(self, node: int) -> int:
         """Operations of what only one other node needs."""
-        if self.seldom(node) or (self._uses[node] > 1 and not self._outside(node)):
+        if self._graph.seldom[node] or (self._uses[node] > 1 and not self._outside(node)):
             return 0
         return self._own.get(self._made[node], 0)
 
@@ -234,8 +215,8 @@ class Collector:
         if alone is not None and graph.nodes[alone][0] == "mul" and len(terms) > 1:
             if not graph.varies[graph.nodes[alone][1]]:
                 self._loose.add(alone)
-        parts = [graph.mul(c, graph.total(some)) for c, some in groups]
-        parts += [c if k is None else graph.mul(c, k) for k, c in others.items()]
+        parts = [graph.times(c, _int(graph.total(some))) for c, some in groups]
+        parts += [c if k is None else graph.times(c, k) for k, c in others.items()]
         return _int(graph.total(parts))
 
     def _apply(self, op: str, args: list[int]) -> int:

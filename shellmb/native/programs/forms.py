@@ -88,10 +88,10 @@ def rules_of(
     found = []
     for points, integrands in groups.values():
         tables = Tables(points, domain, elements, arguments)
-        reader = Reader(domain, coefficients, places, arguments, tables.vanishes, facet)
+        reader = Reader(domain, coefficients, places, arguments, tables.vanishes, facet, static)
         value = reader.graph.total([reader.scalar(x) for x in integrands])
         value = reader.graph.mul(value, reader.geometry.scale())
-        found.append(Rule(reader, value, len(arguments), points, tables, static))
+        found.append(Rule(reader, value, len(arguments), points, tables, bool(static)))
     return found
 
 
