@@ -120,6 +120,4 @@ class GeneralPath:
 
     def mean_stress(self) -> Expr:
         """Mean of the resultants over the step, shape (8,)."""
-        e = self._parts[1][1]
-        half = POINT / 2 * e.change
-        return (self._section.stress(e.mean - half) + self._section.stress(e.mean + half)) / 2
+        return sum(self._projected(psi, e)[0] for psi, e in self._parts)

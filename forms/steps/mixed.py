@@ -248,6 +248,7 @@ class LinearOwn:
         G: Shear stiffness.
         N0: Scale of the forces.
         a: Share of the shear energy that displacements have.
+        shared: Shear stiffness in that share, that of the section even where shear is constrained.
         tying: Maps of the forces.
         B: Coupling; None: none.
     """
@@ -257,6 +258,7 @@ class LinearOwn:
     G: Expr
     N0: Expr
     a: Expr
+    shared: Expr
     tying: Tying
     B: Expr | None = None
 
@@ -300,7 +302,7 @@ class LinearOwn:
         """Generalised stresses by rule, shape (8,) each; linear in strains and forces."""
         _, gam = split(membrane_shear(e))
         _, m, _ = self.stresses(self._strain(N), e)
-        whole = [*self.uniform(N), *m, *(self.a * (self.G * gam))]
+        whole = [*self.uniform(N), *m, *(self.a * (self.shared * gam))]
         return ufl.as_vector(whole), *self.taken(N)
 
     def gap(self, mean: Expr, end: Expr, N: Expr, dN: Expr) -> list[Expr]:
@@ -325,7 +327,7 @@ class LinearOwn:
         S = self._strain(N)
         (n, m, Q), (eps, gam) = self.stresses(S, e), split(self.tying.strain(S))
         _, moved = split(membrane_shear(e))
-        shear = (1 - self.a) * ufl.dot(Q, gam) + self.a * ufl.dot(self.G * moved, moved)
+        shear = (1 - self.a) * ufl.dot(Q, gam) + self.a * ufl.dot(self.shared * moved, moved)
         return [(ufl.dot(n, eps) + ufl.dot(m, bending(e)) + shear) / 2]
 
     def resultants(self, strain: Measure, layout: Layout, q: Expr) -> Expr:
@@ -341,7 +343,8 @@ class LinearOwn:
     def joined(self, e: Expr, N: Expr) -> Expr:
         """All resultants, shape (8,)."""
         n, m, Q = self.stresses(self._strain(N), e)
-        return ufl.as_vector([*n, *m, *Q])
+        _, moved = split(membrane_shear(e))
+        return ufl.as_vector([*n, *m, *((1 - self.a) * Q + self.a * (self.shared * moved))])
 
     def jump(self, strain: Measure, layout: Layout, a: Expr, b: Expr) -> Densities:
         """Elastic part of `c^2`, eq. (34)."""

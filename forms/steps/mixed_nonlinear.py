@@ -4,7 +4,7 @@ As in `forms.steps.mixed`; cells have strains of their own beside the forces, wh
 strains of the displacements.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -24,6 +24,8 @@ from shellmb.forms.steps.mixed import (
     split,
 )
 from shellmb.forms.steps.stress_work import added
+
+type Energy = Callable[[Expr], Expr]
 
 
 class Tie(NamedTuple):
@@ -171,8 +173,8 @@ class NonlinearMixed:
 
     def jump(self, strain: Measure, layout: Layout, a: Expr, b: Expr) -> Densities:
         """Half the work of the stress jump on the strain jump (eq. 34 for any material)."""
-        parts = zip(self.densities, (strain, assumed(strain, layout)), strict=True)
-        pairs = [(psi, measure.value(a), measure.value(b)) for psi, measure in parts]
+        seen = self._seen(strain, layout)
+        pairs = [(psi, measure.value(a), measure.value(b)) for psi, measure in seen]
         return [
             sum(
                 ufl.dot(gradient(psi, q1) - gradient(psi, q0), q1 - q0) / 2 for psi, q0, q1 in pairs
@@ -181,11 +183,17 @@ class NonlinearMixed:
 
     def resultants(self, strain: Measure, layout: Layout, q: Expr) -> Expr:
         """Resultants N/m and moments N of a state, shape (8,)."""
-        return self.stress(assumed(strain, layout).value(q))
+        return sum(gradient(psi, seen.value(q)) for psi, seen in self._seen(strain, layout))
 
     def averaged(self, strain: Measure, layout: Layout, span: Interval) -> Expr:
         """Resultants of the averaged stress of a sub-interval, the discrete gradient."""
-        s = assumed(strain, layout).value
-        first = s(span.a)
-        last = first if span.a is span.b else s(span.b)
-        return self._average(self._psi, first, last, span.beta)
+        found = []
+        for psi, seen in self._seen(strain, layout):
+            first = seen.value(span.a)
+            last = first if span.a is span.b else seen.value(span.b)
+            found.append(self._average(psi, first, last, span.beta))
+        return sum(found)
+
+    def _seen(self, strain: Measure, layout: Layout) -> Sequence[tuple[Energy, Measure]]:
+        """Energies with the strains that they are of."""
+        return list(zip(self.densities, (strain, assumed(strain, layout)), strict=True))

@@ -179,9 +179,10 @@ class NonlinearPath:
 
     def mean_stress(self) -> Expr:
         """Mean of the resultants over the step, shape (8,)."""
-        measure = self._parts[1][1]
-        stresses = [
-            self._section.stress(moment_of(measure, point.moment, self._states))
-            for point in self._points.rows.stresses
+        points, states = self._points.rows.stresses, self._states
+        found = [
+            gradient(psi, moment_of(measure, point.moment, states))
+            for psi, measure in self._parts
+            for point in points
         ]
-        return sum(stresses[1:], stresses[0]) / len(stresses)
+        return sum(found) / len(points)

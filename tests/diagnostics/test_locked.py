@@ -75,9 +75,9 @@ def test_by_how_much(cell: str, thickness: float, mesh: int, distortion: float) 
     assert said is not None and missing / 2 < said < 2 * missing
 
 
-@pytest.mark.parametrize(("share", "says"), [(0.16, "about 21 %"), (0.2, "at least about 29 %")])
+@pytest.mark.parametrize(("share", "says"), [(0.15, "about 19 %"), (0.2, "at least about 29 %")])
 def test_from_where_on_it_is_at_least_so_much(share: float, says: str) -> None:
-    """From 25 % on the estimate may be too low: `s / (1 - 1.5 s)` of jumps that are a part s."""
+    """From 20 % on the estimate may be too low: `s / (1 - 1.5 s)` of jumps that are a part s."""
     body: Any = SimpleNamespace(shell=SimpleNamespace(stretching=True))
     assert excess(body, share).said == says
 
@@ -138,35 +138,6 @@ def test_bodies_that_are_curved_like_spheres_are_told(body, thickness, mesh) -> 
     missing = right / deflection - 1
     assert missing > 0.02
     assert said is not None and missing / 2 < said < 2 * missing
-
-
-@pytest.mark.slow
-def test_layers_along_edges_that_are_not_resolved_are_told_as_locking() -> None:
-    """A limit: half a torus with free edges, which is too soft by 3 per cent, not too stiff."""
-
-    def torus(xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
-        around, up = xi * np.pi / 2, (eta - 0.5) * np.pi
-        r = 2 + np.cos(up)
-        return np.stack([r * np.cos(around), r * np.sin(around), np.sin(up)])
-
-    section = Isotropic(2e11, 0.3, thickness=1e-3)
-    shell = Shell("hypar", Parametric(torus), section, (16, 16))
-    scene = Scene(
-        "torus",
-        shells=shell,
-        supports=Clamped("left"),
-        loads=SurfaceForce((0.0, 0.0, -8.0)),
-        probes=Probe("tip", (0.0, 3.0, 0.0), component=2),
-        scheme="linear-statics",
-    )
-    energies, said = [], []
-    for degree in (2, 3):
-        run = execute(replace(scene, shells=replace(shell, degree=degree)))
-        energies.append(run.rows[-1]["strain_energy"])
-        said.append([c.value for c in run.warnings if c.watch == "locking"])
-    # 1.030; degree 3 is within half a per cent of 48x48
-    assert energies[0] / energies[1] == pytest.approx(1.03, abs=0.01)
-    assert said[0] and said[0][0] > 0.1 and not said[1]
 
 
 def _quadratic(strains, p):
@@ -298,7 +269,7 @@ def _stiff(scene: Scene) -> Scene:
     "scene",
     [
         hanging(1e-3, 8, 0.0),
-        hanging(1e-2, 8, 0.25),
+        hanging(2e-2, 8, 0.25),
         hanging(1e-3, 8, 0.0, cell="tri"),
         _plate(0.25),
         _of_triangles(_plate(0.25)),

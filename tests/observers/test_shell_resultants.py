@@ -2,8 +2,19 @@
 
 import pytest
 
+from shellmb.forms.materials import isotropic_quadratic
 from shellmb.running.execute import execute
-from shellmb.scene import Clamped, EdgeForce, EdgeMoment, Isotropic, Probe, Rectangle, Scene, Shell
+from shellmb.scene import (
+    Clamped,
+    EdgeForce,
+    EdgeMoment,
+    Hyperelastic,
+    Isotropic,
+    Probe,
+    Rectangle,
+    Scene,
+    Shell,
+)
 
 LENGTH, WIDTH, FORCE, MOMENT, PULL = 1.0, 0.5, 3.0, 2.0, 40.0
 
@@ -18,9 +29,18 @@ def probes(component: int) -> list[Probe]:
 
 
 @pytest.mark.parametrize("cell", ["quad", "tri"])
-def test_cantilever_strip_in_tension_and_bending(cell):
+@pytest.mark.parametrize("energy", [False, True])
+def test_cantilever_strip_in_tension_and_bending(cell, energy):
     """nu = 0: N11 is the pull, M11 = M + F (L - x) with the sign of curvature, Q1 = F."""
     section = Isotropic(1e9, 0.0, thickness=0.05)
+    if energy:
+        section = Hyperelastic(
+            isotropic_quadratic,
+            {"E": 1e9, "nu": 0.0, "thickness": 0.05, "shear_correction": 5 / 6},
+            thickness=0.05,
+            density=0.0,
+            stiffness=1e9 * 0.05,
+        )
     shell = Shell("s", Rectangle(LENGTH, WIDTH), section, mesh=(8, 4), cell=cell)
     loads = [
         EdgeForce("right", (PULL, 0, FORCE)),

@@ -7,10 +7,10 @@ from collections.abc import Iterator
 from shellmb.diagnostics.base import Caution, said_of
 from shellmb.diagnostics.elements.locking import (
     BOUND,
+    PRONE,
     Mesh,
     Roughness,
     excess,
-    least,
     places,
     why,
 )
@@ -52,7 +52,7 @@ class Locked(Summed):
             d = body.node_directors()[:, 0]
             if not simulation.scheme.linear:
                 d = d + q[body.mixed.dofs["w"]].reshape(-1, 3)
-            if mesh.proneness(d) < least(body):
+            if mesh.proneness(d) < PRONE:
                 continue
             if name not in self._found:
                 form = strain_energy(body, simulation.problem.levels[name])

@@ -9,9 +9,9 @@ import numpy as np
 from shellmb.arrays import Floats
 from shellmb.diagnostics.elements.locking import (
     BOUND,
+    PRONE,
     Roughness,
     excess,
-    least,
     places,
     why,
 )
@@ -35,7 +35,7 @@ def locked_modes(
         if mesh is None:
             continue
         d = body.node_directors()[:, 0]
-        if mesh.proneness(d if state is None else d + state(name)) < least(body):
+        if mesh.proneness(d if state is None else d + state(name)) < PRONE:
             continue
         roughness, found = Roughness(body), []
         for number, energy, part in modes:

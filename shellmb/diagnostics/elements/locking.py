@@ -2,15 +2,14 @@
 
 Bending a curved surface without stretching it asks for displacements along it that stand in ratio
 to those across. Distorted elements cannot follow: over an element whose normal turns by `kappa h` a
-curvature `chi` leaves membrane strains of the size `d kappa h * h chi`, `d` being the part of its
-shape that is no parallelogram (of triangles: by which their areas differ from those around them),
-beside bending strains of `t chi`. Whether a body can lock is thus a matter of its mesh, `p = d
-kappa h * h / t`. By how much it does the run shows: resultants jump between elements, while true
-ones are smooth on any mesh that is fine enough. The energy of what they differ by from their means
-at the nodes (O. C. Zienkiewicz and J. Z. Zhu, Int. J. Numer. Meth. Engng 24 (1987) 337-357), as a
-share `s` of the strain energy, is what the body is too stiff by, `s / (1 - 3 s / 2)`: the body
-wrinkles to lessen it. Measured (`docs/limits.md`): beyond a quarter this is a lower bound, as means
-are those of a body that is constrained.
+curvature `chi` leaves membrane strains of the size `d kappa h * h chi` beside bending strains of `t
+chi`, `d` being the part of its area that it differs by from those around it. Whether a body can
+lock is thus a matter of its mesh, `p = d kappa h * h / t`. By how much it does the run shows:
+resultants jump between elements, while true ones are smooth on any mesh that is fine enough. The
+energy of what they differ by from their means at the nodes (O. C. Zienkiewicz and J. Z. Zhu, Int.
+J. Numer. Meth. Engng 24 (1987) 337-357), as a share `s` of the strain energy, is what the body is
+too stiff by, `s / (1 - 3 s / 2)`: the body wrinkles to lessen it. Measured (`docs/limits.md`):
+beyond a fifth this is a lower bound, as means are those of a body that is constrained.
 
 A body that is inextensible is the end of this: its forces have no energy, and what they
 would have with the stiffness of the section is a multiple of what is in bending.
@@ -37,14 +36,14 @@ from shellmb.model.shells.shell import ShellModel
 from shellmb.native.expressions import compiled_expression
 
 # `p`, root of the mean square, below which nothing was too stiff by two per cent, and that excess
-PRONE, BOUND = 2.0, 0.02
+PRONE, BOUND = 0.6, 0.02
 # excess from which on the estimate is too low
-MUCH = 0.25
+MUCH = 0.2
 # of a body that does not stretch: what it is too stiff by at least, and `s` beyond which it is; and
 # the part that jumps have in all energy, below which membrane forces carry loads
 LEAST, STILL, JUMPS = 0.1, {"quadrilateral": 20.0, "triangle": 1e-6}, 0.1
-# sides that are parallel to this part of the thickness; `d` of triangles that are regular
-NOTHING, REGULAR = 1e-6, 0.08
+# `d` below which meshes are regular
+REGULAR = {"quadrilateral": 0.06, "triangle": 0.08}
 # entries of tensors that components 11, 22, 12, 13, 23 are
 PLACES = ((0, 0), (1, 1), (0, 1), (0, 2), (1, 2))
 # cosine of an angle of 20 degrees: fields are not continued across folds
@@ -82,11 +81,6 @@ def excess(body: ShellModel, share: float) -> Excess:
     return Excess(value, value > MUCH)
 
 
-def least(body: ShellModel) -> float:
-    """`p` below which nothing locks; bodies that do not stretch do so wherever it is not zero."""
-    return PRONE if body.shell.stretching else NOTHING
-
-
 def why(body: ShellModel, share: float) -> str:
     """Cause and remedy, in words; arguments as in `excess`."""
     if not body.shell.stretching:
@@ -114,7 +108,7 @@ class Mesh:
         body: The shell.
 
     Attributes:
-        distorted: Whether there is anything but parallelograms on it, as seen from its surface.
+        distorted: Whether it is not regular, or the body does not stretch.
     """
 
     def __init__(self, body: ShellModel) -> None:
@@ -134,19 +128,12 @@ class Mesh:
             second = (x[:, 2] - x[:, 0] + x[:, 3] - x[:, 1]) / 2
             normal = np.cross(first, second)
         self._area = np.linalg.norm(normal, axis=1)
-        normal /= self._area[:, None]
-        regular = NOTHING * body.section.sizes.thickness
-        if corners == 4:
-            off = x[:, 0] - x[:, 1] - x[:, 2] + x[:, 3]
-            off -= np.sum(off * normal, axis=1)[:, None] * normal
-            size = np.linalg.norm(off, axis=1)
-        else:
-            size = np.sqrt(self._area)
-            # without stretching regular ones lock, too
-            if body.shell.stretching:
-                regular = REGULAR * self._mean(size)
-                size = size * _unlike_neighbours(domain, self._area)
-        self.distorted = self._mean(size) > regular
+        size = np.sqrt(self._area)
+        every = self._mean(size)
+        # without stretching regular ones may lock, too
+        if body.shell.stretching:
+            size *= _unlike_neighbours(domain, self._area)
+        self.distorted = self._mean(size) > REGULAR[domain.topology.cell_name()] * every
         # d h/t, with d over h
         self._shape = size / body.section.sizes.thickness
 

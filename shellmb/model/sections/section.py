@@ -144,7 +144,7 @@ def _bind_linear(
     # what is constrained is stiff
     stiff = _constant(domain, shear / SLACK)
     A = fields.of(lambda at: at.A) if shell.stretching else stiff
-    own = LinearOwn(A, D, G if shell.transverse_shear else stiff, N0, a, tying, B)
+    own = LinearOwn(A, D, G if shell.transverse_shear else stiff, N0, a, G, tying, B)
     return BoundSection(own, force, sizes)
 
 

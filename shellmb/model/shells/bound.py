@@ -87,6 +87,9 @@ class BoundShell:
         self.section = bind_section(shell, domain, maps)
         if not isinstance(self.section.formulation, NonlinearMixed):
             self.mixed = replace(self.mixed, stresses=self.mixed.elementwise)
+        if shell.holds_strains:
+            # forces of constrained strains have hardly a compliance to be eliminated by
+            self.mixed = replace(self.mixed, elementwise=self.mixed.elementwise - {"N"})
         weighed = any(isinstance(load, Gravity) for load in loads)
         # an eccentric weight turns the director whether or not its rotation has inertia
         every = replace(shell, rotary_inertia=True, eccentric_inertia=True)
