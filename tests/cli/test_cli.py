@@ -180,8 +180,7 @@ def test_quiet_is_silent_and_a_failed_check_counts(tmp_path):
 def test_two_ranks_give_the_same_and_one_prints(tmp_path, mpirun):
     options = ("--no-pictures", "--set", "held=false")
     within("run", SMALL, *options, "--out", "one", cwd=tmp_path)
-    program = "import sys; from shellmb.cli import app; sys.argv[0] = 'shellmb'; app()"
-    printed = mpirun(2, "-c", program, "run", SMALL, *options, "--out", "two")
+    printed = mpirun(2, "-m", "shellmb.cli", "run", SMALL, *options, "--out", "two")
     assert printed.count("written to two") == 1
     one, two = (json.loads((tmp_path / d / "summary.json").read_text()) for d in ("one", "two"))
     assert (one["ranks"], two["ranks"]) == (1, 2)
@@ -264,4 +263,4 @@ app()
 def test_ranks_that_are_asked_for_different_things_are_refused(first, second, said, mpirun):
     """Kind: what differs from rank to rank before there is a scene; ranks waited for ever."""
     with pytest.raises(pytest.fail.Exception, match=said):
-        mpirun(2, "-c", APART.format(asked=[first, second]), timeout=60)
+        mpirun(2, "-c", APART.format(asked=[first, second]), timeout=60, alone=True)
