@@ -96,8 +96,9 @@ MAX_MODULES, NO_ROOM = 12, {"demos"}
 # exceeded, and whoever lands less writes down less. A core that stands beside the one that it
 # replaces is added as a term of its own, with the name of the branch that takes it away again.
 # The second terms are `shellmb/native/programs`: integrands that are interpreted stand beside
-# kernels that are compiled, until they take their place.
-MOST_LINES = {"Python": 62_660 + 1_690, "C": 2_187 + 501}
+# kernels that are compiled, until they take their place. The third one is branch `own`: bodies,
+# joints, couplings and schemes of users in scenes; whoever merges it settles the number.
+MOST_LINES = {"Python": 62_660 + 1_690 + 719, "C": 2_187 + 501}
 # so much less than that, and it has to be written down
 LESS = 300
 

@@ -85,7 +85,7 @@ def swing(scheme: Any, dt: float) -> np.ndarray:
     """A double pendulum with a spring in its joint: places at four times."""
     bodies = [
         sm.RigidBody(n, 1.0, (0.01, 0.02, 0.03), position=(x, 0, 0))
-        for n, x in zip("ab", (0.5, 1.5))
+        for n, x in zip("ab", (0.5, 1.5), strict=True)
     ]
     joints = [
         sm.Revolute("h", sm.GROUND, "a", at=(0, 0, 0), axis=(0, 1, 0)),
@@ -155,5 +155,5 @@ def test_what_no_share_is_is_refused() -> None:
             (stage,) = super().expand(levels, dt).values()
             return {"f": Stage(stage.span, stage.rate, stage.velocity, share=0.2)}
 
-    with pytest.raises(sm.SceneError, match="share of a stage is 0.2; it must be between 0.5"):
+    with pytest.raises(sm.SceneError, match=r"share of a stage is 0\.2; it must be between 0\.5"):
         strip(Early(), 1e-2)
