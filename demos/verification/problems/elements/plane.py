@@ -100,7 +100,8 @@ def quarter_ring(inner: float, outer: float) -> Parametric:
     Row((4, 1), 0.992, 0.817),
     Row((8, 2), 0.982, 0.964),
     Row((16, 4), 0.997, 0.994),
-    Row((8, 2), 1.160, 0.959, MOVED),
+    # the trial, which keeps the mean of strains and not that of forces, has 1.160
+    Row((8, 2), 1.237, 0.959, MOVED),
     Row((16, 4), 1.019, 0.993, MOVED),
 )
 def ring(mesh: Mesh) -> Values:

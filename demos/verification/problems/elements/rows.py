@@ -109,7 +109,7 @@ def problem(
                         bound = abs(float(figure) - 1) + NEAR
                         yield Check(
                             f"{row.title(cell)}{'; ' if what else ''}{what}",
-                            value,
+                            float(value),
                             1.0,
                             source,
                             bound,
