@@ -46,7 +46,7 @@ class Collector:
             self._collect(node)
 
     def of(self, node: int) -> int:
-        """What stands for one of the roots."""
+        """Find the node that stands for one of the roots."""
         return self._make(self._graph.actual(node))
 
     def given(self, node: int) -> bool:
@@ -171,7 +171,7 @@ class Collector:
         return self._made[node]
 
     def _grouped(self, terms: Sum) -> tuple[list[tuple[int, list[int]]], Sum]:
-        """What is added up before it has its coefficient, and other terms.
+        """Terms that are added up before they have their coefficient, and others.
 
         These are products, and what several sums are likely to have: pairs with one coefficient
         beside other such pairs.

@@ -119,13 +119,13 @@ class Graph:
         return self._node(op, *args)
 
     def actual(self, node: int) -> int:
-        """What a variable is."""
+        """Find what a variable stands for."""
         while self.nodes[node][0] == "alias":
             node = self.nodes[node][3]
         return node
 
     def operands(self, node: int) -> list[int]:
-        """What a node is of."""
+        """List the nodes that a node is of."""
         op, *args = self.nodes[node]
         return [] if op in LEAVES else [self.actual(a) for a in args]
 

@@ -31,7 +31,7 @@ Figures = float | Sequence[float]
 
 @dataclass(frozen=True)
 class Mesh:
-    """How a shell is meshed.
+    """Mesh of a shell, by its elements.
 
     Args:
         cell: Cell type.
