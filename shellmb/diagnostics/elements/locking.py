@@ -154,7 +154,7 @@ class Mesh:
 
 
 def _unlike_neighbours(domain: mesh.Mesh, areas: Floats) -> Floats:
-    """What areas of cells differ by from those around their vertices, as a part; collective.
+    """Part that areas of cells differ by from those around their vertices; collective.
 
     Args:
         domain: The mesh.
