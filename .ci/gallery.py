@@ -2,11 +2,11 @@
 
     python .ci/gallery.py                   # the cards anew, from pictures and times that are there
     python .ci/gallery.py --run latch_stop  # runs these scenes first; `--run all`: ten minutes
+    python .ci/gallery.py --runs FOLDER     # pictures from runs that are there
     python .ci/gallery.py --check           # fails if the page has other cards
 
-A card has the first state of a run's `shape.png`, the first line of the demo, and the processor
-time of the command with cached kernels. The paper's examples and demos that draw a figure of their
-own show that figure.
+A card has a picture (`.ci/cards.py`), the first line of the demo, and the processor time of the
+command with cached kernels. Demos that draw a figure of their own show that figure.
 """
 
 from __future__ import annotations
@@ -20,54 +20,65 @@ import sys
 import tempfile
 from pathlib import Path
 
-from PIL import Image, ImageChops
+from cards import Look, banded, drawn
 
 from shellmb.measuring.tables import replaced
-from shellmb.observers.files.described import read_described
 from shellmb.running.loader import demos, kinds
-from shellmb.show.fields import Fields
-from shellmb.show.pictures import shown_shape
-from shellmb.show.space.scenery import images
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGE, PICTURES = ROOT / "docs" / "gallery.md", ROOT / "docs" / "gallery"
 TIMES = PICTURES / "times.json"
 BEGIN, END = "<!-- gallery: begin -->", "<!-- gallery: end -->"
-# width of a card, pixels
-WIDTH = 420
-PAPER = {"lateral_buckling": "6.1", "snap_through": "6.2", "antenna": "6.3"}
-# figures that are there already, beside docs
-FIGURES = {name: f"../demos/figures/{n}/animation.gif" for name, n in PAPER.items()} | {
-    "antenna": "antenna.png",
-    "hinged_roof": "../demos/figures/hinged_roofs.png",
-    "lateral_plate": "../demos/figures/lateral_plate.png",
-}
-# other commands than `shellmb run NAME`, and other pictures than `shape.png`
+# other commands than `shellmb run NAME`
 COMMANDS = {
     "plate_modes": "modes plate_modes --count 8",
     "campbell": "modes campbell --rate 0,5,10,15,20",
 }
-DRAWN = {"campbell": "campbell.png", "plate_modes": "modes.png"}
+# figures that a command or `demos/figures` has
+DRAWN = {"campbell": "campbell.png"}
+FIGURES = {
+    "antenna": ROOT / "docs" / "antenna.png",
+    "hinged_roof": ROOT / "demos" / "figures" / "hinged_roofs.png",
+    "lateral_plate": ROOT / "demos" / "figures" / "lateral_plate.png",
+}
+# of motions: a state that shows most, and earlier ones
+LOOKS = {
+    "slider_crank": Look(0.354, 5),
+    "four_bar": Look(ghosts=3),
+    "heavy_top": Look(0.3, 5, camera=(25, -60)),
+    "spin_up_beam": Look(9.0, 9),
+    "satellite": Look(4.5, 3, camera=(20, -50)),
+    "latch_stop": Look(ghosts=4),
+    "latching_panel": Look(ghosts=4),
+    "panel_hinge": Look(ghosts=4),
+    "pid_arm": Look(ghosts=5),
+    "robot_arm": Look(ghosts=5),
+    "identify_joint": Look(ghosts=5),
+    "critical_speed": Look(ghosts=5),
+    "tumbling_plate": Look(ghosts=6),
+    "bouncing_plate": Look(ghosts=2, field="deformation", camera=(20, -40)),
+    "gripper": Look(camera=(20, -55), ghosts=2),
+    "rolling_cart": Look(ghosts=1),
+    "antenna_panels": Look(ghosts=3),
+    "antenna_springs": Look(ghosts=3),
+    "own_forms": Look(camera=(25, -50)),
+    "lateral_buckling": Look(camera=(30, -35)),
+    "wing_box": Look(camera=(25, -35)),
+    "loaded_plate": Look(camera=(20, -55)),
+    "plate_modes": Look(8.0, factor=0.1, camera=(35, -50)),
+}
+# the best first, within each kind
+BEST = ("antenna", "snap_through", "satellite", "rolling_cart", "roll_up", "wing_box", "robot_arm")
 FIRST = "examples of the paper"
 
 
-def cropped(picture: Image.Image) -> Image.Image:
-    """A picture without white around it, in the size of a card."""
-    picture = picture.convert("RGB")
-    box = ImageChops.difference(picture, Image.new("RGB", picture.size, "white")).getbbox()
-    picture = picture.crop(box) if box else picture
-    picture.thumbnail((WIDTH, WIDTH))
-    card = Image.new("RGB", (WIDTH, round(0.75 * WIDTH)), "white")
-    picture.thumbnail(card.size)
-    card.paste(picture, ((card.width - picture.width) // 2, (card.height - picture.height) // 2))
-    return card
-
-
-def shape(directory: Path) -> Image.Image:
-    """The first state of a run's `shape.png`, without caption, scale and axes."""
-    described = read_described(directory)
-    fields = Fields(directory / "fields", described.bodies, described.labels)
-    return next(iter(images(shown_shape(fields, described), marks=False)))
+def draw(name: str, directory: Path) -> None:
+    """Draw the card of a demo from its run."""
+    if name in DRAWN or name in FIGURES:
+        made = drawn(FIGURES.get(name, directory / DRAWN.get(name, "")))
+    else:
+        made = banded(directory, LOOKS.get(name, Look()))
+    made.save(PICTURES / f"{name}.png", optimize=True)
 
 
 def run(name: str) -> float:
@@ -80,22 +91,18 @@ def run(name: str) -> float:
         environment = {**os.environ, "OMP_NUM_THREADS": "1"}
         subprocess.run(command, check=True, env=environment, cwd=folder, capture_output=True)
         after = resource.getrusage(resource.RUSAGE_CHILDREN)
-        if name not in FIGURES:
-            made = Path(folder) / "run"
-            drawn = Image.open(made / DRAWN[name]) if name in DRAWN else shape(made)
-            cropped(drawn).quantize(64).save(PICTURES / f"{name}.png", optimize=True)
+        draw(name, Path(folder) / "run")
     return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 
 
 def card(name: str, what: str, seconds: float | None) -> str:
     """One card, as a directive of sphinx-design."""
     command = COMMANDS.get(name, f"run {name}")
-    picture = FIGURES.get(name, f"gallery/{name}.png")
     time = "" if seconds is None else f"{seconds:.2g} s · "
     return "\n".join(
         (
             f"```{{grid-item-card}} {name}",
-            f":img-top: {picture}",
+            f":img-top: gallery/{name}.png",
             "",
             what,
             ":::{card-footer}",
@@ -113,8 +120,8 @@ def cards() -> str:
     groups = {
         kind: [
             card(name, lines[name], times.get(name))
-            for name in names
-            if name in FIGURES or (PICTURES / f"{name}.png").is_file()
+            for name in sorted(names, key=lambda n: BEST.index(n) if n in BEST else len(BEST))
+            if (PICTURES / f"{name}.png").is_file()
         ]
         for kind, names in ({FIRST: []} | kinds()).items()
     }
@@ -131,11 +138,15 @@ def main() -> None:
     """Run what is asked for, and write or check the page."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--run", nargs="*", default=(), help="names of demos, or all")
+    parser.add_argument("--runs", type=Path, help="draw from runs NAME in this folder")
     parser.add_argument("--check", action="store_true")
     asked = parser.parse_args()
     names = list(demos()) if asked.run == ["all"] else list(asked.run)
     if unknown := [name for name in names if name not in demos()]:
         sys.exit(f"there is no demo '{unknown[0]}'; give all, or some of {', '.join(demos())}")
+    for name in demos() if asked.runs else ():
+        if name in FIGURES or (asked.runs / name / "summary.json").is_file():
+            draw(name, asked.runs / name)
     failed = []
     for name in names:
         try:

@@ -15,9 +15,9 @@ import json
 from pathlib import Path
 from typing import Any
 
+from shellmb.demos.studies.bundled import BUNDLED
 from shellmb.measuring.tables import Column, markdown, replaced
 from shellmb.studies.advice import TARGETS
-from shellmb.studies.cases.bundled import BUNDLED
 
 ROOT = Path(__file__).resolve().parents[1]
 STORED = ROOT / "demos" / "studies"

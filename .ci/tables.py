@@ -1,12 +1,13 @@
-"""The table in docs/evidence/verification.md, made from what `shellmb verify --json` prints.
+"""The tables in docs/evidence that are made from what `shellmb verify --json` prints.
 
     shellmb verify --slow --json > demos/studies/verify.json
-    python .ci/tables.py                      # writes the table
-    python .ci/tables.py --check              # fails if the page has another one
+    python .ci/tables.py                      # writes the tables
+    python .ci/tables.py --check              # fails if a page has another one
     python .ci/tables.py --part beams/roll-up # runs these cases, compares with the file
 
-A row for every case; in it the value that is nearest to its bound, and the largest error, whatever
-its bound. No case is left out.
+verification.md has a row for every case; in it the value that is nearest to its bound, and the
+largest error, whatever its bound. No case is left out. elements.md has a table for each element: a
+row for every mesh of `elements/*` with its largest error, beside those of other codes.
 """
 
 from __future__ import annotations
@@ -20,13 +21,20 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from shellmb.demos.references.tables import read
+from shellmb.demos.verification.table import find_cases
 from shellmb.measuring.tables import Column, markdown, replaced
-from shellmb.verify.table import find_cases
 
 ROOT = Path(__file__).resolve().parents[1]
 STORED = ROOT / "demos" / "studies" / "verify.json"
 PAGE = ROOT / "docs" / "evidence" / "verification.md"
+ELEMENTS = ROOT / "docs" / "evidence" / "elements.md"
 BEGIN, END = "<!-- shellmb verify: begin -->", "<!-- shellmb verify: end -->"
+# of other codes, those with as many sides
+OTHERS = {
+    "quad": ("QUAD4", "QD4", "S4R", "QUAD8", "QD8", "S8R"),
+    "tri": ("TRI6", "TR6", "STRI65", "T3FF"),
+}
 # errors of two machines differ by round-off, seen against the bound, and by this part of themselves
 ROUND_OFF, NEAR = 1e-2, 0.05
 
@@ -122,6 +130,61 @@ def differences(stored: list[Entry], now: list[Entry]) -> list[str]:
     return found
 
 
+def percent(error: float) -> str:
+    """A relative error in per cent."""
+    return f"{100 * error:+.1f}"
+
+
+def elements(entries: list[Entry], cell: str) -> str:
+    """The table of an element: of each problem and mesh the value that is farthest from one.
+
+    Args:
+        entries: All rows of `shellmb verify --slow --json`.
+        cell: "quad" or "tri".
+    """
+    meshes: dict[tuple[str, str], list[tuple[str, float]]] = {}
+    for entry in entries:
+        folder, _, case = name_of(entry).partition("/")
+        title, _, what = which(entry).partition("; ")
+        if folder == "elements" and title.startswith(cell):
+            value = math.nan if entry["value"] is None else entry["value"]
+            mesh = title.removeprefix(cell).strip()
+            meshes.setdefault((case, mesh), []).append((what, value - 1))
+    others = read("elements")
+
+    def published(row: Any) -> str:
+        (case, mesh), _ = row
+        found = others[(others["problem"] == case) & (others["mesh"] == mesh)]
+        said = []
+        for code in OTHERS[cell]:
+            errors = found[found["element"] == code]["value"] - 1
+            if len(errors):
+                name = found[found["element"] == code]["code"].iloc[0]
+                said.append(f"{name} {code} {percent(max(errors, key=abs))}")
+        return ", ".join(said)
+
+    def largest(row: Any) -> tuple[str, float]:
+        return max(row[1], key=lambda found: abs(found[1]))
+
+    columns: list[Column[Any]] = [
+        Column("problem", lambda row: row[0][0]),
+        Column("mesh", lambda row: row[0][1]),
+        Column("error, %", lambda row: percent(largest(row)[1])),
+        Column("where", lambda row: largest(row)[0]),
+        Column("others, error in %", published),
+    ]
+    return "\n".join(markdown(columns, meshes.items()))
+
+
+def pages(stored: list[Entry]) -> dict[Path, str]:
+    """The pages with the tables of the stored rows."""
+    text = ELEMENTS.read_text()
+    for cell in OTHERS:
+        marks = (f"<!-- {cell}: {end} -->" for end in ("begin", "end"))
+        text = replaced(text, *marks, elements(stored, cell))
+    return {PAGE: replaced(PAGE.read_text(), BEGIN, END, table(stored)), ELEMENTS: text}
+
+
 def main() -> None:
     """Write, check, or compare."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
@@ -135,12 +198,11 @@ def main() -> None:
         found = differences(stored, json.loads(said))
         if found:
             raise SystemExit(f"{STORED.name} is not what is found:\n" + "\n".join(found))
-    text = PAGE.read_text()
-    wanted = replaced(text, BEGIN, END, table(stored))
-    if asked.check and text != wanted:
-        raise SystemExit(f"{PAGE.name}: the table of `shellmb verify` is not that of its JSON")
-    if not asked.check and not asked.part:
-        PAGE.write_text(wanted)
+    for page, wanted in pages(stored).items():
+        if asked.check and page.read_text() != wanted:
+            raise SystemExit(f"{page.name}: its tables are not those of {STORED.name}")
+        if not asked.check and not asked.part:
+            page.write_text(wanted)
 
 
 if __name__ == "__main__":

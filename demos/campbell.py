@@ -2,7 +2,7 @@
 
 Run it with `shellmb modes campbell --rate 0,5,10,15,20`. A slender blade on a hub turns with 0 to
 20 rad/s, which is seven times its first frequency at rest. The reference are frequencies of a thin
-beam by Ritz' method (`shellmb.analytic.rotating`; Southwell and Gough 1921, Wright et al. 1982).
+beam by Ritz' method (`demos/references/rotating.py`; Southwell and Gough 1921, Wright et al. 1982).
 """
 
 # KIND: vibrations and motion
@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from shellmb.analytic.rotating import flapping, lagging
+from shellmb.demos.references.rotating import flapping, lagging
 from shellmb.scene import (
     Beam,
     Driver,

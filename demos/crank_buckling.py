@@ -4,7 +4,7 @@ A crank, at rest at both ends of half a turn, pushes the tip of a narrow cantile
 link, in the plane in which the beam is stiff. Far beyond the load at which it may buckle, the beam
 snaps sideways and swings to and fro. O. A. Bauchau et al., Validation of flexible multibody
 dynamics beam formulations using benchmark problems, Multibody Syst. Dyn. 37 (2016) 29-48, sec. 3.3;
-a history for comparison is in `shellmb/verify/data/crank_buckling.csv`. Here the cantilever is a
+a history for comparison is in `demos/references/data/crank_buckling.csv`. Here the cantilever is a
 beam, as there, or a shell.
 """
 
@@ -16,6 +16,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from shellmb.demos.references import tables
 from shellmb.scene import (
     GROUND,
     Beam,
@@ -33,7 +34,6 @@ from shellmb.scene import (
     Shell,
     Spherical,
 )
-from shellmb.verify import tables
 
 LENGTH, HEIGHT, THICKNESS = 1.0, 0.1, 0.01  # of the cantilever [m]
 LINK, CRANK = 0.25, 0.05  # [m]

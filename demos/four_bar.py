@@ -5,7 +5,7 @@ rocker is five degrees off the normal of their plane. Rigid bars would be locked
 out of the plane, and jump a little where the mechanism passes its change points, all bars in one
 line. O. A. Bauchau et al., Validation of flexible multibody dynamics beam formulations using
 benchmark problems, Multibody Syst. Dyn. 37 (2016) 29-48, sec. 3.2; a history for comparison is in
-`shellmb/verify/data/four_bar.csv`.
+`demos/references/data/four_bar.csv`.
 """
 
 # KIND: mechanisms
@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from shellmb.demos.references import tables
 from shellmb.scene import (
     GROUND,
     Beam,
@@ -27,7 +28,6 @@ from shellmb.scene import (
     Revolute,
     Scene,
 )
-from shellmb.verify import tables
 
 A, B, C, D = (0.0, 0.0, 0.0), (0.0, 0.12, 0.0), (0.24, 0.12, 0.0), (0.24, 0.0, 0.0)
 Z = (0.0, 0.0, 1.0)

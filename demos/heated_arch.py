@@ -10,7 +10,7 @@ the curvature at the limit point is that of the theory of shallow arches.
 
 import numpy as np
 
-from shellmb.analytic.beams import heated_arch
+from shellmb.demos.references.beams import heated_arch
 from shellmb.scene import (
     Fixed,
     Isotropic,

@@ -14,7 +14,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from shellmb.analytic.rigid import heavy_top
+from shellmb.demos.references import tables
+from shellmb.demos.references.rigid import heavy_top
 from shellmb.scene import (
     GROUND,
     Gravity,
@@ -25,7 +26,6 @@ from shellmb.scene import (
     Scene,
     Spherical,
 )
-from shellmb.verify import tables
 
 MASS, INERTIA = 15.0, (0.234375, 0.46875, 0.234375)  # [kg], [kg m^2] about the centre
 ARM = (0.0, 1.0, 0.0)  # from the fixed point to the centre [m]

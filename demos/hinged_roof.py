@@ -111,7 +111,7 @@ def scene(
         dt=0.05,
         t_end=50.0,
         path=PathFollowing(load_end=load_end, branches=branches),
-        units="m, kg, s",
+        units="mm, t, s",
     )
 
 
@@ -121,7 +121,7 @@ def tabulated(thickness: float, plies: str) -> np.ndarray:
     Raises:
         KeyError: If the table has no such roof.
     """
-    from shellmb.verify import tables
+    from shellmb.demos.references import tables
 
     name = f"h={thickness:g} " + (plies if plies == "isotropic" else f"[{plies}]")
     data = tables.read("sze38_hinged_roofs")

@@ -19,7 +19,7 @@ from typing import Any, Literal
 import numpy as np
 import pandas as pd
 
-from shellmb.analytic.inertia import MassProperties, rod
+from shellmb.demos.references.inertia import MassProperties, rod
 from shellmb.scene import (
     GROUND,
     AlongEdge,

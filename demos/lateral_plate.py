@@ -26,8 +26,8 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 
-from shellmb.analytic.beams import lateral_buckling
-from shellmb.analytic.lateral import Strip, beam_critical_load, plate_critical_load, rod_tip
+from shellmb.demos.references.beams import lateral_buckling
+from shellmb.demos.references.lateral import Strip, beam_critical_load, plate_critical_load, rod_tip
 from shellmb.scene import (
     Beam,
     Clamped,

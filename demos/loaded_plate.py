@@ -1,12 +1,12 @@
 """Square plate, simply supported on all sides, under a uniform pressure; small displacements.
 
 The deflection of its middle has a closed form, Navier's series with transverse shear
-(`shellmb.analytic.plates`). `shellmb study --bundled static_plate` shows what accuracy costs.
+(`demos/references/plates.py`). `shellmb study --bundled static_plate` shows what accuracy costs.
 """
 
 # KIND: start here
 
-from shellmb.analytic.plates import Plate, rectangle_uniform_deflection
+from shellmb.demos.references.plates import Plate, rectangle_uniform_deflection
 from shellmb.scene import (
     Fixed,
     HardSupport,

@@ -2,7 +2,7 @@
 
 Run it with `shellmb modes plate_modes`. The frequency parameters `omega a^2 sqrt(rho h/D)` of the
 thin plate are
-13.468, 19.596, 24.270, 34.801, 34.801 (Ritz, `shellmb/verify/data/plate_thin_freq_ritz.csv`).
+13.468, 19.596, 24.270, 34.801, 34.801 (Ritz, `demos/references/data/plate_thin_freq_ritz.csv`).
 """
 
 # KIND: vibrations and motion
@@ -15,7 +15,8 @@ from shellmb.scene import Isotropic, Rectangle, Scene, Shell
 
 SIDE, THICKNESS, E, NU, RHO = 1.0, 0.005, 70e9, 0.3, 2700.0
 
-# thin plate, nu = 0.3, Legendre-Ritz 14x14: shellmb/verify/data/plate_thin_freq_ritz.csv, row FFFF
+# thin plate, nu = 0.3, Legendre-Ritz 14x14: row FFFF of plate_thin_freq_ritz.csv in
+# demos/references/data
 RITZ = (13.4682, 19.5961, 24.2702, 34.8009, 34.8009)
 
 

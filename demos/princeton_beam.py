@@ -4,7 +4,7 @@ The load points at an angle to the strip's stiff axis, so that a large deflectio
 turns part of it into torsion. Dowell and Traybar measured it (Princeton, 1975); with the data of
 O. A. Bauchau et al., Validation of flexible multibody dynamics beam formulations using benchmark
 problems, Multibody Syst. Dyn. 37 (2016) 29-48, sec. 3.1, eight codes agree. Here a beam with their
-stiffness, or a shell of the strip itself; `shellmb/verify/data/princeton_beam.csv` has what a
+stiffness, or a shell of the strip itself; `demos/references/data/princeton_beam.csv` has what a
 commercial beam, a commercial solid and another beam code found.
 """
 
@@ -16,6 +16,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from shellmb.demos.references import tables
 from shellmb.scene import (
     Beam,
     Clamped,
@@ -30,7 +31,6 @@ from shellmb.scene import (
     Scene,
     Shell,
 )
-from shellmb.verify import tables
 
 LENGTH, HEIGHT, THICKNESS = 0.508, 12.377e-3, 3.2024e-3  # [m]
 E, NU = 71.7e9, 0.31

@@ -6,7 +6,7 @@ another. Bending of the one arm is torsion of the other; the tip is carried 18 u
 almost twice the length of an arm, while nothing but inertia acts: from 2 s on the energy is
 constant. J. C. Simo, L. Vu-Quoc, On the dynamics in space of rods undergoing large motions,
 Comput. Methods Appl. Mech. Engng 66 (1988) 125-161, sec. 5.1.4; histories for comparison are in
-`shellmb/verify/data/right_angle_frame.csv`.
+`demos/references/data/right_angle_frame.csv`.
 """
 
 # KIND: vibrations and motion
@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from shellmb.demos.references import tables
 from shellmb.scene import (
     Beam,
     Clamped,
@@ -27,7 +28,6 @@ from shellmb.scene import (
     Table,
     Weld,
 )
-from shellmb.verify import tables
 
 # CI: shellmb run right_angle_frame --check
 # CI: mpiexec -n 2 shellmb run right_angle_frame --set t_end=3 --check --no-pictures --out runs/two

@@ -22,8 +22,8 @@ from typing import Literal
 
 import numpy as np
 
-from shellmb.analytic.inertia import rod
-from shellmb.analytic.slider_crank import SliderCrank
+from shellmb.demos.references.inertia import rod
+from shellmb.demos.references.slider_crank import SliderCrank
 from shellmb.scene import (
     GROUND,
     Beam,

@@ -22,7 +22,7 @@ from typing import Any, Literal
 import numpy as np
 import pandas as pd
 
-from shellmb.analytic.inertia import box
+from shellmb.demos.references.inertia import box
 from shellmb.errors import SceneError
 from shellmb.scene import (
     GROUND,

@@ -5,7 +5,7 @@ bends back at first, with the largest deflection of its tip near `T/2`, then is 
 the centrifugal force, and in the end turns as a stiff rod, longer by what that force stretches it.
 A beam that is linear in the rotating frame would grow without bounds here. After T. R. Kane,
 R. R. Ryan, A. K. Banerjee, J. Guidance 10 (1987) 139-151, and J. C. Simo, L. Vu-Quoc, J. Appl.
-Mech. 53 (1986) 855-863; the data are those of `shellmb/verify/data/spin_up_beam.csv`.
+Mech. 53 (1986) 855-863; the data are those of `demos/references/data/spin_up_beam.csv`.
 """
 
 # KIND: vibrations and motion
@@ -15,8 +15,8 @@ from typing import Any
 
 import numpy as np
 
+from shellmb.demos.references import tables
 from shellmb.scene import GROUND, Beam, Driver, GeneralSection, Line, Output, Probe, Revolute, Scene
-from shellmb.verify import tables
 
 # CI: shellmb run spin_up_beam --check
 

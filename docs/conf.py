@@ -8,6 +8,7 @@ from docstrings, and tutorials that are text files which run.
 
 import importlib
 import re
+import shutil
 import subprocess
 import sys
 from importlib.metadata import version as version_of
@@ -110,8 +111,26 @@ def _commands(app: Any) -> None:
         page.write_text(text)
 
 
+def _begin(app: Any) -> None:
+    """Start anew after a build that was stopped: Sphinx would write only what has changed since."""
+    mark = Path(app.outdir) / ".unfinished"
+    if mark.exists():
+        print("the last build was interrupted: all pages are built again", flush=True)
+        shutil.rmtree(app.doctreedir, ignore_errors=True)
+    mark.parent.mkdir(parents=True, exist_ok=True)
+    mark.touch()
+
+
+def _end(app: Any, exception: Exception | None) -> None:
+    """A build that comes to its end is whole."""
+    if exception is None:
+        (Path(app.outdir) / ".unfinished").unlink(missing_ok=True)
+
+
 def setup(app: Any) -> None:
     """Hooks of Sphinx."""
+    _begin(app)
+    app.connect("build-finished", _end)
     app.connect("builder-inited", _commands)
     app.connect("autodoc-process-docstring", _markdown, priority=100)
     app.connect("object-description-transform", _types, priority=400)

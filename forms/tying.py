@@ -93,7 +93,7 @@ class Tying(NamedTuple):
         return ufl.as_vector([s[0, 0] + c[0], s[1, 1] + c[1], 2 * (s[0, 1] + c[2]), g[0], g[1]])
 
     def works(self, N: Expr) -> list[Expr]:
-        """What forces have for local strains where these are taken, by rule, shape (8,) each."""
+        """Stresses on local strains where these are taken, by rule, shape (8,) each."""
         J, F = ufl.det(self.F), self.F
         found = []
         for strains in self.rules:

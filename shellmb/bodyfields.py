@@ -37,7 +37,7 @@ def body_field(
         numbers: Number of the field of each body in the system.
         parts: Named parts, judged by themselves.
         name: Name for messages; None: the body's.
-        without: Dofs that have no equations, and are held at zero.
+        without: Dofs that have no equations, and are fixed at zero.
     """
     fixed = np.concatenate([*(f.dofs for f in body.fixed), *without, NONE]).astype(np.int32)
     return Field(

@@ -62,7 +62,7 @@ class ConvergenceError(ShellmbError):
 
     Args:
         message: What happened and what to try.
-        field: Name of the field that did not converge, if one can be told.
+        field: Name of the field that did not converge, if known.
         norms: Last relative update of each field.
     """
 

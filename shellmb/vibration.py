@@ -40,7 +40,7 @@ class Modes:
         rigid: Number of rigid-body modes, which are the first ones.
         imaginary: Imaginary parts of the squares, zero where these are real.
         unstable: Number of directions in which the state is unstable; None where it is not known.
-        doubtful: Sentences on bodies that are too stiff, as their elements lock, on modes that
+        doubtful: Warnings about bodies that are too stiff, as their elements lock, on modes that
             these hardly resist, and on bodies that forces do not stiffen, as their strains are
             small.
     """
@@ -235,12 +235,12 @@ def mode_shape(system: BlockSystem, model: Model, vector: PETSc.Vec) -> Shape:
 def nodal_shape(system: BlockSystem, model: Model, vector: PETSc.Vec) -> Shape:
     """Values of a mode at the nodes of this rank, as of `Modes`, of whatever size."""
     values = system.local_values(vector)
-    shapes = {}
+    shapes, meshed = {}, {**model.meshed, **model.own}
     part_of = {f.name: values[system.numbering.slice(k)] for k, f in enumerate(system.fields)}
     for k, field in enumerate(system.fields):
         part = values[system.numbering.slice(k)]
-        if field.name in model.meshed:
-            shapes[field.name] = part[model.meshed[field.name].mixed.dofs["u"]].reshape(-1, 3)
+        if field.name in meshed:
+            shapes[field.name] = part[meshed[field.name].mixed.dofs["u"]].reshape(-1, 3)
         elif model.rigid is not None and field.name == model.rigid.name:
             dofs = model.rigid.mixed.dofs
             rows = [part[dofs["u"]].reshape(-1, 3), part[dofs["w"]].reshape(-1, 9)]

@@ -8,11 +8,14 @@ import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 # before numpy is imported by any test: threads of BLAS would fight with the other worker
 os.environ.setdefault("OMP_NUM_THREADS", "1")
+# forms are interpreted: a compiler would take most of the time (`compiled_forms` has one)
+os.environ.setdefault("SHELLMB_KERNELS", "interpreted")
 
 # `tests.bench`, `tests.scenes` and `demos.paper` are of the checkout; last, since a copy of the
 # package may stand before it (`tests/mutations`)
@@ -54,20 +57,64 @@ def pytest_configure(config: pytest.Config) -> None:
         config.pluginmanager.register(kept)
 
 
+def listed(file: Path, items: list[pytest.Item]) -> tuple[list[pytest.Item], list[str]]:
+    """Tests that a list names, and names in it that no test has.
+
+    Args:
+        file: A name a line: a folder, a file, a test or one variant of it, as pytest has them;
+            `but N of NAME` leaves out as many of them, evenly from the first to the last.
+        items: All tests.
+    """
+    lines = [line.strip() for line in file.read_text().splitlines()]
+    left_out = {}
+    for line in (line for line in lines if line and not line.startswith("#")):
+        count, _, name = line.partition(" of ")
+        if count.startswith("but "):
+            left_out[name] = int(count.removeprefix("but "))
+        else:
+            left_out[line] = 0
+    found: dict[str, list[pytest.Item]] = {name: [] for name in left_out}
+    for item in items:
+        path, _, test = item.nodeid.partition("::")
+        folders = {str(folder) for folder in Path(path).parents}
+        for name in folders | {path, f"{path}::{test.partition('[')[0]}", item.nodeid}:
+            if name in found:
+                found[name].append(item)
+    named = []
+    for name, some in found.items():
+        count = min(left_out[name], len(some))
+        stay = {n * (len(some) - 1) // max(count - 1, 1) for n in range(count)}
+        named += [item for n, item in enumerate(some) if n not in stay]
+    return named, [name for name, some in found.items() if not some]
+
+
+def of_faults() -> set[str]:
+    """Tests that a fault of `tests/mutations` names: they run every day, whatever lists say."""
+    from tests.mutations.test_mutations import FAULTS
+
+    return {test for fault in FAULTS for test in fault.tests}
+
+
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Mark what mostly compiles as slow; see `tests/heavy.txt`."""
-    file = Path(__file__).with_name("heavy.txt")
-    if not file.exists():  # a copy of this file elsewhere, as in `tests/test_margins.py`
-        return
-    lines = (line.strip() for line in file.read_text().splitlines())
-    heavy = {line for line in lines if line and not line.startswith("#")}
-    for item in items:
-        if item.nodeid in heavy:
-            item.add_marker(pytest.mark.slow)
-    if config.args == config.getini("testpaths"):
-        unknown = heavy - {item.nodeid for item in items}
-        if unknown:
+    """Mark what takes long as slow, and other variants and evidence for CI, by lists.
+
+    Who names files runs what they leave to CI, too.
+    """
+    lists = {mark: Path(__file__).with_name(f"{mark}.txt") for mark in ("slow", "ci")}
+    if not all(file.exists() for file in lists.values()):
+        return  # a copy of this file elsewhere, as in `tests/test_margins.py`
+    everything = config.args == config.getini("testpaths")
+    if not everything and config.option.markexpr == "not slow and not ci":
+        del lists["ci"]
+    needed = of_faults()
+    rest = [i for i in items if not {i.nodeid, i.nodeid.partition("[")[0]} & needed]
+    for mark, file in lists.items():
+        quick = [item for item in rest if item.get_closest_marker("slow") is None]
+        named, unknown = listed(file, quick)
+        for item in named:
+            item.add_marker(mark)
+        if unknown and everything:
             raise pytest.UsageError(f"{file}: there are no such tests: {sorted(unknown)}")
 
 
@@ -90,16 +137,54 @@ def _collect_garbage() -> Iterator[None]:
         comm.Barrier()
 
 
+def _compiling() -> Iterator[None]:
+    """Forms are compiled, also in processes that are started."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.delenv("SHELLMB_KERNELS")
+        patch.setattr("shellmb.native.assembler.INTERPRETED", False)
+        yield
+
+
+# of a test, and of a module with all that its tests share
+compiled_here = pytest.fixture(_compiling, name="compiled_here")
+compiled_forms = pytest.fixture(_compiling, name="compiled_forms", scope="module")
+
+
+@pytest.fixture(scope="session")
+def _ranks() -> Iterator[dict[int, Any]]:
+    """Processes on several ranks that wait for programs, by their number."""
+    kept: dict[int, Any] = {}
+    yield kept
+    for ranks in kept.values():
+        ranks.end()
+
+
 @pytest.fixture
-def mpirun(tmp_path: Path) -> Callable[..., str]:
+def mpirun(tmp_path: Path, _ranks: dict[int, Any]) -> Callable[..., str]:
     """Run Python under the `mpiexec` of this environment and return what it printed.
 
     `mpirun(2, "-m", "shellmb.cli", "list")` or `mpirun(2, "-c", source)`; the working directory
     is the test's `tmp_path` and the test fails, showing both outputs, on a nonzero exit code.
-    Let one rank print: the output of several is mixed within lines.
+    Sources and files run one after the other in the same processes (`tests/ranks.py`), which saves
+    their imports; modules, and what changes something for the whole process (`alone`), have their
+    own. Let one rank print: the output of several is mixed within lines.
     """
 
-    def run(ranks: int, *args: str | Path, timeout: float = 300.0) -> str:
+    def run_here(ranks: int, command: list[str], timeout: float) -> str:
+        from tests.ranks import Ranks
+
+        if ranks not in _ranks:
+            _ranks[ranks] = Ranks(ranks)
+        outcome = _ranks[ranks].run(command, tmp_path, timeout)
+        if outcome.code is None:
+            _ranks.pop(ranks).end(patience=0.0)  # some may wait for others for ever
+        if outcome.code != 0:
+            pytest.fail(f"exit code {outcome.code}: {command}\n{outcome.out}\n{outcome.err}")
+        return str(outcome.out)
+
+    def run(ranks: int, *args: str | Path, timeout: float = 300.0, alone: bool = False) -> str:
+        if args[0] != "-m" and not alone:
+            return run_here(ranks, list(map(str, args)), timeout)
         mpiexec = Path(sys.executable).parent / "mpiexec"
         command = [str(mpiexec), "-n", str(ranks), sys.executable, *map(str, args)]
         process = subprocess.Popen(

@@ -1,5 +1,6 @@
 """What is installed besides the modules: licence, data, entry point, lock."""
 
+import re
 import subprocess
 import sys
 import tomllib
@@ -30,6 +31,7 @@ def test_data_files_are_packaged() -> None:
         for path in (ROOT / package.replace(".", "/")).glob(pattern)
     }
     there = {path for path in (ROOT / "shellmb").rglob("*") if path.is_file()}
+    there |= set((ROOT / "shellmb/demos/references/data").iterdir())
     modules = {path for path in there if path.suffix == ".py" or path.parent.name == "__pycache__"}
     assert there - modules == packaged
 
@@ -40,11 +42,36 @@ def test_evidence_is_not_installed() -> None:
     roots = {name.split(".")[0] for name in packages}
     assert roots == {"shellmb"}
     named = {part for name in packages for part in name.split(".")}
-    assert not named & {"bench", "figures", "paper", "peers", "tests"}
+    assert not named & {"bench", "figures", "paper", "peers", "tests", "verification"}
+    assert "shellmb.demos.studies" not in packages
     for command, module in OF_CHECKOUTS.items():
         said = CliRunner().invoke(app, [command, "--json"])
         assert said.exit_code == 2 and module in said.output, said.output
         assert (ROOT / module.split()[-1].replace(".", "/") / "__main__.py").is_file()
+
+
+@pytest.mark.parametrize("command", ["verify --slow", "study --bundled all"])
+def test_a_wheel_says_where_evidence_is(command: str, tmp_path: Path) -> None:
+    """An installation is what the list of packages says; the commands of a checkout name it."""
+    for name in PROJECT["tool"]["setuptools"]["packages"]:
+        to = tmp_path / name.replace(".", "/")
+        to.mkdir(parents=True, exist_ok=True)
+        for path in (ROOT / name.replace(".", "/")).glob("*.py"):
+            (to / path.name).symlink_to(path)
+    said = subprocess.run(
+        [sys.executable, "-m", "shellmb.cli", *command.split()],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert said.returncode == 2
+    (line,) = said.stderr.splitlines()
+    assert re.fullmatch(
+        r"error: `(shellmb (verify|study --bundled))` belongs to a checkout of shellmb, run it "
+        r"there: `python3 -m uv run \1`",
+        line,
+    )
 
 
 def test_command() -> None:

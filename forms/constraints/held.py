@@ -58,7 +58,9 @@ class Held(NamedTuple):
     def interval(self, span: Interval, dq: Expr) -> ConstraintRow:
         """Hold constraints at the end; their forces are along the gradient at the middle."""
         g = self.function
-        return ConstraintRow(variation(g, span.mid, dq), None, g(span.at), (span.unknown, None))
+        return ConstraintRow(
+            variation(g, span.mid, dq), None, g(span.holding), (span.unknown, None)
+        )
 
     def path(self, path: Path, k: int, dq: Expr, inertialess: bool) -> ConstraintRow:
         """Hold constraints and rates at the end (Q4), or constraints at the middle, too (Q6)."""

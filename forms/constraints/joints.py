@@ -2,7 +2,9 @@
 
 A place is a point and, where its body has directors there, vectors that move with it; both are
 linear in the nodal unknowns. So `g(q_b) - g(q_a) = Dg(q_m)[q_b - q_a]` holds for every constraint
-here, and multipliers along the mid-point gradient do no work (eq. 20; sections 3 and 5).
+here, and multipliers along the mid-point gradient do no work (eq. 20; sections 3 and 5). Functions
+of time that they contain are unknowns that are given, in which they are quadratic, too; the force
+that moves these does the work.
 
 The vectors `e1, e2, e3` of both places coincide in the reference configuration (of a universal
 joint, `e3` is the place's own axis); the axis of a joint is `e3`.
@@ -18,7 +20,9 @@ prismatic       cylindrical, `e1 . e2' = 0`                                     
 planar          `e3 . (x2 - x1) = 0`, `e1 . e3' = e2 . e3' = 0`                     3
 weld            spherical, `e1 . e2' = e2 . e3' = e3 . e1' = 0`                     6
 distance        `(|x2 - x1|^2 - L^2) / 2 L = 0`                                     1
+given distance  `(|x2 - x1|^2 - s^2) / 2 L = 0`, `s` a function of time             1
 in-plane        `e3 . (x2 - x1) = 0`                                                1
+held point      spherical, a point of a frame and one without directors             3
 shell revolute  spherical, `e1 . E3 = e2 . E3 = 0` (eq. 35)                         5
 ==============  ==================================================================  =====
 """
@@ -47,13 +51,14 @@ class JointKind(NamedTuple):
 
     Args:
         rows: Number of constraints.
-        constraints: Their values at two places; the third argument is the joint's length.
+        constraints: Their values at two places; the third argument is the joint's length, further
+            ones are values over time, those of the description's `given`.
         vectors: Number of vectors that the first and the second place must have.
         directions: Rows that are products of two unit vectors; all others are lengths.
     """
 
     rows: int
-    constraints: Callable[[Place, Place, Expr], list[Expr]]
+    constraints: Callable[..., list[Expr]]
     vectors: tuple[int, int]
     directions: tuple[int, ...] = ()
 
@@ -81,9 +86,9 @@ def _off_plane(a: Place, b: Place) -> list[Expr]:
     return [ufl.dot(a.e[2], _gap(a, b))]
 
 
-def _distance(a: Place, b: Place, length: Expr) -> list[Expr]:
+def _distance(a: Place, b: Place, length: Expr, now: Expr | None = None) -> list[Expr]:
     gap = _gap(a, b)
-    return [(ufl.dot(gap, gap) - length**2) / (2 * length)]
+    return [(ufl.dot(gap, gap) - (length if now is None else now) ** 2) / (2 * length)]
 
 
 def _weld(a: Place, b: Place, length: Expr) -> list[Expr]:
@@ -109,8 +114,12 @@ KINDS: dict[str, JointKind] = {
     "planar": JointKind(3, lambda a, b, length: _off_plane(a, b) + _aligned(a, b), (3, 3), (1, 2)),
     "weld": JointKind(6, _weld, (3, 3), (3, 4, 5)),
     "distance": JointKind(1, _distance, (0, 0)),
+    "given distance": JointKind(1, _distance, (0, 0)),
     "in-plane": JointKind(1, lambda a, b, length: _off_plane(a, b), (3, 0)),
+    "held point": JointKind(3, lambda a, b, length: _together(a, b), (3, 0)),
     "shell revolute": JointKind(
         5, lambda a, b, length: _together(a, b) + _aligned(a, b), (3, 1), (3, 4)
     ),
 }
+# what users add to the table is looked through, which takes a hundredth of a second for each kind
+BUNDLED = frozenset(kind.constraints for kind in KINDS.values())

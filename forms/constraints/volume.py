@@ -111,7 +111,7 @@ class Cones:
         own = slope(self.place(span.mid), d)
         if span.a is not span.b:
             own += slope(self.change(span.b - span.a), d) / 12
-        return self._row(own, None, cone(self.place(span.at)), (span.unknown, None))
+        return self._row(own, None, cone(self.place(span.holding)), (span.unknown, None))
 
     def path(self, path: Path, k: int, dq: Expr, inertialess: bool) -> ConstraintRow:
         """The volume or its rate at the end, and the forces (V2)."""

@@ -116,7 +116,7 @@ class ViscousShell(_WithoutGap):
     shear: Expr | None
 
     def forces(self, layout: Layout, q: Expr) -> Expr:
-        """What a state has of the cells: forces, perhaps behind strains."""
+        """Forces of the cells that a state has, perhaps behind their strains."""
         return self.elastic.forces(layout, q)
 
     @property

@@ -44,9 +44,10 @@ class Interval(NamedTuple):
         a: State at its start.
         b: State at its end.
         mid: Configuration at which forces act (the mean of `a` and `b`).
-        at: State at which constraints and compatibility hold (`b`).
+        at: State at which compatibility holds, and constraints if there is no `end` (`b`).
         unknown: State that carries the multipliers of the sub-interval (`b`).
         beta: Share of the stress jump, eq. (32).
+        end: State at which constraints hold; None: `at`.
     """
 
     a: Expr
@@ -55,6 +56,12 @@ class Interval(NamedTuple):
     at: Expr
     unknown: Expr
     beta: Expr | float
+    end: Expr | None = None
+
+    @property
+    def holding(self) -> Expr:
+        """State at which constraints hold."""
+        return self.at if self.end is None else self.end
 
 
 class Formulation(Protocol):

@@ -29,7 +29,7 @@ type Energy = Callable[[Expr], Expr]
 
 
 class Tie(NamedTuple):
-    """What ties strains of the cells to those of the displacements in one rule.
+    """Tie of strains of the cells to those of the displacements in one rule.
 
     Args:
         act: Stress of forces of the cells, shape (8,).

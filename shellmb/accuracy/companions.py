@@ -61,7 +61,7 @@ class Change:
             scene: The scene.
 
         Raises:
-            SceneError: If there is no such companion: nodes are at other places, say.
+            SceneError: If there is no such run, for example because its nodes are at other places.
         """
         if self.scheme is not None and self.scheme != scene.scheme_name:
             scene = scene.with_options(scheme=self.scheme)

@@ -1,6 +1,6 @@
 """Errors of a run's results and histories, estimated from cheaper comparison runs.
 
-Step: the run against companions with three and nine times the step. Mesh: two companions against
+Step: the run against runs with three and nine times the step. Mesh: two runs against
 each other, with the run's elements and with twice as many, and nine times the step, in which the
 error of the step is the same. The error of a quantity is the sum of all parts. Statics have no
 error of the step; rigid bodies alone have none of the mesh.
@@ -204,8 +204,8 @@ def find_companions(
         family: The family.
         base: What is different in the run.
         steps: Its number of steps.
-        known: Companions of a run with the same mesh, or the same step, which tell for this one
-            what they told for that one; None: there are none.
+        known: Comparison runs with the same mesh, or the same step, which hold for this one
+            their errors for that one; None: there are none.
     """
     mine = family.found[base]
     assert mine is not None
@@ -246,7 +246,7 @@ def find_companions(
 
 
 def _largest(scene: Scene, steps: int, known: int) -> float:
-    """Factor on the step of companions that differ in something else."""
+    """Factor on the step of comparison runs that differ in something else."""
     if scene.path is not None:
         return RATIO
     if scene.static:
@@ -260,7 +260,7 @@ def _largest(scene: Scene, steps: int, known: int) -> float:
 def _mesh_pair(
     family: Family, base: Change, coarse: Change, scene: Scene
 ) -> tuple[tuple[Kept, Kept] | None, bool]:
-    """Two companions with different elements, and whether the first one has the better ones."""
+    """Two comparison runs with different elements, and whether the first one has better ones."""
     divided, other = replace(coarse, mesh=2 * coarse.mesh), None
     if degree_of(scene) == 2:
         other = replace(coarse, degree=3)
@@ -280,7 +280,7 @@ def _mesh_pair(
 
 
 def _fewer(family: Family, coarse: Change) -> Kept | None:
-    """A companion with half the elements along each side; None where there is no such mesh."""
+    """A comparison run with half the elements along each side; None where there is no such mesh."""
     half = replace(coarse, mesh=coarse.mesh // 2)
     change = replace(coarse, coarser=2) if coarse.mesh % 2 else half
     found = family.run(change)
@@ -331,7 +331,7 @@ def judged(found: Companions, family: Family, scene: Scene, order: float) -> Err
     """Errors of all quantities of a run.
 
     Args:
-        found: Its companions.
+        found: Its comparison runs.
         family: Where they come from.
         scene: Its scene.
         order: Order of its scheme.

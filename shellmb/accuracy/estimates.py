@@ -13,16 +13,16 @@ to tell anything: where they are off by more than a hundredth of the quantity, a
 shrink faster than the scheme's order allows, a whole order less than that is believed.
 
 An extreme of a curve depends on where steps lie beside it, which is another place in each
-companion. A whole order less than observed is believed of it.
+comparison run. An order is taken as at most one less than observed.
 
-A curve whose companions differ by more than a hundredth of it, and hardly less with smaller steps,
-is not resolved: its phase is one of many, as after a snap. Its end and its extremes are then right
-or wrong by chance: the end has at least the error of the curve, and each extreme the largest error
-of both and of the end.
+A curve whose comparison runs differ by more than a hundredth of it, and hardly less with smaller
+steps, is not resolved: its phase is one of many, as after a snap. Its end and its extremes are then
+right or wrong by chance: the end has at least the error of the curve, and each extreme the largest
+error of both and of the end.
 
-Where companions are other motions, as of chaos, differences are no larger than motions are apart.
-Where the larger steps are off by half of the quantity, and smaller ones by a tenth, the least order
-is believed.
+Where comparison runs are other motions, as of chaos, differences are no larger than motions are
+apart. Where the larger steps are off by half of the quantity, and smaller ones by a tenth, the
+least order is believed.
 
 *Mesh.* Coarser meshes come close to the right answer by chance, and their orders are not those of
 finer ones (clamped corners). The difference from a better mesh needs no order: it is the error but
@@ -66,11 +66,11 @@ class Estimate:
     """An error that is estimated, in the unit of the quantity.
 
     Args:
-        error: Its size; infinite where nothing can be said.
+        error: Its size; infinite where it is not known.
         order: The observed order; None where there is none.
-        rough: Whether companions are too far from the run to tell an order.
+        rough: Whether comparison runs are too far from the run to show an order.
         resolved: Whether errors of a quantity that is this far off shrink with the step.
-        far: Whether the companion with the largest steps is another motion.
+        far: Whether the comparison run with the largest steps is another motion.
         damped: Whether it is that of vibrations that the scheme has damped.
         converges: Whether differences of the levels fall; else the size is only what the next
             level is chosen by.
@@ -113,7 +113,7 @@ def step_error(
             the square of it; the second one may be missing.
         highest: Order of the scheme.
         size: Size of the quantity.
-        ratio: Factor between steps; that of a single companion may be below 1.
+        ratio: Factor between steps; that of a single comparison run may be below 1.
         caution: What is taken off the observed order.
         scale: Size of the curve that the quantity is a point of.
 
@@ -155,8 +155,8 @@ def mesh_error(
     """Error of the mesh of a run.
 
     Args:
-        difference: Of its companion with other elements; None: not known.
-        better: Whether the companion's elements are the better ones.
+        difference: To its comparison run with other elements; None: not known.
+        better: Whether that run has the better elements.
         levels: Differences of a coarser level from the next one, and of this from the one after
             it; None: not known.
         size: Size of the quantity.
@@ -178,7 +178,7 @@ def model_error(difference: float | None, share: float = 1.0) -> Estimate:
     """Error of something that a comparison run has less of.
 
     Args:
-        difference: From the companion; None: not known.
-        share: Part of the error that the companion is without.
+        difference: To the comparison run; None: not known.
+        share: Part of the error that the comparison run does not have.
     """
     return UNKNOWN if difference is None else Estimate(SAFETY * difference / share)

@@ -44,7 +44,7 @@ class Family:
         scene: The scene.
         results: Gives results; None: the scene's own function.
         comm: Communicator.
-        accounts: Whether companions measure energies, momenta and forces, too.
+        accounts: Whether comparison runs measure energies, momenta and forces, too.
 
     Attributes:
         found: What is kept of runs; None of those that failed.
@@ -80,7 +80,7 @@ class Family:
             run: The run, at its end.
             begin: What kept the state before its first step; None: it cannot begin again.
             change: What is different in it.
-            on: Left when the companions have run.
+            on: Left when the comparison runs are done.
             cpu: Processor time of the run [s].
         """
         self.found[change] = keep(run, 0.0 if begin is None else begin.seconds, cpu)

@@ -12,6 +12,7 @@ from mpi4py import MPI
 from shellmb.accuracy.companions import Change, degree_of, is_reduced, prefers_degree
 from shellmb.accuracy.estimates import NONE, Estimate, mesh_error, model_error
 from shellmb.accuracy.found import Found
+from shellmb.accuracy.remarks import of_own
 from shellmb.errors import ShellmbError, Stopped
 from shellmb.native.later import known_forms
 from shellmb.observers.summary import write_json
@@ -112,7 +113,7 @@ def mode_errors(
     if is_reduced(scene):
         parts["model"] = [Change(exact=True)]
     errors: dict[str, dict[str, Estimate]] = {name: {"mesh": NONE, "step": NONE} for name in mine}
-    remarks = []
+    remarks = of_own(scene)
     for part, changes in parts.items():
         there, why = _companion(scene, modes, changes, loaded, results)
         if there is None:
@@ -132,9 +133,9 @@ def mode_errors(
         errors[name]["mesh"] = Estimate(error)
     if doubtful:
         remarks.append(
-            f"{', '.join(doubtful)}: the companion agrees much better than for lower frequencies, "
-            "by chance, or because these modes are of another kind; errors are taken from the "
-            "lower ones, and are rough"
+            f"{', '.join(doubtful)}: the run on another mesh agrees much better than for "
+            "lower frequencies, by chance or because the modes differ in kind; their errors are "
+            "rough estimates from the lower ones"
         )
     return {name: Found(value, errors[name]) for name, value in mine.items()}, remarks
 
@@ -142,11 +143,11 @@ def mode_errors(
 def _as_lower_ones(found: Sequence[tuple[float, float]]) -> list[float]:
     """Errors of frequencies, none relatively smaller than a share of those of lower ones.
 
-    Shapes of higher modes have shorter waves, which fewer elements follow. That a companion agrees
-    on them is chance where it does not follow them either.
+    Shapes of higher modes have shorter waves, which fewer elements follow. That a comparison run
+    agrees on them is chance where it does not follow them either.
 
     Args:
-        found: Frequencies [Hz] with the errors that the companion tells, from the lowest one up.
+        found: Frequencies [Hz] with the errors by the comparison run, from the lowest one up.
     """
     largest, errors = 0.0, []
     for value, error in found:
@@ -174,7 +175,7 @@ def _companion(
     loaded: bool,
     results: ModeResults | None,
 ) -> tuple[dict[str, float] | None, str]:
-    """Numbers of the first companion that works, and why others do not."""
+    """Numbers of the first comparison run that works, and why others do not."""
     comm, why = modes.model.comm, ""
     for change in changes:
         try:

@@ -35,8 +35,8 @@ def remarks(
     Args:
         mine: The run.
         steps: It and those with larger steps.
-        mesh: Two companions that differ in their elements.
-        failures: Why companions failed.
+        mesh: Two comparison runs that differ in their elements.
+        failures: Why comparison runs failed.
         scene: The scene.
         found: Quantities with their errors.
     """
@@ -56,8 +56,8 @@ def remarks(
         counts = {other.events.get(name, 0) for other in others.values()} - {count}
         if counts:
             said.append(
-                f"event '{name}' comes {count} times in the run and {min(counts)} times in a "
-                "companion: errors after it are not known"
+                f"event '{name}' occurs {count} times in the run and {min(counts)} times in "
+                "a comparison run: errors after it are not known"
             )
     named = {k: Quantity(k) if k in mine.results else parse_quantity(k) for k in found}
     for part, words in LEVELS.items():
@@ -69,14 +69,14 @@ def remarks(
     ]
     if wild:
         said.append(
-            f"{_by_name(wild)}: companions with larger steps are far from the run: an instability, "
-            "an event or chaos, or because steps are too large to tell; errors are rough"
+            f"{_by_name(wild)}: comparison runs with larger steps are far from the run: an "
+            "instability, an event, chaos, or too large steps; errors are rough"
         )
     still = [named[k] for k, f in found.items() if f.step.damped]
     if still:
         said.append(
-            f"{_by_name(still)}: companions agree better than the energy that the scheme damps "
-            "allows; errors are those of vibrations that it may have taken out, and are rough"
+            f"{_by_name(still)}: comparison runs agree better than the energy that the scheme "
+            "damps allows; errors are rough: they are those of vibrations that it may have damped"
         )
     short = mine.steps <= SHAPELESS * RATIO**2
     if len(steps) == 2 and steps[0] is mine and short and scene.path is None:
@@ -90,9 +90,21 @@ def remarks(
             f"meshes of files ({_listed(read)}) are refined as they are: where edges are chords of "
             "curved ones, they stay chords, and the errors do not contain that"
         )
+    said += of_own(scene)
     if scene.path is not None:
         said.append("histories along a path have no errors: points of two runs differ")
     return tuple(said)
+
+
+def of_own(scene: Scene) -> list[str]:
+    """Remark on the meshes of bodies of the user's own, which no companion refines.
+
+    Args:
+        scene: The scene.
+    """
+    names = _listed([body.name for body in scene.own_bodies])
+    what = "own bodies have the same mesh in all comparison runs; the errors do not contain its"
+    return [f"{names}: {what}"] if names else []
 
 
 # what is said of levels whose differences do not fall, and of the parts that they differ in
@@ -120,7 +132,7 @@ WORDS = {
 
 
 def _unresolved(found: Found, quantity: Quantity, steps: Sequence[Kept]) -> bool:
-    """Decide whether a curve is not resolved, or companions are as far off as the number itself."""
+    """Decide whether a curve is unresolved, or comparison runs are as far off as the number."""
     order = found.step.order
     if found.step.rough or not found.step.resolved:
         return True

@@ -6,7 +6,7 @@ factor of three at a corner. Vibrations with a few steps to a period are missed 
 curve with them is off by as much as they are large, and with finer steps they have another phase,
 so twice the square: their root mean square times the root of two.
 
-*Not in the curve.* A dissipative scheme takes them out of the run, and out of all its companions,
+*Not in the curve.* A dissipative scheme takes them out of the run, and out of all comparison runs,
 which therefore agree. What tells is the energy `D` that the scheme has taken. In vibrations, that
 is a velocity of `v sqrt(D/T)` where the motion has the velocity `v` and the kinetic energy `T`.
 What a scheme damps within a run has a few radians to a step, so displacements are this velocity

@@ -52,7 +52,7 @@ class StateSpace(NamedTuple):
 class Matrices:
     """Matrices of ``M x'' + C x' + K x = f`` in coordinates that no constraint ties.
 
-    Resultants are eliminated, directors, frames, joints and supports are taken into account. The
+    Resultants are eliminated, directors, frames, joints and supports are included. The
     coordinates `x` have no meaning of their own: `row` gives displacements in terms of them.
 
     Args:

@@ -95,7 +95,7 @@ class Motion:
     Attributes:
         time: The time, s.
         problem: Functions and block system (`simulate.problem.Problem`).
-        account: The energy balance (`observers.account.energy.EnergyAccount`).
+        account: Energy balance (`observers.account.energy.EnergyAccount`).
 
     Raises:
         SceneError: If two bodies have one name, or there is no such scheme.
@@ -214,7 +214,7 @@ class Motion:
             self._momenta[name] = {}
         known = self._momenta[name]
         if motion not in known:
-            form = body.momentum(levels.rates["v"], motion(body.field(levels.q)))
+            form = body.momentum_along(levels.rates["v"], motion(body.field(levels.q)))
             known[motion] = scalar([form], self.model.comm)
         total = known[motion]
         return 0.0 if total is None else total()

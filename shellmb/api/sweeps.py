@@ -66,7 +66,7 @@ def sweep(
 
     Returns:
         A row for each case in the order of the parameters: their values, the results, the numbers
-        of the account, `failed` and the run's `directory`.
+        of the energy balance, `failed` and the run's `directory`.
 
     Raises:
         SceneError: If there are no cases, a parameter is unknown, `out` is another sweep's, or

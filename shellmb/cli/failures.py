@@ -163,7 +163,7 @@ def _starts_several() -> bool:
 
 
 def _sentence(error: BaseException) -> tuple[str, int]:
-    """Find what a user is told of an error, and the exit code; nothing of a bug."""
+    """Find the message of an error for the user, and the exit code; nothing of a bug."""
     if isinstance(error, Unprinted):
         said = (
             f"error: the output cannot be written ({error}); everything else is finished and saved"

@@ -10,6 +10,7 @@ import typer
 from typer.core import TyperGroup
 
 from shellmb import __version__
+from shellmb.cli.checkout import of_checkout
 from shellmb.cli.effects import effects
 from shellmb.cli.failures import App, failures_reported, first_rank, run_check, tell
 from shellmb.cli.options import (
@@ -336,10 +337,9 @@ def verify(
         bool, typer.Option("--slow", help="Also run the cases that take minutes.")
     ] = False,
 ) -> None:
-    """Compare results with analytic, published and independent reference values."""
-    from shellmb.cli.verify import run_verification
-
-    if not run_verification(case, slow, json):
+    """Compare results with analytic, published and independent values; from a checkout."""
+    report = of_checkout("verification.report", "shellmb verify")
+    if not report.run_verification(case, slow, json):
         raise typer.Exit(1)
 
 

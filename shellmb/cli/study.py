@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from shellmb.cli.checkout import of_checkout
 from shellmb.cli.failures import first_rank, tell
 from shellmb.cli.options import Clock, JsonOption, PicturesOption, SetOption, offers
 from shellmb.cli.report import print_list, say
@@ -48,7 +49,8 @@ def study(
     parameters: SetOption = None,
     clock: Annotated[Clock, typer.Option(help="Measure wall or processor times.")] = Clock.wall,
     bundled: Annotated[
-        str | None, typer.Option(metavar="NAME", help="A bundled study, `all`, or `list`.")
+        str | None,
+        typer.Option(metavar="NAME", help="A bundled study of a checkout, `all`, or `list`."),
     ] = None,
     out: Annotated[
         Path | None,
@@ -100,14 +102,14 @@ def _refuse(scene: str | None, bundled: str | None, given: list[str]) -> None:
 def _run_bundled(
     name: str, repeat: int | None, clock: str, out: Path | None, quiet: bool
 ) -> list[Done]:
-    from shellmb.studies.cases.bundled import BUNDLED, find_bundled
-
+    studies = of_checkout("studies.bundled", "shellmb study --bundled")
     if name == "list":
         if first_rank():
-            print_list({b.name: b.what for b in BUNDLED}, {"studies": [b.name for b in BUNDLED]})
+            whats = {study.name: study.what for study in studies.BUNDLED}
+            print_list(whats, {"studies": list(whats)})
         return []
     done = []
-    for item in find_bundled(name):
+    for item in studies.find_bundled(name):
         folder = (out or Path("runs", "studies")) / item.name
         findings: list[Finding] = []
         for k, part in enumerate(item.parts):

@@ -23,13 +23,15 @@ from shellmb.constraint_analysis.motions import Frame, describe
 from shellmb.constraint_analysis.redundancy import RATE_STEP
 from shellmb.constraint_analysis.rows import local_rows
 from shellmb.errors import SceneError
-from shellmb.model.body import Body, Dofs
+from shellmb.forms.steps.mixed import Interval
+from shellmb.model.body import Body, Dofs, added
 from shellmb.model.elements.elements import ElementGroup
 from shellmb.model.model import Model
 from shellmb.model.reduced.terms import ModalTerms
 from shellmb.model.unknowns import NOT_GIVEN, Unknowns
 from shellmb.native.kernels import compiled
 from shellmb.scene.lookup import said
+from shellmb.schemes.residuals.forces import interval_forces
 
 # a motion along which constraints change by less than this part of what they change along others
 NOTHING = 1e-8
@@ -96,7 +98,8 @@ class Motions:
     def __init__(self, model: Model) -> None:
         self.model, self._comm = model, model.comm
         self._unknowns = Unknowns(model.bodies, model.comm)
-        self.blocks = {body.name: k for k, body in enumerate(model.scene.bodies)}
+        placed = [body for body in model.scene.bodies if getattr(body, "placed", True)]
+        self.blocks = {body.name: k for k, body in enumerate(placed)}
         self.frames = {name: self._frame(name) for name in self.blocks}
         self._first: dict[str, int] = {}
         self.size = 6 * len(self.blocks)
@@ -116,8 +119,8 @@ class Motions:
     def _along(self, name: str) -> tuple[Body, Dofs, Ints, Floats]:
         """A body's local dofs with the motions as rows, shape (n,), (n, 6) and the columns."""
         body, nodes, X, D = self.model.nodes_of(name)
-        u = body.mixed.dofs["u"].reshape(-1, 3)[nodes]
-        w = body.mixed.dofs["w"].reshape(-1, body.mixed.parts["w"][1])[nodes]
+        u = body.mixed.nodal("u")[nodes]
+        w = body.mixed.nodal("w")[nodes]
         return body, *self._rigid(name, u, w, X, D)
 
     def _rigid(
@@ -257,15 +260,26 @@ class Motions:
             q, dq = fem.Function(body.mixed.space), ufl.TestFunction(body.mixed.space)
             time = fem.Constant(body.mixed.space.mesh, 0.0)
             extra = body.applied(q, None, dq, time)
+            if body.name in self.model.own:
+                # strains of the user's own may be of the place, as those of a foundation
+                inner = interval_forces(body, Interval(q, q, q, q, q, 0.0), dq)
+                extra = added([extra, None if inner is None else -inner])
             if extra is None:
                 continue
             form = compiled(extra)
             along = np.einsum("ik,ikm->im", rows, free[columns])
 
-            def work(step: Floats, q=q, form=form, dofs=dofs, along=along) -> Floats:  # type: ignore[no-untyped-def]
+            def forces(step: Floats, q=q, form=form, dofs=dofs) -> Floats:  # type: ignore[no-untyped-def]
                 q.x.array[dofs] = step
-                force = fem.assemble_vector(form).array
-                return np.asarray(along.T @ force[dofs])
+                return np.asarray(fem.assemble_vector(form).array[dofs])
+
+            def work(step: Floats, forces=forces, along=along) -> Floats:  # type: ignore[no-untyped-def]
+                return np.asarray(along.T @ forces(step))
+
+            if body.name in self.model.own:
+                # what round-off is of: forces where it strains
+                strained = forces(STEP * np.linspace(0.0, 1.0, len(dofs)) ** 2)
+                size = max(size, float(np.linalg.norm(strained) * np.linalg.norm(along)) / STEP)
 
             # of two steps, so that a force which grows with the cube of the motion has no slope
             for step, weight in ((STEP, -1 / 99), (STEP / 10, 100 / 99)):

@@ -266,8 +266,8 @@ def refuse(model: Model, redundant: list[Redundant]) -> None:
         others = " and ".join(f"'{name}'" for name in item.with_) or given
         if row.inner and np.isinf(row.gap):
             raise SceneError(
-                f"{row.owner} is held along itself by a support, as by its unit length; hold all "
-                "three components, or those across it"
+                f"{row.owner} is fixed along its own direction by a support, and by its unit "
+                "length too; fix all three components, or the two normal to it"
             )
         if item.contradicts:
             raise SceneError(

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import Any
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from shellmb.arrays import Floats
 from shellmb.diagnostics.base import STIFFENED, Caution, said_of
 from shellmb.observers.fields.modal import ModalState
 from shellmb.observers.summary import Sources
@@ -24,10 +22,11 @@ class DampedModes(Silent):
     """
 
     name = "damped modes"
+    remembered = ("_largest",)
 
     def __init__(self, sources: Sources) -> None:
         # by body the largest of the products below, and when
-        self._largest: dict[str, tuple[Floats, float]] = {}
+        self._largest: dict[str, tuple[Sequence[float], float]] = {}
 
     def start(self, simulation: Simulation) -> None:
         """Find the bodies."""
@@ -48,7 +47,7 @@ class DampedModes(Silent):
             before, when = self._largest.get(data.name, (np.zeros(4), 0.0))
             if products[3] > before[3]:
                 when = simulation.t
-            self._largest[data.name] = np.maximum(before, products), when
+            self._largest[data.name] = np.maximum(before, products).tolist(), when
 
     def cautions(self, simulation: Simulation) -> Iterator[Caution]:
         """A sentence for each body that resists otherwise than its modes do."""
@@ -65,14 +64,6 @@ class DampedModes(Silent):
                     f"what it resists with is off by about {share:.1%}, at t = {when:g}; use one "
                     "time for all strains, or model='floating-frame'",
                 )
-
-    def state(self) -> dict[str, Any]:
-        """The largest so far."""
-        return {"largest": {name: (p.tolist(), t) for name, (p, t) in self._largest.items()}}
-
-    def restore(self, state: dict[str, Any]) -> None:
-        """Take them up."""
-        self._largest = {name: (np.array(p), t) for name, (p, t) in state["largest"].items()}
 
 
 def _share(energy: float, fast: float, damped: float, relaxing: float) -> float:

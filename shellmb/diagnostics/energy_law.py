@@ -60,10 +60,10 @@ class EnergyLaw(Silent):
                     None,
                     error,
                     LAWLESS,
-                    f"the scheme has no energy law ({simulation.scheme.title}): the account is "
-                    f"open by {error:.1e} of the energy that was exchanged, most of it in the "
-                    f"step to t = {self._when():g} s; use a smaller step, or compare with --scheme "
-                    "ep4 or --scheme ed3",
+                    f"the scheme has no energy law ({simulation.scheme.title}): the energy "
+                    f"balance has an error of {error:.1e} of the energy exchanged, most of it in "
+                    f"the step to t = {self._when():g} s; use a smaller step, or compare with "
+                    "--scheme ep4 or --scheme ed3",
                 )
         elif error > BOUND:
             yield Caution(
@@ -71,8 +71,8 @@ class EnergyLaw(Silent):
                 None,
                 error,
                 BOUND,
-                f"the energy account is off by {error:.1e} of the energy that was exchanged, "
+                f"the energy balance has an error of {error:.1e} of the energy exchanged, "
                 f"{self._account.exchanged:.2g} J, most of it in the step to "
-                f"t = {self._when():g} s; it must close to {BOUND:.0e}: use a smaller step or a "
+                f"t = {self._when():g} s; the limit is {BOUND:.0e}: use a smaller step or a "
                 f"smaller Solver(tolerance=...){_suspects(simulation.scene)}",
             )

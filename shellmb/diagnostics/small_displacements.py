@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 from mpi4py import MPI
 
@@ -42,6 +41,7 @@ class SmallDisplacements(Silent):
     """
 
     name = "small displacements"
+    remembered = ("_largest",)
 
     def __init__(self, sources: Sources) -> None:
         # by body of the system the largest change of a director on this rank, and when
@@ -81,14 +81,6 @@ class SmallDisplacements(Silent):
                     f"{'ep' if simulation.scheme.dynamic else 'static'}",
                 )
 
-    def state(self) -> dict[str, Any]:
-        """The largest so far."""
-        return {"largest": {name: list(found) for name, found in self._largest.items()}}
-
-    def restore(self, state: dict[str, Any]) -> None:
-        """Take them up."""
-        self._largest = {name: (size, t) for name, (size, t) in state["largest"].items()}
-
 
 class _AboutFrames(Silent):
     """Watches bodies whose displacements are small about a frame: what these do not know.
@@ -104,6 +96,7 @@ class _AboutFrames(Silent):
 
     # what is said of such a body, and who does not know of forces
     name, said, blind = "", "", ""
+    remembered = ("_largest",)
 
     def __init__(self, sources: Sources) -> None:
         # largest rotation about the frame on this rank [rad], largest spin [rad/s], energy that is
@@ -202,8 +195,8 @@ class _AboutFrames(Silent):
                 name,
                 share,
                 "squares of its displacements would make it stiffer by about "
-                f"{share:.1%}, at t = {when:g}, as they stretch it between what holds it or where "
-                "it bends two ways",
+                f"{share:.1%}, at t = {when:g}, as they stretch it between its supports or where "
+                "it bends in two directions",
             )
 
     def _stiffer(self, simulation: Simulation, name: str, share: float, how: str) -> Caution:
@@ -239,17 +232,6 @@ class _AboutFrames(Silent):
                 f"frequency {of}, {lowest:.3g} rad/s: centrifugal forces would change its "
                 f"stiffness by about {share:.0%}",
             )
-
-    def state(self) -> dict[str, Any]:
-        """The largest so far."""
-        return {kind: dict(found) for kind, found in self._largest.items()}
-
-    def restore(self, state: dict[str, Any]) -> None:
-        """Take them up."""
-        self._largest = {
-            kind: {name: (size, t) for name, (size, t) in found.items()}
-            for kind, found in state.items()
-        }
 
 
 class ReducedBodies(_AboutFrames):
@@ -303,7 +285,7 @@ class ReducedBodies(_AboutFrames):
         """A sentence for each body that bends, is pressed or spins too much; collective."""
         for data in simulation.model.modal:
             yield from self._bent(simulation, data.name)
-            yield from self._spun(simulation, data.name, data.clamped, "with one joint held")
+            yield from self._spun(simulation, data.name, data.clamped, "with one joint fixed")
 
 
 class LinearBodies(_AboutFrames):

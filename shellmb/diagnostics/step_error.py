@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 from mpi4py import MPI
 
@@ -29,6 +28,7 @@ class StepErrors(Silent):
     """
 
     name = "step error"
+    remembered = ("_reach",)
 
     def __init__(self, sources: Sources) -> None:
         self._reach = 0.0
@@ -106,11 +106,3 @@ class StepErrors(Silent):
             f"bodies{behind}: step_error={allowed:g} is for {radians} of motion; for "
             f"errors of {allowed:g} in all use one of {wanted}",
         )
-
-    def state(self) -> dict[str, Any]:
-        """Findings so far."""
-        return {"reach": self._reach}
-
-    def restore(self, state: dict[str, Any]) -> None:
-        """Take it up."""
-        self._reach = float(state["reach"])

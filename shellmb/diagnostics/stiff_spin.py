@@ -13,7 +13,6 @@ loses that does not stretch at all, the part `y^2/(y^2 + 40)`: 0.9 with y = 20, 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 
@@ -35,6 +34,7 @@ class StiffSpin(Silent):
     """
 
     name = "stiff spin"
+    remembered = ("_dissipated",)
 
     def __init__(self, sources: Sources) -> None:
         self._rotations = sources.rotations
@@ -82,11 +82,3 @@ class StiffSpin(Silent):
                 f"{share:.0%}, and forces along it are wrong, even in sign; use "
                 f"{remedies(simulation.scheme, "model='rigid'", step)}",
             )
-
-    def state(self) -> dict[str, Any]:
-        """The sums so far."""
-        return dict(self._dissipated)
-
-    def restore(self, state: dict[str, Any]) -> None:
-        """Take them up."""
-        self._dissipated = dict(state)

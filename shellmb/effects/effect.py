@@ -104,7 +104,7 @@ def refuse(why: str) -> Change:
     """A change that is impossible.
 
     Args:
-        why: What is in the way, and what would be right.
+        why: Reason, and what would be right.
     """
 
     def change(scene: Scene, part: str | None) -> Scene:

@@ -28,7 +28,7 @@ class Row:
         title: What it is.
         used: Whether the scene has it.
         why: The field of the scene that decides.
-        count: What it adds to the problem of a step; None where that cannot be told.
+        count: What it adds to the problem of a step; None if unknown.
         share: Share of the step time that goes without it (negative where steps then take longer);
             None where it cannot be left out, or was not measured.
         needed: Why it cannot be left out; None where it can, or is not there.

@@ -55,7 +55,7 @@ class Stream:
     Args:
         stream: The stream.
         number: Of its descriptor.
-        forgiving: Whether nothing is said of it, as on a stream for what is said beside the work.
+        forgiving: Whether failures are silent, as on the stream for messages.
     """
 
     def __init__(self, stream: Any, number: int, forgiving: bool) -> None:

@@ -16,6 +16,7 @@ import os
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from importlib.machinery import ModuleSpec
 from pathlib import Path
 from types import ModuleType
@@ -125,30 +126,18 @@ class _Finder(importlib.abc.MetaPathFinder):
             return None
         spec = importlib.machinery.PathFinder.find_spec(fullname, path, target)
         if spec is not None and spec.loader is not None:
-            spec.loader = _Loader(spec.loader)
+            loader: Any = spec.loader
+            loader.exec_module = partial(_execute, loader.exec_module)
         return spec
 
 
-class _Loader(importlib.abc.Loader):
-    """Executes a module, and what comes before and behind it; signals come when it is there."""
+def _execute(own: Callable[[ModuleType], None], module: ModuleType) -> None:
+    """Execute a module, and what comes before and behind it; signals come when it is there."""
+    with held():
+        _BEFORE.get(module.__name__, _nothing)(module)
+        own(module)
+        _AFTER.get(module.__name__, _nothing)(module)
 
-    def __init__(self, loader: Any) -> None:
-        self._loader = loader
 
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._loader, name)
-
-    def create_module(self, spec: ModuleSpec) -> ModuleType | None:
-        """Delegate to the module's own loader."""
-        made: ModuleType | None = self._loader.create_module(spec)
-        return made
-
-    def exec_module(self, module: ModuleType) -> None:
-        """Delegate to the module's own loader."""
-        name = module.__name__
-        with held():
-            if name in _BEFORE:
-                _BEFORE[name](module)
-            self._loader.exec_module(module)
-            if name in _AFTER:
-                _AFTER[name](module)
+def _nothing(module: ModuleType) -> None:
+    pass

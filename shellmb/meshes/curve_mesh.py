@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 from mpi4py import MPI
 
@@ -50,6 +50,8 @@ class LineMesh:
     length: float
     triads: Floats
     degree: int
+
+    kind: ClassVar[str] = "beam"
 
     def numbers(self, space: fem.FunctionSpace) -> Ints:
         """Number along the line of each local node (owned and ghost) of a space.

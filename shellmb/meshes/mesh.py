@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 from mpi4py import MPI
 
@@ -58,6 +58,13 @@ class SurfaceMesh:
     cell_normal_sign: npt.NDArray[np.int8]
     length: float
     areas: dict[str, Int32s]
+
+    kind: ClassVar[str] = "shell"
+
+    @property
+    def regions(self) -> frozenset[str]:
+        """Names of edges and areas."""
+        return frozenset({*self.edges, *self.areas})
 
     def entities(self, names: str | tuple[str, ...], who: str) -> list[tuple[int, Int32s]]:
         """Facets of edges and cells of areas: dimension and sorted local indices of each.

@@ -64,6 +64,10 @@ class MixedSpace:
         dofs = self.dofs[part]
         return dofs[dofs < self.space.dofmap.index_map.size_local]
 
+    def nodal(self, part: str) -> Int32s:
+        """Dofs of a part on the nodes of displacements, shape (n, size), size 0 without any."""
+        return self.dofs[part].reshape(len(self.dofs["u"]) // 3, self.parts[part][1])
+
     def nodes(self, part: str) -> Floats:
         """Coordinates of the nodes of a part, shape (n, 3)."""
         return self.subspaces[part].tabulate_dof_coordinates()

@@ -137,7 +137,7 @@ class _Modes:
     Args:
         isolated: The body by itself.
         held: The same with its supports.
-        count: Number of modes with its frames held.
+        count: Number of modes with its frames fixed.
         who: What messages call it.
         slowing: Rate of the damping in proportion to the mass, 1/s.
         loads: Distributed loads on it.
@@ -298,7 +298,7 @@ class _Modes:
         )
 
     def _held(self, frames: Sequence[Interface], interfaces: Sequence[InterfaceModes]) -> float:
-        """Square of the lowest angular frequency with one of the frames held; of the free body."""
+        """Square of the lowest angular frequency with one of the frames fixed; of the free body."""
         K = len(self.omega2)
         stiffness = np.diag(np.concatenate([np.zeros(6), self.stiffness]))
         mass = np.diag(np.concatenate([np.full(6, self.mass), self.stiffness / self.omega2]))

@@ -1,7 +1,7 @@
 """Ritz vectors of a body by itself (Craig and Bampton), and what loads and terms add to them.
 
-Each frame moved by itself gives six static modes; with all of them held the lowest eigenvectors are
-taken, and what forces do.
+Each frame moved by itself gives six static modes; with all of them fixed the lowest eigenvectors
+are taken, and what forces do.
 """
 
 from __future__ import annotations
@@ -31,13 +31,13 @@ def ritz_vectors(
 ) -> list[PETSc.Vec]:
     """Static modes of all frames and the lowest modes with them fixed; else those of the body.
 
-    And what the loads do with the frames held; without, as the body gives way to them. Where terms
+    And what the loads do with the frames fixed; without, as the body gives way to them. Where terms
     hold it, `(K + B) v = f` has `v = v_0 - (K + B)^-1 B v_0` with `K v_0 = f`: the second part is
     one more vector for each of the static ones.
 
     Args:
         isolated: The body.
-        count: Number of modes with the frames held; without frames of elastic ones.
+        count: Number of modes with the frames fixed; without frames of elastic ones.
         center: Centre of mass, shape (3,), m.
         loads: Nodal forces of distributed loads.
         springs: Stiffness of the terms `B`; None: they have none.
@@ -67,11 +67,11 @@ class Held:
         isolated: The body.
         K: Stiffness matrix.
         center: Point that its rotations are about, shape (3,), m.
-        frames: Whether frames are held.
+        frames: Whether frames are fixed.
 
     Attributes:
-        motions: The rigid motions that it has: about the director of a single node that is held, or
-            those that supports leave.
+        motions: The rigid motions that it has: about the director of a single node that is fixed,
+            or those that supports leave.
     """
 
     def __init__(self, isolated: IsolatedBody, K: PETSc.Mat, center: Floats, frames: bool) -> None:

@@ -3,8 +3,8 @@
 An edge that is clamped stays a rigid frame, as the hinged end of a beam does: with the frame of its
 own it has a joint to the ground. What other supports hold does not move as a frame, and where edges
 meet they have nodes in common. The modes are then those of the body in its supports, and one frame
-stands for all of these: none of the displacements that they leave moves it. So it is held by a weld
-or, where hinged edges are in one straight line, by a revolute joint about that.
+stands for all of these: none of the displacements that they leave moves it. So it is fixed by a
+weld or, where hinged edges are in one straight line, by a revolute joint about that.
 """
 
 from __future__ import annotations

@@ -166,7 +166,7 @@ class Damped(Protocol):
         ...
 
     def following(self, q: fem.Function, v: fem.Function) -> Callable[[], None] | None:
-        """What gives a velocity at a state the rates of resultants; None: nothing needs them."""
+        """Function that gives a velocity at a state rates of resultants; None: none needs them."""
         ...
 
 

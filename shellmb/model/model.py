@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import cast
+from typing import Any, cast
 
 from mpi4py import MPI
 
@@ -30,6 +30,7 @@ from shellmb.model.joints.constraints import ConstraintGroup
 from shellmb.model.joints.mechanism import Mechanism, build_mechanism
 from shellmb.model.locations.finder import Finder
 from shellmb.model.locations.unjoined import doubt_unjoined
+from shellmb.model.own.placed import PlacedBody, build_own_bodies
 from shellmb.model.plausible import check_probes
 from shellmb.model.potentials.build import potential_groups
 from shellmb.model.potentials.group import PotentialGroup
@@ -59,6 +60,7 @@ class Model:
         bodies: All bodies of the system.
         shells: The shells by name.
         beams: The beams by name.
+        own: Bodies of the user's own with places, by name.
         rigid: The rigid bodies, and ground; None without any.
         mechanism: Joints, and what drives and resists them.
         length: Characteristic length of the scene, m.
@@ -77,6 +79,7 @@ class Model:
     bodies: list[Body]
     shells: dict[str, ShellModel]
     beams: dict[str, BeamModel]
+    own: dict[str, PlacedBody]
     rigid: RigidBodies | None
     mechanism: Mechanism
     length: float
@@ -106,12 +109,13 @@ class Model:
     @cached_property
     def farthest(self) -> float:
         """Largest coordinate of reference points, m, of which all places have the round-off."""
-        meshes = [body.domain.mesh.geometry.x for body in self.meshed.values()]
+        every = (*self.meshed.values(), *self.own.values())
+        meshes = [body.domain.mesh.geometry.x for body in every]
         here = max(float(np.abs(x).max(initial=0.0)) for x in (scene_points(self.scene), *meshes))
         return float(self.comm.allreduce(here, op=MPI.MAX))
 
     def nodes_of(self, name: str) -> tuple[Body, Ints, Floats, Floats]:
-        """Nodes of a shell, beam or rigid body on this rank.
+        """Nodes of a body with places on this rank.
 
         Args:
             name: Name of the body in the scene.
@@ -120,8 +124,9 @@ class Model:
             The body of the system, the nodes' numbers among its nodes (owned and ghost), reference
             positions (n, 3) and directors (n, m, 3).
         """
-        if name in self.meshed:
-            body = self.meshed[name]
+        meshed: dict[str, Any] = {**self.meshed, **self.own}
+        if name in meshed:
+            body = meshed[name]
             X = body.mixed.nodes("u")
             return cast(Body, body), np.arange(len(X)), X, body.node_directors()
         assert self.rigid is not None
@@ -137,7 +142,7 @@ class Model:
             body: A body of the system.
         """
         scene = self.scene
-        tied = scene.joints or scene.force_elements or scene.volumes
+        tied = scene.joints or scene.force_elements or scene.volumes or scene.own_bodies
         if not (self.beams or self.rigid is not None or tied):
             return False
         return bool(body.kinematic) or isinstance(body, ConstraintGroup)
@@ -149,10 +154,10 @@ class Model:
 
     @property
     def elements(self) -> int:
-        """Number of elements of shells and beams."""
+        """Number of elements."""
         return sum(
             m.domain.mesh.topology.index_map(m.domain.mesh.topology.dim).size_global
-            for m in self.meshed.values()
+            for m in (*self.meshed.values(), *self.own.values())
         )
 
     @property
@@ -188,22 +193,25 @@ def build_model(
 
     meshed = build_meshed(scene, comm)
     shells, beams, kinks, lines = meshed
+    own = build_own_bodies(scene, comm)
+    placed = {name: body for name, body in own.items() if isinstance(body, PlacedBody)}
+    places: dict[str, Any] = {**meshed.all, **placed}
     if length is None:
-        length = scene_length(scene, meshed, rigid_meshes, modal)
+        length = scene_length(scene, places, rigid_meshes, modal)
     if force is None:
-        force = force_unit(scene, meshed, length)
+        force = force_unit(scene, meshed, placed, length)
 
     rigid = build_rigid(scene, comm, force, length)
-    bodies: list[Body] = [*shells.values(), *beams.values()]
+    bodies: list[Body] = [*shells.values(), *beams.values(), *own.values()]
     bodies += [] if rigid is None else [rigid]
     bodies += kinks
     bodies += [] if rigid is None else modal_bodies(comm, modal, rigid, dynamic, force, length)
 
-    planes, prescribed = hold(scene, comm, meshed)
+    planes, prescribed = hold(scene, comm, meshed, places)
     refuse_idle_loads(scene, meshed.all, prescribed)
-    find = Finder(meshed.all, rigid_places(scene, rigid))
+    find = Finder(places, rigid_places(scene, rigid))
     bodies += [*planes, *glue_beams(scene, comm, beams, shells, lines)]
-    mechanism = build_mechanism(scene, comm, find, shells, force, length, signals)
+    mechanism = build_mechanism(scene, comm, find, {**shells, **placed}, force, length, signals)
     check_turnable(scene, mechanism, meshed.all)
     bodies += mechanism.bodies
 
@@ -216,7 +224,7 @@ def build_model(
     bodies += [body for volume in volumes for body in volume.bodies]
 
     resolve_links(bodies, comm)
-    check_probes(scene, meshed.all)
+    check_probes(scene, places)
     doubt_unjoined(described, comm, {**rigid_meshes, **meshed.all})
     return Model(
         scene=scene,
@@ -225,6 +233,7 @@ def build_model(
         bodies=bodies,
         shells=shells,
         beams=beams,
+        own=placed,
         rigid=rigid,
         mechanism=mechanism,
         length=length,

@@ -94,7 +94,7 @@ def doubt_slits(comm: MPI.Comm, shells: Mapping[str, ShellModel]) -> None:
             )
 
 
-def check_probes(scene: Scene, meshed: Mapping[str, ShellModel | BeamModel]) -> None:
+def check_probes(scene: Scene, meshed: Mapping[str, Any]) -> None:
     """Points of probes are found before anything is compiled; collective.
 
     Raises:

@@ -123,6 +123,8 @@ class _AtStates:
         for function in kernel.reads(extract_coefficients(value)):
             tables.append(cell_dofs(function.function_space))
             values.append(pointer(function.x.array))
+        program = getattr(kernel, "program", None)
+        tables = program.of_each(tables) if program else tables
         sizes = [table.shape[1] for table in tables]
         function = pointer.ffi.cast("uintptr_t", kernel.form.tabulate_tensor_float64)
         members = {

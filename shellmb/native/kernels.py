@@ -1,7 +1,7 @@
 """Compiled forms, as DOLFINx takes them, and one place that says how kernels are compiled."""
 
 import ctypes
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
@@ -115,21 +115,26 @@ def compile_with_derivatives(
 
 
 def together[K](
-    forms: Iterable[tuple[K, Form | CachedDerivative]],
+    forms: Iterable[tuple[K, Form | CachedDerivative]], moving: Collection[fem.Function]
 ) -> dict[K, list[fem.Form]]:
     """Forms as programs, those of one key as one.
 
     Args:
         forms: Forms that are not empty, and derivatives of such, with their keys.
+        moving: Functions that change from call to call; what follows from others alone is kept.
     """
     groups: dict[K, list[Form | CachedDerivative]] = {}
     for key, form in forms:
         groups.setdefault(key, []).append(form)
-    found = {key: _interpreted(some, ()) for key, some in groups.items()}
+    found = {key: _interpreted(some, (), moving) for key, some in groups.items()}
     return {key: made for key, made in found.items() if made}
 
 
-def _interpreted(forms: Sequence[Form | CachedDerivative], flags: Sequence[str]) -> list[fem.Form]:
+def _interpreted(
+    forms: Sequence[Form | CachedDerivative],
+    flags: Sequence[str],
+    moving: Collection[fem.Function] = (),
+) -> list[fem.Form]:
     """The sum of forms as a program, or compiled one by one where programs lack something."""
     from shellmb.native.programs.forms import summed
     from shellmb.native.programs.graph import Unsupported
@@ -137,7 +142,7 @@ def _interpreted(forms: Sequence[Form | CachedDerivative], flags: Sequence[str])
     comm = comm_of(forms[0] if isinstance(forms[0], Form) else forms[0].of)
     _refuse_others(forms, comm)
     try:
-        made = [summed(forms)]
+        made = [summed(forms, moving)]
     except Unsupported:
         made = _compiled_with_derivatives(forms, flags)
     return [form for form in made if form is not None]

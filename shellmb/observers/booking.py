@@ -82,10 +82,12 @@ class Booked(Silent):
 
     def kept(self) -> dict[str, Any]:
         """State that must survive a restart, all steps being booked."""
-        return {}
+        found: dict[str, Any] = super().state()
+        return found
 
     def take_up(self, state: dict[str, Any]) -> None:
         """Take up what was `kept`."""
+        super().restore(state)
 
     def begin(self, row: Row) -> None:
         """Have columns before the first step.

@@ -211,7 +211,7 @@ def places_of(simulation: Simulation, name: str, probe: Probe) -> tuple[list[Any
         SceneError: If it is not on its body.
     """
     modal = modal_members(simulation.model).get(name)
-    body: Any = simulation.model.meshed.get(name)
+    body: Any = {**simulation.model.meshed, **simulation.model.own}.get(name)
     if modal is not None:
         body = modal.members[name].body
     if body is None or not is_point(probe.at):
@@ -245,7 +245,7 @@ def plain_spot(simulation: Simulation, name: str, point: Any, who: str) -> Where
         offset = node.directors @ (described.place(point) - node.center)
         here = np.flatnonzero(rigid.node_mesh.item == number).astype(np.int32)
         return rigid.name, Nodes(rigid, here), np.tile(offset, (len(here), 1))
-    body = model.meshed[described.name]
+    body: Any = {**model.meshed, **model.own}[described.name]
     nodes, arms = local_point(body, point, who)
     # each node counts once, on the rank that owns it
     mine = nodes < body.mixed.subspaces["u"].dofmap.index_map.size_local

@@ -13,11 +13,11 @@ that is: all of them are `p + 2 pi j p/|p|`. It is so for steps of less than hal
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 
 from shellmb.arrays import Floats
+from shellmb.restart import Restartable
 
 TURN = 2 * math.pi
 # from this angle on a rotation vector tells the axis
@@ -26,8 +26,10 @@ TELLS = math.pi / 2
 ROUND_OFF = 1e-12
 
 
-class WholeTurns:
+class WholeTurns(Restartable):
     """Counts the whole turns of one rotation."""
+
+    remembered = ("_turns", "_axis", "_last")
 
     def __init__(self) -> None:
         self._turns, self._axis = 0, np.zeros(3)
@@ -54,13 +56,3 @@ class WholeTurns:
         if np.linalg.norm(vector - vector @ self._axis * self._axis) < ROUND_OFF:
             return counted
         return np.asarray(vector + TURN * round(float(axis @ counted - size) / TURN) * axis)
-
-    def state(self) -> dict[str, Any]:
-        """State for a restart."""
-        vectors = {"axis": self._axis.tolist(), "last": self._last.tolist()}
-        return {"turns": self._turns, **vectors}
-
-    def restore(self, state: dict[str, Any]) -> None:
-        """Take it up."""
-        self._turns = int(state["turns"])
-        self._axis, self._last = np.array(state["axis"]), np.array(state["last"])

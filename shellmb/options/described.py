@@ -31,7 +31,7 @@ class About:
         flag: Its name there; None: its own.
         parse: Makes its value of a text; None: as its type says.
         many: Whether it has several values: on the command line with commas between them.
-        former: Its former name in Python; whoever uses it is told that of today.
+        former: Its former name in Python, rejected with an error that has the present one.
         former_flag: Its former name on the command line.
     """
 
@@ -338,10 +338,6 @@ def _are_names(value: Any) -> bool:
 def _has(*names: str) -> Callable[[Any], bool]:
     """Tell things by their methods, without the libraries that they are of."""
     return lambda value: all(callable(getattr(type(value), name, None)) for name in names)
-
-
-def _is_time(value: Any) -> bool:
-    return _is_number(value) and 0 < float(value) < float("inf")
 
 
 # truth values of NumPy have the name of Python's

@@ -12,8 +12,8 @@ from shellmb.options.described import option, options_of, read
 
 NATURAL = (
     "modes: errors are estimated of natural modes at rest only; leave out errors and accuracy, or "
-    "the rates, the state and buckling. Load factors have none: a buckle that is too short for a "
-    "mesh is missing in its companion, too; compare the factors with divide=2"
+    "the rates, the state and buckling. Load factors have no errors: a buckle too short for the "
+    "mesh is missing in the comparison run as well; compare the factors with divide=2"
 )
 
 

@@ -176,7 +176,7 @@ def _place(scene: Scene, item: Any, owner: str, at: Any) -> Floats | None:
 def check_steady(scene: Scene, axis: Axis, loaded: bool) -> None:
     """Check that a scene can turn about an axis with nothing changing in a frame that turns along.
 
-    Supports of edges and points turn along, held by a hub; the ground stays in space.
+    Supports of edges and points turn along, fixed to a hub; the ground stays in space.
 
     Args:
         scene: The scene.
@@ -199,6 +199,13 @@ def check_steady(scene: Scene, axis: Axis, loaded: bool) -> None:
         if faces or getattr(item, "obstacle_body", None) is not None:
             where = "between bodies, and modes of rotating bodies have no contact"
         raise SceneError(f"modes: {said(item)} is {where}; remove it")
+    for body in scene.own_bodies:
+        raise SceneError(f"modes: {said(body)} has no frame that turns; leave it out")
+    for item in (*scene.couplings, *(joint for joint in scene.joints if joint.given)):
+        raise SceneError(
+            f"modes: {item.said} relates coordinates that do not turn alike, or depends on time; a "
+            "steady rotation has no such constraints, leave it out"
+        )
     for joint in scene.joints:
         if isinstance(joint, Contact):
             raise SceneError(

@@ -121,8 +121,8 @@ class Campbell:
 def assurance(first: Sequence[Pair], second: Sequence[Pair], mass: PETSc.Mat) -> Floats:
     """Modal assurance criterion `|v^H M w|^2/((v^H M v)(w^H M w))` of all pairs of modes.
 
-    Where `w` turns the other way the larger one of `w` and its conjugate counts: a backward wave
-    whose frequency passes zero is listed as a forward one.
+    Where `w` turns in the opposite sense the larger one of `w` and its conjugate counts: a backward
+    wave whose frequency passes zero is listed as a forward one.
 
     Args:
         first: Modes at one rate.

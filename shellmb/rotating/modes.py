@@ -53,8 +53,8 @@ class RotatingModes:
         threshold: Real part above which a mode is unstable, 1/s.
         neutral: Eigenvalues below this are taken for zero, 1/s.
         pairs: Eigenvalues with their vectors.
-        doubtful: Sentences on bodies that forces do not stiffen, as their strains are small, and on
-            modes that elements hardly resist.
+        doubtful: Warnings about bodies that forces do not stiffen, as their strains are small, and
+            on modes that elements hardly resist.
     """
 
     rate: float

@@ -129,8 +129,8 @@ def written(directory: Path | None, comm: MPI.Comm) -> Iterator[None]:
         if directory is None or error.errno not in REFUSALS or user_frame(error) is not None:
             raise
         raise RunError(
-            f"{directory} cannot be written ({error.strerror}); the last state that was written "
-            "is whole: make room, and `shellmb resume` continues from it",
+            f"{directory} cannot be written ({error.strerror}); the last state written is "
+            "complete: free disk space, and `shellmb resume` continues from it",
             alone=comm.size > 1,
         ) from error
 

@@ -142,7 +142,7 @@ def execute(
         request: How the scene was requested, so that `shellmb resume` can build it again.
         results: Gives the `results` of the summary; None: those of the scene.
         simulation: The scene's simulation, before its first step; None: it is made.
-        companion: What is measured of a run that only tells of another one; None: everything.
+        companion: What is measured of a comparison run; None: everything.
 
     Raises:
         SceneError: If the scene does not fit its meshes, or `out` cannot be written or holds a run
@@ -192,7 +192,7 @@ def carry_out(
         results: Gives the `results` of the summary.
         saved: A state to go on from.
         simulation: The scene's simulation, before its first step; None: it is made.
-        companion: What is measured of a run that only tells of another one; None: everything.
+        companion: What is measured of a comparison run; None: everything.
 
     Raises:
         SceneError, ConvergenceError, RunError, Stopped: As `execute`.

@@ -125,7 +125,7 @@ class SceneModule:
             hint = typing.get_type_hints(self.module.scene).get(name)
         except Exception as error:
             raise SceneError(
-                f"scene '{self.name}': the types of its parameters cannot be told: "
+                f"scene '{self.name}': the types of its parameters cannot be determined: "
                 f"{in_words(error)}"
             ) from error
         if hint is None:

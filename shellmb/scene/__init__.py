@@ -51,6 +51,7 @@ from shellmb.scene.loads.supports import (
     SymmetryPlane,
 )
 from shellmb.scene.loads.volumes import EnclosedVolume, Gas
+from shellmb.scene.multibody.couplings import Belt, Coupling, Differential, Gear
 from shellmb.scene.multibody.drivers import Driver, Lock
 from shellmb.scene.multibody.edge_hinges import EdgeHinge
 from shellmb.scene.multibody.elements import (
@@ -68,6 +69,7 @@ from shellmb.scene.multibody.joints import (
     Distance,
     InPlane,
     Joint,
+    OwnJoint,
     Planar,
     Prismatic,
     Revolute,
@@ -114,6 +116,7 @@ __all__ = [
     "BeamDamping",
     "BeamNaturalStrain",
     "BeamSection",
+    "Belt",
     "Body",
     "Box",
     "CircularArc",
@@ -123,11 +126,13 @@ __all__ = [
     "Condition",
     "Contact",
     "Controller",
+    "Coupling",
     "Curve",
     "Cylinder",
     "Cylindrical",
     "Damper",
     "Diaphragm",
+    "Differential",
     "Disc",
     "Distance",
     "Driven",
@@ -150,6 +155,7 @@ __all__ = [
     "FromRun",
     "FromShape",
     "Gas",
+    "Gear",
     "GeneralSection",
     "Glue",
     "GmshFile",
@@ -184,6 +190,7 @@ __all__ = [
     "On",
     "Orthotropic",
     "Output",
+    "OwnJoint",
     "Parametric",
     "ParametricCurve",
     "PathFollowing",

@@ -18,9 +18,11 @@ from shellmb.scene.loads.loads import Load
 from shellmb.scene.loads.potentials import Potential
 from shellmb.scene.loads.supports import Support
 from shellmb.scene.loads.volumes import EnclosedVolume
+from shellmb.scene.multibody.couplings import Relation
 from shellmb.scene.multibody.drivers import Driver, Lock
 from shellmb.scene.multibody.elements import Element
 from shellmb.scene.multibody.joints import Joint
+from shellmb.scene.multibody.own_bodies import UserBody
 from shellmb.scene.multibody.rigid import RigidBody
 from shellmb.scene.paths import PathFollowing
 from shellmb.scene.probes import Probe
@@ -32,7 +34,7 @@ from shellmb.scene.values.validate import NONE, Name, Positive, Several, describ
 
 __all__ = ["Body", "Description"]
 
-type Body = Shell | Beam | RigidBody
+type Body = Shell | Beam | RigidBody | UserBody
 
 
 def _units(value: str | None) -> str | None:
@@ -78,6 +80,8 @@ class Description:
     controllers: Several[Law] = NONE
     events: Several[Event] = NONE
     errors: bool = False
+    couplings: Several[Relation] = NONE
+    own_bodies: Several[UserBody] = NONE
 
     @property
     def scheme_name(self) -> str:
@@ -116,8 +120,8 @@ class Description:
 
     @property
     def bodies(self) -> tuple[Body, ...]:
-        """All shells, beams and rigid bodies."""
-        return (*self.shells, *self.beams, *self.rigid_bodies)
+        """All shells, beams, rigid bodies and bodies of the user's own."""
+        return (*self.shells, *self.beams, *self.rigid_bodies, *self.own_bodies)
 
     @property
     def meshed(self) -> tuple[Shell | Beam, ...]:

@@ -35,6 +35,8 @@ type Difference = tuple[str, str, str]
 WITHOUT = {"results", "output", "units"}
 # longer values are kept as a checksum [characters]
 LONGEST = 200
+# libraries whose objects count by their kind, and numbers by their value
+OF_FORMS = ("ufl", "dolfinx", "basix")
 PYTHON, CODE = "python", "'s code"
 
 
@@ -128,6 +130,11 @@ class _Walk:
                 self.add(f"{path}[{key!r}]", value[key])
         elif isinstance(value, list | tuple):
             self._several(path, value)
+        elif hasattr(value, "in_values"):
+            self._children(path, type(value).__qualname__, value.in_values())
+        elif type(value).__module__.partition(".")[0] in OF_FORMS:
+            # what it is made of is the same on no two ranks, and has no end
+            self._leaf(path, f"{type(value).__name__} {getattr(value, 'value', '')}".strip())
         elif isinstance(value, set | frozenset):
             self._several(path, sorted(value, key=repr))
         elif isinstance(value, functools.partial):

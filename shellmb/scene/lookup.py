@@ -12,6 +12,7 @@ from shellmb.scene.loads import body_loads, contacts, loads, potentials, support
 from shellmb.scene.multibody.drivers import Coordinate, Driver
 from shellmb.scene.multibody.elements import JointElement
 from shellmb.scene.multibody.joints import GROUND, Joint
+from shellmb.scene.multibody.own_bodies import UserBody
 from shellmb.scene.multibody.rigid import RigidBody
 from shellmb.scene.probes import Probe
 from shellmb.scene.shells.shell import Shell
@@ -33,8 +34,9 @@ __all__ = [
     "said",
 ]
 
-ANY = (Shell, Beam, RigidBody)
+OURS = (Shell, Beam, RigidBody)
 FRAMES = (Beam, RigidBody)
+ANY = (*OURS, UserBody)
 # what does not stand here acts on shells
 ACTS_ON: dict[type, tuple[type, ...]] = {
     loads.Gravity: ANY,
@@ -42,14 +44,16 @@ ACTS_ON: dict[type, tuple[type, ...]] = {
     body_loads.LineForce: (Beam,),
     body_loads.FollowerLineForce: (Beam,),
     body_loads.LineMoment: (Beam,),
-    body_loads.PointMoment: ANY,
+    body_loads.PointMoment: OURS,
     body_loads.FollowerForce: FRAMES,
     body_loads.FollowerMoment: FRAMES,
-    supports.Clamped: (Shell, Beam),
-    supports.Hinged: (Shell, Beam),
-    supports.Fixed: (Shell, Beam),
-    potentials.Potential: ANY,
-    contacts.Contact: ANY,
+    supports.Clamped: (Shell, Beam, UserBody),
+    supports.Hinged: (Shell, Beam, UserBody),
+    supports.Fixed: (Shell, Beam, UserBody),
+    supports.SymmetryPlane: (Shell, UserBody),
+    supports.Driven: (Shell, UserBody),
+    potentials.Potential: OURS,
+    contacts.Contact: OURS,
     InitialVelocity: ANY,
     Probe: ANY,
 }
@@ -96,7 +100,7 @@ def kinds_of(item: Any) -> tuple[type, ...]:
         if isinstance(item, kind):
             return accepted
     # a load or support that a user derived acts wherever it says
-    return (Shell,) if type(item).__module__.startswith("shellmb.") else ANY
+    return (Shell,) if type(item).__module__.startswith("shellmb.") else OURS
 
 
 def find_body(
@@ -133,6 +137,20 @@ def find_body(
     raise SceneError(f"{who}: there is no {what} '{name}'; the scene has {known}")
 
 
+def with_places(body: Any, who: str) -> Any:
+    """The body, which must have places.
+
+    Raises:
+        SceneError: If it is one of the user's own whose field is no displacement.
+    """
+    if not getattr(body, "placed", True):
+        raise SceneError(
+            f"{who}: {said(body)} has no places; its field must be a vector of three displacements "
+            "on a Lagrange space"
+        )
+    return body
+
+
 def find_shell(scene: Description, name: str | None, who: str) -> Shell:
     """The shell named ``name``, or the only one where that is None; see :func:`find_body`."""
     shell: Shell = find_body(scene, name, who, (Shell,))
@@ -147,7 +165,7 @@ def find_end(scene: Description, name: str, who: str) -> Body | None:
     """
     if name == GROUND:
         return None
-    body: Body = find_body(scene, name, who)
+    body: Body = with_places(find_body(scene, name, who), who)
     return body
 
 
@@ -171,8 +189,9 @@ def bodies_of(scene: Description, item: Any) -> tuple[Body, ...]:
         SceneError: If there is no such body, it is of another kind, or the choice is open.
     """
     if item.body is None and isinstance(item, loads.Gravity | InitialVelocity):
-        return scene.bodies
-    return (find_body(scene, item.body, said(item), kinds_of(item)),)
+        return tuple(body for body in scene.bodies if getattr(body, "placed", True))
+    body = find_body(scene, item.body, said(item), kinds_of(item))
+    return (with_places(body, said(item)),)
 
 
 def coordinates_of(scene: Description, item: Any) -> tuple[Coordinate, ...]:

@@ -46,7 +46,7 @@ class Scene(Description):
         probes: What to record at single points.
         scheme: ``"static"``, ``"linear-statics"`` (small displacements),
             ``"linear-dynamics"`` (the same in time), ``"ep"``, ``"ed"``, ``"ep4"``, ``"ed3"``, a
-            rival (``"generalized-alpha"``, ``"ed-printed"``), or a scheme object.
+            scheme of others (``"generalized-alpha"``, ``"ed-printed"``), or a scheme object.
         alpha: Numerical dissipation of schemes that have one, 0 (none) to 1: the spectral radius at
             infinite frequency is (1 - alpha)/(1 + alpha). None: 0.5, and 1/9 (a spectral radius of
             0.8) of ``"generalized-alpha"``. Other schemes ignore it, with a warning.
@@ -64,7 +64,7 @@ class Scene(Description):
         drivers: Prescribed coordinates of joints.
         force_elements: Springs, dampers, stops and motors.
         glues: Beams glued to shells.
-        locks: Joints that are held for some time.
+        locks: Joints that are locked for some time.
         assemble: Whether the bodies are moved first so that the joints close, and get the nearest
             velocities at which nothing slips.
         start: What a scene starts from: ``"given"``, the reference; ``"equilibrium"``, under the
@@ -83,6 +83,8 @@ class Scene(Description):
         events: What happens when conditions become true.
         errors: Whether runs estimate the errors of results and of histories of probes, from
             comparison runs with larger steps and more elements (`docs/howto/errors.md`).
+        couplings: Gears, belts, differentials, and other sums of coordinates of joints.
+        own_bodies: Bodies of the user's own, described in UFL (`sm.OwnBody`).
 
     Raises:
         SceneError: If the scene is invalid; the message says how to correct it.
@@ -101,8 +103,9 @@ class Scene(Description):
         check_fields(self)
 
     def __repr__(self) -> str:
-        kinds = {"shell": self.shells, "beam": self.beams, "rigid": self.rigid_bodies}
-        words = {"rigid": ("rigid body", "rigid bodies")}
+        kinds: dict[str, tuple[Any, ...]] = {"shell": self.shells, "beam": self.beams}
+        kinds |= {"rigid": self.rigid_bodies, "own": self.own_bodies}
+        words = {kind: (f"{kind} body", f"{kind} bodies") for kind in ("rigid", "own")}
         counts = [
             f"{len(some)} {words.get(kind, (kind, f'{kind}s'))[len(some) > 1]}"
             for kind, some in kinds.items()

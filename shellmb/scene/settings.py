@@ -27,9 +27,9 @@ class Solver:
         newton: When to factorise: in each iteration (``"full"``), once in each step
             (``"modified"``), or as rarely as pays (``"auto"``). The result is the same where a step
             has one solution: where a body turns by more than a radian in it there may be others,
-            such as half a turn, and each way may find another one; the run warns of such turns.
-            Where all is linear there is one factorisation; in linear dynamics ``"auto"`` solves
-            once in each step, and the others a second time, which takes out round-off.
+            such as half a turn, and each step length may find another one; the run warns of such
+            turns. Where all is linear there is one factorisation; in linear dynamics ``"auto"``
+            solves once in each step, and the others a second time, which takes out round-off.
         backend: DOLFINx's ``NewtonSolver`` or PETSc's SNES.
         assembler: ``"native"`` loops in C with compiled kernels; ``"interpreted"``: the same loops,
             and integrands are read off their UFL, so that no kernel is compiled (a run starts at

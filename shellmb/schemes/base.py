@@ -76,6 +76,8 @@ class Stage:
         chord: Mean velocity over the whole step, in all stages the same; None: `velocity`.
         weighed: As of `Rates`.
         middle: Middle of the whole step, where stages have intervals of their own; else None.
+        share: Of a single state, where between the start (0) and the end (1) of the step forces act
+            and loads count, 0.5 to 1; constraints hold at its end.
     """
 
     span: Interval
@@ -84,10 +86,11 @@ class Stage:
     chord: Expr | None = None
     weighed: Expr | None = None
     middle: Expr | None = None
+    share: float = 1.0
 
     @property
     def single(self) -> bool:
-        """Decide whether forces are those of a single state, at the end of the step."""
+        """Decide whether forces are those of a single state."""
         return self.span.a is self.span.b
 
     @property
@@ -235,8 +238,9 @@ class Scheme(Protocol):
         dynamic: Whether there are velocities.
         stages: Names of the unknown states; `END` is the state at the end of the step.
         rates: Names of the rates that are kept from step to step. "v" starts with the initial
-            velocities, "a" and "acceleration" with the accelerations of the equations of motion,
-            others with zero.
+            velocities.
+        accelerations: Those of them that start with the accelerations of the equations of motion;
+            others than these and "v" start with zero.
         scaled: Those of the rates that the rows take multiplied by the step.
         slopes: For a step whose forces are linear in time: change of stresses, and of constraint
             forces, divided by their unknowns beside `scaled`; zeros if there are no such unknowns.
@@ -262,6 +266,8 @@ class Scheme(Protocol):
     def stages(self) -> tuple[str, ...]: ...  # noqa: D102
     @property
     def rates(self) -> tuple[str, ...]: ...  # noqa: D102
+    @property
+    def accelerations(self) -> tuple[str, ...]: ...  # noqa: D102
     @property
     def scaled(self) -> tuple[str, ...]: ...  # noqa: D102
     @property

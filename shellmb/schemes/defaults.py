@@ -36,6 +36,11 @@ class Defaults:
     jumps: bool = False
 
     @property
+    def accelerations(self) -> tuple[str, ...]:
+        """All rates but the velocities."""
+        return tuple(rate for rate in getattr(self, "rates", ()) if rate != "v")
+
+    @property
     def pieces(self) -> Pieces | None:
         """None: which straight pieces the step is made of is not known."""
         return None

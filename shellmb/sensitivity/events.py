@@ -12,7 +12,7 @@ depends on the parameter, drops out; the cube is that of a small unit.
 
 A step takes loads at a few instants, and motions at its end. Where a function of time has a corner
 just there, as a ramp that begins then, a later corner gives another slope than an earlier one.
-Differences of both sides are the mean of both slopes, so corners are said.
+Differences of both sides are the mean of both slopes, so the run warns of corners.
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ class Ends:
         until: By how much later than the run the upper side ends, s.
         found: Derivatives of the unknowns.
         states: States of the upper side and of the lower one.
-        said: Sentences about events whose time does not move.
+        said: Warnings about events whose time does not move.
     """
 
     until: float

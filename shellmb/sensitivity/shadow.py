@@ -1,6 +1,6 @@
 """A shadow: a scene beside the one that runs, taken through the same steps by first derivatives.
 
-This is the only module of the room that touches the steps of a simulation.
+This is the only module of the folder that touches the steps of a simulation.
 """
 
 from __future__ import annotations
@@ -242,8 +242,8 @@ def check_alike(run: Simulation, shadow: Simulation, who: str) -> None:
         )
     if not run.model.comm.allreduce(np.array_equal(ours.fixed, its.fixed), op=MPI.LAND):
         raise SceneError(
-            f"sensitivities: parameter '{who}' changes which nodes are held; supports must stay at "
-            "the same nodes"
+            f"sensitivities: parameter '{who}' changes which nodes are fixed; supports must stay "
+            "at the same nodes"
         )
     # which ones, not their coefficients: these move with lengths
     left = [{item.row.multiplier for item in sim.redundant} for sim in (run, shadow)]

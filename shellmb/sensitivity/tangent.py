@@ -119,7 +119,7 @@ class Tangents(Silent):
     Attributes:
         pairs: They, as soon as the run begins.
         iterations: Number of iterations so far.
-        said: Sentences about what has no derivative.
+        said: Warnings about what has no derivative.
     """
 
     def __init__(

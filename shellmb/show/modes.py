@@ -120,5 +120,5 @@ def animate_mode(fields: Fields, described: Described, mode: int, file: Path) ->
             )
         period.append(swung)
     whole = replace(what, states=period, caption=f"mode {mode}", bar=False)
-    write(list(images(whole, 640)), file, duration=2.0)
+    write(list(images(whole, 640, finer=1)), file, duration=2.0)
     return file

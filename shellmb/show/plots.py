@@ -80,6 +80,9 @@ def plot_history(
         _bands(axes, errors)
         legend(axes)
         axes.set_xlabel(scene.time_label)
+        known = {probe.name: probe.quantity for probe in scene.probes}
+        if len(kinds := {known.get(name) for name in names}) == 1 and (kind := kinds.pop()):
+            axes.set_ylabel(_label(scene, kind))
         return made
 
 
@@ -148,7 +151,7 @@ def energies(history: Table, scene: Described) -> Figure:
         # zeros have no place on a logarithmic axis: they are drawn where round-off ends
         floor = float(np.finfo(float).eps) / 10
         below.semilogy(t, np.maximum(error, floor), linewidth=0.9)
-    below.set(xlabel=scene.time_label, ylabel="error of the account\n/ largest energy [-]")
+    below.set(xlabel=scene.time_label, ylabel="error of the balance\n/ largest energy [-]")
     return made
 
 

@@ -40,7 +40,7 @@ CURVES = {
     "accuracy.png": "What accuracy costs",
     "path.png": "Static path",
     "probes.png": "Probes",
-    "energy.png": "Energy account",
+    "energy.png": "Energy balance",
     "joints.png": "Joints",
     "steps.png": "Steps",
 }
@@ -160,7 +160,7 @@ def write_report(run: Shown, file: Path) -> Path:
         rows = ((name, value) for name, value in run.account.items() if name in results)
         parts.append(f"<h2>Results</h2>{_table(rows)}")
     rows = ((name, value) for name, value in run.account.items() if name not in results)
-    parts.append(f"<h2>Account</h2>{_table(rows)}")
+    parts.append(f"<h2>Energy balance and constraints</h2>{_table(rows)}")
     parts += _accuracy(folder / ACCURACY)
     for name, title in CURVES.items():
         if drawn[name].is_file():

@@ -42,7 +42,7 @@ class BucklingFactors:
     Args:
         factors: The lowest positive factors, ascending.
         negative: The negative factor nearest to zero; None if none was found: the load would have
-            to act the other way.
+            to act in the opposite direction.
         vectors: Vector of each positive factor, all unknowns of the system.
         system: The block system.
         model: The model.

@@ -1,8 +1,8 @@
 """Constraints that were left out as redundant: they have to hold all the same.
 
-Which constraints others imply is told by the velocities that they allow at the start. At a singular
-position, the change point of a parallelogram say, that is more of them than anywhere else: what was
-left out there is missing as soon as the bodies have moved.
+Which constraints others imply follows from the velocities that they allow at the start. At a
+singular position, the change point of a parallelogram say, that is more of them than anywhere else:
+what was left out there is missing as soon as the bodies have moved.
 """
 
 from __future__ import annotations

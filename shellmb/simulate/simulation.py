@@ -21,6 +21,7 @@ from shellmb.model.alike import same_on_all
 from shellmb.model.model import Model
 from shellmb.native.assembler import assembled_as
 from shellmb.prefixes import below
+from shellmb.restart import Restartable
 from shellmb.scene import Scene
 from shellmb.scene.checks.effect import check_begin
 from shellmb.schemes.base import Scheme
@@ -80,7 +81,7 @@ class Observer(Protocol):
         ...
 
 
-class Silent:
+class Silent(Restartable):
     """An observer that does nothing: a base class.
 
     Attributes:
@@ -104,13 +105,6 @@ class Silent:
 
     def finish(self, simulation: Simulation, error: BaseException | None) -> None:
         """Do nothing."""
-
-    def state(self) -> dict[str, Any]:
-        """Keep nothing."""
-        return {}
-
-    def restore(self, state: dict[str, Any]) -> None:
-        """Restore nothing."""
 
 
 class _Called:
@@ -162,7 +156,7 @@ class Simulation:
         step: Number of accepted steps.
         iterations: Newton iterations of accepted steps.
         last: The step just solved.
-        doubts: Sentences that were warned of while it was made, where anybody has heard them.
+        doubts: Warnings given while it was made.
         setup_seconds: Time to build everything but the kernels, s.
         step_seconds: Time spent in steps so far, observers included, s.
     """
@@ -354,9 +348,9 @@ class Simulation:
         # shorter steps, which it would advise, lead nowhere from there
         failed = str(error).partition("; try ")[0]
         return (
-            f"{found}: the mechanism is at a singular position, as a four-bar is with all bars in "
-            "line, from where it may move on in several ways; choose dt or the start so that no "
-            f"step ends there ({failed})"
+            f"{found}: the mechanism is at a singular position (like a four-bar with all bars in "
+            "line), where its motion is not unique; choose dt or the start so that no step ends "
+            f"there ({failed})"
         )
 
     def _measured(self, attempt: Attempt) -> tuple[float | None, float | None]:
@@ -438,8 +432,7 @@ class Simulation:
             for rate, function in levels.rates.items():
                 function.x.array[:] = arrays[f"{body}/{rate}"]
         self.t, self.step = float(state["t"]), int(state["step"])
-        # former versions did not count
-        self._count.restore(state.get("count", ()))
+        self._count.restore(state["count"])
         self.problem.arrive(self.t)
         self.iterations = int(state["iterations"])
         self.step_seconds = float(state["step_seconds"])
@@ -450,7 +443,7 @@ class Simulation:
             coupling.restore(below(past, f"{COUPLED}{coupling.name}/"))
         own = {key: array for key, array in past.items() if not key.startswith(COUPLED)}
         self.stepping.restore(own, state["past"])
-        self.control.restore(state.get("control"))
+        self.control.restore(state["control"])
         if self.control.ended is not None:
             self.t_end = self.t
 

@@ -15,8 +15,8 @@ from shellmb.simulate.turns import Turns, turned
 Arrays = dict[str, Floats]
 
 # angle by which a load turns a director [rad], and iterations that it takes, beyond which Newton's
-# method may have come to an equilibrium that the body does not come to: a strip that is rolled up at
-# once may leave its plane. Loads that end in the same one take up to 18
+# method may have come to an equilibrium that the body does not come to: a strip that is rolled up
+# at once may leave its plane. Loads that end in the same one take up to 18
 SAFE_TURN, SAFE_ITERATIONS = 2.5, 24
 # what names of arrays for estimates of errors begin with
 ERRORS = "errors/"
@@ -47,7 +47,7 @@ class Attempt(NamedTuple):
 
     Args:
         iterations: Newton iterations.
-        dt: Its length; shorter than requested where something on the way must not be passed.
+        dt: Its length; shorter than requested if an event lies within it.
         error: Estimate of its error (`errors`), where the scene has a tolerance for it; of a load
             how far it is from where Newton's method is sure to end, one being safe.
     """

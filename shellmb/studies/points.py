@@ -36,7 +36,8 @@ class Point:
         jump: Largest jump of ED; None for others.
         failed: Why there is no error; "" if there is one.
         credit: Largest error of it and of the runs that are finer in everything: a number may cross
-            the reference on its way to it, and a small error there is luck. Advice goes by this.
+            the reference before it reaches it, and a small error there is luck. Advice goes by
+            this.
     """
 
     choice: Choice

@@ -42,7 +42,7 @@ def test_modes_that_no_mesh_follows_are_not_believed() -> None:
     for name, each in found.items():
         assert 1 <= each.error / abs(each.value - right[name]) <= 5, name
     assert len(said) == 1
-    assert said[0].startswith("f6: the companion agrees much better")
+    assert said[0].startswith("f6: the run on another mesh agrees much better")
 
 
 def test_free_motions_are_zero_and_the_rest_is_round_off() -> None:

@@ -1,4 +1,4 @@
-"""Closed forms that tests alone compare with; others are in `shellmb.analytic`, with their sources.
+"""Closed forms that tests alone compare with; others are in `demos/references`, with their sources.
 
 The pendulum: Landau & Lifshitz, Mechanics, 3rd ed. (1976), sec. 11.
 """
@@ -7,13 +7,16 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
+from scipy.linalg import eigh
 from scipy.optimize import brentq
 from scipy.special import ellipj, ellipk
 
-from shellmb.analytic.beams import Ends
-from shellmb.analytic.plates import Plate
-from shellmb.analytic.rigid import Vector
 from shellmb.arrays import Floats
+from shellmb.demos.references.beams import Ends
+from shellmb.demos.references.plates import Plate, double_series
+from shellmb.demos.references.rigid import Vector
+from shellmb.demos.verification import tables
+from shellmb.demos.verification.laminates import Edges, Stiffness, wave_stiffness
 
 
 def free_top_period(inertia: Vector, omega: Vector) -> float:
@@ -199,3 +202,67 @@ def mass_on_springs(rate: float, first: float, second: float, damping: float = 0
     system[2:, :2] = -np.diag([first**2 - rate**2, second**2 - rate**2])
     system[2:, 2:] = 2 * rate * np.array([[0, 1], [-1, 0]]) - 2 * damping * np.eye(2)
     return np.asarray(np.linalg.eigvals(system))
+
+
+def wave_frequencies(
+    edges: Edges,
+    laminate: Stiffness,
+    mass: tuple[float, float],
+    a: float,
+    b: float,
+    mode: tuple[int, int] = (1, 1),
+) -> Floats:
+    """The five natural circular frequencies of a wave with m by n half waves, m, n >= 1.
+
+    The lowest one is the bending mode. Rotary inertia is kept; the density is taken as symmetric
+    about the reference surface (no first moment of mass).
+
+    Args:
+        edges: Kind of simple support.
+        laminate: Stiffness of the laminate.
+        mass: Mass per area, kg/m^2, and its second moment through the thickness, kg.
+        a: Length of the side along x, m.
+        b: Length of the side along y, m.
+        mode: Numbers of half waves m along x and n along y.
+
+    Returns:
+        Circular frequencies in rad/s, ascending, shape (5,).
+
+    Raises:
+        ValueError: If the laminate has couplings that these edges have no solution for.
+    """
+    m, n = mode
+    stiffness = wave_stiffness(edges, laminate, m * math.pi / a, n * math.pi / b)
+    inertia = np.diag([mass[0]] * 3 + [mass[1]] * 2)
+    return np.asarray(np.sqrt(eigh(stiffness, inertia, eigvals_only=True)))
+
+
+def rectangle_uniform_moment(plate: Plate, a: float, b: float, q: float) -> float:
+    """Bending moment `M_11` per length at the centre, uniform load, N; the same with shear.
+
+    The moment bends the fibres along the side `a`. Source and arguments as for
+    `rectangle_uniform_deflection`.
+    """
+    alpha, beta, weight = double_series(a, b)
+    terms = weight * (alpha**2 + plate.nu * beta**2) / (alpha**2 + beta**2) ** 2
+    return float(16 * q / math.pi**2 * terms.sum())
+
+
+def plate_wave_frequencies(a_over_h: float) -> dict[tuple[int, int], float]:
+    """Exact `omega a^2 sqrt(rho h / D)` of the hard simply supported square, by half waves (m, n).
+
+    Args:
+        a_over_h: Side over thickness: 5, 10, 20, 100 or 1000.
+
+    Raises:
+        KeyError: If the table has no such plate.
+    """
+    data = tables.read("plate_ss_square_freq")
+    rows = data[data["a_over_h"] == a_over_h]
+    if rows.empty:
+        known = sorted(set(data["a_over_h"]))
+        raise KeyError(f"table plate_ss_square_freq has a_over_h in {known}, not {a_over_h}")
+    return {
+        (int(m), int(n)): float(value)
+        for m, n, value in zip(rows["m"], rows["n"], rows["lambda"], strict=True)
+    }

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from shellmb.analytic import beams
-from shellmb.verify import tables
+from shellmb.demos.references import beams
+from shellmb.demos.verification import tables
 from tests.analytic import solutions
 
 

@@ -8,8 +8,8 @@ from scipy.integrate import solve_bvp
 from scipy.optimize import brentq
 from scipy.special import ellipe, ellipk
 
-from shellmb.analytic import beams
-from shellmb.analytic.cantilever import Deformed, exact_cantilever, section_stiffness
+from shellmb.demos.references import beams
+from shellmb.demos.verification.cantilever import Deformed, exact_cantilever, section_stiffness
 from shellmb.errors import ShellmbError
 from tests.analytic import solutions
 

@@ -5,10 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from shellmb.analytic.laminates import Edges, Stiffness, sinusoidal_deflection, wave_frequencies
-from shellmb.analytic.plates import Plate
-from shellmb.verify import tables
-from tests.analytic.solutions import rectangle_frequencies
+from shellmb.demos.references.plates import Plate
+from shellmb.demos.verification import tables
+from shellmb.demos.verification.laminates import Edges, Stiffness, sinusoidal_deflection
+from tests.analytic.solutions import rectangle_frequencies, wave_frequencies
 
 A, E2, RHO, NU12 = 2.0, 3e9, 1600.0, 0.25
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from shellmb.analytic.beams import lateral_buckling
-from shellmb.analytic.lateral import Strip, beam_critical_load, plate_critical_load, rod_tip
+from shellmb.demos.references.beams import lateral_buckling
+from shellmb.demos.references.lateral import Strip, beam_critical_load, plate_critical_load, rod_tip
 
 STRIP = Strip(1.0, 0.08, 2e-3, 210e9, 0.25)
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from shellmb.analytic.chains import Link, chain
-from shellmb.analytic.slider_crank import SliderCrank
+from shellmb.demos.references.slider_crank import SliderCrank
+from shellmb.demos.verification.chains import Link, chain
 from tests.analytic import solutions
 
 

@@ -6,16 +6,19 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from shellmb.analytic.plates import (
+from shellmb.demos.references.plates import (
     Plate,
     circle_point_deflection,
     circle_uniform_deflection,
     rectangle_point_deflection,
     rectangle_uniform_deflection,
+)
+from shellmb.demos.verification import tables
+from tests.analytic.solutions import (
+    plate_wave_frequencies,
+    rectangle_frequencies,
     rectangle_uniform_moment,
 )
-from shellmb.verify import tables
-from tests.analytic.solutions import rectangle_frequencies
 
 A = 2.0  # side of the square: not one, so that a wrong power of it shows
 Q = 3.0
@@ -76,7 +79,7 @@ def test_point_force_does_not_care_about_the_order_of_the_sides() -> None:
 @pytest.mark.parametrize("a_over_h", [5, 10, 20, 100, 1000])
 def test_square_frequencies(a_over_h: float) -> None:
     plate = square(a_over_h)
-    table = tables.plate_wave_frequencies(a_over_h)
+    table = plate_wave_frequencies(a_over_h)
     omega = rectangle_frequencies(plate, A, A, list(table))
     scaled = omega * A**2 * math.sqrt(plate.density * plate.thickness / plate.bending)
     # half a unit of the table's last digit, not round-off

@@ -8,8 +8,8 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.special import ellipj
 
-from shellmb.analytic import rigid
-from shellmb.analytic.inertia import MassProperties, box, rod
+from shellmb.demos.references import rigid
+from shellmb.demos.references.inertia import MassProperties, box, rod
 from tests.analytic import solutions
 
 # two integrations at 1e-13 per step over some hundred steps

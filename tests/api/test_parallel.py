@@ -48,5 +48,5 @@ if comm.rank == 0:
 @pytest.mark.parametrize("first", [0, 1])
 def test_a_temporary_directory_goes_with_the_last_rank(first: int, mpirun) -> None:
     """Each rank reads its run when it is asked for, whatever the others have let go of."""
-    left = mpirun(2, "-c", LATE.format(file=FILE, first=first)).strip()
+    left = mpirun(2, "-c", LATE.format(file=FILE, first=first), alone=True).strip()
     assert left and not Path(left).exists()

@@ -21,6 +21,8 @@ from shellmb.native import derivatives
 from shellmb.native.compiling import store
 from shellmb.native.kernels import JIT_OPTIONS, cache_folder, compiled, loaded, module_name
 
+pytestmark = pytest.mark.usefixtures("compiled_forms")
+
 
 @pytest.fixture(autouse=True)
 def temporary(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:

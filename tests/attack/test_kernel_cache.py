@@ -22,6 +22,8 @@ from shellmb.native.compiling import compiler
 from shellmb.native.expressions import compiled_expression
 from shellmb.native.kernels import JIT_OPTIONS, compiled, kernel_name, module_name
 
+pytestmark = pytest.mark.usefixtures("compiled_forms")
+
 
 @pytest.fixture(autouse=True)
 def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:

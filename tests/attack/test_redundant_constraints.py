@@ -117,7 +117,7 @@ WRONG: dict[str, tuple[dict[str, Any], str]] = {
             "shells": LYING,
             "supports": (on("lying"), Fixed("right", director=(None, None, 0))),
         },
-        "the director of 'lying' at (1, 0, 0) is held along itself by a support",
+        "the director of 'lying' at (1, 0, 0) is fixed along its own direction by a support",
     ),
     "a joint at a clamped edge": (
         {

@@ -52,7 +52,7 @@ BEFORE = {
     "scene returns nothing": ("def scene():\n    made()", "scene() returns NoneType"),
     "the type of a parameter is unknown": (
         "def scene(a: 'Nope' = 1): return made()",
-        "the types of its parameters cannot be told",
+        "the types of its parameters cannot be determined",
     ),
     "a load function raises": (
         "def swell(t):\n    return {}['a']\ndef scene(): return made(loads=Gravity(time=swell))",

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from shellmb.analytic.cantilever import exact_cantilever
+from shellmb.demos.verification.cantilever import exact_cantilever
 from shellmb.scene import (
     Beam,
     CircularArc,

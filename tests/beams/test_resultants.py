@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from shellmb.analytic.cantilever import exact_cantilever
+from shellmb.demos.verification.cantilever import exact_cantilever
 from shellmb.running.execute import execute
 from shellmb.scene import (
     Beam,

@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from shellmb.analytic.cantilever import exact_cantilever
+from shellmb.demos.verification.cantilever import exact_cantilever
 from shellmb.running.execute import RunResult, execute
 from shellmb.scene import (
     GROUND,

@@ -263,4 +263,4 @@ app()
 def test_ranks_that_are_asked_for_different_things_are_refused(first, second, said, mpirun):
     """Kind: what differs from rank to rank before there is a scene; ranks waited for ever."""
     with pytest.raises(pytest.fail.Exception, match=said):
-        mpirun(2, "-c", APART.format(asked=[first, second]), timeout=60)
+        mpirun(2, "-c", APART.format(asked=[first, second]), timeout=60, alone=True)

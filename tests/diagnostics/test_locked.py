@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import ufl
 
+from shellmb.demos.verification.problems.elements.curved import hypar
 from shellmb.diagnostics.elements.locking import excess
 from shellmb.running.execute import execute
 from shellmb.scene import (
@@ -29,7 +30,6 @@ from shellmb.scene import (
     SurfaceForce,
     SymmetryPlane,
 )
-from shellmb.verify.problems.triangles import hypar
 from shellmb.vibration import natural_modes
 
 

@@ -9,13 +9,15 @@ from mpi4py import MPI  # noqa: F401  (before dolfinx)
 import pytest
 from dolfinx import fem
 
+from shellmb.demos.verification.solve import displacement
 from shellmb.effects.catalogue.registry import changed
 from shellmb.effects.count import coefficients, count
 from shellmb.model.body import kinetic_energy
 from shellmb.native.kernels import watched
 from shellmb.scene import Gravity, Hyperelastic, JointSpring, Scene
 from shellmb.simulate.simulation import Simulation
-from shellmb.verify.solve import displacement
+
+pytestmark = pytest.mark.usefixtures("compiled_forms")
 
 STILL: dict[str, Any] = {"scheme": "static", "dt": None, "t_end": None}
 

@@ -16,6 +16,8 @@ from shellmb.scene import FromMode, Scene
 from shellmb.simulate.simulation import Simulation
 from tests.bench.effects.rows import CASES, NO_ROW
 
+pytestmark = pytest.mark.usefixtures("compiled_forms")
+
 MESH = (2, 1)
 # what a scene has more with an effect than without it: unknowns, integrals, coefficients, kernels
 MORE = {

@@ -6,6 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from shellmb.demos.verification import tables
+from shellmb.demos.verification.setups import CENTRE, plate_section, square
+from shellmb.demos.verification.solve import displacement, solved
 from shellmb.scene import (
     Beam,
     Clamped,
@@ -19,9 +22,6 @@ from shellmb.scene import (
     Shell,
 )
 from shellmb.simulate.simulation import Simulation
-from shellmb.verify import tables
-from shellmb.verify.setups import CENTRE, plate_section, square
-from shellmb.verify.solve import displacement, solved
 from shellmb.vibration import natural_modes
 
 # Timoshenko & Woinowsky-Krieger: uniform load, w D / (q a^4); docs/reference/literature.md

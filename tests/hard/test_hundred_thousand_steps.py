@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from shellmb.demos.verification.problems.mechanisms import double_pendulum
 from shellmb.running.execute import execute
-from shellmb.verify.problems.mechanisms import double_pendulum
 
 SCHEMES = [("ep", 0.0), ("ed", 1.0), ("ep4", 0.0), ("ed3", 0.5)]
 

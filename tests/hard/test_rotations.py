@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from shellmb.analytic.rotating import flapping, lagging
+from shellmb.demos.references.rotating import flapping, lagging
 from shellmb.rotating.campbell import campbell
 from shellmb.scene import Beam, Clamped, Line, RectangularSection, Scene
 
@@ -91,7 +91,7 @@ def test_two_ranks(mpirun) -> None:  # type: ignore[no-untyped-def]
 SCRIPT = """
 from mpi4py import MPI
 from shellmb.scene import *
-from shellmb.analytic.rotating import flapping, lagging
+from shellmb.demos.references.rotating import flapping, lagging
 from shellmb.rotating.campbell import campbell
 section = RectangularSection(E=2e11, nu=0.3, width=0.04, height=0.01, density=7800.0)
 beam = Beam("beam", Line((0, 0, 0), (1, 0, 0)), section, elements=4)

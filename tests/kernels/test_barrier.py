@@ -45,7 +45,7 @@ if comm.rank == 0:
 
 @pytest.mark.mpi
 def test_who_waits_does_nothing(mpirun) -> None:
-    looks, pauses, shortest = map(float, mpirun(2, "-c", SOURCE).split())
+    looks, pauses, shortest = map(float, mpirun(2, "-c", SOURCE, alone=True).split())
     # one look behind each pause, which leaves the core to others
     assert looks == pauses + 1 > 20
     assert shortest >= 1e-3
@@ -89,7 +89,7 @@ if comm.rank == 0:
 @pytest.mark.mpi
 def test_nor_does_who_waits_for_the_pictures_of_a_run(mpirun) -> None:
     """Results, which all ranks give together, come behind them."""
-    assert int(mpirun(2, "-c", RUN)) >= 20
+    assert int(mpirun(2, "-c", RUN, alone=True)) >= 20
 
 
 DRAWING = """

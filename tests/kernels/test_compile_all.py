@@ -12,6 +12,8 @@ from shellmb.errors import RunError
 from shellmb.native import kernels
 from shellmb.native.compiling import compiler
 
+pytestmark = pytest.mark.usefixtures("compiled_forms")
+
 
 @pytest.fixture
 def forms(tmp_path, monkeypatch):

@@ -11,6 +11,8 @@ from dolfinx import fem
 from shellmb.native import derivatives, kernels
 from shellmb.native.derivatives import Derivative
 
+pytestmark = pytest.mark.usefixtures("compiled_forms")
+
 
 @pytest.fixture
 def cache(tmp_path, monkeypatch):

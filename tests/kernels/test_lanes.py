@@ -17,6 +17,8 @@ from shellmb.native.library import cell_dofs, side_by_side
 from shellmb.system.assembly.functionals import functionals, vector_of
 from shellmb.system.assembly.loops import FormLoop, LoopResiduals, MeshGeometry
 
+pytestmark = pytest.mark.usefixtures("compiled_forms")
+
 # another order of the same operations, as part of the largest value: 9e-15 was seen
 ROUND_OFF = 2e-13
 # flags of its own make a kernel of one cell at a time

@@ -19,6 +19,8 @@ from shellmb.running.loader import demos, load
 from shellmb.simulate.simulation import Simulation
 from tests.scenes import plate_scene
 
+pytestmark = pytest.mark.usefixtures("compiled_forms")
+
 
 @pytest.fixture(autouse=True)
 def _forgotten(monkeypatch):

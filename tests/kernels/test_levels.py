@@ -17,6 +17,8 @@ from shellmb.native.compiling import flags
 from shellmb.native.compiling.flags import FORCED_LANES, FORCED_LEVEL, LEVELS, level_and_lanes
 from shellmb.native.kernels import module_name
 
+pytestmark = pytest.mark.usefixtures("compiled_forms")
+
 NAMES = list(LEVELS)
 
 
@@ -91,7 +93,7 @@ except RunError as error:
 
 @pytest.mark.mpi
 def test_ranks_on_different_processors_are_refused(mpirun) -> None:
-    said = mpirun(2, "-c", RANKS)
+    said = mpirun(2, "-c", RANKS, alone=True)
     assert said.startswith("1 the ranks run on different processors") and FORCED_LEVEL in said
 
 

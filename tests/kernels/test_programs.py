@@ -1,19 +1,26 @@
 """Integrands as programs: what is read off any UFL is what FFCx compiles, and runs are the same."""
 
 from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
 
 from mpi4py import MPI  # before dolfinx
 
+import basix
 import basix.ufl
 import numpy as np
 import pytest
 import ufl
 from dolfinx import fem, mesh
 
+import shellmb as sm
+from shellmb.demos import sudden_load
 from shellmb.native import kernels
 from shellmb.native.assembler import assembled_by
 from shellmb.native.expressions import compiled_expression
 from shellmb.native.kernels import compiled
+from shellmb.simulate.simulation import Simulation
+from shellmb.system.assembly.residuals import DolfinxResiduals
 from tests.golden import runs
 from tests.golden.test_golden import bound
 
@@ -101,6 +108,84 @@ def test_any_integrand_is_what_ffcx_compiles(cell: mesh.CellType) -> None:
         assert np.abs(found - reference).max() < BOUND * np.abs(reference).max()
 
 
+def custom(cell: mesh.CellType, modes: list[tuple[int, int]], size: int) -> Any:
+    """A discontinuous element of one's own: polynomials of the cell's set in components.
+
+    Args:
+        cell: The cell.
+        modes: Component and polynomial of each function.
+        size: Number of components; none of a scalar.
+    """
+    kind, degree = basix.CellType[cell.name], 1
+    wide = max(size, 1)
+    points, weights = basix.make_quadrature(kind, 4)
+    table = basix.tabulate_polynomials(basix.PolynomialType.legendre, kind, degree, points)
+    polynomials = len(table)
+    coefficients = np.zeros((len(modes), wide * polynomials))
+    moments = np.zeros((len(modes), wide, len(points), 1))
+    for k, (component, polynomial) in enumerate(modes):
+        coefficients[k, component * polynomials + polynomial] = 1.0
+        moments[k, component, :, 0] = table[polynomial] * weights
+    none, counts = np.zeros((0, 2)), [len(own) for own in basix.topology(kind)]
+    return basix.ufl.custom_element(
+        kind,
+        (size,) if size else (),
+        coefficients,
+        [[none] * counts[0], [none] * counts[1], [points], []],
+        [
+            [np.zeros((0, wide, 0, 1))] * counts[0],
+            [np.zeros((0, wide, 0, 1))] * counts[1],
+            [moments],
+            [],
+        ],
+        0,
+        basix.MapType.identity,
+        basix.SobolevSpace.L2,
+        True,
+        0,
+        1,
+    )
+
+
+@pytest.mark.parametrize("cell", [mesh.CellType.quadrilateral, mesh.CellType.triangle])
+def test_elements_and_rules_of_ones_own(cell: mesh.CellType) -> None:
+    """Kind: mixed spaces with elements of one's own, scalars and vectors, and several rules."""
+    domain = surface(cell)
+    name = domain.ufl_cell().cellname
+    stress = [(0, 0), (1, 0), (2, 0), (0, 1), (1, 2)]
+    parts = [
+        basix.ufl.element("Lagrange", name, 1, shape=(3,)),
+        custom(cell, stress, 3),
+        basix.ufl.blocked_element(custom(cell, [(0, 0), (0, 2)], 0), shape=(2,)),
+        custom(cell, [(0, 1)], 0),
+        basix.ufl.element("DG", name, 0, shape=(2,)),
+    ]
+    q = fem.Function(fem.functionspace(domain, basix.ufl.mixed_element(parts)))
+    alone = fem.Function(fem.functionspace(domain, parts[1]))
+    h = fem.Function(fem.functionspace(domain, ("DG", 0, (2,))))
+    for f in (q, alone, h):
+        f.x.array[:] = RANDOM.uniform(0.2, 1.0, len(f.x.array))
+    u, S, a, b, m = ufl.split(q)
+    F = ufl.grad(u)
+    e = ufl.as_vector([F[0, 0], F[1, 1], F[0, 1] + F[1, 0] + a[0] * b])
+    first = ufl.dot(S, e) + h[0] * ufl.dot(S, S) * b + ufl.sin(m[0]) * ufl.dot(u, u)
+    second = h[1] * ufl.inner(F, F) ** 2 + ufl.dot(alone, S) * a[1] + m[1] * F[2, 0] ** 2
+    third = ufl.inner(ufl.grad(S), ufl.grad(S)) + ufl.dot(S, S) ** 2 + ufl.grad(b)[0] * u[1]
+    energy, random = b * ufl.dx(degree=1), np.random.default_rng(7)
+    for number, integrand in enumerate((first, second, third)):
+        # the same in each run of the test: FFCx compiles them
+        places = random.uniform(0.1, 0.4, (2 + number, 2))
+        weights = random.uniform(0.1, 0.3, len(places))
+        rule = {"quadrature_rule": "custom", "quadrature_points": places}
+        energy += integrand * ufl.dx(metadata=rule | {"quadrature_weights": weights})
+    slope = ufl.derivative(energy, q)
+    for form in (energy, slope, ufl.derivative(slope, q), ufl.derivative(slope, alone)):
+        reference = tensors(fem.form(form))
+        with assembled_by("interpreted"):
+            found = tensors(compiled(form))
+        assert np.abs(found - reference).max() < BOUND * np.abs(reference).max()
+
+
 def test_expressions_at_points(cell: mesh.CellType = mesh.CellType.quadrilateral) -> None:
     domain = surface(cell)
     q, h, c = functions(domain)
@@ -135,6 +220,36 @@ def test_golden_runs_need_no_kernel(name: str, no_compiler: None) -> None:
     apart = runs.differences(runs.history(name), runs.frozen()[name])
     worst = max(apart, key=apart.__getitem__)
     assert apart[worst] < bound(name), worst
+
+
+@pytest.mark.parametrize("scheme", ["ep", "ed3"])
+def test_what_is_kept_follows_from_what_it_depends_on(scheme: str) -> None:
+    """Kind: functions, constants and unknowns that change between two calls, alone and at once."""
+    made = sudden_load.scene()
+    (shell,) = made.shells
+    made = replace(
+        made,
+        shells=replace(shell, mesh=(3, 1)),
+        scheme=scheme,
+        solver=sm.Solver(assembler="interpreted"),
+    )
+    simulation = Simulation(made, MPI.COMM_SELF)
+    system, random = simulation.problem.system, np.random.default_rng(3)
+    # nothing is kept where DOLFINx calls the programs
+    offsets = system.numbering.offsets.tolist()
+    plain = DolfinxResiduals(system.residual_forms, system.fields, offsets)
+    functions = {f for form in system.forms for f in form.coefficients()}
+    constants = {c for form in system.forms for c in form.constants()}
+    arrays = [f.x.array for f in sorted(functions, key=lambda f: f.count())]
+    arrays += [c.value.reshape(-1) for c in sorted(constants, key=lambda c: c.count())]
+    for changed in ([], arrays, *([array] for array in arrays), [], arrays):
+        for array in changed:
+            array *= random.uniform(0.9, 1.1, len(array))
+        found, expected = np.zeros((2, len(system.exchange.local)))
+        for residuals, local in ((system.residuals, found), (plain, expected)):
+            residuals.refresh()
+            residuals.add(local)
+        assert np.abs(found - expected).max() < BOUND * np.abs(expected).max()
 
 
 def test_what_programs_lack_is_compiled() -> None:

@@ -16,6 +16,8 @@ from shellmb.running.execute import execute
 from tests.bench.effects.rows import CASES
 from tests.sensitivity import scenes
 
+pytestmark = pytest.mark.usefixtures("compiled_forms")
+
 # all lengths by the same: what coincides or is parallel stays so, within the tolerances of meshes
 OTHER = 1 - 1e-9
 MESH = (2, 1)

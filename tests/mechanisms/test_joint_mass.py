@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from shellmb.analytic.inertia import MassProperties, rod
+from shellmb.demos.references.inertia import MassProperties, rod
 from shellmb.scene import GROUND, Gravity, Probe, Revolute, RigidBody, Scene
 from shellmb.simulate.simulation import Simulation
 

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from shellmb.demos import slider_crank
+from shellmb.demos.verification.problems.mechanisms import free_body, path_of
 from shellmb.native.kernels import watched
 from shellmb.observers.account.energy import EnergyAccount
 from shellmb.observers.account.momentum import Momentum
@@ -26,7 +27,6 @@ from shellmb.scene import (
 )
 from shellmb.scene.multibody.rigid import rotation_matrix
 from shellmb.simulate.simulation import Simulation
-from shellmb.verify.problems.mechanisms import free_body, path_of
 from tests.analytic.solutions import pendulum
 
 SCHEMES = [("ep", 0.0), ("ed", 0.0), ("ed", 1.0), ("ep4", 0.0), ("ed3", 0.5)]
@@ -187,6 +187,7 @@ def test_cost_grows_linearly_with_the_chain(rod) -> None:
     assert slope < 1.6, dict(zip(counts, costs, strict=True))
 
 
+@pytest.mark.usefixtures("compiled_here")
 def test_joints_of_a_kind_share_their_kernels(rod) -> None:
     kernels = []
     for count in (2, 9):

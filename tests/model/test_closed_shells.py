@@ -76,7 +76,7 @@ def test_a_ball_from_gmsh_is_that_of_the_primitive() -> None:
 
 
 def test_parts_of_spheres_do_not_reach_the_other_pole() -> None:
-    with pytest.raises(SceneError, match=r"or be \(0, 180\) all the way round"):
+    with pytest.raises(SceneError, match=r"or be \(0, 180\) with the full azimuth"):
         Sphere(1.0, polar=(0, 180), azimuth=(0, 90))
     with pytest.raises(SceneError, match=r"end below 180 degrees"):
         Sphere(1.0, polar=(90, 180))

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import ufl
 
-from shellmb.analytic.slider_crank import SliderCrank
+from shellmb.demos.references.slider_crank import SliderCrank
 from shellmb.errors import ConvergenceError, SceneError
 from shellmb.observers.account.constraints import Constraints
 from shellmb.observers.account.energy import EnergyAccount

@@ -360,7 +360,7 @@ import shellmb as sm
 from mpi4py import MPI
 from shellmb.running.execute import execute
 from shellmb.simulate.buckling import linear_buckling
-from shellmb.verify.problems.linear_shells import compressed_plate
+from shellmb.demos.verification.problems.linear_shells import compressed_plate
 factors = linear_buckling(compressed_plate("quad", 100.0, 4)[0], MPI.COMM_WORLD, 2).factors
 heat = sm.NaturalStrain((1e-3, 0, 0), (0.3, 0.1, 0))
 steel = sm.Isotropic(70e9, 0.3, thickness=2e-3, density=2700.0)

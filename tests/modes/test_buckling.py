@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 import shellmb as sm
+from shellmb.demos.verification.problems.linear_shells import compressed_plate
 from shellmb.errors import ConvergenceError, SceneError
 from shellmb.simulate.buckling import linear_buckling
-from shellmb.verify.problems.linear_shells import compressed_plate
 
 E, SIDE = 70e9, 0.01
 

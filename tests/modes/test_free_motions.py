@@ -9,8 +9,8 @@ import pytest
 
 import shellmb as sm
 from shellmb.arrays import Floats
+from shellmb.demos.verification.problems.linear_shells import compressed_cylinder
 from shellmb.rotating.campbell import campbell
-from shellmb.verify.problems.linear_shells import compressed_cylinder
 
 # first true frequency along a free square, Hz (Rayleigh-Ritz; `tests/model/test_triangles.py`)
 TRUE = 1971.0

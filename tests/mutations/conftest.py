@@ -1,4 +1,4 @@
-"""Names of tests that must catch faults: checked whenever all tests are collected."""
+"""Tests that must catch faults are there and run every day: checked with all tests."""
 
 import pytest
 
@@ -15,3 +15,16 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     unknown = {test for fault in FAULTS for test in fault.tests} - there
     if unknown:
         raise pytest.UsageError(f"faults name tests that do not exist: {sorted(unknown)}")
+
+
+@pytest.hookimpl(trylast=True, specname="pytest_collection_modifyitems")
+def pytest_faults_are_caught_daily(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Refuse faults that no test of the README's second command catches."""
+    if config.args != config.getini("testpaths"):
+        return
+    marked = {"slow", "ci"}
+    daily = {i.nodeid for i in items if not marked & {mark.name for mark in i.iter_markers()}}
+    daily |= {nodeid.partition("[")[0] for nodeid in daily}
+    missed = [fault.name for fault in FAULTS if daily.isdisjoint(fault.tests)]
+    if missed:
+        raise pytest.UsageError(f"only slow tests, or those of CI, catch these faults: {missed}")

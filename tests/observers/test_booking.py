@@ -159,7 +159,8 @@ def test_a_state_is_of_one_step(tmp_path: Path, step: int) -> None:
     assert found.simulation["step"] == step - 1
     row = straight.rows[step - 1]
     assert found.observers["energy"]["values"] == {k: row[k] for k in EnergyAccount.NAMES}
-    assert found.observers["joints"] == {"hinge.rotation": row["hinge.rotation"]}
+    freedoms = found.observers["joints"]["freedoms"]
+    assert freedoms["values"] == {"hinge.rotation": row["hinge.rotation"]}
     resumed = resume(tmp_path / "failed", [Silent()], scene=swing(), pictures=False)
     assert repr(rows_of(resumed)) == repr(rows_of(straight))
     for name in TOLD:

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from shellmb.analytic.plates import Plate
+from shellmb.demos.references.plates import Plate
 from shellmb.errors import SceneError
 from shellmb.native.kernels import watched
 from shellmb.running.execute import RunResult, execute
@@ -179,6 +179,7 @@ REFUSED = {
 }
 
 
+@pytest.mark.usefixtures("compiled_here")
 @pytest.mark.parametrize("message", REFUSED)
 def test_what_it_cannot_have_is_refused(message) -> None:
     with watched() as kernels, pytest.raises(SceneError) as caught:

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from shellmb.analytic.rotating import (
+from shellmb.demos.references.rotating import (
     flapping,
     lagging,
     sleeping_top,

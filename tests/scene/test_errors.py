@@ -98,7 +98,7 @@ BAD = {
     "cylinder: angles is (0, 400); the second angle must exceed the first, by 360 degrees at "
     "most": lambda: Cylinder(1, 1, (0, 400)),
     "sphere: polar is (10.0, 180.0) and azimuth (0.0, 360.0); polar must begin at 0 or more and "
-    "end below 180 degrees, or be (0, 180) all the way round": lambda: Sphere(1, (10, 180)),
+    "end below 180 degrees, or be (0, 180) with the full azimuth": lambda: Sphere(1, (10, 180)),
     "disc: radius is nan; it must be a finite number": lambda: Disc(NAN),
     "gmsh file: path is 'nowhere.msh'; there is no such file": lambda: GmshFile("nowhere.msh"),
     "gmsh model: build is 3; it must be a function": lambda: GmshModel(3),
@@ -154,7 +154,7 @@ BAD = {
     "pressure: there is no parameter value; its parameters are p, body, time": lambda: Pressure(
         1.0, value=3
     ),
-    "fixed components: nothing is held at 'left'; give at least one component of displacement or "
+    "fixed components: nothing is fixed at 'left'; give at least one component of displacement or "
     "director": lambda: Fixed("left"),
     "fixed components: displacement has the wrong number of entries": lambda: Fixed("left", (0, 0)),
     "fixed components: displacement[0] is nan; it must be a finite number": lambda: Fixed(

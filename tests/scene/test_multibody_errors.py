@@ -56,8 +56,8 @@ HINGE = Revolute("hinge", "crank", axis=Z)
 SLIDE = Prismatic("slide", "crank", axis=Z)
 BOTH = Cylindrical("both", "crank", axis=Z)
 SHELL_END = (
-    "is shell 'plate', whose nodes have a director only; it must be the ground, a rigid body or a "
-    "beam, connected to the shell by a ShellRevolute joint"
+    "is shell 'plate', whose nodes have a director only; use an EdgeHinge for a hinge along its "
+    "edge, or a rigid body that a Weld connects to the shell"
 )
 
 

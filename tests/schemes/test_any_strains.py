@@ -130,6 +130,7 @@ def test_order_in_large_motion(scheme: str, alpha: float, order: int, fine) -> N
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("compiled_here")
 @pytest.mark.parametrize("what", ["rows", "blocks"])
 def test_strains_of_the_paper_are_a_special_case(what: str, monkeypatch) -> None:
     """At random states: both rows and the energy that is lost, and all blocks of the Jacobian."""

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from shellmb.analytic.chains import Link, chain
+from shellmb.demos.verification.chains import Link, chain
 from shellmb.observers.forces.reactions import resistance
 from shellmb.scene import GROUND, Gravity, RigidBody, Scene, Solver, Spring
 from shellmb.simulate.simulation import Silent, Simulation
@@ -119,7 +119,7 @@ def errors(k: float, scheme: str, alpha: float, steps: int) -> list[float]:
 @pytest.mark.parametrize("k", [STIFF, pytest.param(SOFT, marks=pytest.mark.slow)])
 def test_orders(k, scheme, make) -> None:
     name, alpha = scheme
-    if make(*scheme).title.startswith("rival"):
+    if make(*scheme).title.startswith("for comparison"):
         pytest.skip("rivals have their own tests (test_rivals.py)")
     wanted = 2 if name == "ed" else make(*scheme).order
     if name == "ed" and k == STIFF:

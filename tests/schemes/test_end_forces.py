@@ -6,14 +6,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from shellmb.analytic.chains import chain
 from shellmb.demos import slider_crank
+from shellmb.demos.verification.chains import chain
+from shellmb.demos.verification.problems.mechanisms import ANGLES, LINKS, double_pendulum
 from shellmb.errors import SceneError
 from shellmb.running.execute import RunResult, execute
 from shellmb.running.request import Options
 from shellmb.scene import Clamped, Gravity, Output, Scene
 from shellmb.schemes.base import end_acceleration
-from shellmb.verify.problems.mechanisms import ANGLES, LINKS, double_pendulum
 
 ENDS = Output(frames=2, end_forces=True)
 # two are enough where each halves the step cleanly, and setting up a run is what costs

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from shellmb.demos import slider_crank
+from shellmb.demos.verification.problems.mechanisms import double_pendulum, pendulum_centers
 from shellmb.forms.steps.path import PAIRS
 from shellmb.model.joints.columns import drive
 from shellmb.scene import (
@@ -33,7 +34,6 @@ from shellmb.schemes.quadratic import BOW, P0, P1, QuadraticInTime, strains
 from shellmb.schemes.registry import SCHEMES, make_scheme
 from shellmb.schemes.residuals.weights import END, END_VELOCITY, START, START_VELOCITY
 from shellmb.simulate.simulation import Silent, Simulation
-from shellmb.verify.problems.mechanisms import double_pendulum, pendulum_centers
 
 PAGE, SLOPES = QuadraticInTime().page, (P0.stresses, P1.stresses)
 GENERAL = np.random.default_rng(3)

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from shellmb.demos import slider_crank
+from shellmb.demos.verification.problems.mechanisms import double_pendulum, pendulum_centers
 from shellmb.running.execute import execute
 from shellmb.scene import Driver, Gravity, InitialVelocity, Revolute, RigidBody, Scene
 from shellmb.schemes.rivals.generalized_alpha import GeneralizedAlpha
 from shellmb.simulate.simulation import Simulation
-from shellmb.verify.problems.mechanisms import double_pendulum, pendulum_centers
 
 
 def errors(scheme: str, alpha: float, counts: list[int]) -> list[float]:

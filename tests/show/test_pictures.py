@@ -142,7 +142,7 @@ def test_a_machine_that_cannot_draw_says_so(tmp_path, monkeypatch) -> None:
 
     fields, described = two_walls(tmp_path, ("a", "b"), (0.0, 1.0))
     monkeypatch.setattr(display, "offscreen_kind", lambda: None)
-    with pytest.raises(sm.RunError, match="this machine has no way to draw in space"):
+    with pytest.raises(sm.RunError, match="this machine cannot draw in 3-D"):
         next(iter(images(showing(fields, described, [0.0]))))
     monkeypatch.delenv("DISPLAY", raising=False)
     from shellmb.show.space.scenery import show

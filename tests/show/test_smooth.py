@@ -8,7 +8,7 @@ import numpy.typing as npt
 import pytest
 
 from shellmb.show.space.shapes import Shape
-from shellmb.show.space.smooth import smooth
+from shellmb.show.space.smooth import Slab, smooth
 
 Floats = npt.NDArray[np.float64]
 NOTHING = np.zeros((0, 3), dtype=np.int64)
@@ -56,3 +56,26 @@ def test_cells_of_no_known_kind_are_drawn_by_their_nodes() -> None:
     fine = smooth(odd)
     values = np.arange(8.0)
     assert (fine.at(values) == values).all() and fine.faces is odd.faces
+
+
+@pytest.mark.parametrize("places", [QUAD, TRIANGLE], ids=["quad", "triangle"])
+def test_a_surface_with_a_thickness_is_closed_and_has_its_volume(places: Floats) -> None:
+    """The kind: cells that share a side, turned in space; the rim is about both of them."""
+    # two squares side by side, or a square of two triangles
+    other = places + np.array([1.0, 0.0]) if places is QUAD else 1.0 - places
+    flat = np.concatenate([places, other])
+    _, first, number = np.unique(flat.round(9), axis=0, return_index=True, return_inverse=True)
+    cells = number.reshape(2, len(places))
+    slab = Slab(smooth(shape(places, cells, len(first))), half=0.05)
+    turn, _ = np.linalg.qr(np.random.default_rng(3).random((3, 3)))
+    x = slab.place(flat[first] @ turn[:2])
+    faces = slab.faces
+    edges = np.stack([faces, np.roll(faces, -1, axis=1)], axis=-1).reshape(-1, 2)
+    # corners of the rim lie on those of the sides
+    _, corner = np.unique(x.round(9), axis=0, return_inverse=True)
+    directed = {(int(a), int(b)) for a, b in corner[edges]}
+    assert len(directed) == len(edges) and directed == {(b, a) for a, b in directed}
+    triangles = np.concatenate([faces[:, [0, k, k + 1]] for k in range(1, faces.shape[1] - 1)])
+    volume = np.linalg.det(x[triangles]).sum() / 6
+    assert abs(volume) == pytest.approx(0.1 * (2.0 if places is QUAD else 1.0), rel=1e-12)
+    assert len(slab.at(np.arange(len(first)))) == len(x)

@@ -8,6 +8,7 @@ from mpi4py import MPI  # noqa: F401  (before dolfinx)
 import numpy as np
 import pytest
 
+from shellmb.demos.verification.problems.mechanisms import RigidPath, double_pendulum
 from shellmb.diagnostics.step_error import ADDED, StepErrors
 from shellmb.scene import (
     Beam,
@@ -22,7 +23,6 @@ from shellmb.scene import (
 )
 from shellmb.simulate.simulation import Simulation
 from shellmb.simulate.stepsize.tolerance import ErrorSize
-from shellmb.verify.problems.mechanisms import RigidPath, double_pendulum
 
 
 @pytest.mark.parametrize("scheme", ["ep4", "ed3"])

@@ -8,8 +8,8 @@ from mpi4py import MPI
 import numpy as np
 import pytest
 
-from shellmb.analytic.beams import timoshenko_frequencies
 from shellmb.checked_model import checked_model
+from shellmb.demos.references.beams import timoshenko_frequencies
 from shellmb.observers.account.energy import EnergyAccount
 from shellmb.scene import Clamped, EdgeForce, Isotropic, Join, Rectangle, Scene, Shell
 from shellmb.simulate.simulation import Simulation

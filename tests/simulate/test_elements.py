@@ -2,7 +2,7 @@
 
 import pytest
 
-from shellmb.analytic.beams import cantilever_end_force
+from shellmb.demos.references.beams import cantilever_end_force
 from shellmb.scene import (
     Clamped,
     EdgeForce,

@@ -220,7 +220,5 @@ def test_what_turns_round_is_said() -> None:
     """At the largest value of what alone is prescribed nothing moves; it says so, and where."""
     scene = replace(bent(PathFollowing(load_end=1.0)), probes=())
     back = Fixed("right", displacement=(None, None, lambda f: 0.1 * math.sin(3 * f)))
-    with pytest.raises(
-        ConvergenceError, match=r"turns round between the load factors 0\.5.*load_end"
-    ):
+    with pytest.raises(ConvergenceError, match=r"reverses between the load factors 0\.5.*load_end"):
         execute(replace(scene, supports=[Clamped("left"), back]))

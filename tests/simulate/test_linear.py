@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from shellmb.demos.verification.solve import displacement
 from shellmb.scene import (
     Beam,
     Clamped,
@@ -16,7 +17,6 @@ from shellmb.scene import (
 )
 from shellmb.simulate.simulation import Simulation
 from shellmb.system.newton.refresh import Once
-from shellmb.verify.solve import displacement
 from tests.scenes import cantilever
 
 TIP = (1.0, 0.25, 0.0)

@@ -92,7 +92,7 @@ def test_what_is_passed_on_the_way_is_said() -> None:
     there = sm.EdgeForce(load.at, load.force, time=lambda t: min(t, 1.0 - t) * 2)
     run = sm.run(replace(scene, loads=there))
     (sentence,) = said(run)
-    assert "on the way were unstable in up to 1 direction" in sentence
+    assert "intermediate equilibria were unstable in up to 1 direction" in sentence
     assert "first at t = 0.5" in sentence
 
 

@@ -6,10 +6,10 @@ from typing import Any
 
 import pytest
 
+from shellmb.demos.studies.bundled import BUNDLED
+from shellmb.demos.studies.solutions import crank_torque, top_center
 from shellmb.measuring.tables import replaced
 from shellmb.running.loader import load
-from shellmb.studies.cases.bundled import BUNDLED
-from shellmb.studies.cases.solutions import crank_torque, top_center
 from shellmb.studies.choice import Base
 from shellmb.studies.quantity import parse_quantity
 from shellmb.studies.report import evaluate

@@ -4,10 +4,10 @@ from types import ModuleType
 
 import pytest
 
+from shellmb.demos.studies.bundled import BUNDLED, find_bundled
 from shellmb.errors import SceneError
 from shellmb.running.loader import SceneModule, load
 from shellmb.scene import Clamped, GmshFile, Isotropic, Scene, Shell
-from shellmb.studies.cases.bundled import BUNDLED, find_bundled
 from shellmb.studies.choice import Base, Choice
 from shellmb.studies.quantity import parse_quantity
 from shellmb.studies.sweep import Sweep, chain, make_grid, not_refined, sweep_of, usual_axes

@@ -5,11 +5,11 @@ import math
 
 import pytest
 
+from shellmb.demos.verification import table
+from shellmb.demos.verification.cases import Case, Check
+from shellmb.demos.verification.table import Row, find_cases, rows_of, run_cases
 from shellmb.errors import ConvergenceError
 from shellmb.measuring.records import to_json
-from shellmb.verify import table
-from shellmb.verify.cases import Case, Check
-from shellmb.verify.table import Row, find_cases, rows_of, run_cases
 
 # a minute or more each
 # of orders there are tests for every scheme, too (`tests/schemes/test_accuracy.py`)
@@ -20,22 +20,31 @@ LONG = {
     "dynamics/order, small vibration",
     "mechanisms/order",
     "mechanisms/slider-crank",
-    # of which "triangles/cantilever" and `tests/model/test_triangles.py` are short
-    "triangles/membrane",
-    "triangles/free plate",
-    "triangles/free ring",
-    "triangles/hypar",
     # of which `tests/rotating` has what is short
     "modes/arm",
     "modes/blade",
     "modes/disc",
 }
 
+# of some hundred values on public problems, those that are quick and were farthest from right
+SHORT = {
+    "elements/patch",
+    "elements/point force",
+    "elements/forces at nodes",
+    "elements/torsion",
+    "elements/free sheet",
+    "elements/compressed plate",
+}
+
+
+def is_long(case: Case) -> bool:
+    return case.name in LONG or (case.name.startswith("elements/") and case.name not in SHORT)
+
 
 @pytest.mark.parametrize(
     "case",
     [
-        pytest.param(case, id=case.name, marks=[pytest.mark.slow] if case.name in LONG else [])
+        pytest.param(case, id=case.name, marks=[pytest.mark.slow] if is_long(case) else [])
         for case in find_cases(slow=True)
     ],
 )

@@ -7,8 +7,6 @@ from typing import Any
 
 import pytest
 
-from shellmb.measuring.tables import replaced
-
 ROOT = Path(__file__).parents[2]
 
 
@@ -28,10 +26,23 @@ def entry(case: str, error: float | None, tolerance: float, source: str = "") ->
 
 
 def test_the_page_has_the_table_of_the_stored_results(tables: Any) -> None:
-    stored = json.loads(tables.STORED.read_text())
-    text = tables.PAGE.read_text()
-    made = replaced(text, tables.BEGIN, tables.END, tables.table(stored))
-    assert text == made, "run .ci/tables.py"
+    for page, made in tables.pages(json.loads(tables.STORED.read_text())).items():
+        assert page.read_text() == made, "run .ci/tables.py"
+
+
+def test_each_mesh_of_an_element_shows_its_farthest_value_beside_others(tables: Any) -> None:
+    """Of all values of a problem on a mesh, and of other codes on the same mesh."""
+    title = "elements/twisted beam: quad 12x2, thickness=0.32"
+    rows = [
+        {"case": f"{title}; in plane", "value": 0.99},
+        {"case": f"{title}; out of plane", "value": 1.02},
+        {"case": "elements/twisted beam: tri 12x2, thickness=0.32; in plane", "value": 0.5},
+        {"case": "elements/patch: shear, quad", "value": 1e-13},
+        {"case": "plates/square: quad", "value": 0.9},
+    ]
+    line = tables.elements(rows, "quad").splitlines()[-1]
+    others = "OptiStruct QUAD4 -1.2, OptiStruct QUAD8 +6.2"
+    assert line == f"| twisted beam | 12x2, thickness=0.32 | +2.0 | out of plane | {others} |"
 
 
 def test_each_row_shows_the_value_nearest_to_its_bound(tables: Any, monkeypatch: Any) -> None:

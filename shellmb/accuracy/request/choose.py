@@ -132,7 +132,7 @@ def seconds(level: Level, change: Change) -> float:
 def work(level: Level, change: Change) -> float:
     """Time that a level and its comparison runs would take [s], from the time of another level.
 
-    Companions of that one are there: those with its mesh and three times the step, say, and all
+    Its comparison runs are there: those with its mesh and three times the step, and all
     that tell of the mesh, or of the step, where it stays.
 
     Args:
@@ -152,7 +152,7 @@ def work(level: Level, change: Change) -> float:
 
 
 def _shared(level: Level, change: Change) -> float:
-    """The step of a level, or a smaller one that is hardly dearer, as its companions are there.
+    """The step of a level, or a smaller one that is hardly dearer, as it has comparison runs.
 
     Args:
         level: The level before it.

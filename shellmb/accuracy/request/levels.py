@@ -39,10 +39,10 @@ class Level:
         order: Order by which the part of the step is predicted.
         seconds: Processor time of its run [s].
         stepping: The part of it in steps [s].
-        total: Processor time so far, with all companions [s].
+        total: Processor time so far, with all comparison runs [s].
         dimension: Elements go with this power of those along a side.
         refinable: Whether its mesh can be refined.
-        converges: Whether differences of its companions fall; else only sizes of its parts do.
+        converges: Whether differences of its comparison runs fall; else only sizes of its parts do.
     """
 
     change: Change

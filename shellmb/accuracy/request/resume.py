@@ -33,7 +33,7 @@ def resume_request(
         trust: Whether the file that the directory names may be executed.
         comm: Communicator.
         pictures: Whether pictures are drawn at the end.
-        tell: Is told how far it is.
+        tell: Callback for progress messages.
         observers: More observers of the levels' runs.
 
     Raises:

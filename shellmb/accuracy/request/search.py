@@ -57,7 +57,7 @@ class Running:
         results: What gives results; None: the scene's own function.
         request: How the scene was requested.
         observers: More observers of the levels' runs.
-        tell: Is told how far it is.
+        tell: Callback for progress messages.
         mode_results: What gives results of modes; None: there are none.
         modes: Whether "f1" may be a natural frequency.
     """
@@ -204,7 +204,7 @@ class Search:
         return min(found, key=lambda name: found[name])
 
     def _level(self, change: Change, on: ExitStack) -> RunResult | None:
-        """Run a level and its companions; the first one with smaller steps where it fails."""
+        """Run a level and its comparison runs; the first one with smaller steps where it fails."""
         while True:
             try:
                 run = self._run(change, on)
@@ -335,6 +335,6 @@ def order_of(scene: Scene) -> float:
 
 
 def _helps(known: Change, change: Change) -> bool:
-    """Decide whether companions of a run tell something of another one."""
+    """Decide whether comparison runs of one run serve for another one."""
     same = replace(known, step=change.step, mesh=change.mesh) == change
     return same and (known.step == change.step or known.mesh == change.mesh)

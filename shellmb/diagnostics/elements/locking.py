@@ -9,9 +9,9 @@ resultants jump between elements, while true ones are smooth on any mesh that is
 energy of what they differ by from their means at the nodes (O. C. Zienkiewicz and J. Z. Zhu, Int.
 J. Numer. Meth. Engng 24 (1987) 337-357), as a share `s` of the strain energy, is what the body is
 too stiff by, `s / (1 - 3 s / 2)`: the body wrinkles to lessen it. Measured (`docs/limits.md`):
-beyond a fifth this is a lower bound, as means are those of a body that is held.
+beyond a fifth this is a lower bound, as means are those of a body that is constrained.
 
-A body that is held not to stretch is the end of this: its forces have no energy, and what they
+A body that is inextensible is the end of this: its forces have no energy, and what they
 would have with the stiffness of the section is a multiple of what is in bending.
 """
 
@@ -85,8 +85,8 @@ def why(body: ShellModel, share: float) -> str:
     """Cause and remedy, in words; arguments as in `excess`."""
     if not body.shell.stretching:
         return (
-            "on distorted elements a curved body that is held not to stretch cannot bend as it "
-            "should; use a regular mesh of quadrilaterals, or stretching=True"
+            "an inextensible curved body is too stiff in bending on distorted elements; use a "
+            "regular mesh of quadrilaterals, or stretching=True"
         )
     return (
         f"{100 * share:.3g} % of its strain energy is of resultants that jump between elements, as "
@@ -154,7 +154,7 @@ class Mesh:
 
 
 def _unlike_neighbours(domain: mesh.Mesh, areas: Floats) -> Floats:
-    """What areas of cells differ by from those around their vertices, as a part; collective.
+    """Part that areas of cells differ by from those around their vertices; collective.
 
     Args:
         domain: The mesh.

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from shellmb.observers.summary import Sources
 from shellmb.simulate.simulation import Silent, Simulation
 
@@ -17,6 +15,8 @@ class Summed(Silent):
     Args:
         sources: The observers of the run.
     """
+
+    remembered = ("_steps", "_sums")
 
     def __init__(self, sources: Sources) -> None:
         self._steps = 0
@@ -35,12 +35,3 @@ class Summed(Silent):
     def _all(self, simulation: Simulation) -> dict[str, tuple[float, ...]]:
         """By body the sums with those of the last step; changes nothing; collective."""
         return self._added(simulation) if self._steps % EVERY else self._sums
-
-    def state(self) -> dict[str, Any]:
-        """The sums so far."""
-        return {"steps": self._steps, "sums": {n: list(s) for n, s in self._sums.items()}}
-
-    def restore(self, state: dict[str, Any]) -> None:
-        """Take them up."""
-        self._steps = state["steps"]
-        self._sums = {n: tuple(s) for n, s in state["sums"].items()}

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -29,6 +28,7 @@ class Between(Silent):
     """
 
     name = "between nodes"
+    remembered = ("_missed",)
 
     def __init__(self, sources: Sources) -> None:
         # part of the radius, time
@@ -73,14 +73,6 @@ class Between(Silent):
                 f"{group.shape.extent} (at t = {when:.4g} s): only {lines.what} touch, so the "
                 f"{group.shape.label} passes between them; {lines.advice}",
             )
-
-    def state(self) -> dict[str, Any]:
-        """Findings so far."""
-        return dict(self._missed)
-
-    def restore(self, state: dict[str, Any]) -> None:
-        """Take it up."""
-        self._missed = {name: (a, b) for name, (a, b) in state.items()}
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 
@@ -30,6 +29,7 @@ class Contacts(Silent):
     """
 
     name = "contact"
+    remembered = ("_deep", "_impacts", "_slid")
 
     def __init__(self, sources: Sources) -> None:
         self._energy = sources.energy
@@ -38,7 +38,7 @@ class Contacts(Silent):
         self._deep: dict[str, tuple[float, float]] = {}
         self._impacts = Impacts()
         # largest penetration; what is missed of one, m, time
-        self._slid: dict[str, list[float]] = {}
+        self._slid: dict[str, tuple[float, float, float]] = {}
 
     def start(self, simulation: Simulation) -> None:
         """Take the places of the points."""
@@ -60,10 +60,10 @@ class Contacts(Silent):
             self._impacts.step(name, self._stored(name), simulation.t)
             shape, depth = group.shape, group.penetrations(end)
             wrong = np.where(depth > 0, shape.overrated(start, end), 0.0)
-            most, missed, then = self._slid.get(name, [0.0, 0.0, 0.0])
+            most, missed, then = self._slid.get(name, (0.0, 0.0, 0.0))
             if np.max(wrong, initial=0.0) > missed:
                 missed, then = float(wrong.max()), simulation.t
-            self._slid[name] = [float(np.max(depth, initial=most)), missed, then]
+            self._slid[name] = float(np.max(depth, initial=most)), missed, then
             if np.isfinite(shape.depth):
                 depth = group.penetrations(shape.nearest(start, end))
                 deepest = float(np.max(depth, initial=0.0)) / shape.depth
@@ -89,7 +89,7 @@ class Contacts(Silent):
                 )
             if simulation.scheme.dynamic:
                 yield from self._impacts.cautions(self.name, group.owner, name, said(item))
-            rows = simulation.model.comm.allgather(self._slid.get(name, [0.0, 0.0, 0.0]))
+            rows = simulation.model.comm.allgather(self._slid.get(name, (0.0, 0.0, 0.0)))
             most, (missed, then) = max(row[0] for row in rows), max(row[1:] for row in rows)
             share = missed / most if most > 0 else 0.0
             if share > SLID:
@@ -102,20 +102,6 @@ class Contacts(Silent):
                     f"(at t = {then:.4g} s) that the distance is too large by {share:.0%} of the "
                     "largest penetration: forces are too small in such steps; use a smaller step",
                 )
-
-    def state(self) -> dict[str, Any]:
-        """Findings so far."""
-        return {
-            "deep": dict(self._deep),
-            "sudden": self._impacts.state(),
-            "slid": dict(self._slid),
-        }
-
-    def restore(self, state: dict[str, Any]) -> None:
-        """Take it up."""
-        self._deep = {name: (a, b) for name, (a, b) in state["deep"].items()}
-        self._impacts.restore(state["sudden"])
-        self._slid = {name: list(row) for name, row in state["slid"].items()}
 
 
 def _positions(simulation: Simulation, group: ContactGroup) -> Floats:

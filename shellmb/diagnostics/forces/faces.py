@@ -22,13 +22,14 @@ class TouchingFaces(Silent):
     """
 
     name = "faces of shells"
+    remembered = ("_deep", "_between", "_impacts")
 
     def __init__(self, sources: Sources) -> None:
         self._energy = sources.energy
         # by contact: depth in the distance at which it touches, time; first time at which bodies
         # are too near between points, and of the deepest of these intersection, depth, time, place
         self._deep: dict[str, tuple[float, float]] = {}
-        self._between: dict[str, tuple[float, list[Any]]] = {}
+        self._between: dict[str, tuple[float, tuple[Any, ...]]] = {}
         self._impacts = Impacts()
 
     def start(self, simulation: Simulation) -> None:
@@ -54,7 +55,7 @@ class TouchingFaces(Silent):
             self._deep[name] = max(self._deep.get(name, (0.0, 0.0)), (deep, t))
             found = faces.meeting()
             if found is not None:
-                now = [found.intersect, found.depth, t, *found.place.tolist()]
+                now = (found.intersect, found.depth, t, *found.place.tolist())
                 first, deepest = self._between.get(name, (t, now))
                 self._between[name] = first, max(deepest, now)
 
@@ -96,17 +97,3 @@ class TouchingFaces(Silent):
             )
         if dynamic:
             yield from self._impacts.cautions(self.name, contact.body, name, who)
-
-    def state(self) -> dict[str, Any]:
-        """Findings so far."""
-        return {
-            "deep": dict(self._deep),
-            "between": dict(self._between),
-            "sudden": self._impacts.state(),
-        }
-
-    def restore(self, state: dict[str, Any]) -> None:
-        """Take it up."""
-        self._deep = {name: (a, b) for name, (a, b) in state["deep"].items()}
-        self._between = {name: (a, list(b)) for name, (a, b) in state["between"].items()}
-        self._impacts.restore(state["sudden"])

@@ -5,19 +5,22 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from shellmb.diagnostics.base import Caution
+from shellmb.restart import Restartable
 
 # part of the largest energy of a contact that comes or goes in one step: of an impact that takes
 # n steps it is 3/n
 SUDDEN = 0.8
 
 
-class Impacts:
+class Impacts(Restartable):
     """Largest changes of energies of contacts in a step."""
+
+    remembered = ("_found",)
 
     def __init__(self) -> None:
         self._energy: dict[str, float] = {}
         # largest energy, largest change in a step, time
-        self._found: dict[str, list[float]] = {}
+        self._found: dict[str, tuple[float, float, float]] = {}
 
     def begin(self, name: str, energy: float) -> None:
         """Take the energy of a contact that steps begin with, J."""
@@ -33,10 +36,10 @@ class Impacts:
         """
         change = abs(energy - self._energy[name])
         self._energy[name] = energy
-        largest, most, when = self._found.get(name, [0.0, 0.0, 0.0])
+        largest, most, when = self._found.get(name, (0.0, 0.0, 0.0))
         if change > most:
             most, when = change, t
-        self._found[name] = [max(largest, energy), most, when]
+        self._found[name] = max(largest, energy), most, when
 
     def cautions(self, watch: str, owner: str, name: str, who: str) -> Iterator[Caution]:
         """A sentence if impacts of a contact are too short for the steps.
@@ -47,7 +50,7 @@ class Impacts:
             name: Name of the contact.
             who: Name of it in sentences.
         """
-        largest, change, when = self._found.get(name, [0.0, 0.0, 0.0])
+        largest, change, when = self._found.get(name, (0.0, 0.0, 0.0))
         share = change / largest if largest > 0 else 0.0
         if share > SUDDEN:
             yield Caution(
@@ -59,11 +62,3 @@ class Impacts:
                 f"step (at t = {when:.4g} s): impacts are shorter than four steps, and when and "
                 "where bodies rebound is coarse; use a smaller step or a smaller stiffness",
             )
-
-    def state(self) -> dict[str, list[float]]:
-        """Findings so far."""
-        return dict(self._found)
-
-    def restore(self, state: dict[str, list[float]]) -> None:
-        """Take them up."""
-        self._found = {name: list(row) for name, row in state.items()}

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 from mpi4py import MPI
 
@@ -30,12 +29,13 @@ class Lifting(Silent):
     """
 
     name = "lifting"
+    remembered = ("_last", "_press", "_pull")
 
     def __init__(self, sources: Sources) -> None:
         self._last: dict[str, float] = {}
         # the largest pressure; the largest pull, and when
         self._press: dict[str, float] = {}
-        self._pull: dict[str, list[float]] = {}
+        self._pull: dict[str, tuple[float, float]] = {}
 
     def start(self, simulation: Simulation) -> None:
         """Find the joints."""
@@ -55,8 +55,8 @@ class Lifting(Silent):
                 mean = (force + self._last.get(name, force)) / 2
                 self._last[name] = force
                 self._press[name] = max(self._press.get(name, 0.0), abs(mean))
-                if -mean > self._pull.get(name, [0.0])[0]:
-                    self._pull[name] = [-mean, simulation.t]
+                if -mean > self._pull.get(name, (0.0,))[0]:
+                    self._pull[name] = -mean, simulation.t
 
     def cautions(self, simulation: Simulation) -> Iterator[Caution]:
         """The contacts that pull."""
@@ -73,15 +73,6 @@ class Lifting(Silent):
                     f"t = {when:.4g} s): it would lift off, and the joint holds it down; load it "
                     "more, or move it more slowly",
                 )
-
-    def state(self) -> dict[str, Any]:
-        """The forces so far."""
-        return {"last": dict(self._last), "press": dict(self._press), "pull": dict(self._pull)}
-
-    def restore(self, state: dict[str, Any]) -> None:
-        """Take them up."""
-        self._last, self._press = dict(state["last"]), dict(state["press"])
-        self._pull = dict(state["pull"])
 
 
 class Slipping(Silent):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 from shellmb.diagnostics.base import Caution
 from shellmb.observers.summary import Sources
@@ -21,6 +20,7 @@ class Undetermined(Silent):
     """
 
     name = "round-off"
+    remembered = ("_worst", "_what", "_time")
 
     def __init__(self, sources: Sources) -> None:
         self._worst, self._what, self._time = 0.0, "", 0.0
@@ -44,12 +44,3 @@ class Undetermined(Silent):
                 "round-off decides how they share forces; use joints with fewer constraints, or do "
                 "not rely on their forces near such positions",
             )
-
-    def state(self) -> dict[str, Any]:
-        """Findings so far."""
-        return {"worst": self._worst, "what": self._what, "time": self._time}
-
-    def restore(self, state: dict[str, Any]) -> None:
-        """Take it up."""
-        self._worst, self._what = float(state["worst"]), str(state["what"])
-        self._time = float(state["time"])

@@ -2,14 +2,13 @@
 
 Newton's method finds equilibria whether or not anything would stay in them: a straight column under
 twice its critical load stays straight. Unstable directions are counted (`simulate.stability`): at
-the end of each static run, and of small systems on the way, at no more than `LOOKS` states.
+the end of each static run, and of small systems in between, at no more than `LOOKS` states.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import Any
 
 from shellmb.diagnostics.base import Caution
 from shellmb.observers.summary import Sources
@@ -40,6 +39,7 @@ class Unstable(Silent):
     """
 
     name = "stability"
+    remembered = ("_first", "_most", "_last", "_unknown")
 
     def __init__(self, sources: Sources) -> None:
         self._stability: Stability | None = None
@@ -97,9 +97,9 @@ class Unstable(Silent):
                 None,
                 float(self._most),
                 0.0,
-                f"equilibria on the way were unstable in up to {self._most} direction(s), first at "
-                f"t = {self._first[1]:g}; that at the end, {factor}, need not be the one that is "
-                f"reached: {self._remedies}",
+                f"intermediate equilibria were unstable in up to {self._most} direction(s), first "
+                f"at t = {self._first[1]:g}; the structure need not reach the one at the end, "
+                f"{factor}: {self._remedies}",
             )
 
     def _since(self, t: float) -> str:
@@ -117,22 +117,6 @@ class Unstable(Silent):
             "they are stable, and bifurcations between them are not found: their stiffness matrix "
             "is not symmetric (loads that follow the bodies) or singular",
         )
-
-    def state(self) -> dict[str, Any]:
-        """Findings so far."""
-        return {
-            "first": self._first,
-            "most": self._most,
-            "last": self._last,
-            "unknown": self._unknown,
-        }
-
-    def restore(self, state: dict[str, Any]) -> None:
-        """Take it up."""
-        first = state["first"]
-        self._first = None if first is None else (float(first[0]), float(first[1]))
-        self._most, self._last = int(state["most"]), float(state["last"])
-        self._unknown = int(state["unknown"])
 
 
 def _directions(found: Found) -> str:

@@ -57,8 +57,8 @@ def _rigid(scene: Scene, part: str | None) -> Scene:
         held = [s for s in scene.supports if body in scene.bodies_of(s)]
         if held:
             raise SceneError(
-                f"{said(body)} is held by a {held[0].label}; of a rigid body that must be a joint "
-                "to the ground"
+                f"{said(body)} is fixed by a {held[0].label}; fix a rigid body by a joint to the "
+                "ground"
             )
     return replaced(scene, bodies, model="rigid")
 

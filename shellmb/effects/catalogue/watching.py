@@ -43,7 +43,7 @@ def _writer(name: str, title: str) -> Effect:
 
 
 EFFECTS = (
-    _standard("energy", "energies and the account of work"),
+    _standard("energy", "energies and the balance of work"),
     _standard("constraints", "largest violations"),
     _standard("momentum", "linear and angular momentum"),
     Effect(

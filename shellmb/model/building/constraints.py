@@ -1,7 +1,7 @@
 """Third stage: what holds and moves bodies."""
 
 from collections.abc import Mapping
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from mpi4py import MPI
 
@@ -33,13 +33,14 @@ class Held(NamedTuple):
     prescribed: Prescribed
 
 
-def hold(scene: Scene, comm: MPI.Comm, meshed: Meshed) -> Held:
+def hold(scene: Scene, comm: MPI.Comm, meshed: Meshed, places: Mapping[str, Any]) -> Held:
     """Hold and move bodies; what all supports prescribe is looked through at once.
 
     Args:
         scene: The scene.
         comm: Communicator.
         meshed: Its shells and beams.
+        places: All bodies with meshes, by name.
 
     Raises:
         SceneError: If supports contradict one another.
@@ -49,7 +50,7 @@ def hold(scene: Scene, comm: MPI.Comm, meshed: Meshed) -> Held:
     planes: list[NodalConstraint] = []
     for support in scene.supports:
         for body in scene.bodies_of(support):
-            held, dynamic = meshed.all[body.name], not scene.static
+            held, dynamic = places[body.name], not scene.static
             rows = SupportRows(support, held, body, prescribed, dynamic)
             rows.collect()
             planes += rows.arms

@@ -5,7 +5,7 @@ from typing import NamedTuple
 from mpi4py import MPI
 
 from shellmb.meshes.mesh import build_surface
-from shellmb.meshes.shell_lines import ShellLine
+from shellmb.meshes.surfaces.shell_lines import ShellLine
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.frames.glue import line_along
 from shellmb.model.frames.linear import build_beam

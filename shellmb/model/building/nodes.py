@@ -1,7 +1,8 @@
 """Second stage: rigid bodies and ground as nodes, and the units of length and force."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 from mpi4py import MPI
 
@@ -12,6 +13,7 @@ from shellmb.model.building.meshed import Meshed
 from shellmb.model.frames.rigid import GROUND, RigidBodies, ground_node, rigid_node
 from shellmb.model.frames.rigidify import RigidMeshes
 from shellmb.model.locations.finder import RigidPlaces
+from shellmb.model.own.placed import PlacedBody
 from shellmb.model.reduced.data import ModalBody
 from shellmb.scene import Scene
 from shellmb.scene.loads.loads import Gravity
@@ -47,7 +49,7 @@ def _uses_ground(scene: Scene) -> bool:
 
 
 def scene_length(
-    scene: Scene, meshed: Meshed, rigid_meshes: RigidMeshes, modal: Sequence[ModalBody]
+    scene: Scene, meshed: Mapping[str, Any], rigid_meshes: RigidMeshes, modal: Sequence[ModalBody]
 ) -> float:
     """Diagonal of the box around all reference points of rigid bodies, or the largest mesh.
 
@@ -55,13 +57,13 @@ def scene_length(
 
     Args:
         scene: The scene.
-        meshed: Its shells and beams.
+        meshed: Its bodies with meshes, by name.
         rigid_meshes: Meshes of shells and beams that are rigid.
         modal: Bodies that are reduced to modes.
     """
     points = scene_points(scene)
     box = float(np.linalg.norm(np.ptp(points, axis=0))) if len(points) else 0.0
-    meshes = (*meshed.all.values(), *rigid_meshes.values())
+    meshes = (*meshed.values(), *rigid_meshes.values())
     sizes = [*(m.domain.length for m in meshes), *(data.length for data in modal)]
     # of bodies that are all at one point, their radii of gyration
     turns = [
@@ -84,18 +86,20 @@ def scene_points(scene: Scene) -> Floats:
     return np.array(points).reshape(-1, 3)
 
 
-def force_unit(scene: Scene, meshed: Meshed, length: float) -> float:
+def force_unit(scene: Scene, meshed: Meshed, own: Mapping[str, PlacedBody], length: float) -> float:
     """Size of the forces between bodies: what moves the scene's mass by its length in a step.
 
     Args:
         scene: The scene.
         meshed: Its shells and beams.
+        own: Its bodies of the user's own.
         length: Characteristic length of the scene, m.
     """
     if scene.static:
         return max((body.force_size for body in meshed.all.values()), default=1.0)
     mass = sum(body.mass for body in scene.rigid_bodies)
     mass += sum(s.section.sizes.mass * s.domain.length**2 for s in meshed.shells.values())
+    mass += sum(body.total_mass for body in own.values())
     mass += sum(b.beam.section.mass[0] * b.domain.length for b in meshed.beams.values())
     assert scene.dt is not None
     return (mass or 1.0) * length / scene.dt**2

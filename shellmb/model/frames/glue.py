@@ -21,7 +21,7 @@ from shellmb.arrays import Bools, Floats, Int32s, Ints
 from shellmb.forms.constraints.joints import KINDS, Place
 from shellmb.forms.state import Layout
 from shellmb.meshes.nodes import constant_vector, node_mesh, node_space
-from shellmb.meshes.shell_lines import ShellLine, shell_line
+from shellmb.meshes.surfaces.shell_lines import ShellLine, shell_line
 from shellmb.model.body import FixedDofs, NodeLink
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.identification import node_links

@@ -13,7 +13,7 @@ from dolfinx import fem
 from shellmb.arrays import Floats
 from shellmb.model.elements.elements import ElementGroup
 from shellmb.model.joints.coordinates import Coordinate, CoordinateGroup, Key, gathered
-from shellmb.model.joints.linear import HeldCoordinates
+from shellmb.model.joints.linear import HeldCoordinates, TiedCoordinates
 
 # how a distance and the force along or about a coordinate are called in results
 COLUMN = {"rotation": "rotation", "translation": "translation", "distance": "length"}
@@ -131,3 +131,16 @@ def lock_forces(problem: Solution, group: HeldCoordinates) -> dict[str, float]:
     """
     names = [f"{c.joint}.lock_{EFFORT[c.kind]}" for c in group.coordinates]
     return summed(names, group.forces(problem.state(group.name)))
+
+
+def coupling_forces(problem: Solution, group: TiedCoordinates) -> dict[str, float]:
+    """Torques and forces that couplings exert on their coordinates; collective.
+
+    Means over the step just solved, as those of drivers.
+    """
+    forces = group.forces(problem.state(group.name))
+    return {
+        f"{name}.{c.joint}.{EFFORT[c.kind]}": float(force)
+        for name, members, row in zip(group.labels, group.members, forces, strict=True)
+        for c, force in zip(members, row, strict=True)
+    }

@@ -286,7 +286,7 @@ class AngleEquations:
             ends = of.angle(span.a), of.angle(span.b)
             work = forms.increment_gradient(*ends, change, torque)
             before = self._x(span.a)
-        return self._form(torque, work, of.gap(span.at, before), dq)
+        return self._form(torque, work, of.gap(span.holding, before), dq)
 
     @later
     def path(self, path: Path, k: int, dq: Expr) -> Form:

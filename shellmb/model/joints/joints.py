@@ -14,19 +14,21 @@ from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats
 from shellmb.errors import SceneError
-from shellmb.forms.constraints.joints import KINDS, Place
+from shellmb.forms.constraints.joints import BUNDLED, KINDS, JointKind, Place
 from shellmb.forms.loads import dead_force
 from shellmb.forms.state import Layout
 from shellmb.forms.steps.discrete import variation
 from shellmb.meshes.nodes import constant_vector, node_mesh, node_space
 from shellmb.model.body import LoadFactors, TimeFunction
-from shellmb.model.joints.constraints import ConstraintGroup, forces_and_sizes
+from shellmb.model.joints.constraints import ConstraintGroup, GivenValues, forces_and_sizes
 from shellmb.model.locations.ends import End, EndGroup, end_pair, frame_about
 from shellmb.model.massless import Massless
+from shellmb.model.own.joints import check_equations, own_kind
 from shellmb.scene import Scene
 from shellmb.scene.loads.loads import Gravity
 from shellmb.scene.multibody import joints as scene_joints
 from shellmb.scene.multibody.joints import Joint
+from shellmb.scene.values.validate import show
 
 FindEnd = Callable[[str, Any, str], End]
 
@@ -50,6 +52,11 @@ class BoundJoint:
     length: float = 1.0
 
     @property
+    def equations(self) -> JointKind:
+        """Constraints of the joint."""
+        return KINDS[self.kind]
+
+    @property
     def about(self) -> Floats | None:
         """Point of the first body that its moment is about; None: its own point on the second."""
         return None
@@ -62,13 +69,35 @@ class BoundJoint:
     @property
     def vectors(self) -> tuple[int, int]:
         """Number of vectors that its places must have."""
-        return KINDS[self.kind].vectors
+        return self.equations.vectors
 
     @property
-    def key(self) -> tuple[str, int, int]:
+    def key(self) -> tuple[Any, int, int]:
         """Key that joints with common kernels share."""
         first, second = (end.needed(n) for end, n in zip(self.ends, self.vectors, strict=True))
         return self.kind, first, second
+
+
+@dataclass(frozen=True)
+class BoundOwn(BoundJoint):
+    """A user's joint, whose constraints are its own.
+
+    Args:
+        own: Its constraints.
+    """
+
+    own: JointKind | None = None
+
+    @property
+    def equations(self) -> JointKind:
+        """Constraints that the user gave."""
+        assert self.own is not None
+        return self.own
+
+    @property
+    def key(self) -> tuple[Any, int, int]:
+        """None shares them."""
+        return (self.joint.name, *super().key[1:])
 
 
 def bind_joint(joint: Joint, find: FindEnd) -> BoundJoint:
@@ -90,8 +119,18 @@ def bind_joint(joint: Joint, find: FindEnd) -> BoundJoint:
             axes = np.array([frame_about(joint.axis), frame_about(joint.second_axis)])
         case scene_joints.Planar() | scene_joints.InPlane():
             axes = np.array([frame_about(joint.normal)] * 2)
+        case scene_joints.OwnJoint():
+            framed = len(first.directors), len(second.directors)
+            axes = np.array([np.eye(3) if joint.axis is None else frame_about(joint.axis)] * 2)
+            own = own_kind(joint, framed)
+            check_equations(joint, own, framed, len(joint.values))
+            return BoundOwn(joint, "own", (first, second), axes, own=own)
         case scene_joints.Distance():
-            length = joint.length or float(np.linalg.norm(second.point - first.point))
+            length = float(np.linalg.norm(second.point - first.point))
+            if callable(joint.length):
+                kind = "given distance"
+            else:
+                length = joint.length or length
             if not length > 0:
                 raise SceneError(
                     f"{joint.said}: its ends are at the same point; a distance joint needs two "
@@ -111,7 +150,16 @@ def bind_joint(joint: Joint, find: FindEnd) -> BoundJoint:
         case _ if hasattr(joint, "axis"):
             axes = np.array([frame_about(joint.axis)] * 2)
     kind = "cylindrical" if kind == "screw" else kind
-    return BoundJoint(joint, kind, (first, second), axes, length)
+    bound = BoundJoint(joint, kind, (first, second), axes, length)
+    if kind not in KINDS:
+        raise SceneError(
+            f"{joint.said}: its equations are missing; KINDS must have them under {show(kind)}, or "
+            "use OwnJoint"
+        )
+    if bound.equations.constraints not in BUNDLED:
+        framed = len(first.directors), len(second.directors)
+        check_equations(joint, bound.equations, framed, len(joint.given))
+    return bound
 
 
 def _director(joint: scene_joints.ShellRevolute, end: End) -> Floats:
@@ -138,7 +186,7 @@ class JointGroup(ConstraintGroup):
         switched: Whether some of them act at times only.
     """
 
-    forms_read: tuple[str, ...] = ("kind", "ends", "layout", "size")
+    forms_read: tuple[str, ...] = ("equations", "ends", "layout", "size", "given")
 
     def __init__(
         self,
@@ -149,12 +197,12 @@ class JointGroup(ConstraintGroup):
         switched: bool,
     ) -> None:
         self.joints = list(joints)
-        self.kind, *framed = joints[0].key
+        self.kind, framed = joints[0].kind, joints[0].key[1:]
         nodes = node_mesh(comm, len(joints))
         self.ends = end_pair(nodes, [j.ends for j in joints], [j.axes for j in joints], framed)
-        mixed = node_space(
-            nodes, {**self.ends[0].parts, **self.ends[1].parts, **self.own, "mu": self.multipliers}
-        )
+        self.given = GivenValues(nodes, [joint.joint for joint in joints])
+        own = {**self.own, **self.given.parts, "mu": self.multipliers}
+        mixed = node_space(nodes, {**self.ends[0].parts, **self.ends[1].parts, **own})
         self.size = constant_vector(nodes, np.array([[j.length] for j in joints]), "length")
         bodies = "/".join(str(n) for n in framed)
         links = tuple(link for end in self.ends for link in end.links(mixed))
@@ -162,6 +210,7 @@ class JointGroup(ConstraintGroup):
         scales = forces_and_sizes(force, length, self.multipliers, self.directions)
         super().__init__(name, nodes, mixed, links, self._violation, *scales, switched)
         self.labels = [joint.joint.name for joint in joints]
+        self.given.prescribe(self)
 
     @property
     def title(self) -> str:
@@ -174,14 +223,19 @@ class JointGroup(ConstraintGroup):
         return {}
 
     @property
+    def equations(self) -> JointKind:
+        """Constraints of each joint."""
+        return self.joints[0].equations
+
+    @property
     def multipliers(self) -> int:
         """Number of constraints of each joint."""
-        return KINDS[self.kind].rows
+        return self.equations.rows
 
     @property
     def directions(self) -> tuple[int, ...]:  # type: ignore[override]
         """Constraints that hold directions."""
-        return KINDS[self.kind].directions
+        return self.equations.directions
 
     def places(self, q: Expr) -> tuple[Place, Place]:
         """The places on the first and the second bodies at a state."""
@@ -189,7 +243,8 @@ class JointGroup(ConstraintGroup):
         return first, second
 
     def _violation(self, q: Expr) -> Expr:
-        return ufl.as_vector(KINDS[self.kind].constraints(*self.places(q), self.size))
+        values = self.given.values(q, self.layout)
+        return ufl.as_vector(self.equations.constraints(*self.places(q), self.size, *values))
 
 
 def joint_groups(

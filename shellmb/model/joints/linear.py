@@ -1,4 +1,4 @@
-"""Linear constraints on coordinates of a mechanism: the pitch of a screw, and locks."""
+"""Linear constraints on coordinates of a mechanism: pitches of screws, couplings, and locks."""
 
 from collections.abc import Sequence
 
@@ -11,7 +11,7 @@ from ufl.core.expr import Expr
 from shellmb.arrays import Floats
 from shellmb.forms.state import Layout
 from shellmb.meshes.nodes import constant_vector, node_mesh, node_space, set_constants
-from shellmb.model.joints.constraints import ConstraintGroup
+from shellmb.model.joints.constraints import ConstraintGroup, GivenValues, Prescribed
 from shellmb.model.joints.coordinates import (
     Coordinate,
     CoordinateGroup,
@@ -22,45 +22,52 @@ from shellmb.model.joints.coordinates import (
 
 
 class TiedCoordinates(ConstraintGroup):
-    """Pairs of coordinates in proportion, `x2 = ratio x1`: the pitch of a screw.
+    """Sums of factors times coordinates that vanish, or have a given value: screws, couplings.
 
     Args:
         comm: Communicator.
+        title: Name of the group.
         labels: A name for each.
-        pairs: The coordinates `x1, x2`.
-        ratios: Their ratios.
-        force: Size of forces, N.
-        length: Size of the scene, m.
+        members: The coordinates of each, as many.
+        factors: Their factors, and behind them those of the given values, shape (items, n).
+        given: The given values of each: none, or one.
+        force: Size of forces, N, or of couples, N m.
+        size: What violations are relative to.
         switched: Whether some may be switched off.
     """
 
     def __init__(
         self,
         comm: MPI.Comm,
+        title: str,
         labels: Sequence[str],
-        pairs: Sequence[tuple[Coordinate, Coordinate]],
-        ratios: Sequence[float],
+        members: Sequence[Sequence[Coordinate]],
+        factors: Floats,
+        given: Sequence[Prescribed],
         force: float,
-        length: float,
+        size: float,
         switched: bool,
     ) -> None:
-        self.pairs, self._ratios = list(pairs), np.array(ratios, dtype=float)
-        nodes = node_mesh(comm, len(pairs))
-        mixed = node_space(nodes, {"x1": 1, "x2": 1, "mu": 1})
+        self.members, self._factors = [list(each) for each in members], factors
+        nodes, count = node_mesh(comm, len(members)), len(members[0])
+        values, parts = GivenValues(nodes, given), [f"x{k + 1}" for k in range(count)]
+        mixed = node_space(nodes, {**dict.fromkeys(parts, 1), **values.parts, "mu": 1})
         layout = Layout(mixed.parts)
-        ratio = constant_vector(nodes, np.array(ratios, dtype=float)[:, None], "ratio")
+        factor = constant_vector(nodes, factors, "factors")
 
         def violation(q: Expr) -> Expr:
-            return as_row(layout.part(q, "x2") - ratio * layout.part(q, "x1"))
+            terms = [*(layout.part(q, part) for part in parts), *values.values(q, layout)]
+            weighed = [factor[k] * term for k, term in enumerate(terms)]
+            return as_row(sum(weighed[1:], weighed[0]))
 
         links = [
-            *scalar_links(nodes, mixed, "x1", [a for a, _ in pairs]),
-            *scalar_links(nodes, mixed, "x2", [b for _, b in pairs]),
+            link
+            for k, part in enumerate(parts)
+            for link in scalar_links(nodes, mixed, part, [each[k] for each in members])
         ]
-        super().__init__(
-            "screw pitches", nodes, mixed, tuple(links), violation, force, length, switched
-        )
+        super().__init__(title, nodes, mixed, tuple(links), violation, force, size, switched)
         self.labels = list(labels)
+        values.prescribe(self)
 
     def shares(self, held: fem.Function, group: CoordinateGroup) -> Floats:
         """Multipliers of coordinates on which nothing acts but what ties them; collective.
@@ -72,13 +79,21 @@ class TiedCoordinates(ConstraintGroup):
         Returns:
             One for each coordinate of the group, shape (items,).
         """
-        mu = gathered(self.nodes, held.x.array[self.mixed.dofs["mu"]]) * float(self.force.value)
         found = np.zeros(group.items)
-        for pair, ratio, force in zip(self.pairs, self._ratios, mu, strict=True):
-            for coordinate, weight in zip(pair, (ratio, -1.0), strict=True):
+        for each, forces in zip(self.members, self.forces(held), strict=True):
+            for coordinate, force in zip(each, forces, strict=True):
                 if coordinate.group is group:
-                    found[coordinate.item] = weight * force / float(group.force.value)
+                    found[coordinate.item] = force / float(group.force.value)
         return found
+
+    def forces(self, held: fem.Function) -> Floats:
+        """Forces [N] or torques [N m] on the coordinates of each, shape (items, n); collective.
+
+        Args:
+            held: As of `shares`.
+        """
+        mu = gathered(self.nodes, held.x.array[self.mixed.dofs["mu"]]) * float(self.force.value)
+        return -self._factors[:, : len(self.members[0])] * mu[:, None]
 
 
 class HeldCoordinates(ConstraintGroup):

@@ -20,6 +20,7 @@ from shellmb.model.joints.columns import (
     COLUMN,
     EFFORT,
     Solution,
+    coupling_forces,
     drive,
     element_forces,
     lock_forces,
@@ -51,6 +52,7 @@ from shellmb.model.shells.shell import ShellModel
 from shellmb.model.signals import Signals
 from shellmb.scene import Scene
 from shellmb.scene.checks.signals import coordinate_read
+from shellmb.scene.multibody.couplings import Relation
 from shellmb.scene.multibody.edge_hinges import EdgeHinge
 from shellmb.scene.multibody.elements import PointElement
 from shellmb.scene.multibody.joints import Screw
@@ -75,6 +77,7 @@ class Mechanism:
         element_groups: Springs, dampers and motors.
         lock_groups: Locks.
         screws: Pitches of screws.
+        couplings: Couplings of coordinates.
         drivers: Coordinates that drivers prescribe, by column of their torque or force.
         switches: What acts in windows of time only.
         edges: Frames of hinges of edges.
@@ -89,6 +92,7 @@ class Mechanism:
     element_groups: list[ElementGroup] = field(default_factory=list)
     lock_groups: list[HeldCoordinates] = field(default_factory=list)
     screws: list[TiedCoordinates] = field(default_factory=list)
+    couplings: list[TiedCoordinates] = field(default_factory=list)
     drivers: dict[str, Coordinate] = field(default_factory=dict)
     switches: Switches = field(default_factory=Switches)
     edges: list[EdgeFrames] = field(default_factory=list)
@@ -179,6 +183,8 @@ class Mechanism:
         found = {name: drive(problem, c) for name, c in self.drivers.items()}
         for locks in self.lock_groups:
             found |= lock_forces(problem, locks)
+        for tied in self.couplings:
+            found |= coupling_forces(problem, tied)
         return found | read_contacts(problem, self.groups)
 
 
@@ -229,6 +235,7 @@ def build_mechanism(
     needed += [c for hinge in hinges.values() for c in hinge.coordinates]
     made.coordinate_groups, made.table = coordinate_groups(comm, needed, force, length)
     made.screws = _screws(scene, comm, made, force, length)
+    made.couplings = _couplings(scene, comm, made, force * length)
     made.several = {name: hinge.several for name, hinge in hinges.items() if hinge.several}
     elements = [bound for e in scene.force_elements for bound in _bound(scene, made, e)]
     made.element_groups = element_groups(comm, elements)
@@ -240,7 +247,7 @@ def build_mechanism(
     made.switches = Switches([*switches, *locks])
     masses = point_masses(scene, comm, list(made.joints.values()))
     made.bodies += [*made.groups, *made.edges, *masses, *made.coordinate_groups]
-    made.bodies += [*made.screws, *made.element_groups, *made.lock_groups]
+    made.bodies += [*made.screws, *made.couplings, *made.element_groups, *made.lock_groups]
     return made
 
 
@@ -255,6 +262,7 @@ def _coordinates(
     read = [coordinate_read(scene, sensor.column) for sensor in scene.sensors]
     keys: dict[Key, None] = {key: None for key in read if key is not None}
     items: list[Any] = [*scene.drivers, *scene.acting_locks, *scene.force_elements]
+    items += [coupled for coupling in scene.couplings for coupled in coupling.terms]
     for item in items:
         if isinstance(item, PointElement):
             continue
@@ -315,9 +323,49 @@ def _screws(
         (made.table[joint.name, "rotation"], made.table[joint.name, "translation"])
         for joint in screws
     ]
-    ratios = [joint.pitch / (2 * np.pi) for joint in screws]
+    factors = np.array([(-joint.pitch / (2 * np.pi), 1.0) for joint in screws])
     switched = any(joint.active is not None for joint in screws)
-    return [TiedCoordinates(comm, labels, pairs, ratios, force, length, switched)]
+    tied = labels, pairs, factors, screws, force, length, switched
+    return [TiedCoordinates(comm, "screw pitches", *tied)]
+
+
+def _couplings(
+    scene: Scene, comm: MPI.Comm, made: Mechanism, couple: float
+) -> list[TiedCoordinates]:
+    """Sums of coordinates that are given; those of as many coordinates are a group."""
+    groups: dict[tuple[int, int], list[Relation]] = {}
+    for coupling in scene.couplings:
+        groups.setdefault((len(coupling.terms), len(coupling.given)), []).append(coupling)
+    found = []
+    for (count, given), group in groups.items():
+        members, factors = [], np.ones((len(group), count + given))
+        for row, coupling in zip(factors, group, strict=True):
+            here = [made.table[c.joint, scene.coordinates_of(c)[0]] for c in coupling.terms]
+            row[:count] = [c.factor for c in coupling.terms]
+            row[count:] = -1.0
+            # a violation of one is as large as coordinates of their sizes
+            row /= max(abs(c.factor) * x.size for c, x in zip(coupling.terms, here, strict=True))
+            members.append(here)
+            if coupling.given:
+                _begins_as_zero(scene, coupling.given[0](0.0), f"{coupling.said}: value")
+        title = f"couplings of {count} coordinates" + ", over time" * bool(given)
+        labels = [coupling.name for coupling in group]
+        tied = labels, members, factors, group, couple, 1.0, False
+        found.append(TiedCoordinates(comm, title, *tied))
+    return found
+
+
+def _begins_as_zero(scene: Scene, start: float, who: str, size: float = 1.0) -> None:
+    """Check that a dynamic scene begins where a motion of coordinates does.
+
+    Raises:
+        SceneError: If it does not.
+    """
+    if not scene.static and not scene.assemble and abs(start) > AT_START * size:
+        raise SceneError(
+            f"{who} is {start:g} at the time 0; it must begin as 0, because it counts from the "
+            "given positions, or use assemble=True"
+        )
 
 
 def _drive(scene: Scene, made: Mechanism, signals: Signals) -> None:
@@ -330,12 +378,8 @@ def _drive(scene: Scene, made: Mechanism, signals: Signals) -> None:
         for kind in driver.coordinates:
             motion = signals.bound(getattr(driver, kind), f"driver '{driver.name}': {kind}")
             coordinate = made.table[driver.joint, kind]
-            start = motion(0.0)
-            if not scene.static and not scene.assemble and abs(start) > AT_START * coordinate.size:
-                raise SceneError(
-                    f"driver '{driver.name}': {kind} is {start:g} at the time 0; it must begin as "
-                    "0, because it counts from the given positions, or use assemble=True"
-                )
+            who = f"driver '{driver.name}': {kind}"
+            _begins_as_zero(scene, motion(0.0), who, coordinate.size)
             made.drivers[f"{driver.name}.{EFFORT[kind]}"] = coordinate
             dofs = coordinate.local()
             turn = PrescribedTurn(f"driver '{driver.name}'", motion, unknown=True)

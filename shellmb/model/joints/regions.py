@@ -1,4 +1,4 @@
-"""Edges and areas of shells welded to a frame: eq. (35) at each of their nodes.
+"""Edges and areas of shells welded to a frame: eq. (35) at each of their nodes; and regions.
 
 Each node stays where it is in the frame of a rigid body, of the ground or of a beam's node, and so
 does its director. What all of them carry adds up to one force and moment of the joint.
@@ -15,8 +15,7 @@ from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.model.joints.joints import BoundJoint, FindEnd, bind_joint
 from shellmb.model.locations.ends import End, frame_about
-from shellmb.model.locations.nodes import shared_nodes
-from shellmb.model.shells.shell import ShellModel
+from shellmb.model.locations.nodes import Meshed, shared_nodes
 from shellmb.scene.multibody.joints import Joint, Weld
 
 __all__ = ["BoundNode", "bind"]
@@ -43,37 +42,38 @@ class BoundNode(BoundJoint):
         return np.eye(3)
 
 
-def bind(joint: Joint, find: FindEnd, shells: Mapping[str, ShellModel]) -> list[BoundJoint]:
+def bind(joint: Joint, find: FindEnd, shells: Mapping[str, Meshed]) -> list[BoundJoint]:
     """Find the places of a joint: one item, of a weld along a region one for each of its nodes.
 
     Args:
         joint: Description.
         find: Gives the place on a body: its name, where on it, and who asks.
-        shells: The shells by name.
+        shells: Shells and bodies of the user's own by name.
 
     Raises:
         SceneError: If there is no such place, or a joint along a region has a mass.
     """
     where = joint.second_at
     if isinstance(joint, Weld) and isinstance(where, str) and joint.second in shells:
-        shell = shells[joint.second]
-        if where in shell.domain.edges or where in shell.domain.areas:
-            return _bind_region(joint, where, shell, find)
+        body = shells[joint.second]
+        if where in body.domain.regions:
+            return _bind_region(joint, where, body, find)
     return [bind_joint(joint, find)]
 
 
-def _bind_region(joint: Weld, region: str, shell: ShellModel, find: FindEnd) -> list[BoundJoint]:
+def _bind_region(joint: Weld, region: str, body: Meshed, find: FindEnd) -> list[BoundJoint]:
     if joint.mass:
         raise SceneError(
             f"{joint.said}: mass is {joint.mass:g}; it must be 0 along an edge or an area, where "
             "the masses of bolts are part of a rigid body or of the shell"
         )
     frame = find(joint.first, joint.at, joint.said)
-    nodes = shared_nodes(shell, region, joint.said)
+    nodes = shared_nodes(body, region, joint.said)
     found: list[BoundJoint] = []
     for k, (x, director) in enumerate(zip(nodes.x, nodes.directors, strict=True)):
         dofs = {part: nodes.dofs[part][k] for part in ("u", "w")}
-        ends = (replace(frame, point=x), End(shell.name, shell.name, dofs, x, director, x))
-        axes = np.array([frame_about(director[0])] * 2)
-        found.append(BoundNode(joint, "shell revolute", ends, axes, center=frame.point))
+        ends = (replace(frame, point=x), End(body.name, body.name, dofs, x, director, x))
+        axes = np.array([frame_about(director[0]) if len(director) else np.eye(3)] * 2)
+        kind = "shell revolute" if len(director) else "held point"
+        found.append(BoundNode(joint, kind, ends, axes, center=frame.point))
     return found

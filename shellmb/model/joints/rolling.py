@@ -40,6 +40,11 @@ class BoundContact(BoundJoint):
     own: Mapping[str, Floats] | None = None
 
     @property
+    def equations(self) -> Any:
+        """Constraints on positions and on velocities."""
+        return CONTACTS[self.kind]
+
+    @property
     def vectors(self) -> tuple[int, int]:
         """Both places have frames."""
         return 3, 3

@@ -1,7 +1,7 @@
 """Joints with windows of time, and locks, which begin and end to act."""
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from dolfinx import fem
@@ -10,6 +10,7 @@ from shellmb.arrays import Bools
 from shellmb.errors import ConvergenceError
 from shellmb.model.joints.constraints import ConstraintGroup
 from shellmb.model.joints.linear import HeldCoordinates
+from shellmb.restart import Restartable
 
 Windows = Sequence[tuple[float, float]]
 State = Callable[[str], fem.Function]
@@ -21,7 +22,7 @@ CLOSED = 1e-6
 SAME_TIME = 1e-12
 
 
-class Switched:
+class Switched(Restartable):
     """A group of constraints of which some act in windows of time only.
 
     Args:
@@ -29,6 +30,8 @@ class Switched:
         windows: Windows of each of its items; None: always.
         t_end: End of the scene, s.
     """
+
+    remembered: ClassVar[tuple[str, ...]] = ("acting",)
 
     def __init__(
         self, group: ConstraintGroup, windows: Sequence[Windows | None], t_end: float
@@ -94,13 +97,9 @@ class Switched:
                 group.name,
             )
 
-    def state(self) -> dict[str, Any]:
-        """State for a restart."""
-        return {"acting": [bool(a) for a in self.acting]}
-
     def restore(self, state: Mapping[str, Any]) -> None:
         """Take up a saved state."""
-        self.acting = np.array(state["acting"], dtype=bool)
+        super().restore(state)
         self._switch()
 
 
@@ -108,6 +107,7 @@ class Locks(Switched):
     """Coordinates fixed in windows of time at the values they have when a window begins."""
 
     group: HeldCoordinates
+    remembered = ("acting", "values")
 
     def __init__(self, group: HeldCoordinates, windows: Sequence[Windows], t_end: float) -> None:
         self.values = np.zeros(len(windows))
@@ -125,14 +125,10 @@ class Locks(Switched):
         self.values = np.where(begun, self.group.values(q), self.values)
         self.group.hold(self.values)
 
-    def state(self) -> dict[str, Any]:
-        """State for a restart."""
-        return {**super().state(), "values": [float(v) for v in self.values]}
-
     def restore(self, state: Mapping[str, Any]) -> None:
         """Take up a saved state."""
         super().restore(state)
-        self._begun, self.values = True, np.array(state["values"], dtype=float)
+        self._begun = True
         self.group.hold(self.values)
 
 

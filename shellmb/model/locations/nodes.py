@@ -10,7 +10,6 @@ from dolfinx import fem
 from shellmb.arrays import Floats, Int32s, Ints
 from shellmb.errors import SceneError
 from shellmb.meshes.curve_mesh import LineMesh
-from shellmb.meshes.mesh import SurfaceMesh
 from shellmb.meshes.spaces import MixedSpace
 from shellmb.scene.multibody.offsets import Offset, arm_components, node_of
 
@@ -21,14 +20,14 @@ Place = str | tuple[str, ...] | tuple[float, float, float]
 
 
 class Meshed(Protocol):
-    """A body with a mesh: a shell or a beam."""
+    """A body with a mesh: a shell, a beam or a placed body of a user's own."""
 
     name: str
     mixed: MixedSpace
 
     @property
-    def domain(self) -> SurfaceMesh | LineMesh:
-        """Mesh of the body with names."""
+    def domain(self) -> Any:
+        """Mesh of the body with names: a `SurfaceMesh`, `LineMesh` or `FieldMesh`."""
         ...
 
     def node_directors(self) -> Floats:
@@ -52,8 +51,8 @@ class Nodes:
 
     @property
     def director(self) -> Floats:
-        """Reference director of a shell, shape (n, 3)."""
-        return np.asarray(self.directors[:, 0])
+        """Reference director of a shell, shape (n, 3); of none without directors."""
+        return np.asarray(self.directors[:, :1].reshape(-1, 3))
 
 
 def local_nodes(body: Meshed, where: Place | None, who: str) -> Int32s:
@@ -119,7 +118,7 @@ def _node_at(body: Meshed, point: Floats, who: str) -> Int32s:
     )
     if nearest[0] > ON_NODE * body.domain.length:
         raise SceneError(
-            f"{who}: {_kind(body)} '{body.name}' has no node at {shown(point)}; "
+            f"{who}: {body.domain.kind} '{body.name}' has no node at {shown(point)}; "
             f"the nearest one is at {shown(nearest[1])}"
         )
     here = np.flatnonzero(distance <= ON_NODE * body.domain.length).astype(np.int32)
@@ -130,9 +129,9 @@ def _node_at(body: Meshed, point: Floats, who: str) -> Int32s:
         names = [n for n, x in body.domain.points.items() if np.linalg.norm(x - point) <= close]
         known = f", {' or '.join(map(repr, names))}" if names else ""
         raise SceneError(
-            f"{who}: {_kind(body)} '{body.name}' has {count} nodes at {shown(point)}, because it "
-            f"is slit there and its edges lie on each other; give the name of a point{known}, or "
-            "of an edge where one is possible"
+            f"{who}: {body.domain.kind} '{body.name}' has {count} nodes at {shown(point)}, because "
+            f"it is slit there and its edges lie on each other; give the name of a point{known}, "
+            "or of an edge where one is possible"
         )
     return here
 
@@ -140,10 +139,6 @@ def _node_at(body: Meshed, point: Floats, who: str) -> Int32s:
 def shown(point: Iterable[float]) -> str:
     """A point or vector for a message; the round-off of a position is no digit of it."""
     return f"({', '.join(f'{round(float(c), 12) + 0.0:g}' for c in point)})"
-
-
-def _kind(body: Meshed) -> str:
-    return "beam" if isinstance(body.domain, LineMesh) else "shell"
 
 
 def _least(a: tuple, b: tuple) -> tuple:
@@ -157,8 +152,7 @@ def said_point(x: Floats, size: float) -> str:
 
 def part_dofs(body: Meshed, nodes: Int32s, part: str) -> Int32s:
     """Local dofs of a part at nodes, shape (n, size)."""
-    size = body.mixed.parts[part][1]
-    return body.mixed.dofs[part].reshape(-1, size)[nodes]
+    return body.mixed.nodal(part)[nodes]
 
 
 def shared_nodes(body: Meshed, where: Place | None, who: str) -> Nodes:

@@ -9,7 +9,6 @@ import numpy as np
 
 from shellmb.arrays import Floats
 from shellmb.errors import SceneError
-from shellmb.meshes.curve_mesh import LineMesh
 from shellmb.model.locations.nodes import ON_NODE, Meshed, shown
 
 __all__ = ["is_point", "surrounding"]
@@ -19,6 +18,7 @@ __all__ = ["is_point", "surrounding"]
 SAG = 1 / 6
 # a node with less of a point has nothing of it
 NOTHING = 1e-12
+SIMPLICES = (basix.CellType.triangle, basix.CellType.tetrahedron)
 # elements that are tried, the nearest ones by their middles, and steps of Newton's method in each
 TRIED, STEPS = 12, 25
 
@@ -48,10 +48,9 @@ def surrounding(body: Meshed, point: Any, who: str) -> tuple[list[tuple[float, .
     every = [one for one in comm.allgather(best) if one is not None]
     off, allowed, place, cell, local, rank = min(every)
     if off > max(allowed, ON_NODE * size):
-        kind = "beam" if isinstance(body.domain, LineMesh) else "shell"
         raise SceneError(
-            f"{who}: {shown(x)} is not on {kind} '{body.name}'; it is {off:.3g} m away from its "
-            f"nearest point {shown(place)}"
+            f"{who}: {shown(x)} is not on {body.domain.kind} '{body.name}'; it is {off:.3g} m away "
+            f"from its nearest point {shown(place)}"
         )
     mine: Any = None
     if comm.rank == rank:
@@ -89,7 +88,7 @@ def _projections(body: Meshed, x: Floats) -> list[tuple[float, float, tuple, int
         local, place = _nearest(element, corners[cell], x)
         off = float(np.linalg.norm(place - x))
         along = directors[body.mixed.subspaces["u"].dofmap.cell_dofs(cell)]
-        turn = float(np.linalg.norm(np.ptp(along, axis=0), axis=1).max())
+        turn = float(np.linalg.norm(np.ptp(along, axis=0), axis=1).max(initial=0.0))
         found.append((off, SAG * turn * float(sizes[cell]), tuple(place), int(cell), tuple(local)))
     return found
 
@@ -108,7 +107,7 @@ def _nearest(element: Any, corners: Floats, x: Floats) -> tuple[Floats, Floats]:
 
     By Gauss and Newton's method, kept in the element.
     """
-    inside = _triangle if element.cell_type == basix.CellType.triangle else _box
+    inside = _simplex if element.cell_type in SIMPLICES else _box
     local = basix.geometry(element.cell_type).mean(axis=0)
     for _ in range(STEPS):
         table = element.tabulate(1, local[None])[:, 0, :, 0]
@@ -124,6 +123,6 @@ def _box(local: Floats) -> Floats:
     return np.asarray(np.clip(local, 0.0, 1.0))
 
 
-def _triangle(local: Floats) -> Floats:
+def _simplex(local: Floats) -> Floats:
     local = np.maximum(local, 0.0)
     return np.asarray(local / max(float(local.sum()), 1.0))

@@ -1,1 +1,1 @@
-"""Bodies of the user's own, described in UFL, and their strains without independent resultants."""
+"""Bodies and joints of the user's own, described in UFL, and strains without resultants."""

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from types import MappingProxyType
 from typing import Any
 
-from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
+from mpi4py import MPI
 
 import basix.ufl
 import numpy as np
@@ -31,10 +32,13 @@ from shellmb.model.own.strains import PotentialStrains, Stiffness
 from shellmb.model.sections.strains import Strains
 from shellmb.model.user_forms import vector_of, written
 from shellmb.native.expressions import compiled_expression
+from shellmb.scene.multibody.own_bodies import UserBody
+from shellmb.scene.values.validate import vector
 
 ADVICE = "a smaller step"
 # of the energy of a constraint, below which a multiplier counts as zero
 SMALL_FORCE = 1e-3
+NOTHING: Mapping[str, Any] = MappingProxyType({})
 
 
 @dataclass(frozen=True)
@@ -56,8 +60,8 @@ class Hold:
     force: float = 1.0
 
 
-class OwnBody(Massless):
-    """A body that is described in UFL.
+class OwnBody(Massless, UserBody):
+    """A body that is described in UFL, in scenes (`Scene(own_bodies=...)`) or by itself (`Motion`).
 
     The unknown is a field `u` of the space. `strain(u)` is a vector of strains, at most quadratic
     in `u`, and `energy(e)` an energy density, any function of the strains; the work of the stresses
@@ -65,7 +69,8 @@ class OwnBody(Massless):
 
     Args:
         name: Its name.
-        space: Function space of DOLFINx.
+        space: Function space of DOLFINx; or a function that makes one on a communicator, which
+            scenes need that are run on other communicators than the space's.
         strain: Strains of a field, a UFL vector without units; their value at the zero field is
             a prestrain. None: no energy.
         energy: Energy density as a function of the strains, J per unit of `dx`; or a stiffness, a
@@ -77,6 +82,9 @@ class OwnBody(Massless):
         constraints: Constraints on the field.
         dx: Measure of the integrals.
         size: Characteristic magnitude of the field, used to scale convergence tests, m.
+        points: Named points of scenes, by their coordinates [m]; each is a vertex of the mesh.
+        regions: Named parts of scenes, by functions of coordinates, shape (3, n), that mark what is
+            in them, as `lambda x: np.isclose(x[0], 0)`.
 
     Raises:
         SceneError: If strains or constraints are not quadratic.
@@ -85,7 +93,7 @@ class OwnBody(Massless):
     def __init__(
         self,
         name: str,
-        space: fem.FunctionSpace,
+        space: fem.FunctionSpace | Callable[[MPI.Comm], fem.FunctionSpace],
         *,
         strain: Callable[[Expr], Expr] | None = None,
         energy: Callable[[Expr], Expr] | Any = None,
@@ -94,7 +102,24 @@ class OwnBody(Massless):
         constraints: Sequence[Hold] = (),
         dx: ufl.Measure = ufl.dx,
         size: float = 1.0,
+        points: Mapping[str, Sequence[float]] = NOTHING,
+        regions: Mapping[str, Callable[[Floats], Any]] = NOTHING,
     ) -> None:
+        self._given = {
+            "space": space,
+            "strain": strain,
+            "energy": energy,
+            "mass": mass,
+            "force": force,
+            "constraints": tuple(constraints),
+            "dx": dx,
+            "size": size,
+            "points": dict(points),
+            "regions": dict(regions),
+        }
+        self._nodes_held: list[tuple[Any, ...]] = []
+        if callable(space):
+            space = space(MPI.COMM_WORLD)
         elements = {"u": space.ufl_element()}
         for k, hold in enumerate(constraints):
             at = (ufl.Coefficient(space),)
@@ -114,6 +139,9 @@ class OwnBody(Massless):
         self.space = mixed.subspaces["u"]
         self._strain, self._energy, self._mass, self._force = strain, energy, mass, force
         self._holds = tuple(constraints)
+        self.points = {n: vector(x) for n, x in points.items()}
+        self.regions = dict(regions)
+        self.massive, self.placed = mass is not None, is_placed(space)
         self._one = fem.Constant(space.mesh, 1.0)
         for what, function in self._functions():
             state = ufl.Coefficient(mixed.space)
@@ -187,7 +215,7 @@ class OwnBody(Massless):
             return None
         return self._scalar("mass", self._mass, self.field(rate), self.field(dq)) * self.dx
 
-    def momentum(self, v: Expr, motion: Expr) -> Form | None:
+    def momentum_along(self, v: Expr, motion: Expr) -> Form | None:
         """Momentum of velocities in the direction of a field."""
         if self._mass is None:
             return None
@@ -226,11 +254,54 @@ class OwnBody(Massless):
             components: Components of the field; all if there are none.
             motion: Their value as a function of time; None: zero.
         """
+        self._nodes_held.append((where, components, motion))
         dofs = self.dofs(where, components)
         ones = np.ones(len(dofs))
         self.fixed.append(
             FixedDofs(dofs, lambda t: (motion(t) if motion else 0.0) * ones, motion is not None)
         )
+
+    def in_values(self) -> dict[str, Any]:
+        """Description in values: the space by its element and the size of its mesh."""
+        topology = self.space.mesh.topology
+        counts = [topology.index_map(d).size_global for d in (0, topology.dim)]
+        plain = {"space": [str(self.space.ufl_element()), *counts], "dx": str(self._given["dx"])}
+        return {"name": self.name, **self._given, **plain, "hold": self._nodes_held}
+
+    def again[B: OwnBody](self, comm: MPI.Comm, kind: type[B]) -> B:
+        """The body of a scene's model, made anew; collective.
+
+        Args:
+            comm: Communicator of the model.
+            kind: Its class.
+
+        Raises:
+            SceneError: If its space is on another communicator.
+        """
+        given = dict(self._given)
+        if callable(given["space"]):
+            given["space"] = given["space"](comm)
+        elif MPI.Comm.Compare(comm, self.space.mesh.comm) not in (MPI.IDENT, MPI.CONGRUENT):
+            raise SceneError(
+                f"own body '{self.name}': its space is on another communicator than the scene is "
+                "run on; space must be a function that makes it on a communicator"
+            )
+        made = kind(self.name, **given)
+        for held in self._nodes_held:
+            made.hold(*held)
+        return made
+
+
+def is_placed(space: fem.FunctionSpace) -> bool:
+    """Decide whether a field is a displacement at nodes: of three components, Lagrange.
+
+    Args:
+        space: Its space.
+    """
+    if tuple(space.value_shape) != (3,) or space.num_sub_spaces != 3:
+        return False
+    element: Any = space.element.basix_element
+    return bool(element.family == basix.ElementFamily.P and not element.discontinuous)
 
 
 class _Errors:

@@ -50,7 +50,7 @@ class StrainDamping:
         self._layout, self._parts, self._rates = layout, parts, rates
 
     def following(self, q: fem.Function, v: fem.Function) -> Callable[[], None] | None:
-        """What gives a velocity at a state the rates of resultants; None: nothing needs them."""
+        """Function that gives a velocity at a state rates of resultants; None: none needs them."""
         return None if self._rates is None else self._rates(q, v)
 
     def term(self, along: Straining, tests: Sequence[Expr], trial: Expr) -> Term:

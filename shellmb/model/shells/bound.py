@@ -17,9 +17,12 @@ from shellmb.forms.state import Layout
 from shellmb.forms.steps.mixed import assumed
 from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed
 from shellmb.forms.surface import Surface, surface
+from shellmb.forms.tying import Tying, tying
 from shellmb.meshes.directors import reference_director
 from shellmb.meshes.mesh import SurfaceMesh
+from shellmb.meshes.shared import space_on
 from shellmb.meshes.spaces import NO_PARTS, MixedSpace, shell_space
+from shellmb.meshes.tying import cell_directions, cell_sizes, shell_forces
 from shellmb.model.body import (
     FixedDofs,
     NodeLink,
@@ -31,7 +34,6 @@ from shellmb.model.rules import over_surface, quadrature_rules
 from shellmb.model.sections.natural import Distributed, NaturalStress
 from shellmb.model.sections.section import bind_mass, bind_section, has_own_strains
 from shellmb.model.sections.strains import Integrate
-from shellmb.model.shells.cells import bind_tying
 from shellmb.model.shells.compatible import forces_of
 from shellmb.model.shells.direction import direction_1
 from shellmb.model.shells.positions import interpolated
@@ -78,11 +80,11 @@ class BoundShell:
         )
         direction = direction_1(shell, surface_mesh, self.mixed, self.director)
         self.surface: Surface = surface(ufl.Jacobian(domain), direction, self.director)
-        tying = bind_tying(domain, shell.degree, self.surface)
-        self.tying, self.layout = tying, Layout(self.mixed.parts, tying)
+        self.tying = maps = bind_tying(domain, shell.degree, self.surface)
+        self.layout = Layout(self.mixed.parts, maps)
         self.rules = quadrature_rules(domain, shell.degree)
         self._ds = self._edge_measure(domain)
-        self.section = bind_section(shell, domain, tying)
+        self.section = bind_section(shell, domain, maps)
         if not isinstance(self.section.formulation, NonlinearMixed):
             self.mixed = replace(self.mixed, stresses=self.mixed.elementwise)
         if shell.holds_strains:
@@ -239,3 +241,28 @@ class BoundShell:
     def held(self) -> DirectorConstraint:
         """The constraint of the director as numbers."""
         return directors_held(shell_forms.director_constraint, 1)
+
+
+def bind_tying(domain: mesh.Mesh, degree: int, surf: Surface) -> Tying:
+    """Maps of the forces of elements.
+
+    Args:
+        domain: Mesh of the shell.
+        degree: Degree of displacements.
+        surf: Its local basis.
+    """
+    forces = shell_forces(domain.basix_cell(), degree)
+    direction = None
+    if forces.constants:
+        direction = _per_cell(domain, cell_directions(domain), 3)
+    size = _per_cell(domain, cell_sizes(domain), 1)
+    components = forces.weights, forces.polynomials, forces.constants
+    rules = tuple(rule.strains for rule in forces.rules)
+    return tying(ufl.Jacobian(domain), surf, direction, size, components, rules)
+
+
+def _per_cell(domain: mesh.Mesh, values: Floats, size: int) -> Expr:
+    shape = (size,) if size > 1 else ()
+    function = fem.Function(space_on(domain, ("DG", 0, shape) if shape else ("DG", 0)))
+    function.x.array[:] = values.ravel()
+    return function

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
 
@@ -15,11 +15,37 @@ from scipy.sparse.linalg import splu
 from ufl import Form
 from ufl.core.expr import Expr
 
+from shellmb.forms.measure import Measure
 from shellmb.forms.steps.mixed import LinearMixed, LinearOwn
+from shellmb.forms.tying import Tying
+from shellmb.meshes.spaces import MixedSpace
+from shellmb.model.sections.section import BoundSection
+from shellmb.model.sections.strains import Integrate
 from shellmb.native.kernels import compiled
 
-if TYPE_CHECKING:
-    from shellmb.model.shells.bound import BoundShell
+
+class Tied(Protocol):
+    """A shell on its mesh.
+
+    Attributes:
+        mixed: Space of its states.
+        tying: Maps of the forces of its elements.
+        section: Its section there.
+    """
+
+    mixed: MixedSpace
+    tying: Tying
+    section: BoundSection
+
+    @property
+    def strain(self) -> Measure:
+        """Strains of the displacements."""
+        ...
+
+    @property
+    def integrate(self) -> Integrate:
+        """Integral of densities, by rule."""
+        ...
 
 
 class CellSystem:
@@ -50,7 +76,7 @@ class CellSystem:
         return f
 
 
-def compatible(shell: BoundShell, e: Expr) -> CellSystem:
+def compatible(shell: Tied, e: Expr) -> CellSystem:
     """Equations of the forces, or of the own strains where elements have some, of strains.
 
     Args:
@@ -71,7 +97,7 @@ def compatible(shell: BoundShell, e: Expr) -> CellSystem:
     return CellSystem(space, integrate([matrix]), integrate(works))
 
 
-def balanced(shell: BoundShell, e: Expr, own: fem.Function) -> CellSystem:
+def balanced(shell: Tied, e: Expr, own: fem.Function) -> CellSystem:
     """Equations of the forces of own strains with a linear section.
 
     Args:
@@ -88,8 +114,11 @@ def balanced(shell: BoundShell, e: Expr, own: fem.Function) -> CellSystem:
     return CellSystem(space, shell.integrate([matrix]), shell.integrate([given]))
 
 
-def forces_of(shell: BoundShell, e: Expr) -> Expr:
-    """What `forces` of a linear section's formulation is for strains that do not change."""
+def forces_of(shell: Tied, e: Expr) -> Expr:
+    """Forces of elements, behind their own strains where they have some, of given strains.
+
+    They are what `forces` of the formulation of a linear section is of a state.
+    """
     section, tying, own = shell.section.formulation, shell.tying, compatible(shell, e).solve()
     if isinstance(section, LinearMixed):
         return section.N0 * tying.forces(own)
@@ -98,8 +127,8 @@ def forces_of(shell: BoundShell, e: Expr) -> Expr:
     return ufl.as_vector([*tying.forces(own), *(section.N0 * tying.forces(N))])
 
 
-def rates_of(shell: BoundShell, q: fem.Function, v: fem.Function) -> Callable[[], None]:
-    """What gives a velocity the rates of forces and own strains that belong to it; collective.
+def rates_of(shell: Tied, q: fem.Function, v: fem.Function) -> Callable[[], None]:
+    """Function that gives a velocity its rates of forces and own strains; collective.
 
     Args:
         shell: The shell.

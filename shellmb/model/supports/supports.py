@@ -124,7 +124,7 @@ class SupportRows:
         body = self._body
         normal = np.asarray(support.normal) / np.linalg.norm(support.normal)
         shared = self._nodes(support.at)
-        along = np.abs(np.abs(shared.directors[:, 0] @ normal) - 1) < PARALLEL
+        along = np.abs(np.abs(shared.director @ normal) - 1) < PARALLEL
         if isinstance(body, ShellModel) and along.any():
             at = said_point(shared.x[int(np.argmax(along))], body.domain.length)
             raise SceneError(
@@ -140,6 +140,8 @@ class SupportRows:
         self, nodes: Nodes, part: str, normals: Floats, value: Values | None = None, each: int = 1
     ) -> None:
         """Add `each` rows for every node, those of a node one after the other."""
+        if not self._body.mixed.parts[part][1]:
+            return
 
         def repeated(array: npt.NDArray[Any]) -> npt.NDArray[Any]:
             return np.repeat(array, each, axis=0)

@@ -17,6 +17,8 @@ typedef struct {
     const int *sizes;          /* number of dofs in a cell */
     const int *entity_offsets; /* facets of each cell, (cells + 1,); NULL: the cell itself */
     const int *entities;       /* their local numbers */
+    double *store;             /* what the function may keep of each group of cells, or of each facet */
+    int64_t store_size;
 } Kernel;
 
 /* The cells of one mesh with the fields on it. Element-wise unknowns are eliminated chunk by chunk;

@@ -62,8 +62,11 @@ static void tabulate_group(const Kernel *k, const Cells *g, int cell, int count,
     tabulate_tensor *f = (tabulate_tensor *)k->function;
     const double *x = n == 1 ? g->geometry : g->geometry_of_lanes;
     x += (size_t)cell * g->geometry_size;
-    for (int e = first; e < last; ++e)
-        f(work.A, work.w, k->constants, x, k->entity_offsets ? k->entities + e : NULL, NULL, NULL);
+    for (int e = first; e < last; ++e) {
+        const int *entity = k->entity_offsets ? k->entities + e : NULL;
+        double *kept = k->store ? k->store + k->store_size * (entity ? e : cell / n) : NULL;
+        f(work.A, work.w, k->constants, x, entity, NULL, &kept);
+    }
     if (!k->closes)
         return;
     /* what a linear form gives is taken for a row */

@@ -4,6 +4,8 @@
  * of test and trial functions. This text is there twice, for both types.
  */
 
+#define AT(k) (base[(k) >> 30] + ((k) & (KEPT - 1)))
+
 static void NAME(load)(const Rule *r, const Loads *l, int entity, int from, int count, const V *restrict w,
                        V *restrict registers)
 {
@@ -57,11 +59,10 @@ static void NAME(load)(const Rule *r, const Loads *l, int entity, int from, int 
     break;
 
 /* Functions, comparisons and choices, number by number. */
-static __attribute__((noinline)) void NAME(apply)(const Instruction *k, V *registers, int n)
+static __attribute__((noinline)) void NAME(apply)(const Instruction *k, V *const *base, int n)
 {
-    double *restrict o = (double *)(registers + k->to);
-    const double *x = (const double *)(registers + k->a), *y = (const double *)(registers + k->b);
-    const double *z = (const double *)(registers + k->c);
+    double *restrict o = (double *)(base[0] + k->to);
+    const double *x = (const double *)AT(k->a), *y = (const double *)AT(k->b), *z = (const double *)AT(k->c);
     n *= sizeof(V) / sizeof(double);
     switch (k->op) {
     case POW: ENTRIES(pow(x[i], y[i]))
@@ -96,14 +97,47 @@ static __attribute__((noinline)) void NAME(apply)(const Instruction *k, V *regis
     }
 }
 
+/* Sums of so few products, which are a constant for the compiler. */
+static INLINED void NAME(dot)(int some, const int *terms, V *const *base, V *restrict to, int n)
+{
+    const V *x[6], *y[6];
+    _Pragma("GCC unroll 6") for (int k = 0; k < some; ++k)
+        x[k] = AT(terms[2 * k]), y[k] = AT(terms[2 * k + 1]);
+    FEW(i)
+    {
+        V sum = x[0][i] * y[0][i];
+        _Pragma("GCC unroll 6") for (int k = 1; k < some; ++k)
+            sum += x[k][i] * y[k][i];
+        to[i] = sum;
+    }
+}
+
+/* Of products with numbers that all points have. */
+static INLINED void NAME(u_dot)(int some, const int *terms, V *const *base, V *restrict to, const double *u, int n)
+{
+    const V *y[6];
+    double x[6];
+    _Pragma("GCC unroll 6") for (int k = 0; k < some; ++k)
+        x[k] = u[terms[2 * k]], y[k] = AT(terms[2 * k + 1]);
+    FEW(i)
+    {
+        V sum = x[0] * y[0][i];
+        _Pragma("GCC unroll 6") for (int k = 1; k < some; ++k)
+            sum += x[k] * y[k][i];
+        to[i] = sum;
+    }
+}
+
+#define DOT(some) case DOT##some: NAME(dot)(some, terms + k->a, base, to, n); break;
+#define U_DOT(some) case U_DOT##some: NAME(u_dot)(some, terms + k->a, base, to, u, n); break;
+
 static INLINED void NAME(operate_on)(int count, const Instruction *code, const int *terms,
-                                                                    V *registers, const double *u, int n)
+                                      V *const *base, const double *u, int n)
 {
     static const V zero;
     for (const Instruction *k = code; k < code + count; ++k) {
-        V *restrict to = registers + k->to;
-        const V *a = registers + k->a, *b = registers + k->b;
-        const V *c = registers + k->c;
+        V *restrict to = base[0] + k->to;
+        const V *a = AT(k->a), *b = AT(k->b);
         switch (k->op) {
         case ADD: OF_ALL(a[i] + b[i]);
         case ADD_U: OF_ALL(a[i] + u[k->b]);
@@ -119,50 +153,77 @@ static INLINED void NAME(operate_on)(int count, const Instruction *code, const i
             V sum[4];
             FEW(i) sum[i] = zero + u[k->d];
             for (int j = k->b & 0xffff; j > 0; --j, t += 2) {
-                const V *x = registers + t[0], *y = registers + t[1];
+                const V *x = AT(t[0]), *y = AT(t[1]);
                 FEW(i) sum[i] += x[i] * y[i];
             }
             for (int j = k->b >> 16; j > 0; --j, t += 2) {
-                const V *x = registers + t[0], *y = registers + t[1];
+                const V *x = AT(t[0]), *y = AT(t[1]);
                 FEW(i) sum[i] -= x[i] * y[i];
             }
             for (int j = k->c & 0xffff; j > 0; --j, t += 2) {
-                const V *y = registers + t[1];
+                const V *y = AT(t[1]);
                 FEW(i) sum[i] += u[t[0]] * y[i];
             }
             for (int j = k->c >> 16; j > 0; --j, t += 2) {
-                const V *y = registers + t[1];
+                const V *y = AT(t[1]);
                 FEW(i) sum[i] -= u[t[0]] * y[i];
             }
             FEW(i) to[i] = sum[i];
             break;
         }
+        DOT(2) DOT(3) DOT(4) DOT(5) DOT(6)
+        U_DOT(2) U_DOT(3) U_DOT(4) U_DOT(5)
         case FILL: OF_ALL(zero + u[k->a]);
-        default: NAME(apply)(k, registers, n);
+        default: NAME(apply)(k, base, n);
         }
     }
 }
 
-static void NAME(operate)(const Rule *r, int from, int to, V *registers, int n)
+static void NAME(operate)(const Stage *s, int from, int to, V *const *base, int n)
 {
-    const Instruction *code = r->code + from;
-    const double *u = r->uniform;
+    const Instruction *code = s->code + from;
+    const double *u = s->uniform;
     /* so many at once have code of their own, whose loops are unrolled */
     switch (FIXED ? n : 0) {
-    case 1: NAME(operate_on)(to - from, code, r->terms, registers, u, 1); break;
-    case 2: NAME(operate_on)(to - from, code, r->terms, registers, u, 2); break;
-    case 3: NAME(operate_on)(to - from, code, r->terms, registers, u, 3); break;
-    case 4: NAME(operate_on)(to - from, code, r->terms, registers, u, 4); break;
-    default: NAME(operate_on)(to - from, code, r->terms, registers, u, n);
+    case 1: NAME(operate_on)(to - from, code, s->terms, base, u, 1); break;
+    case 2: NAME(operate_on)(to - from, code, s->terms, base, u, 2); break;
+    case 3: NAME(operate_on)(to - from, code, s->terms, base, u, 3); break;
+    case 4: NAME(operate_on)(to - from, code, s->terms, base, u, 4); break;
+    default: NAME(operate_on)(to - from, code, s->terms, base, u, n);
     }
 }
 
+/* Sums of values of n components times those of m test functions, of all derivatives and points. */
+static INLINED void NAME(block)(int m, int n, const Rule *r, const Dense *g, size_t at, int column, int count,
+                                V *const *base, V *A)
+{
+    V sum[4][3], *to[3];
+    _Pragma("GCC unroll 3") for (int j = 0; j < n; ++j)
+        to[j] = A + g->place[column + j];
+    _Pragma("GCC unroll 4") for (int i = 0; i < m; ++i)
+        _Pragma("GCC unroll 3") for (int j = 0; j < n; ++j)
+            sum[i][j] = to[j][i * g->stride];
+    for (int k = 0; k < g->rows; ++k) {
+        const double *t = r->tables[g->table[k]].dense + at;
+        const V *value[3];
+        _Pragma("GCC unroll 3") for (int j = 0; j < n; ++j)
+            value[j] = AT(g->of[k * g->columns + column + j]);
+        for (int p = 0; p < count; ++p, t += g->nodes)
+            _Pragma("GCC unroll 4") for (int i = 0; i < m; ++i)
+                _Pragma("GCC unroll 3") for (int j = 0; j < n; ++j)
+                    sum[i][j] += t[i] * value[j][p];
+    }
+    _Pragma("GCC unroll 4") for (int i = 0; i < m; ++i)
+        _Pragma("GCC unroll 3") for (int j = 0; j < n; ++j)
+            to[j][i * g->stride] = sum[i][j];
+}
+
 /* A sum over the points of values times those of test functions. */
-static void NAME(vector)(const Rule *r, int entity, int from, int count, const V *registers, V *A)
+static void NAME(vector)(const Rule *r, int entity, int from, int count, V *const *base, V *A)
 {
     for (int o = 0; o < r->rows; ++o) {
         const Row *row = r->row + o;
-        const V *value = registers + row->of;
+        const V *value = AT(row->of);
         if (row->table < 0) {
             for (int p = 0; p < count; ++p)
                 A[0] += value[p];
@@ -175,21 +236,29 @@ static void NAME(vector)(const Rule *r, int entity, int from, int count, const V
             for (int e = begin[p]; e < begin[p + 1]; ++e)
                 to[t->node[e] * row->stride] += t->value[e] * value[p];
     }
-    for (const Dense *g = r->dense; g < r->dense + r->denses; ++g)
-        for (int n = 0; n < g->nodes; ++n) {
-            V *to = A + g->first + n * g->stride, sum = *to;
-            for (int k = 0; k < g->rows; ++k) {
-                const double *t = r->tables[g->table[k]].dense + (size_t)(entity * r->points + from) * g->nodes + n;
-                const V *value = registers + g->of[k];
-                for (int p = 0; p < count; ++p)
-                    sum += t[p * g->nodes] * value[p];
+    for (const Dense *g = r->dense; g < r->dense + r->denses; ++g) {
+        size_t at = (size_t)(entity * r->points + from) * g->nodes;
+        for (int node = 0, m; node < g->nodes; node += m) {
+            int left = g->nodes - node;
+            m = left < 3 ? 1 : left == 4 || left == 8 ? 4 : 3;
+            for (int c = 0, n; c < g->columns; c += n) {
+                n = g->columns - c < 3 ? 1 : 3;
+                V *to = A + node * g->stride;
+                switch (FIXED ? 10 * m + n : 0) {
+                case 11: NAME(block)(1, 1, r, g, at + node, c, count, base, to); break;
+                case 13: NAME(block)(1, 3, r, g, at + node, c, count, base, to); break;
+                case 31: NAME(block)(3, 1, r, g, at + node, c, count, base, to); break;
+                case 33: NAME(block)(3, 3, r, g, at + node, c, count, base, to); break;
+                case 41: NAME(block)(4, 1, r, g, at + node, c, count, base, to); break;
+                default: NAME(block)(FIXED ? 4 : m, FIXED ? 3 : n, r, g, at + node, c, count, base, to);
+                }
             }
-            *to = sum;
         }
+    }
 }
 
 /* Products of test and trial functions with few values at a point. */
-static void NAME(sparse)(const Rule *r, int entity, int from, int count, const V *registers,
+static void NAME(sparse)(const Rule *r, int entity, int from, int count, V *const *base,
                          int columns, V *A)
 {
     for (int o = 0; o < r->pairs; ++o) {
@@ -197,7 +266,7 @@ static void NAME(sparse)(const Rule *r, int entity, int from, int count, const V
         const Row *row = r->row + pair->row, *column = r->column + pair->column;
         const Table *s = r->tables + row->table, *t = r->tables + column->table;
         const int *begin = s->begin + entity * r->points + from, *also = t->begin + entity * r->points + from;
-        const V *value = registers + pair->of;
+        const V *value = AT(pair->of);
         for (int p = 0; p < count; ++p)
             for (int e = begin[p]; e < begin[p + 1]; ++e) {
                 V x = s->value[e] * value[p];
@@ -242,7 +311,7 @@ static INLINED void NAME(tile)(int m, int n, int K, const double *left, int lda,
     }
 
 /* Values of products with trial functions, for each test function's value. */
-static void NAME(beside)(const Rule *r, const Dense *g, int entity, int from, int count, const V *registers, V *right)
+static void NAME(beside)(const Rule *r, const Dense *g, int entity, int from, int count, V *const *base, V *right)
 {
     size_t all = (size_t)r->points * g->rows;
     for (int p = 0; p < count; ++p)
@@ -258,7 +327,7 @@ static void NAME(beside)(const Rule *r, const Dense *g, int entity, int from, in
                 const double *t[3];
                 for (; c < last && found < 3; ++c)
                     if (of[c] >= 0) {
-                        value[found] = registers[of[c] + p];
+                        value[found] = AT(of[c])[p];
                         t[found++] = r->tables[g->column[c]].dense + (size_t)at * M;
                     }
                 switch (found) {
@@ -283,7 +352,7 @@ static void NAME(beside)(const Rule *r, const Dense *g, int entity, int from, in
                     if (of[c] >= 0)
                         for (int m = 0; m < M; ++m)
                             to[m] += r->tables[g->column[c]].dense[(size_t)at * M + m] *
-                                     registers[of[c] + p];
+                                     AT(of[c])[p];
                 block += all * M;
             }
         }
@@ -318,48 +387,98 @@ static void NAME(dense)(const Rule *r, const Dense *g, int entity, int columns, 
     }
 }
 
+/* Values of functions and weights at some points, then numbers that all have. */
+static void NAME(prepare)(const Rule *r, const Stage *s, int entity, int from, int count, const V *w,
+                          const double *c, const V *x, V *registers)
+{
+    for (const Loads *l = s->load; l < s->load + s->loads; ++l)
+        NAME(load)(r, l, entity, from, count, l->coordinates ? x : w, registers);
+    if (s->weight >= 0)
+        for (int p = 0; p < count; ++p)
+            registers[s->weight + p] = (V){0} + r->weights[from + p];
+    if (from)
+        return;
+    double *u = s->uniform + s->numbers;
+    for (int k = 0; k < s->constants; ++k)
+        *u++ = c[s->constant[k]];
+    if (r->entity_size)
+        memcpy(u, r->entity + entity * r->entity_size, sizeof(double) * r->entity_size);
+    operate_uniform(s->uniform_ops, s->uniform_code, s->uniform);
+}
+
+/* Whether what is kept of a cell follows from other numbers than it did; these are kept then. */
+static int NAME(stale)(const Program *p, const V *w, const double *c, const V *x, V *own)
+{
+    int changed = 0;
+    double *stamp = p->seen + p->constants;
+    for (int k = 0; k < p->constants; ++k) {
+        changed |= p->seen[k] != c[p->constant[k]];
+        p->seen[k] = c[p->constant[k]];
+    }
+    *stamp += changed;
+    changed = *(double *)own != *stamp;
+    V *to = own + 1;
+    for (int k = 0; k <= p->ranges; ++k) {
+        const V *from = k < p->ranges ? w + p->range[k].first : x;
+        size_t size = sizeof(V) * (k < p->ranges ? p->range[k].count : p->coordinates);
+        if (changed || memcmp(to, from, size)) {
+            changed = 1;
+            memcpy(to, from, size);
+        }
+        to += size / sizeof(V);
+    }
+    *(double *)own = *stamp;
+    return changed;
+}
+
 static void NAME(interpret)(V *restrict A, const V *restrict w, const double *c, int number,
-                            const V *restrict x, const int *entity)
+                            const V *restrict x, const int *entity, V **ours)
 {
     static _Thread_local V *room;
     static _Thread_local size_t size;
     const Program *program;
     memcpy(&program, c + number, sizeof program);
-    size_t all = program->registers + program->products + program->factors;
+    size_t all = program->registers + program->products + program->factors + program->kept + program->reads;
     if (all > size) {
         free(room);
         room = aligned_alloc(64, (sizeof(V) * all + 63) / 64 * 64);
         size = all;
     }
     int e = entity ? *entity : 0;
+    V *own = ours ? *ours : NULL, *some = room + all - program->reads;
+    if (!ours && program->reads) {
+        for (int k = 0; k < program->reads; ++k)
+            some[k] = w[program->read[k]];
+        w = some;
+    }
+    int anew = program->kept && (!own || NAME(stale)(program, w, c, x, own));
+    if (!own)
+        own = some - program->kept;
     for (const Rule *r = program->rule; r < program->rule + program->rules; ++r) {
-        double *u = r->uniform;
-        for (int k = 0; k < r->constants; ++k)
-            u[r->numbers + k] = c[r->constant[k]];
-        if (r->entity_size)
-            memcpy(u + r->numbers + r->constants, r->entity + e * r->entity_size,
-                   sizeof(double) * r->entity_size);
-        operate_uniform(r->uniform_ops, r->uniform_code, u);
         int most = r->chunk;
         V *right = room + program->registers;
         double *left = (double *)(right + program->products);
         for (int from = 0; from < r->points; from += most) {
             int count = r->points - from < most ? r->points - from : most;
-            for (int l = 0; l < r->loads; ++l)
-                NAME(load)(r, r->load + l, e, from, count, r->load[l].coordinates ? x : w, room);
-            if (r->weight >= 0)
-                for (int p = 0; p < count; ++p)
-                    room[r->weight + p] = (V){0} + r->weights[from + p];
-            NAME(operate)(r, 0, r->first_ops, room, count);
+            V *base[2] = {room, own + r->place + from * r->kept};
+            if (anew && r->kept) {
+                NAME(prepare)(r, &r->seldom, e, from, count, w, c, x, room);
+                NAME(operate)(&r->seldom, 0, r->seldom.ops, base, count);
+                for (int k = 0; k < r->kept; ++k)
+                    for (int p = 0; p < count; ++p)
+                        base[1][k * most + p] = room[r->keep[k] + p];
+            }
+            NAME(prepare)(r, &r->always, e, from, count, w, c, x, room);
+            NAME(operate)(&r->always, 0, r->first_ops, base, count);
             if (program->rank < 2)
-                NAME(vector)(r, e, from, count, room, A);
+                NAME(vector)(r, e, from, count, base, A);
             else {
-                NAME(sparse)(r, e, from, count, room, program->columns, A);
+                NAME(sparse)(r, e, from, count, base, program->columns, A);
                 int done = r->first_ops;
                 for (int g = 0; g < r->denses; ++g) {
-                    NAME(operate)(r, done, r->dense[g].end, room, count);
+                    NAME(operate)(&r->always, done, r->dense[g].end, base, count);
                     done = r->dense[g].end;
-                    NAME(beside)(r, r->dense + g, e, from, count, room, right + r->dense[g].right);
+                    NAME(beside)(r, r->dense + g, e, from, count, base, right + r->dense[g].right);
                 }
             }
         }
@@ -367,7 +486,10 @@ static void NAME(interpret)(V *restrict A, const V *restrict w, const double *c,
             NAME(dense)(r, r->dense + g, e, program->columns, right + r->dense[g].right, left, A);
     }
 }
+#undef AT
 #undef OF_ALL
+#undef DOT
+#undef U_DOT
 #undef ENTRIES
 #undef TILES
 #undef FEW

@@ -3,6 +3,9 @@ typedef struct {
     int op, to, a, b, c, d;
 } Instruction;
 
+/* A mark of places among what is kept of a cell; others are among registers. */
+enum { KEPT = 1 << 30 };
+
 /* Values of the functions of an element at the points of a rule, for each entity: those that are not
  * zero, and all of them. */
 typedef struct {
@@ -40,32 +43,52 @@ typedef struct {
     const int *place;          /* columns of the matrix, (width,) */
 } Dense;
 
-/* An integrand at the points of one rule. */
+/* Operations at points, with what they are of. */
 typedef struct {
-    int points, chunk;
-    int numbers, constants, entity_size;
+    int numbers, constants;
     double *uniform;           /* numbers, constants, those of the entity, and what follows from them */
     const int *constant;       /* (constants,) */
-    const double *entity;      /* (entities, entity_size) */
-    int uniform_ops, first_ops, ops; /* the first of those of points come before all products */
+    int uniform_ops, ops;
     const Instruction *uniform_code, *code;
     const int *terms;          /* factors of the terms of sums */
     int weight;                /* register of the weights; -1: none */
-    const double *weights;
-    const Table *tables;
     int loads;
     const Loads *load;
+} Stage;
+
+/* An integrand at the points of one rule. */
+typedef struct {
+    int points, chunk, entity_size;
+    const double *entity;      /* (entities, entity_size) */
+    const double *weights;
+    const Table *tables;
+    Stage seldom, always;      /* what is kept of cells, and what is found at each call */
+    int kept, place;           /* how many values of each point, and where they are of a cell */
+    const int *keep;           /* their registers, (kept,) */
+    int first_ops;             /* those of the latter stage come before all products */
     int rows, pairs, denses;
     const Row *row, *column;
     const Pair *pair;
     const Dense *dense;
 } Rule;
 
+/* Numbers in a row that what is kept follows from. */
+typedef struct {
+    int first, count;
+} Range;
+
 /* All integrands of one form over one kind of entity. Room is counted in numbers. */
 typedef struct {
     int rank, columns, rules;
     const Rule *rule;
     int registers, products, factors;
+    int reads;                 /* coefficients that it reads of a cell's, if not all */
+    const int *read;           /* their places, (reads,) */
+    /* what is kept of a cell: a stamp, coefficients and coordinates that it follows from, and values */
+    int kept, ranges, coordinates, constants;
+    const Range *range;        /* of coefficients */
+    const int *constant;       /* (constants,) */
+    double *seen;              /* their values, and the stamp of what follows from them, (constants + 1,) */
 } Program;
 
 void interpret_one_0(double *, const double *, const double *, const double *, const int *,

@@ -7,16 +7,25 @@ from typing import Any
 
 import numpy as np
 
+from shellmb.arrays import Ints
 from shellmb.native.compiling.flags import LANES
 from shellmb.native.library import CArrays
+from shellmb.native.programs.collecting import Collector
 from shellmb.native.programs.geometry import COORDINATES
 from shellmb.native.programs.graph import Graph, Input, Key, Multilinear, Scalar
 from shellmb.native.programs.reading import Reader
 from shellmb.native.programs.tables import Points, Tables
-from shellmb.native.programs.translation import CODES, UNIFORM, Instruction, Translation
+from shellmb.native.programs.translation import (
+    CODES,
+    KEPT,
+    SUMS,
+    UNIFORM,
+    Instruction,
+    Translation,
+)
 
 # points of a rule that are taken at once, at most, and bytes that their registers take
-POINTS, ROOM = 4, 28_000
+POINTS, ROOM = 4, 42_000
 # functions of a table that are not zero at a point, up to which products are taken one by one
 FEW = 2
 
@@ -30,27 +39,50 @@ class Rule:
         rank: Number of arguments.
         points: Points of the rule.
         tables: Functions there.
+        keeps: Whether what seldom changes is kept of each cell.
 
     Attributes:
         chunk: Points that are taken at once.
         registers: How many it takes, of each point.
+        kept: How many numbers are kept of a cell.
         products: Room for values times those of trial functions, once C has them.
         factors: Room for values of test functions, likewise.
     """
 
     def __init__(
-        self, reader: Reader, value: Scalar, rank: int, points: Points, tables: Tables
+        self,
+        reader: Reader,
+        value: Scalar,
+        rank: int,
+        points: Points,
+        tables: Tables,
+        keeps: bool = False,
     ) -> None:
         self._tables, self._points, self._rank = tables, points, rank
-        self._parts = _parts(reader.graph, value, rank)
+        graph, entity_size = reader.graph, points.numbers.shape[1]
+        self._parts = _parts(graph, value, rank)
+        seldom: dict[Key, int] = {}
+        if keeps:
+            found = Collector(graph, self._parts.values())
+            parts = {key: found.of(node) for key, node in self._parts.items()}
+            self._parts = {key: node for key, node in parts.items() if node != graph.zero}
         self._groups = self._grouped()
         groups = list(self._groups.values())
-        entity_size = points.numbers.shape[1]
-        self._made = made = Translation(reader.graph, self._parts, groups, entity_size)
-        self.registers, self.products, self.factors = made.registers, 0, 0
+        given = found.given if keeps else lambda node: False
+        self._made = made = Translation(graph, self._parts, groups, entity_size, given)
+        seldom = {_numbered(k): node for k, node in enumerate(made.kept)}
+        self._seldom = Translation(graph, seldom, [list(seldom)], entity_size)
+        self.registers = max(made.registers, self._seldom.registers)
+        self.products, self.factors = 0, 0
         count, fit = len(points.weights), ROOM // (8 * LANES * max(made.registers, 1))
         most = max(1, min(POINTS, fit))
         self.chunk = -(-count // -(-count // most))
+        self.kept = len(made.kept) * self.chunk * -(-count // self.chunk)
+
+    @property
+    def constants(self) -> list[int]:
+        """Constants that what is kept follows from."""
+        return self._seldom.constants
 
     def _grouped(self) -> dict[Any, list[Key]]:
         """Arguments of what comes out at once: all, or those of a matrix by their rows.
@@ -67,69 +99,103 @@ class Rule:
             found.setdefault(None if few[table] else group, []).append(key)
         return found
 
-    def struct(self, pointer: CArrays, first: int) -> dict[str, Any]:
+    def read(self) -> list[Ints]:
+        """Places of coefficients among those of a cell, of each value that is read."""
+        every = [*self._made.inputs, *self._seldom.inputs]
+        own = dict.fromkeys(item for item, _ in every if item.source != COORDINATES)
+        found = []
+        for item in own:
+            table, place = self._tables.find(item)
+            nodes = self._tables.tables[table].shape[-1]
+            found.append(place.first + place.stride * np.arange(nodes))
+        return found
+
+    def struct(self, pointer: CArrays, first: int, place: int, read: Ints) -> dict[str, Any]:
         """Members of C's structure.
 
         Args:
             pointer: Makes pointers, and keeps what they point to.
             first: Place of the first constant, behind those of programs.
+            place: Of what is kept of a cell.
+            read: Place of each coefficient among those that are read.
         """
-        uniform = np.zeros(self._made.uniforms + 1)
-        uniform[: len(self._made.numbers)] = self._made.numbers
+        self._read = read
         entities = self._points.numbers
         found = self._products(pointer) if self._rank == 2 else self._rows(pointer)
-        loads = self._loads(pointer)
+        stages = [self._stage(pointer, first, made) for made in (self._seldom, self._made)]
         tables = [_table(pointer, values) for values in self._tables.tables]
+        keep = [self._seldom.output[_numbered(k)] for k in range(len(self._made.kept))]
         return {
             "points": len(self._points.weights),
             "chunk": self.chunk,
-            "numbers": len(self._made.numbers),
-            "constants": len(self._made.constants),
             "entity_size": entities.shape[1],
-            "uniform": pointer(uniform),
-            "constant": pointer(
-                np.array([first + k for k in self._made.constants] or [0], np.int32)
-            ),
-            "entity": pointer(np.ascontiguousarray(entities.ravel()) if entities.size else uniform),
-            "uniform_ops": len(self._made.uniform_code),
-            "ops": len(self._made.code),
-            "uniform_code": _instructions(pointer, self._made.uniform_code),
-            "code": _instructions(pointer, self._placed()),
-            "terms": pointer(np.array(self._placed_terms or [0], dtype=np.int32)),
-            "weight": self._made.weight * self.chunk,
+            "entity": pointer(np.ascontiguousarray(np.append(entities.ravel(), 0.0))),
             "weights": pointer(np.ascontiguousarray(self._points.weights, float)),
             "tables": pointer.many("Table", tables),
-            "loads": len(loads),
-            "load": pointer.many("Loads", loads),
+            "seldom": stages[0],
+            "always": stages[1],
+            "kept": len(keep),
+            "place": place,
+            "keep": _ints(pointer, [k * self.chunk for k in keep] or [0]),
             **found,
         }
 
-    def _placed(self) -> list[Instruction]:
-        """Instructions with places in the room of registers, each of which is of all points."""
-        chunk, found = self.chunk, []
-        self._placed_terms = list(self._made.terms)
-        for op, to, *of in self._made.code:
+    def _stage(self, pointer: CArrays, first: int, made: Translation) -> dict[str, Any]:
+        uniform = np.zeros(made.uniforms + 1)
+        uniform[: len(made.numbers)] = made.numbers
+        loads = self._loads(pointer, made)
+        code, terms = self._placed(made)
+        return {
+            "numbers": len(made.numbers),
+            "constants": len(made.constants),
+            "uniform": pointer(uniform),
+            "constant": _ints(pointer, [first + k for k in made.constants] or [0]),
+            "uniform_ops": len(made.uniform_code),
+            "ops": len(made.code),
+            "uniform_code": _instructions(pointer, made.uniform_code),
+            "code": _instructions(pointer, code),
+            "terms": _ints(pointer, terms or [0]),
+            "weight": made.weight * self.chunk,
+            "loads": len(loads),
+            "load": pointer.many("Loads", loads),
+        }
+
+    def _place(self, register: int) -> int:
+        """Place of a value, which is of all points, among registers or what is kept."""
+        return register & KEPT | (register & ~KEPT) * self.chunk
+
+    def _placed(self, made: Translation) -> tuple[list[Instruction], list[int]]:
+        """Instructions with places in the room of registers, and factors of terms likewise."""
+        place, found, terms = self._place, [], list(made.terms)
+        for op, to, *of in made.code:
             name = CODES[op]
-            if name == "sum":
+            if name in SUMS:
                 first, varying, uniform, start = of
                 products = (varying & 0xFFFF) + (varying >> 16)
                 others = (uniform & 0xFFFF) + (uniform >> 16)
                 for k in range(first, first + 2 * (products + others)):
                     if k < first + 2 * products or (k - first) % 2:
-                        self._placed_terms[k] *= chunk
-                found.append((op, to * chunk, first, varying, uniform, start))
+                        terms[k] = place(terms[k])
+                found.append((op, place(to), first, varying, uniform, start))
             else:
                 own = UNIFORM.get(name, ())
-                a, b, c, d = (x if k in own else x * chunk for k, x in enumerate(of))
-                found.append((op, to * chunk, a, b, c, d))
-        return found
+                a, b, c, d = (x if k in own else place(x) for k, x in enumerate(of))
+                found.append((op, place(to), a, b, c, d))
+        return found, terms
 
-    def _loads(self, pointer: CArrays) -> list[dict[str, Any]]:
+    def _loads(self, pointer: CArrays, made: Translation) -> list[dict[str, Any]]:
         groups: dict[tuple[int, bool, int], list[tuple[int, int]]] = {}
-        for item, register in self._made.inputs:
+        for item, register in made.inputs:
             table, place = self._tables.find(item)
-            key = table, item.source == COORDINATES, place.stride
-            groups.setdefault(key, []).append((place.first, register))
+            first, stride = place.first, place.stride
+            if item.source != COORDINATES:
+                nodes = self._tables.tables[table].shape[-1]
+                next_one = int(self._read[first + stride * (nodes > 1)])
+                first = int(self._read[first])
+                stride = next_one - first
+            groups.setdefault((table, item.source == COORDINATES, stride), []).append(
+                (first, register)
+            )
         found = []
         for (table, coordinates, stride), some in groups.items():
             first, to = np.array(sorted(some), dtype=np.int32).T
@@ -147,34 +213,40 @@ class Rule:
 
     def _row(self, of: int, item: Input | None) -> dict[str, int]:
         if item is None:
-            return {"of": of * self.chunk, "table": -1, "first": 0, "stride": 0}
+            return {"of": self._place(of), "table": -1, "first": 0, "stride": 0}
         table, place = self._tables.find(item)
-        found = {"of": of * self.chunk, "table": table}
+        found = {"of": self._place(of), "table": table}
         return found | {"first": place.first, "stride": place.stride}
 
     def _rows(self, pointer: CArrays) -> dict[str, Any]:
         few = [_few(values) for values in self._tables.tables]
-        groups: dict[Any, list[tuple[Input, int]]] = {}
+        components: dict[Any, list[tuple[int, int]]] = {}
         rows = []
         for key, of in self._made.output.items():
             if key and not few[self._tables.find(key[0])[0]]:
                 table, place = self._tables.find(key[0])
-                group = place, self._tables.tables[table].shape[-1]
-                groups.setdefault(group, []).append((key[0], of))
+                nodes = self._tables.tables[table].shape[-1]
+                components.setdefault((place, nodes), []).append((table, self._place(of)))
             else:
                 rows.append(self._row(of, key[0] if key else None))
+        # components with the same derivatives side by side
+        groups: dict[Any, list[tuple[int, list[int]]]] = {}
+        for (place, nodes), some in components.items():
+            found, of_each = zip(*sorted(some), strict=True)
+            group = found, nodes, place.stride
+            groups.setdefault(group, []).append((place.first, list(of_each)))
         denses = [
             {
-                "first": place.first,
-                "stride": place.stride,
+                "stride": stride,
                 "nodes": nodes,
-                "rows": len(some),
-                "table": _ints(pointer, [self._tables.find(a)[0] for a, _ in some]),
-                "of": _ints(pointer, [of * self.chunk for _, of in some]),
+                "rows": len(found),
+                "columns": len(some),
+                "table": _ints(pointer, found),
+                "of": _ints(pointer, np.array([of for _, of in some]).T),
+                "place": _ints(pointer, [first for first, _ in some]),
             }
-            for (place, nodes), some in groups.items()
+            for (found, nodes, stride), some in groups.items()
         ]
-        self.products = self.factors = 0
         return {
             "rows": len(rows),
             "row": pointer.many("Row", rows),
@@ -189,7 +261,7 @@ class Rule:
         trials = list(dict.fromkeys(key[1] for key in self._parts))
         sparse = [
             {
-                "of": self._made.output[a, b] * self.chunk,
+                "of": self._place(self._made.output[a, b]),
                 "row": tests.index(a),
                 "column": trials.index(b),
             }
@@ -238,7 +310,7 @@ class Rule:
             last += [len(order)] * len(some)
             where += [at.first + at.stride * m for m in range(count)]
             blocks.append(count)
-        of = [[dense[a, b] * self.chunk if (a, b) in dense else -1 for b in order] for a in rows]
+        of = [[self._place(dense[a, b]) if (a, b) in dense else -1 for b in order] for a in rows]
         members = {
             "first": place.first,
             "stride": place.stride,
@@ -263,6 +335,11 @@ def _parts(graph: Graph, value: Scalar, rank: int) -> dict[Key, int]:
         assert all(len(key) == rank for key in value.parts)
         return value.parts
     return {(): value} if rank == 0 and value != graph.zero else {}
+
+
+def _numbered(k: int) -> Key:
+    """A key of values that belong to no argument."""
+    return (Input(0, k, ()),)
 
 
 def _few(values: Any) -> bool:

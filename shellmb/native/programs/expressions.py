@@ -32,6 +32,7 @@ class ExpressionProgram:
     Attributes:
         form: Its description, a `ufcx_expression` of C.
         constants: Constants that it reads, in their order.
+        program: The program.
 
     Raises:
         Unsupported: If it has something that programs do not have.
@@ -50,7 +51,9 @@ class ExpressionProgram:
         parts = {(Input(ARGUMENT, k, none),): node for k, node in enumerate(values)}
         zero = reader.graph.zero
         found = Multilinear({key: node for key, node in parts.items() if node != zero})
-        program = Program([Rule(reader, found if found.parts else zero, 1, places, tables)], 1, 1)
+        rule = Rule(reader, found if found.parts else zero, 1, places, tables)
+        size = sum(f.ufl_element().dim for f in coefficients)
+        self.program = program = Program([rule], 1, 1, np.zeros(size, bool), 0)
         place = fem.Constant(domain, np.array([program.address(1)]))
         self.constants = [place, *constants]
         self._kept: tuple[Any, ...] = program, place

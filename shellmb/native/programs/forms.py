@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import struct
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import Any
@@ -16,12 +16,14 @@ from dolfinx.fem import IntegralType
 from dolfinx.fem.forms import form_cpp_class, get_integration_domains
 from ufl import Form
 
+from shellmb.arrays import Bools, Int32s, Ints
 from shellmb.native import library as native
 from shellmb.native.compiling.flags import LANES
 from shellmb.native.derivatives import CachedDerivative
 from shellmb.native.later import plain
 from shellmb.native.library import CArrays
 from shellmb.native.programs.building import Rule
+from shellmb.native.programs.geometry import COORDINATES
 from shellmb.native.programs.graph import Unsupported
 from shellmb.native.programs.reading import Reader
 from shellmb.native.programs.tables import Tables, points_of
@@ -30,6 +32,9 @@ from shellmb.native.programs.tables import Tables, points_of
 MOST = 8
 KIND_COUNT = len(IntegralType.__members__)
 KINDS = {"cell": IntegralType.cell, "exterior_facet": IntegralType.exterior_facet}
+# rules by the signatures of their forms: to read a form takes longer than many runs, and rules know
+# numbers, elements and places of functions, but no function and no mesh
+READ: dict[tuple[str, int, tuple[int, ...]], list[Rule]] = {}
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,6 +69,7 @@ def rules_of(
     coefficients: Sequence[Any],
     constants: Sequence[Any],
     arguments: Sequence[Any],
+    static: Collection[int] = (),
 ) -> list[Rule]:
     """Programs of each quadrature rule of integrals over one kind of entity.
 
@@ -72,6 +78,7 @@ def rules_of(
         coefficients: Functions of the form.
         constants: Constants of the form.
         arguments: Elements of the arguments.
+        static: As of `Rule`.
     """
     places, domain = constant_places(constants), integrals[0].ufl_domain()
     facet = integrals[0].integral_type() != "cell"
@@ -84,10 +91,10 @@ def rules_of(
     found = []
     for points, integrands in groups.values():
         tables = Tables(points, domain, elements, arguments)
-        reader = Reader(domain, coefficients, places, arguments, tables.vanishes, facet)
+        reader = Reader(domain, coefficients, places, arguments, tables.vanishes, facet, static)
         value = reader.graph.total([reader.scalar(x) for x in integrands])
         value = reader.graph.mul(value, reader.geometry.scale())
-        found.append(Rule(reader, value, len(arguments), points, tables))
+        found.append(Rule(reader, value, len(arguments), points, tables, bool(static)))
     return found
 
 
@@ -98,12 +105,43 @@ class Program:
         rules: What each quadrature rule adds.
         rank: Number of arguments.
         columns: Dofs of the second argument; 1 without.
+        seldom: Of each coefficient of a cell whether it seldom changes.
+        coordinates: How many numbers a cell's coordinates are.
+
+    Attributes:
+        kept: Numbers that are kept of a cell, or of a facet.
+        reads: Which coefficients it reads.
     """
 
-    def __init__(self, rules: Sequence[Rule], rank: int, columns: int) -> None:
+    def __init__(
+        self,
+        rules: Sequence[Rule],
+        rank: int,
+        columns: int,
+        seldom: Bools,
+        coordinates: int,
+    ) -> None:
         self._rules, self._rank, self._columns = list(rules), rank, columns
+        self._coordinates = coordinates
+        self.reads, self._places = _read(rules, len(seldom))
+        edges = np.flatnonzero(np.diff([0, *seldom[self.reads].astype(int), 0])).reshape(-1, 2)
+        self._ranges = [(int(first), int(last - first)) for first, last in edges]
+        # behind a stamp and what it follows from
+        self._first = 1 + coordinates + sum(count for _, count in self._ranges)
+        values = sum(rule.kept for rule in rules)
+        self.kept = self._first + values if values else 0
         # keeps what C points to
         self.pointer = CArrays()
+
+    def of_each(self, tables: Sequence[Int32s]) -> list[Int32s]:
+        """Dofs that it reads of each coefficient, by all of them, cell by cell."""
+        found, start = [], 0
+        for table in tables:
+            own = self.reads - start
+            own = own[(own >= 0) & (own < table.shape[1])]
+            found.append(np.ascontiguousarray(table[:, own]))
+            start += table.shape[1]
+        return found
 
     def address(self, first: int) -> float:
         """Address of it, in the bits of a number that stands before the constants.
@@ -111,7 +149,14 @@ class Program:
         Args:
             first: Place of the first constant.
         """
-        rules = [rule.struct(self.pointer, first) for rule in self._rules]
+        rules, place = [], self._first
+        for rule in self._rules:
+            rules.append(rule.struct(self.pointer, first, place, self._places))
+            place += rule.kept
+        constants = sorted({first + k for rule in self._rules for k in rule.constants})
+        ranges = [{"first": k, "count": count} for k, count in self._ranges]
+        seen = np.full(len(constants) + 1, np.nan)
+        seen[-1] = 0.0
         members = {
             "rank": self._rank,
             "columns": self._columns,
@@ -120,6 +165,15 @@ class Program:
             "registers": max((r.registers * r.chunk for r in self._rules), default=0),
             "products": max((r.products for r in self._rules), default=0),
             "factors": max((r.factors for r in self._rules), default=0),
+            "reads": len(self.reads) if len(self.reads) < len(self._places) else 0,
+            "read": self.pointer(np.append(self.reads, 0).astype(np.int32)),
+            "kept": self.kept,
+            "ranges": len(ranges),
+            "coordinates": self._coordinates,
+            "constants": len(constants),
+            "range": self.pointer.many("Range", ranges),
+            "constant": self.pointer(np.array([*constants, 0], dtype=np.int32)),
+            "seen": self.pointer(seen),
         }
         made = self.pointer.many("Program", [members])
         # what they were made from is of no more use, and the garbage collector looks at all that is
@@ -129,11 +183,13 @@ class Program:
         return float(number)
 
 
-def interpreted(form: Form) -> fem.Form:
+def interpreted(form: Form, moving: Collection[Any] = ()) -> fem.Form:
     """A form whose kernels are programs.
 
     Args:
         form: One that is not empty, over one mesh.
+        moving: Functions that change from call to call, and with them all that are of their
+            elements: what follows from others alone is kept. None: nothing is.
 
     Raises:
         Unsupported: If it has something that programs do not have.
@@ -149,15 +205,17 @@ def interpreted(form: Form) -> fem.Form:
     if len(groups) > MOST or not {kind for kind, _ in groups} <= set(KINDS):
         raise Unsupported("so many or such integrals")
     (ufl_domain,) = form.ufl_domains()
-    domain = ufl_domain.ufl_cargo()
     lib, ffi = native.cells().lib, native.cells().ffi
     order = sorted(groups, key=lambda key: list(KINDS).index(key[0]))
     elements = [space.ufl_element() for space in spaces]
     columns = elements[1].dim if len(elements) == 2 else 1
-    programs = [
-        Program(rules_of(groups[key], coefficients, constants, elements), len(spaces), columns)
-        for key in order
-    ]
+    static, seldom, coordinates = _seldom(ufl_domain, coefficients, moving)
+    programs = []
+    for number, key in enumerate(order):
+        place = form.signature(), number, tuple(static)
+        if place not in READ:
+            READ[place] = rules_of(groups[key], coefficients, constants, elements, static)
+        programs.append(Program(READ[place], len(spaces), columns, seldom, coordinates))
     addresses = [program.address(len(programs)) for program in programs]
     places = fem.Constant(ufl_domain, np.array(addresses))
     every = np.arange(len(coefficients), dtype=np.int8)
@@ -168,13 +226,12 @@ def interpreted(form: Form) -> fem.Form:
         many = ffi.NULL
         if LANES > 1 and key[0] == "cell" and ufl_domain.topological_dimension == 2:
             many = ffi.addressof(lib, f"interpret_lanes_{number}")
-        kernels.append(SimpleNamespace(tabulate_tensor_float64=one, tabulate_tensor_float32=many))
-        address = int(ffi.cast("uintptr_t", one))
+        functions = {"tabulate_tensor_float64": one, "tabulate_tensor_float32": many}
+        kernels.append(SimpleNamespace(**functions, program=programs[number]))
         own = integrals[KINDS[key[0]]]
-        own.append((len(own), address, _entities(form, key), every))
-    counts = [len(integrals.get(kind, ())) for kind in map(IntegralType, range(KIND_COUNT))]
-    offsets = [0, *np.cumsum(counts).tolist()]
-    ufcx = SimpleNamespace(form_integral_offsets=offsets, form_integrals=kernels)
+        own.append((len(own), int(ffi.cast("uintptr_t", one)), _entities(form, key), every))
+    counts = [0, *(len(integrals.get(IntegralType(k), ())) for k in range(KIND_COUNT))]
+    ufcx = SimpleNamespace(form_integral_offsets=np.cumsum(counts).tolist(), form_integrals=kernels)
     made = form_cpp_class(default_scalar_type)(
         [space._cpp_object for space in spaces],
         {kind: own for kind, own in integrals.items() if own},
@@ -182,10 +239,37 @@ def interpreted(form: Form) -> fem.Form:
         [places._cpp_object, *(c._cpp_object for c in constants)],
         False,
         [],
-        domain,
+        ufl_domain.ufl_cargo(),
     )
     module = Interpreted(form, (programs, places))
     return fem.Form(made, ufcx, None, module)  # type: ignore[arg-type]
+
+
+def _read(rules: Sequence[Rule], size: int) -> tuple[Ints, Ints]:
+    """Coefficients of a cell that rules read, and places of all among these.
+
+    Nodes of each function stay at equal distances; where they would not, all are read.
+    """
+    values = [places for rule in rules for places in rule.read()]
+    reads = np.unique(np.concatenate([*values, np.zeros(0)])).astype(int)
+    places = np.zeros(size, dtype=int)
+    places[reads] = np.arange(len(reads))
+    if any(len(np.unique(np.diff(places[some]))) > 1 for some in values):
+        reads = places = np.arange(size)
+    return reads, places
+
+
+def _seldom(
+    domain: Any, coefficients: Sequence[Any], moving: Collection[Any]
+) -> tuple[list[int], Bools, int]:
+    """Sources of what seldom changes, which coefficients do, and numbers of coordinates."""
+    elements = [f.ufl_element() for f in coefficients]
+    changing = {f.ufl_element() for f in moving}
+    seldom = [bool(moving) and element not in changing for element in elements]
+    sources = [COORDINATES, *np.flatnonzero(seldom).tolist()] if moving else []
+    element = domain.ufl_coordinate_element()
+    numbers = 3 * (element.dim // element.block_size)
+    return sources, np.repeat(np.array(seldom, bool), [e.dim for e in elements]), numbers
 
 
 def _entities(form: Form, kind: tuple[str, Any]) -> Any:
@@ -204,15 +288,18 @@ def _entities(form: Form, kind: tuple[str, Any]) -> Any:
     return np.concatenate([np.zeros(0), *own]).astype(np.int32)
 
 
-def summed(forms: Sequence[Form | CachedDerivative]) -> fem.Form | None:
+def summed(
+    forms: Sequence[Form | CachedDerivative], moving: Collection[Any] = ()
+) -> fem.Form | None:
     """The sum of forms and derivatives as one program; None for nothing.
 
     Args:
         forms: Forms and derivatives of such with the same arguments.
+        moving: As of `interpreted`.
 
     Raises:
         Unsupported: If one has something that programs do not have.
     """
     written = [plain(f if isinstance(f, Form) else f.form()) for f in forms]
     integrals = [i for form in written if not form.empty() for i in form.integrals()]
-    return interpreted(Form(integrals)) if integrals else None
+    return interpreted(Form(integrals), moving) if integrals else None

@@ -8,7 +8,7 @@ product of two.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import Any, NamedTuple, Protocol
 
 
@@ -75,32 +75,59 @@ UNARY = (
     "sqrt", "abs", "sign", "exp", "log", "sin", "cos", "tan", "asin", "acos", "atan", "sinh",
     "cosh", "tanh", "erf",
 )  # fmt: skip
+LEAVES = ("number", "constant", "entity", "input", "weight")
 COMPARED = ("lt", "le", "gt", "ge", "eq", "ne", "and", "or", "not")
 
 
 class Graph:
     """Nodes of an integrand.
 
+    Args:
+        static: Sources of values that seldom change.
+
     Attributes:
         nodes: Operations, each with what it is of; those come before it.
         varies: Whether each node's value depends on the point or the cell.
+        seldom: Whether each node's value seldom changes.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, static: Collection[int] = ()) -> None:
         self.nodes: list[tuple[Any, ...]] = []
         self.varies: list[bool] = []
+        self.seldom: list[bool] = []
+        self._static = static
         self._known: dict[tuple[Any, ...], int] = {}
         self.zero, self.one = self.number(0.0), self.number(1.0)
 
-    def _node(self, *node: Any, varies: bool | None = None) -> int:
+    def _node(self, *node: Any, varies: bool | None = None, seldom: bool = True) -> int:
         found = self._known.get(node)
         if found is None:
             found = self._known[node] = len(self.nodes)
             self.nodes.append(node)
             if varies is None:
-                varies = any(self.varies[k] for k in node[1:])
+                args = node[1:]
+                varies, seldom = False, True
+                for k in args:
+                    varies = varies or self.varies[k]
+                    seldom = seldom and self.seldom[k]
             self.varies.append(varies)
+            self.seldom.append(seldom)
         return found
+
+    def operation(self, op: str, *args: int) -> int:
+        """Any operation as it is."""
+        return self._node(op, *args)
+
+    def actual(self, node: int) -> int:
+        """Find what a variable stands for."""
+        while self.nodes[node][0] == "alias":
+            node = self.nodes[node][3]
+        return node
+
+    def operands(self, node: int) -> list[int]:
+        """List the nodes that a node is of."""
+        op, *args = self.nodes[node]
+        return [] if op in LEAVES else [self.actual(a) for a in args]
 
     def number(self, value: float) -> int:
         """A number."""
@@ -117,7 +144,7 @@ class Graph:
 
     def input(self, item: Input) -> int:
         """The value of a function at a point."""
-        return self._node("input", item, varies=True)
+        return self._node("input", item, varies=True, seldom=item.source in self._static)
 
     def weight(self) -> int:
         """The weight of the point."""
@@ -125,7 +152,8 @@ class Graph:
 
     def alias(self, label: int, component: int, of: int) -> int:
         """A component of a variable."""
-        return self._node("alias", label, component, of, varies=self.varies[of])
+        varies, seldom = self.varies[of], self.seldom[of]
+        return self._node("alias", label, component, of, varies=varies, seldom=seldom)
 
     def value_of(self, node: int) -> float | None:
         """The number that a node is; None if it is none."""
@@ -143,11 +171,12 @@ class Graph:
                 raise Unsupported("a sum with and without an argument")
             found = dict(a.parts)
             for key, node in b.parts.items():
-                found[key] = self._add(found[key], node) if key in found else node
+                found[key] = self.added(found[key], node) if key in found else node
             return _linear(found, self.zero)
-        return self._add(a, b)
+        return self.added(a, b)
 
-    def _add(self, a: int, b: int) -> int:
+    def added(self, a: int, b: int) -> int:
+        """Sum of two nodes."""
         if a == self.zero:
             return b
         if b == self.zero:
@@ -184,17 +213,18 @@ class Graph:
                 for two, y in b.parts.items():
                     # in the order of the arguments
                     key = tuple(sorted((*one, *two), key=lambda item: -item.source))
-                    made = self._mul(x, y)
-                    found[key] = self._add(found[key], made) if key in found else made
+                    made = self.times(x, y)
+                    found[key] = self.added(found[key], made) if key in found else made
             return _linear(found, self.zero)
         for part, factor in ((a, b), (b, a)):
             if isinstance(part, Multilinear) and isinstance(factor, int):
-                parts = {key: self._mul(factor, node) for key, node in part.parts.items()}
+                parts = {key: self.times(factor, node) for key, node in part.parts.items()}
                 return _linear(parts, self.zero)
         assert isinstance(a, int) and isinstance(b, int)
-        return self._mul(a, b)
+        return self.times(a, b)
 
-    def _mul(self, a: int, b: int) -> int:
+    def times(self, a: int, b: int) -> int:
+        """Product of two nodes."""
         if a == self.zero or b == self.zero:
             return self.zero
         if a == self.one:
@@ -209,7 +239,7 @@ class Graph:
         if x is not None:
             op, *args = self.nodes[b]
             if op == "mul" and (z := self.value_of(args[0])) is not None:
-                return self._mul(self.number(x * z), args[1])
+                return self.times(self.number(x * z), args[1])
             # numbers first
             return self._node("mul", a, b)
         a, b = sorted((a, b))
@@ -227,9 +257,9 @@ class Graph:
             return a
         x, y = self.value_of(a), self.value_of(b)
         if y is not None and y != 0:
-            return self.number(x / y) if x is not None else self._mul(self.number(1 / y), a)
+            return self.number(x / y) if x is not None else self.times(self.number(1 / y), a)
         if not self.varies[b] and self.varies[a]:
-            return self._mul(self._node("div", self.one, b), a)
+            return self.times(self._node("div", self.one, b), a)
         return self._node("div", a, b)
 
     def pow(self, a: Scalar, b: Scalar) -> Scalar:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -38,6 +38,7 @@ class Reader:
         arguments: Elements of the arguments.
         vanishes: Decides whether a function's value, or a derivative of it, is zero everywhere.
         facet: Whether it is over facets.
+        static: Sources of values that seldom change.
 
     Attributes:
         graph: What is read.
@@ -52,8 +53,9 @@ class Reader:
         arguments: Sequence[Any],
         vanishes: Callable[[Input], bool],
         facet: bool = False,
+        static: Collection[int] = (),
     ) -> None:
-        self.graph = Graph()
+        self.graph = Graph(static)
         self._vanishes = vanishes
         self._numbers = {f: k for k, f in enumerate(coefficients)}
         self._constants = constants

@@ -2,25 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
-from shellmb.native.programs.graph import BINARY, COMPARED, UNARY, Graph, Input, Key
+from shellmb.native.programs.graph import BINARY, COMPARED, LEAVES, UNARY, Graph, Input, Key
 
 # operations of C, in the order of its list
 CODES = (
-    "add", "add_u", "sub", "sub_u", "u_sub", "mul", "u_mul", "div", "u_div", "sum", "fill",
+    "add", "add_u", "sub", "sub_u", "u_sub", "mul", "u_mul", "div", "u_div", "sum", "dot2",
+    "dot3", "dot4", "dot5", "dot6", "u_dot2", "u_dot3", "u_dot4", "u_dot5", "fill",
     "pow", "atan2", "min", "max", "sqrt", "abs", "sign", "exp", "log", "sin", "cos", "tan",
     "asin", "acos", "atan", "sinh", "cosh", "tanh", "erf", "lt", "le", "gt", "ge", "eq", "ne",
     "and", "or", "not", "choose",
 )  # fmt: skip
 CODE = {name: k for k, name in enumerate(CODES)}
+# sums of products
+SUMS = [name for name in CODES if name == "sum" or "dot" in name]
 # which operands are numbers that all points have
 UNIFORM = {"add_u": (1,), "sub_u": (1,), "u_sub": (0,), "u_mul": (0,), "u_div": (0,), "fill": (0,)}
 # a term of a sum: its sign, and what it is a product of, or a value and None
 Term = tuple[float, int, int | None]
 # what may be part of a sum
 PARTS = ("add", "sub", "mul")
-LEAVES = ("number", "constant", "entity", "input", "weight")
+# marks a place among values that are kept from call to call
+KEPT = 1 << 30
 
 Instruction = tuple[int, int, int, int, int, int]
 
@@ -33,6 +37,7 @@ class Translation:
         parts: Nodes of the values, by the arguments that they belong to.
         groups: Keys of these in groups; instructions of one come before those of the next.
         entity_size: How many numbers an entity has.
+        given: Decides whether a node's values are kept from call to call.
 
     Attributes:
         code: Instructions for what varies from point to point.
@@ -46,6 +51,7 @@ class Translation:
         weight: Register of the weights; -1: none.
         output: Registers of the values.
         segments: Number of instructions at the end of each group.
+        kept: Nodes whose values are given, in their order.
     """
 
     def __init__(
@@ -54,8 +60,10 @@ class Translation:
         parts: Mapping[Key, int],
         groups: Sequence[Sequence[Key]],
         entity_size: int,
+        given: Callable[[int], bool] = lambda node: False,
     ) -> None:
         self._graph, self._parts, self._groups = graph, parts, groups
+        self._given, self.kept = given, list[int]()
         self.code: list[Instruction] = []
         self.uniform_code: list[Instruction] = []
         self.terms: list[int] = []
@@ -65,7 +73,7 @@ class Translation:
         self.numbers: list[float] = []
         self.constants: list[int] = []
         roots = [[parts[key] for key in keys] for keys in groups]
-        self._order, self._ends, self._uses = _ordered(graph, roots)
+        self._order, self._ends, self._uses = _ordered(graph, roots, given)
         self.registers, self._free = 0, list[int]()
         self.inputs: list[tuple[Input, int]] = []
         self.weight = -1
@@ -77,6 +85,10 @@ class Translation:
     def _leaves(self, entity_size: int) -> None:
         """Give numbers, constants and values of functions their places."""
         graph = self._graph
+        for node in self._order:
+            if self._given(node):
+                self._register[node] = KEPT | len(self.kept)
+                self.kept.append(node)
         for node in self._order:
             op, *args = graph.nodes[node]
             if not graph.varies[node] and op == "number":
@@ -98,6 +110,8 @@ class Translation:
         self.uniforms = first + entity_size
         for node in self._order:
             op = graph.nodes[node][0]
+            if node in self._register:
+                continue
             if op == "input":
                 self._register[node] = self._new()
                 self.inputs.append((graph.nodes[node][1], self._register[node]))
@@ -111,9 +125,9 @@ class Translation:
         for keys, end in zip(self._groups, self._ends, strict=True):
             for node in self._order[begin:end]:
                 op, *args = graph.nodes[node]
-                if op in LEAVES or op == "alias" or sums.get(node) == []:
+                if op in LEAVES or node in self._register or sums.get(node) == []:
                     continue
-                args = [self._resolved(a) for a in args]
+                args = [self._graph.actual(a) for a in args]
                 if not graph.varies[node]:
                     x, y, z, *_ = [*(self._uniform[a] for a in args), 0, 0]
                     self._uniform[node] = self.uniforms
@@ -128,7 +142,7 @@ class Translation:
                     self._operate(node, op, args)
             begin, used = end, []
             for key in keys:
-                node = self._resolved(self._parts[key])
+                node = self._graph.actual(self._parts[key])
                 if graph.varies[node]:
                     self.output[key] = self._register[node]
                 else:
@@ -138,13 +152,13 @@ class Translation:
             self.segments.append(len(self.code))
             self._free += used
             for key in keys:
-                self._done_with(self._resolved(self._parts[key]))
+                self._done_with(self._graph.actual(self._parts[key]))
 
     def _done_with(self, node: int) -> None:
         """Count a use of a node, whose register is free behind the last one."""
         if self._graph.varies[node]:
             self._uses[node] -= 1
-            if self._uses[node] == 0:
+            if self._uses[node] == 0 and not self._given(node):
                 self._free.append(self._register[node])
 
     def _sums(self) -> dict[int, list[Term]]:
@@ -158,20 +172,22 @@ class Translation:
         def collect(node: int, sign: float, to: list[Term]) -> None:
             op, *args = graph.nodes[node]
             if op in ("add", "sub"):
-                for k, a in enumerate(map(self._resolved, args)):
+                for k, a in enumerate(map(self._graph.actual, args)):
                     own = -sign if op == "sub" and k else sign
                     kind = graph.nodes[a][0]
-                    if not graph.varies[a] or self._uses[a] > 1 or kind not in PARTS:
+                    alone = self._uses[a] == 1 and not self._given(a)
+                    if not graph.varies[a] or not alone or kind not in PARTS:
                         to.append((own, a, None))
                         continue
                     found[a] = []
                     collect(a, own, to)
             else:
-                a, b = map(self._resolved, args)
+                a, b = map(self._graph.actual, args)
                 to.append((sign, a, b))
 
         for node in reversed(self._order):
-            if graph.nodes[node][0] in ("add", "sub") and graph.varies[node] and node not in found:
+            some = graph.nodes[node][0] in ("add", "sub") and graph.varies[node]
+            if some and node not in found and not self._given(node):
                 terms: list[Term] = []
                 collect(node, 1.0, terms)
                 found[node] = terms
@@ -211,7 +227,11 @@ class Translation:
             self.terms += part
         plus, minus, u_plus, u_minus = (len(part) // 2 for part in parts)
         numbers = plus + (minus << 16), u_plus + (u_minus << 16)
-        self.code.append((CODE["sum"], target, first, *numbers, start))
+        # short ones have operations of their own
+        kinds = {plus: f"dot{plus}", u_plus: f"u_dot{u_plus}"}
+        alone = kinds.get(len(terms), "") if start == self._zero else ""
+        code = CODE[alone if alone in CODE else "sum"]
+        self.code.append((code, target, first, *numbers, start))
         self._register[node] = target
         self._free += used
         for _, a, b in terms:
@@ -253,14 +273,9 @@ class Translation:
         for a in of:
             self._done_with(a)
 
-    def _resolved(self, node: int) -> int:
-        while self._graph.nodes[node][0] == "alias":
-            node = self._graph.nodes[node][3]
-        return node
-
 
 def _ordered(
-    graph: Graph, roots: Sequence[Sequence[int]]
+    graph: Graph, roots: Sequence[Sequence[int]], given: Callable[[int], bool]
 ) -> tuple[list[int], list[int], dict[int, int]]:
     """Nodes behind their operands, one group of values after the other.
 
@@ -272,17 +287,11 @@ def _ordered(
     uses: dict[int, int] = {}
     done: set[int] = set()
 
-    def actual(node: int) -> int:
-        while graph.nodes[node][0] == "alias":
-            node = graph.nodes[node][3]
-        return node
-
     def operands(node: int) -> list[int]:
-        op, *args = graph.nodes[node]
-        return [] if op in LEAVES else [actual(a) for a in args]
+        return [] if given(node) else graph.operands(node)
 
     for group in roots:
-        for root in map(actual, group):
+        for root in map(graph.actual, group):
             uses[root] = uses.get(root, 0) + 1
             stack = [(root, False)]
             while stack:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
 from mpi4py import MPI
 
@@ -23,6 +22,8 @@ SMALL = 2000
 
 class Constraints(Booked):
     """Largest constraint errors; nothing in linear statics, where constraints are linearised."""
+
+    remembered = ("_director_max", "_constraint_max", "_joints")
 
     def __init__(self) -> None:
         super().__init__()
@@ -59,7 +60,7 @@ class Constraints(Booked):
         """Take the errors at the start."""
         model, levels = simulation.model, simulation.problem.levels
         joints = {id(group) for group in model.mechanism.groups}
-        nodal = nodal_bodies(model)
+        nodal = nodal_bodies(model).keys() - model.own.keys()
         bodies = [body for body in model.bodies if id(body) not in joints]
         self._bodies = [
             _Errors(body, levels[body.name].q.x.array, body.name in nodal) for body in bodies
@@ -124,20 +125,6 @@ class Constraints(Booked):
         names = ("director_error", "constraint_error")
         return [dict(zip(names, row, strict=True)) for row in worst[:, :2].tolist()]
 
-    def kept(self) -> dict[str, Any]:
-        """The largest errors so far."""
-        return {
-            "director_max": self._director_max,
-            "constraint_max": self._constraint_max,
-            "joints": dict(self._joints),
-        }
-
-    def take_up(self, state: dict[str, Any]) -> None:
-        """Take up saved errors."""
-        self._director_max = state["director_max"]
-        self._constraint_max = state["constraint_max"]
-        self._joints = dict(state["joints"])
-
 
 class _Errors:
     """Violations of a body's own constraints in some steps.
@@ -164,7 +151,7 @@ class _Errors:
         self._found[row : row + 1] = constraint_errors(self._body, self.q[None])
 
     def add(self, rows: slice, worst: Floats) -> None:
-        """Take them into account, of directors and of all, in the first columns of `worst`."""
+        """Enter them, of directors and of all, in the first columns of `worst`."""
         if self.small:
             self._found[rows] = constraint_errors(self._body, self.states[rows])
         for k in range(0 if self._nodal else 1, 2):
@@ -199,7 +186,7 @@ class _Violations:
         self._on[row] = self._group.switched_on
 
     def add(self, rows: slice, worst: Floats) -> None:
-        """Take the largest of each joint for some steps, shape (steps, joints), into account."""
+        """Take the largest of each joint for some steps, shape (steps, joints)."""
         on = np.array(self._on[rows]) if self.switched else self._on[0]
         apart = self._group.relative(self._group.violations_at(self.states[rows]), on)
         largest = np.maximum.reduce(apart, axis=2, initial=0.0)

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import operator
 from collections.abc import Callable, Sequence
-from typing import Any
 
 from mpi4py import MPI
 
@@ -52,6 +51,11 @@ def present(forms: Sequence[Form | None]) -> list[Form]:
     return [form for form in forms if form is not None and not form.empty()]
 
 
+# sums that a restart needs, and what they are compared with
+_SUMS = ("_values", "_error", "_exchanged", "_dissipated", "_initial")
+_SIZES = ("_largest", "_lowest", "_fastest", "_floor", "_there")
+
+
 class EnergyAccount(Booked):
     """Keeps the energy balance of a dynamic run."""
 
@@ -65,6 +69,7 @@ class EnergyAccount(Booked):
         "dissipation",
         "energy_balance",
     )
+    remembered = (*_SUMS, *_SIZES)
 
     def __init__(self) -> None:
         super().__init__()
@@ -184,7 +189,7 @@ class EnergyAccount(Booked):
     def _work(self, simulation: Simulation, kind: str, bodies: list[Body]) -> list[Form | None]:
         """Virtual work of each stage in the direction in which the state moves over it.
 
-        In statics the load step is not followed inside, so there is no work to account for.
+        In statics the load step is not followed inside, so its work is not known.
         """
         forms: list[Form | None] = []
         if not simulation.scheme.dynamic:
@@ -382,31 +387,6 @@ class EnergyAccount(Booked):
         """
         losses = sum(self.dissipated.values())
         return losses / max(self._there - self._lowest, self.floor) if losses > 0 else 0.0
-
-    def kept(self) -> dict[str, Any]:
-        """The sums so far."""
-        return {
-            "values": dict(self._values),
-            "error": self._error,
-            "largest": self._largest,
-            "exchanged": self._exchanged,
-            "fastest": self._fastest,
-            "floor": self._floor,
-            "there": self._there,
-            "lowest": self._lowest,
-            "dissipated": dict(self._dissipated),
-            "initial": self._initial,
-        }
-
-    def take_up(self, state: dict[str, Any]) -> None:
-        """Take up saved sums."""
-        self._values = dict(state["values"])
-        self._error, self._largest = state["error"], state["largest"]
-        self._exchanged, self._floor = state["exchanged"], state["floor"]
-        self._fastest = state["fastest"]
-        self._there, self._lowest = state["there"], state["lowest"]
-        self._dissipated = dict(state["dissipated"])
-        self._initial = state["initial"]
 
 
 def _natural(body: Body, levels: Levels) -> Form | None:

@@ -44,7 +44,7 @@ class Momentum(Booked):
     """Momenta about the origin, what was exchanged of them, and their drift.
 
     Args:
-        account: The energy account, for the scale of a momentum that is zero.
+        account: The energy balance, for the scale of a momentum that is zero.
     """
 
     def __init__(self, account: EnergyAccount) -> None:
@@ -73,10 +73,11 @@ class Momentum(Booked):
 
     def start(self, simulation: Simulation) -> None:
         """Compile the functionals and take the initial momenta."""
-        self._dynamic = "v" in simulation.scheme.rates
+        bodies: list[Any] = [b for b in simulation.model.bodies if hasattr(b, "momentum")]
+        # bodies without places have no momenta
+        self._dynamic = "v" in simulation.scheme.rates and bool(bodies)
         if not self._dynamic:
             return
-        bodies: list[Any] = [b for b in simulation.model.bodies if hasattr(b, "momentum")]
         self._axes = [vector_of(b.mixed.space.mesh, 6) for b in bodies]
         self._length = simulation.model.length
         self._held = simulation.model.supported

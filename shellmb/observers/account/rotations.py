@@ -98,7 +98,7 @@ class BodyRotations(Booked):
         for name, body in nodal_bodies(model).items():
             if isinstance(body, RigidBodies):
                 self._rigid = _Frames(body)
-            else:
+            elif name not in model.own:
                 index_map = body.mixed.space.dofmap.index_map
                 first = body.mixed.dofs["u"].reshape(-1, 3)[:, 0]
                 mine = np.flatnonzero(first < index_map.size_local).astype(np.int32)

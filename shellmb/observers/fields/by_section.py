@@ -31,8 +31,8 @@ def shell_compliance(shell: Shell, at: Layup, held: bool = True) -> Floats:
     Args:
         shell: The shell.
         at: Its section at points (...).
-        held: Whether strains that are held at zero are; else they are what the section itself
-            would give to the forces that hold them.
+        held: Whether strains that are constrained to zero are; else they are what the section
+            itself would give to the forces that hold them.
     """
     stiffness = np.zeros((*at.D.shape[:-2], 8, 8))
     stiffness[..., :3, :3], stiffness[..., 3:6, 3:6], stiffness[..., 6:, 6:] = at.A, at.D, at.G

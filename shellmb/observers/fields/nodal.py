@@ -11,12 +11,13 @@ from shellmb.arrays import Bools, Floats, Int32s
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.frames.rigid import RigidBodies
 from shellmb.model.model import Model
+from shellmb.model.own.placed import PlacedBody
 from shellmb.model.shells.shell import ShellModel
 from shellmb.native.assembler import NodeSums
 from shellmb.native.operations import operations
 from shellmb.simulate.simulation import Simulation
 
-type NodalBody = ShellModel | BeamModel | RigidBodies
+type NodalBody = ShellModel | BeamModel | PlacedBody | RigidBodies
 
 
 @dataclass(frozen=True)
@@ -118,7 +119,7 @@ def rotation_vectors(reference: Floats, directors: Floats) -> Floats:
 
 def nodal_bodies(model: Model) -> dict[str, NodalBody]:
     """All bodies with nodes of their own by their names in the system."""
-    found: dict[str, NodalBody] = {**model.shells, **model.beams}
+    found: dict[str, NodalBody] = {**model.shells, **model.beams, **model.own}
     if model.rigid is not None:
         found[model.rigid.name] = model.rigid
     return found

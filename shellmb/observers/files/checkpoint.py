@@ -21,7 +21,7 @@ from shellmb.simulate.simulation import Observer, Silent, Simulation
 Arrays = dict[str, Floats]
 
 INTERVAL = 30.0
-FORMAT = 5
+FORMAT = 6
 # name in the folder
 STATE_FILE = "state.json"
 
@@ -114,6 +114,9 @@ class Checkpoint(Silent):
         self._pending = False
         self._scene = fingerprint(simulation.scene)
         self._live = simulation.live()
+        idle = {n: o for n, o in self._observers.items() if getattr(o, "idle", False)}
+        self._still = {name: observer.state() for name, observer in idle.items()}
+        self._acting = {n: o for n, o in self._observers.items() if n not in idle}
         # where those of each rank belong, for a run that goes on with more or fewer of them
         numbers = self._folder / f"cells-of-{self._comm.size}-rank{self._comm.rank}.npz"
         with drafted(numbers) as part:
@@ -125,7 +128,7 @@ class Checkpoint(Silent):
     def _remember(self, simulation: Simulation) -> None:
         """A copy, as a failing step spoils the functions, and a failing observer others' states."""
         arrays = {name: array.copy() for name, array in self._live.items()}
-        observers = {name: o.state() for name, o in self._observers.items()}
+        observers = self._still | {name: o.state() for name, o in self._acting.items()}
         counts = {name: o.count for name, o in self._later.items()}
         # in one go, as Ctrl-C may come at any moment
         self._last = arrays | simulation.past(), simulation.state(), observers, counts

@@ -41,7 +41,7 @@ class Described:
         dynamic: Whether it moves in time.
         path: Whether it follows a static path.
         units: Units of labels; None: none.
-        bodies: Kind of each body by its name: "shell", "beam" or "rigid body".
+        bodies: Kind of each body by its name: "shell", "beam", "rigid body", "own body".
         probes: Probes.
         joints: Names of the joints.
         drivers: Names of the drivers.
@@ -85,7 +85,7 @@ def describe(scene: Scene) -> Described:
     kinds = {
         body.name: "shell"
         if isinstance(body, Shell)
-        else ("beam" if isinstance(body, Beam) else "rigid body")
+        else ("beam" if isinstance(body, Beam) else str(body.label))
         for body in scene.bodies
     }
     return Described(

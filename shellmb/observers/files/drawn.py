@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Protocol
+from typing import Any, Protocol
 
 from mpi4py import MPI
 
@@ -57,7 +57,7 @@ class DrawnMesh:
         nodes: Its nodes, where they are no unknowns; None: they are.
     """
 
-    def __init__(self, body: ShellModel | BeamModel, nodes: ModalNodes | None = None) -> None:
+    def __init__(self, body: Any, nodes: ModalNodes | None = None) -> None:
         self._body, self._gatherer, self._nodes = body, Gatherer(body), nodes or Nodes(body)
         self.grid = self._gatherer.grid
 
@@ -83,6 +83,14 @@ class DrawnMesh:
         if isinstance(section, LinearSection) and section.functions:
             return {"thickness": np.asarray(section.at(middle.T).thickness) * ones}
         return {"thickness": self._body.section.sizes.thickness * ones}
+
+
+class DrawnField(DrawnMesh):
+    """A body of the user's own."""
+
+    def cell_data(self) -> dict[str, Floats]:
+        """Nothing: it has no section."""
+        return {}
 
 
 class DrawnRigid:
@@ -297,6 +305,7 @@ class DrawnJoints:
 def drawn_bodies(model: Model) -> dict[str, DrawnMesh | DrawnRigid]:
     """Shells, beams and rigid bodies as they are shown; collective."""
     found: dict[str, DrawnMesh | DrawnRigid] = {n: DrawnMesh(b) for n, b in model.meshed.items()}
+    found |= {n: DrawnField(b) for n, b in model.own.items()}
     for name, data in modal_members(model).items():
         found[name] = DrawnMesh(data.members[name].body, ModalNodes(model, name))
     if model.rigid is not None and model.scene.rigid_bodies:
@@ -354,7 +363,7 @@ def _named(values: NodalValues, simulation: Simulation) -> dict[str, Floats]:
     if values.directors.shape[1] == 1:
         fields["director"] = values.director
     else:
-        fields |= {f"d{k + 1}": values.directors[:, k] for k in range(3)}
+        fields |= {f"d{k + 1}": d for k, d in enumerate(values.directors.swapaxes(0, 1))}
     if simulation.scheme.dynamic:
         fields["velocity"] = values.velocity
         names = [key for key in fields if key not in ("displacement", "velocity")]

@@ -12,8 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from shellmb.arrays import Floats, Int32s, Ints
-from shellmb.model.frames.beam import BeamModel
-from shellmb.model.shells.shell import ShellModel
+from shellmb.model.locations.nodes import Meshed
 
 
 def _none(*shape: int) -> Ints:
@@ -48,7 +47,7 @@ class Grid:
 
 
 class Gatherer:
-    """Brings nodal values of a shell or a beam to rank 0.
+    """Brings nodal values of a body with a mesh to rank 0.
 
     Args:
         body: The body; the call is collective.
@@ -58,7 +57,7 @@ class Gatherer:
             which the mesh was made, on any number of ranks.
     """
 
-    def __init__(self, body: ShellModel | BeamModel) -> None:
+    def __init__(self, body: Meshed) -> None:
         space = body.mixed.subspaces["u"]
         index_map = space.dofmap.index_map
         self._comm: MPI.Comm = space.mesh.comm
@@ -92,6 +91,9 @@ class Gatherer:
             along = own[:, np.argsort(points[:, 0])]
             lines = np.stack([along[:, :-1], along[:, 1:]], axis=-1).reshape(-1, 2)
             self.grid = Grid(body.name, nodes, cells, types, lines=lines)
+            return
+        if dim == 3:
+            self.grid = Grid(body.name, nodes, cells, types)
             return
         pieces, around = lattice(points)
         faces = own[:, pieces].reshape(-1, pieces.shape[1])

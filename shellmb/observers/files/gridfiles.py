@@ -15,7 +15,7 @@ from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridWriter
 
 from shellmb.arrays import Floats
 from shellmb.errors import SceneError
-from shellmb.guarding.grids import read_grid
+from shellmb.guarding.grids import read_grid, seal_grid
 from shellmb.guarding.reading import read_bytes
 from shellmb.guarding.seal import checksum
 from shellmb.guarding.writing import write_bytes
@@ -82,7 +82,7 @@ class GridFiles:
             raise OSError(f"{self.file(number)} cannot be written")
         written: bytes | str = self._writer.GetOutputString()
         # text only where no number makes it anything else
-        content = written.encode() if isinstance(written, str) else written
+        content = seal_grid(written.encode() if isinstance(written, str) else written)
         write_bytes(self.file(number), content)
         self._sums[number] = checksum(content)
 

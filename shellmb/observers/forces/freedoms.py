@@ -7,7 +7,6 @@ places of their joints, without an unknown and a compiled form.
 from __future__ import annotations
 
 import math
-from typing import Any
 
 from mpi4py import MPI
 
@@ -18,16 +17,19 @@ from shellmb.model.joints.columns import COLUMN
 from shellmb.model.joints.joints import BoundJoint, JointGroup
 from shellmb.observers.booking import STEPS, Kept
 from shellmb.observers.forces.locations import Places
+from shellmb.restart import Restartable
 from shellmb.simulate.simulation import Simulation
 
 
-class Freedoms:
+class Freedoms(Restartable):
     """Reads them between two steps.
 
     Attributes:
         values: Rotations [rad], which count whole turns as long as no step is half a turn, and
             translations [m], by column.
     """
+
+    remembered = ("values",)
 
     def __init__(self) -> None:
         self.values: dict[str, float] = {}
@@ -110,14 +112,6 @@ class Freedoms:
                 self.values[name] = value
             found.append(dict(self.values))
         return found
-
-    def state(self) -> dict[str, Any]:
-        """The values, whose turns count."""
-        return dict(self.values)
-
-    def restore(self, state: dict[str, Any]) -> None:
-        """Take them up."""
-        self.values = {name: float(value) for name, value in state.items()}
 
 
 class _Like:

@@ -47,6 +47,8 @@ class JointForces(Booked):
     the values at the start.
     """
 
+    remembered = ("_freedoms",)
+
     def __init__(self) -> None:
         super().__init__()
         self._joints: list[str] = []
@@ -144,14 +146,6 @@ class JointForces(Booked):
             found.append(dict(self._columns))
         return found
 
-    def kept(self) -> dict[str, Any]:
-        """Rotations, whose turns count."""
-        return self._freedoms.state()
-
-    def take_up(self, state: dict[str, Any]) -> None:
-        """Take them up."""
-        self._freedoms.restore(state)
-
 
 class Span(NamedTuple):
     """States of a group over a step, shape (..., dofs): of an instant all three are the same.
@@ -194,7 +188,7 @@ def group_loops(
         GroupForces(problem, group, joints_of(group), number, balance) for group in mechanism.groups
     ]
     for screws in mechanism.screws:
-        for group in {c.group.name: c.group for pair in screws.pairs for c in pair}.values():
+        for group in {c.group.name: c.group for pair in screws.members for c in pair}.values():
             loops.append(PitchForces(problem, group, mechanism.joints, number, balance, screws))
     return loops
 
@@ -329,7 +323,9 @@ class PitchForces(GroupForces):
         screws: TiedCoordinates,
     ) -> None:
         self._group, self._screws = group, screws
-        items = {c.item: joints[c.name] for pair in screws.pairs for c in pair if c.group is group}
+        items = {
+            c.item: joints[c.name] for pair in screws.members for c in pair if c.group is group
+        }
         here = [(row, items[k]) for row, k in enumerate(group.nodes.item.tolist()) if k in items]
         super().__init__(problem, group, here, number, balance)
         self._held = [(problem.unknown(g.name), g.mixed.dofs["mu"]) for g in (group, screws)]
@@ -373,7 +369,7 @@ class _Forces:
             ends = [joint.ends[0] for joint in joints]
             arms = [e.directors @ (j.about - e.node) for e, j in zip(ends, joints, strict=True)]
             self._about = np.array(arms)
-        if joints[0].vectors[0] > 0:
+        if joints[0].vectors[0] > 0 and joints[0].ends[0].framed:
             axes = [joint.shown @ joint.ends[0].directors.T for joint in joints]
             self._axes = np.array(axes)
 

@@ -22,6 +22,8 @@ from shellmb.simulate.start.stored import read_arrays
 Count = Annotated[int, Field(ge=0)]
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 Seconds = Annotated[Finite, Field(ge=0)]
+# the shortest of no steps is infinite
+Size = Annotated[float, Field(ge=0)] | bool
 ANEW = "start the run again in another directory"
 
 
@@ -53,7 +55,7 @@ class _Counters(_Table):
     step: Count
     iterations: Count
     step_seconds: Seconds
-    size: dict[str, Finite]
+    size: dict[str, Size]
 
 
 class _State(_Table):

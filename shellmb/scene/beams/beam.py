@@ -34,7 +34,7 @@ class Beam(Deforming):
         up: Direction whose projection across the tangent is d3; None: the z axis, or where that is
             nearly tangential somewhere, another axis; along a shell, the shell's director.
         rotary_inertia: Whether the rotation of the section has inertia.
-        eccentric_inertia: Whether its first moments are taken into account, where it has such.
+        eccentric_inertia: Whether its first moments are included, where it has such.
         transverse_shear: Whether the section shears; False: a slender beam in Bernoulli's limit.
         stretching: Whether it stretches along its line; False: inextensible.
         coupling: Whether forces and moments are coupled, where the section does so.

@@ -93,6 +93,8 @@ def functions_of_time(scene: Description) -> list[Any]:
             functions += (support.rotation, support.translation)
     for driver in scene.drivers:
         functions += (driver.rotation, driver.translation)
+    constraints: tuple[Any, ...] = (*scene.joints, *scene.couplings)
+    functions += (function for item in constraints for function in item.given)
     return functions
 
 

@@ -13,6 +13,7 @@ from shellmb.scene.initial import FromMode
 from shellmb.scene.loads.loads import Gravity
 from shellmb.scene.loads.supports import Driven, Fixed
 from shellmb.scene.lookup import bodies_of, coordinates_of, listed, said
+from shellmb.scene.multibody.own_bodies import UserBody
 from shellmb.scene.multibody.rigid import RigidBody
 from shellmb.scene.schemes import DISSIPATIVE
 from shellmb.scene.values.copies import on_trial
@@ -163,6 +164,8 @@ def _velocities(scene: Description) -> None:
 
 def _heavy(body: Body) -> bool:
     """Decide whether a body has a mass."""
+    if isinstance(body, UserBody):
+        return body.massive
     return bool(body.mass > 0 if isinstance(body, RigidBody) else body.section.masses[0])
 
 

@@ -10,6 +10,7 @@ from shellmb.errors import SceneError
 from shellmb.scene.beams.beam import Beam
 from shellmb.scene.lookup import listed, said
 from shellmb.scene.multibody.offsets import Offset
+from shellmb.scene.multibody.own_bodies import UserBody
 from shellmb.scene.multibody.rigid import RigidBody
 from shellmb.scene.shells.shell import Shell
 from shellmb.scene.values.copies import on_trial
@@ -25,7 +26,9 @@ def edges_of(body: Body) -> tuple[str, ...] | None:
     """Names of the edges of a body, of a beam its ends; None where only the mesh knows them."""
     if isinstance(body, Shell):
         return body.surface.edges
-    return body.curve.point_names if isinstance(body, Beam) else ()
+    if isinstance(body, Beam):
+        return body.curve.point_names
+    return body.region_names if isinstance(body, UserBody) else ()
 
 
 def points_of(body: Body) -> tuple[str, ...] | None:
@@ -71,7 +74,7 @@ def check_point(body: Body, point: Any, who: str) -> None:
     """
     known = points_of(body)
     if isinstance(point, Offset):
-        if isinstance(body, RigidBody):
+        if isinstance(body, RigidBody | UserBody):
             raise SceneError(
                 f"{who}: an offset is from a node of a shell or beam and {said(body)} has none; "
                 "give the coordinates of the point"
@@ -84,8 +87,8 @@ def check_point(body: Body, point: Any, who: str) -> None:
         point = point.at
     if known is not None and isinstance(point, str) and point not in known:
         raise SceneError(
-            f"{who}: {said(body)} has no point '{point}'; its points are {listed(known)}, "
-            "or give coordinates"
+            f"{who}: {said(body)} has no point '{point}'; its points are "
+            f"{listed(known) or 'none'}, or give coordinates"
         )
 
 

@@ -15,6 +15,7 @@ from shellmb.scene.checks.locations import (
     edges_of,
     finite_in_time,
 )
+from shellmb.scene.control.signals import Signal
 from shellmb.scene.loads.supports import Fixed
 from shellmb.scene.lookup import (
     bodies_of,
@@ -26,6 +27,7 @@ from shellmb.scene.lookup import (
     model_of,
     said,
 )
+from shellmb.scene.multibody.couplings import Coupled
 from shellmb.scene.multibody.drivers import Driver, Lock
 from shellmb.scene.multibody.edge_hinges import EdgeHinge
 from shellmb.scene.multibody.elements import JointElement, PointElement
@@ -41,6 +43,7 @@ from shellmb.scene.multibody.joints import (
     Weld,
 )
 from shellmb.scene.multibody.offsets import Offset
+from shellmb.scene.multibody.own_bodies import UserBody
 from shellmb.scene.multibody.rigid import Interface, RigidBody
 from shellmb.scene.multibody.rolling import Contact, Rolling
 from shellmb.scene.probes import MOTIONS
@@ -93,9 +96,16 @@ def _joint(scene: Description, joint: Joint) -> None:
     ):
         if _frameless(body) and not allowed:
             raise SceneError(
-                f"{joint.said}: {which} is {_end_said(body)}, whose nodes have a director only; "
-                "it must be the ground, a rigid body or a beam, connected to the shell by a "
-                "ShellRevolute joint"
+                f"{joint.said}: {which} is {_end_said(body)}, whose nodes have no frame; it must "
+                "be the ground, a rigid body or a beam, connected to it by a Weld or, to a shell, "
+                "a ShellRevolute joint or an EdgeHinge along its edge"
+            )
+    if isinstance(joint, Weld) and isinstance(second, UserBody):
+        if joint.second_at not in _regions(second):
+            known = listed(_regions(second)) or "none"
+            raise SceneError(
+                f"{joint.said}: second_at is {show(joint.second_at)}; it must be a region of "
+                f"{said(second)}: {known}, because its nodes carry no moment"
             )
     if isinstance(joint, ShellRevolute) and not isinstance(second, Shell):
         raise SceneError(
@@ -126,6 +136,12 @@ def _joint(scene: Description, joint: Joint) -> None:
             f"{joint.said}: at and second_at are both {show(joint.at)}; they must differ where no "
             "length is given"
         )
+    if isinstance(joint, Distance) and callable(joint.length):
+        if joint.second_at == joint.at:
+            raise SceneError(
+                f"{joint.said}: at and second_at are both {show(joint.at)}; they must differ where "
+                "length is a function of time"
+            )
     _within_time(scene, joint.active, f"{joint.said}: active")
     if isinstance(joint, Contact) and scene.static:
         raise SceneError(
@@ -165,7 +181,7 @@ def _edge_hinge(
             )
     if joint.rigid_angle:
         return
-    for item in (*scene.drivers, *scene.force_elements):
+    for item in (*scene.drivers, *scene.force_elements, *_coupled(scene)):
         if getattr(item, "joint", None) != joint.name:
             continue
         linear = getattr(item, "stiffness", None) or getattr(item, "damping", None) is not None
@@ -178,12 +194,14 @@ def _edge_hinge(
 
 
 def _regions(body: Body | None) -> tuple[str, ...]:
-    """Edges and areas of a shell."""
-    return (*(edges_of(body) or ()), *areas_of(body)) if isinstance(body, Shell) else ()
+    """Edges and areas of a shell, regions of a body of the user's own."""
+    if not isinstance(body, Shell | UserBody):
+        return ()
+    return (*(edges_of(body) or ()), *areas_of(body))
 
 
 def _frameless(body: Body | None) -> bool:
-    return isinstance(body, Shell) and body.nodal
+    return isinstance(body, Shell | UserBody) and body.nodal
 
 
 def _end_said(body: Body | None) -> str:
@@ -238,9 +256,27 @@ def _coordinates(scene: Description) -> None:
                     f"lock of joint '{lock.joint}': active has the window ({start:g}, {end:g}); "
                     "it must begin at 0 or later"
                 )
-    for element in scene.force_elements:
+    for element in (*scene.force_elements, *_coupled(scene)):
         if isinstance(element, JointElement):
             coordinates_of(scene, element)
+    for item in (*scene.joints, *scene.couplings):
+        for function in item.given:
+            if isinstance(function, Signal):
+                raise SceneError(
+                    f"{item.said}: {show(function)} is no value over time; it must be a function "
+                    "of time, or a joint with a driver whose acceleration is commanded"
+                )
+            finite_in_time(function, scene.given_until, f"{item.said}: value over time", 1)
+    for joint in scene.joints:
+        if isinstance(joint, Distance) and any(f(0.0) <= 0 for f in joint.given):
+            raise SceneError(
+                f"{joint.said}: length begins as {joint.given[0](0.0):g}; it must be greater than 0"
+            )
+
+
+def _coupled(scene: Description) -> list[Coupled]:
+    """Coordinates of all couplings."""
+    return [coupled for coupling in scene.couplings for coupled in coupling.terms]
 
 
 def _glues(scene: Description) -> None:
@@ -290,6 +326,8 @@ def _quantity(scene: Description, probe: Any) -> None:
     q = probe.quantity
     if probe.frame is not None:
         _frame(scene, probe)
+    if q == "director" and isinstance(body, UserBody):
+        raise SceneError(f"{said(probe)}: quantity is 'director'; {said(body)} has none")
     if isinstance(probe.at, Offset) and q not in MOTIONS:
         raise SceneError(
             f"{said(probe)}: quantity is {show(q)} and at an Offset; at must be a node"
@@ -330,10 +368,10 @@ def _frame(scene: Description, probe: Any) -> None:
 
 def _directors(scene: Description, support: Fixed) -> None:
     (body,) = bodies_of(scene, support)
-    if isinstance(body, Beam) and any(c is not None for c in support.director):
+    if isinstance(body, Beam | UserBody) and any(c is not None for c in support.director):
         raise SceneError(
             f"fixed components: director is {show(support.director)} on {said(body)}; it must be "
-            "left out, because a beam has three: use Clamped or a joint to the ground"
+            "left out, because only a shell has one: use Clamped or a joint to the ground"
         )
 
 
@@ -349,6 +387,8 @@ def _supported(scene: Description) -> None:
     pairs += [(body.name, body.of) for body in scene.bodies if isinstance(body, Interface)]
     # an elastic foundation, say; whether terms hold all motions is found out later
     pairs += [(body.name, GROUND) for body in scene.bodies if getattr(body, "terms", ())]
+    # energies of the user's own may hold their bodies, too
+    pairs += [(body.name, GROUND) for body in scene.own_bodies]
     pairs += [(b.name, GROUND) for p in scene.potentials for b in bodies_of(scene, p)]
     pairs += [
         (b.name, c.obstacle_body or GROUND) for c in scene.contacts for b in bodies_of(scene, c)
@@ -414,6 +454,8 @@ def _massive(scene: Description) -> None:
             if body.name in carried or isinstance(body, Interface):
                 continue
             m, what, remedy = body.mass, "mass", ""
+        elif isinstance(body, UserBody):
+            m, what, remedy = float(body.massive), "mass", ", so give it one"
         else:
             m = mass_of(body)
             what = "mass per area" if isinstance(body, Shell) else "mass per length"

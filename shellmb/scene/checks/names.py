@@ -33,6 +33,7 @@ def check_names(scene: Description) -> None:
         *scene.joints,
         *scene.drivers,
         *scene.force_elements,
+        *scene.couplings,
         *scene.potentials,
         *scene.contacts,
         *scene.volumes,

@@ -65,8 +65,8 @@ def check_potentials(scene: Description) -> None:
         if {*_shells_of(scene, volume)} == {*_shells_of(scene, other)}:
             raise SceneError(
                 f"{said(volume)} and {said(other)}: both are enclosed by "
-                f"{listed(_shells_of(scene, volume))}; a volume must be given once, because "
-                "pressures add up and a volume is held once"
+                f"{listed(_shells_of(scene, volume))}; give each volume once: "
+                "pressures would add up"
             )
     for contact in scene.contacts:
         if isinstance(contact.obstacle, Faces):

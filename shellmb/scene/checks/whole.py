@@ -31,6 +31,7 @@ from shellmb.scene.loads.loads import EdgeLoad, PointLoad
 from shellmb.scene.loads.supports import Driven, Fixed, HardSupport, Support
 from shellmb.scene.lookup import bodies_of, find_shell, kind_of, listed, said
 from shellmb.scene.multibody.joints import GROUND
+from shellmb.scene.multibody.own_bodies import UserBody
 from shellmb.scene.probes import Probe
 from shellmb.scene.schemes import QUADRATIC, SCHEMES
 from shellmb.scene.shells.sections import LinearSection
@@ -77,8 +78,17 @@ def _names(scene: Description) -> None:
                 f"scene '{scene.name}': a {kind_of(body)} is named '{GROUND}'; it must have "
                 "another name, because this one is reserved"
             )
-    named = ("shells", "bodies", "joints", "drivers", "force_elements", "probes", "controllers")
-    for what in named:
+    named = (
+        "shells",
+        "bodies",
+        "joints",
+        "drivers",
+        "force_elements",
+        "couplings",
+        "probes",
+        "controllers",
+    )
+    for what in (*named, "controllers"):
         for name, count in Counter(item.name for item in getattr(scene, what)).items():
             if count > 1:
                 raise SceneError(
@@ -169,6 +179,12 @@ def _targets(scene: Description) -> None:
     for item in items:
         who = said(item)
         for body in bodies_of(scene, item):
+            offset = getattr(item, "offset", None)
+            if isinstance(body, UserBody) and np.any(offset):
+                raise SceneError(
+                    f"{who}: offset is {show(offset)}; it must be 0 on {said(body)}, whose nodes "
+                    "have no directors for an arm"
+                )
             if isinstance(item, Fixed):
                 _edge_or_point(body, item.at, who)
             elif isinstance(item, Support | EdgeLoad):

@@ -100,7 +100,7 @@ class Box(Obstacle):
         """Check its size and axes.
 
         Raises:
-            SceneError: If it has no volume, no room for its rounding, or skew axes.
+            SceneError: If it has no volume, too large a rounding, or skew axes.
         """
         if min(self.size) <= 0:
             raise SceneError(f"box: size is {show(self.size)}; each extent must be greater than 0")

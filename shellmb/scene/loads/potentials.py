@@ -15,7 +15,7 @@ __all__ = ["Potential"]
 class Potential:
     """Potential energy of a body's position: a foundation, a magnet, the field of a planet.
 
-    It is exact in the energy account in every scheme, and in dissipative ones never gains.
+    It is exact in the energy balance of every scheme; dissipative ones never gain energy by it.
 
     Args:
         name: Its name in the results: ``NAME.energy`` [J], ``NAME.Fx`` to ``NAME.Fz`` [N].

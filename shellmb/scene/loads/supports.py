@@ -2,9 +2,9 @@
 
 Every ``at`` is the name of an edge or a tuple of names, unless the support says more; ``body``
 names the shell and may be left out where the scene has one only. An area of a shell
-(``Shell(areas=...)``) is held in the same way, all of its nodes: by its name in the place of an
+(``Shell(areas=...)``) is fixed likewise, all of its nodes: by its name in the place of an
 edge's, except where a support goes along an edge (``HardSupport``). ``Clamped``, ``Hinged`` and
-``Fixed`` hold beams too: their edges are ``start`` and ``end``. Rigid bodies are held by
+``Fixed`` hold beams too: their edges are ``start`` and ``end``. Rigid bodies are fixed by
 joints to the ground.
 """
 
@@ -71,8 +71,8 @@ class Hinged(Support):
     Args:
         at: The edge or edges.
         body: Name of the shell or beam.
-        offset: From the nodes to what is held, as in ``Offset``: of a shell the distance along the
-            director [m], so that a hinge may be on one of its faces.
+        offset: From the nodes to the fixed points, as in ``Offset``: of a shell the distance along
+            the director [m], so that a hinge may be on one of its faces.
     """
 
     at: Edge
@@ -86,9 +86,9 @@ class SoftSupport(Support):
 
     Args:
         at: The edge or edges.
-        axis: Direction of the displacement that is held, for a plate its normal.
+        axis: Direction of the fixed displacement, for a plate its normal.
         body: Name of the shell.
-        offset: From the nodes to what is held: the distance along the director [m].
+        offset: From the nodes to the fixed points: the distance along the director [m].
     """
 
     at: Edge
@@ -106,7 +106,7 @@ class HardSupport(Support):
 
     Args:
         at: The edge or edges.
-        axis: Direction of the displacement that is held, for a plate its normal.
+        axis: Direction of the fixed displacement, for a plate its normal.
         body: Name of the shell.
     """
 
@@ -170,7 +170,7 @@ class Fixed(Support):
         """
         if all(c is None for c in self.displacement + self.director):
             raise SceneError(
-                f"fixed components: nothing is held at {show(self.at)}; "
+                f"fixed components: nothing is fixed at {show(self.at)}; "
                 "give at least one component of displacement or director"
             )
 

@@ -1,1 +1,1 @@
-"""Rigid bodies, joints, and what drives and resists their coordinates."""
+"""Rigid bodies and own ones, joints, and what couples, drives and resists their coordinates."""

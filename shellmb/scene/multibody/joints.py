@@ -11,13 +11,15 @@ halves, and may act in windows ``(start, end)`` of time only.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import KW_ONLY, field
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
 from shellmb.errors import SceneError
 from shellmb.scene.multibody.offsets import Point
+from shellmb.scene.values.times import TimeFunction
 from shellmb.scene.values.validate import (
     Axis,
     Finite,
@@ -36,6 +38,7 @@ __all__ = [
     "Distance",
     "InPlane",
     "Joint",
+    "OwnJoint",
     "Planar",
     "Prismatic",
     "Revolute",
@@ -101,6 +104,11 @@ class Joint:
     def said(self) -> str:
         """Name that messages use for it."""
         return f"{self.label} '{self.name}'"
+
+    @property
+    def given(self) -> tuple[TimeFunction, ...]:
+        """Functions of time that its constraints contain."""
+        return ()
 
 
 @described("spherical joint")
@@ -234,16 +242,21 @@ class Weld(Joint):
 
 @described("distance joint")
 class Distance(Joint):
-    """Constant distance between two points, as by a massless link with spherical joints.
+    """Distance between two points, as by a massless link with spherical joints.
 
     Args:
-        length: The distance [m]; None: that of the reference configuration; see :class:`Joint` for
-            the other parameters.
+        length: The distance [m], a number or a function of time; None: that of the reference
+            configuration; see :class:`Joint` for the other parameters.
     """
 
-    length: Positive | None = field(default=None, kw_only=True)
+    length: Positive | TimeFunction | None = field(default=None, kw_only=True)
 
     shells = (True, True)
+
+    @property
+    def given(self) -> tuple[TimeFunction, ...]:
+        """The distance, where it is a function of time."""
+        return (self.length,) if callable(self.length) else ()
 
 
 @described("in-plane joint")
@@ -274,3 +287,31 @@ class ShellRevolute(Joint):
     axis: Axis | None = field(default=None, kw_only=True)
 
     shells = (False, True)
+
+
+@described("own joint")
+class OwnJoint(Joint):
+    """A joint whose constraints are a function of its two places.
+
+    A place has a position ``x`` and vectors ``e``: three axes of a rigid body, beam or the ground,
+    the director of a shell, none of an own body. The vectors of both places coincide in the
+    reference configuration, and are those of the scene unless there is an ``axis``.
+
+    Args:
+        constraints: ``constraints(first, second, *values)`` is a list of scalars in UFL that
+            vanish, each at most quadratic in all of these. Positions should enter as lengths (m).
+        values: Functions of time that the constraints contain; what moves them does the work.
+        axis: Direction of the third vector of both places; see :class:`Joint` for the other
+            parameters.
+    """
+
+    constraints: Callable[..., Any] = field(kw_only=True)
+    values: tuple[TimeFunction, ...] = ()
+    axis: Axis | None = field(default=None, kw_only=True)
+
+    shells = (True, True)
+
+    @property
+    def given(self) -> tuple[TimeFunction, ...]:
+        """The values."""
+        return self.values

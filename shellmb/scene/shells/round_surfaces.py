@@ -115,7 +115,7 @@ class Sphere(_Polar):
 
     Where the polar angle starts at 0 the mesh is made of blocks that avoid collapsed cells: there
     is no edge ``bottom`` but a point ``pole``, ``mesh[0]`` counts the cells along a quarter turn of
-    the rim and ``mesh[1]`` those from the pole to the rim. All the way round there are no edges
+    the rim and ``mesh[1]`` those from the pole to the rim. With the full azimuth there are no edges
     ``left`` and ``right``. The whole sphere, ``polar=(0, 180)``, has no edges and the points
     ``pole`` and ``antipole``; its rim is the equator.
 
@@ -141,7 +141,7 @@ class Sphere(_Polar):
         if self.polar[0] < 0 or (self.polar[1] >= 180 and not whole):
             raise SceneError(
                 f"sphere: polar is {show(self.polar)} and azimuth {show(self.azimuth)}; polar must "
-                "begin at 0 or more and end below 180 degrees, or be (0, 180) all the way round"
+                "begin at 0 or more and end below 180 degrees, or be (0, 180) with the full azimuth"
             )
         self._name_parts(sweep, self.polar[0] == 0)
         if whole:

@@ -51,7 +51,7 @@ class Shell(Deforming):
             vectorised function of positions (3, n) that gives vectors (3, n); None: the x axis, or
             where that is nearly normal to some part of the surface, y or z.
         rotary_inertia: Whether the rotation of the director has inertia.
-        eccentric_inertia: Whether the first moment s* of eq. 16 is taken into account, where the
+        eccentric_inertia: Whether the first moment s* of eq. 16 is included, where the
             section has one.
         transverse_shear: Whether it shears across its thickness; False: thin plates and shells in
             Kirchhoff's limit.

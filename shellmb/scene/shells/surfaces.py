@@ -109,7 +109,7 @@ class Parametric(Surface):
     same line it is slit, as an annular plate cut open. Each lip has its own nodes, edge and corner
     points, which can move apart; a node inside a lip has no name. What is to close must be a
     :class:`Cylinder`, :class:`Sphere` or :class:`Disc` of 360 degrees, or a user's own
-    :class:`Surface` with ``closed = True``. A run warns of a slit that is not said to be meant.
+    :class:`Surface` with ``closed = True``. A run warns of a slit unless it is declared.
 
     Args:
         map: Vectorised ``map(xi, eta) -> array (3, n)`` of positions [m] for ``xi``, ``eta`` of

@@ -20,11 +20,11 @@ class Modal:
     """Small strains and rotations relative to a floating frame, in few modes (Craig and Bampton).
 
     The frame moves by any amount, as a rigid body does; relative to it the body moves in the modes
-    that it has with its joints held, and in those of its joints, each of which moves as a rigid
+    that it has with its joints fixed, and in those of its joints, each of which moves as a rigid
     frame: six for each place that something is attached to, less the six of the body as a whole.
 
     Args:
-        modes: Number of modes with all joints held, the lowest ones; without joints and loads the
+        modes: Number of modes with all joints fixed, the lowest ones; without joints and loads the
             number of elastic modes of the free body. Distributed loads add their own.
     """
 

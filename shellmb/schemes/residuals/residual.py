@@ -172,18 +172,28 @@ class IntervalForms:
         self._body, self._levels, self._scheme, self._dt = body, levels, scheme, dt
         self.stages = stage_forms(body, scheme, levels, dt)
         self.advance = scheme.advance
+        stage = self.stages[END].stage
+        self._share = 1.0 if stage is None else stage.share
 
     def _last(self, levels: Levels) -> Interval:
-        return self._scheme.expand(levels, self._dt)[END].span
+        return span_of(self._body, levels, self._scheme.expand(levels, self._dt)[END], END)
 
     @cached_property
     def _span(self) -> Interval:
         """The last sub-interval, which each step asks for."""
         return self._last(self._levels)
 
-    @cached_property
+    @property
     def _ends(self) -> tuple[Values, Values]:
-        """Arrays of both ends of the last sub-interval."""
+        """Arrays of both ends of the last sub-interval; twice that of a state within the step."""
+        if self._share == 1.0:
+            return self._arrays
+        first, last = (q.x.array for q in (self._levels.q, self._levels.unknown[END]))
+        there = np.asarray((1 - self._share) * first + self._share * last)
+        return there, there
+
+    @cached_property
+    def _arrays(self) -> tuple[Values, Values]:
         if self._levels.reference is not None:
             there = np.asarray(self._levels.reference.q.x.array)
             return there, there
@@ -247,7 +257,8 @@ def stage_forms(
         space = unknown.function_space
         dq, trial = ufl.TestFunction(space), ufl.TrialFunction(space)
         before = None if body.damping is None else levels.q
-        sub = Span(stage.span, unknowns, number, at[name].span if linear else None, before)
+        span = span_of(body, levels, stage, name)
+        sub = Span(span, unknowns, number, at[name].span if linear else None, before)
         internal, terms = sub_forces(body, sub, dq, trial)
         work = None
         if body.damping is not None and stage.rates is not None:
@@ -265,12 +276,12 @@ def stage_forms(
             internal = change(internal, levels)
         inertia = None if stage.rate is None else body.inertia(stage.rate, dq)
         sample = Sample(
-            at[name].span.mid,
+            at[name].span.mid if linear else span.mid,
             at[name].rates,
             body.loads(),
-            ((1.0, 1.0),) if stage.single else averaged(scheme, name),
+            ((stage.share, 1.0),) if stage.single else averaged(scheme, name),
             fem.Constant(space.mesh, 0.0),
-            1.0 if stage.single else 0.5,
+            stage.share if stage.single else 0.5,
             levels=levels if linear else None,
         )
         jumped = jump_forms(dq)
@@ -290,6 +301,43 @@ def stage_forms(
         found = [form for form in rows if form is not None]
         result["b"] = StageForms(None, (sum(found[1:], found[0]),) if found else ())
     return result
+
+
+def span_of(body: Body, levels: Levels, stage: Stage, name: str) -> Interval:
+    """Sub-interval of a stage; of forces within the step the state on the chord where they act.
+
+    Resultants there are between those of both ends, and so follow the strains to second order.
+    Multipliers are those of the end.
+
+    Args:
+        body: The body.
+        levels: Its functions.
+        stage: The stage.
+        name: Its name.
+
+    Raises:
+        SceneError: If forces act elsewhere, or the scheme is one that takes averages.
+    """
+    share = stage.share
+    if share == 1.0:
+        return stage.span
+    if not (stage.single and 0.5 <= share < 1.0) or levels.reference is not None:
+        raise SceneError(
+            f"scheme: the share of a stage is {share!r}; it must be between 0.5 and 1, of a stage "
+            "with at_state and of a scheme that is not linear"
+        )
+    start, end = levels.q, levels.unknown[name]
+    there = (1 - share) * start + share * end
+    titles = {part.name for part in body.parts} - body.kinematic - body.mixed.elementwise
+    held = {n for p in titles for n in _numbers(body, p)}
+    size = ufl.shape(end)[0]
+    unknown = ufl.as_vector([(end if k in held else there)[k] for k in range(size)])
+    return Interval(there, there, there, there, unknown, 0.0, end)
+
+
+def _numbers(body: Body, part: str) -> range:
+    first, count = body.mixed.parts[part]
+    return range(first, first + count)
 
 
 def acting(body: Body, samples: tuple[Sample, ...], dq: Expr) -> list[Form]:

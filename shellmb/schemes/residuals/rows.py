@@ -159,7 +159,7 @@ class Span:
     def rows(self) -> Rows | None:
         """States as functions; None where it is none between two of them."""
         unknown, number = self._unknown, self._number
-        a, b, mid, at, held, beta = self._of
+        a, b, mid, at, held, beta, _ = self._of
         holder = unknown[number]
         if a is b is mid is at is held is holder:
             self.states = PathStates([holder], SINGLE.reshape(4, 1))
@@ -183,7 +183,7 @@ class Span:
         And the chord of the other one, where there are two and the step is requested; None where it
         is none between two states.
         """
-        a, b, mid, at, held, _ = self._of
+        a, b, mid, at, held, *_ = self._of
         middle = renumber_indices(mid) == renumber_indices(mean(a, b))
         holder = self._unknown[self._number]
         if not (middle and isinstance(a, fem.Function) and b is at is held is holder):

@@ -24,7 +24,7 @@ class EnergyDecayingAsPrinted(EnergyDecaying):
     """
 
     name: str = "ed-printed"
-    title: str = "rival: energy decaying with eq. (31) everywhere, as printed"
+    title: str = "for comparison: energy decaying with eq. (31) everywhere, as printed"
     jumps: bool = False
 
     @property

@@ -86,7 +86,7 @@ class GeneralizedAlpha(Defaults):
     @property
     def title(self) -> str:
         """Title in words."""
-        return f"rival: generalized-alpha, rho = {self.rho:.3g}, without an energy law"
+        return f"for comparison: generalized-alpha, rho = {self.rho:.3g}, without an energy law"
 
     @property
     def rotations(self) -> Rotations:

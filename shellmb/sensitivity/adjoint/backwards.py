@@ -82,7 +82,7 @@ def there_and_back(
         states: Number of states that are kept at most; None: all steps are.
         comm: Communicator.
         results: Gives the results of the run.
-        said: Gets sentences on derivatives that are doubtful.
+        said: Receives warnings about unreliable derivatives.
     """
     steps = Steps(states)
     run = execute(scene, None, [steps], comm=comm, pictures=False, results=results)

@@ -135,7 +135,7 @@ def slopes(
         objective: The number as a function of the histories.
         history: Values over the steps by probe, and "t".
         middle: The number there.
-        said: Gets the sentences.
+        said: Receives the warnings.
 
     Raises:
         SceneError: If it is no finite number beside the histories of the run.

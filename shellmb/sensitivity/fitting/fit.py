@@ -59,7 +59,7 @@ def fit(
         bounds: Least and largest values of parameters, None where there is no bound.
         scales: Sizes of parameters, where their values do not tell.
         runs: Largest number of runs.
-        tell: Is told each run in a line.
+        tell: Callback for a line of progress per run.
         **options: Choices that replace the scene's, as `shellmb run` has them.
 
     Returns:
@@ -134,7 +134,7 @@ class _Search:
         parameters: The parameters.
         sizes: Their sizes.
         most: Largest number of runs.
-        tell: Is told each run.
+        tell: Callback for a line of progress per run.
 
     Attributes:
         count: Number of runs.

@@ -226,7 +226,7 @@ class PathTangents(Tangents):
         return d / STEP
 
     def _holds(self, state: PathState) -> bool:
-        """Decide whether the load factor of a point is held."""
+        """Decide whether the load factor of a point is fixed."""
         if self._at_load and abs(state.rate) < FLAT:
             self.said.append(
                 f"the load stands still at the load factor {state.factor:g}: derivatives at that "

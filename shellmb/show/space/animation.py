@@ -64,7 +64,7 @@ def animate(
     what = showing(fields, described, some.tolist(), field, component, appearance=appearance)
     left = None if budget is None else budget - (clock.perf_counter() - begin)
     order = _Order(len(what.states), left, fewest)
-    drawn = list(images(what, WIDTH, (what.states[k] for k in order)))
+    drawn = list(images(what, WIDTH, (what.states[k] for k in order), finer=1))
     pictures = dict(zip(order.requested, drawn, strict=True))
     write([pictures[k] for k in order.kept], file)
     return file

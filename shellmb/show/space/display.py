@@ -50,7 +50,7 @@ def why_not() -> str | None:
     if os.environ.get(KIND) or offscreen_kind() is not None:
         return None
     return (
-        "this machine has no way to draw in space: VTK needs EGL with a driver (packages libegl1 "
+        "this machine cannot draw in 3-D: VTK needs EGL with a driver (packages libegl1 "
         "and libgl1-mesa-dri), OSMesa (libosmesa6), or a display"
     )
 

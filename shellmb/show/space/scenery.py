@@ -15,7 +15,7 @@ from shellmb.show.fields import Fields
 from shellmb.show.space.colours import MARKS, PLAIN, Colouring, colouring, values
 from shellmb.show.space.display import canvas, has_display
 from shellmb.show.space.shapes import Shape, State, read_state, shape_of
-from shellmb.show.space.smooth import smooth
+from shellmb.show.space.smooth import Slab, smooth
 from shellmb.show.space.views import (
     THEMES,
     Appearance,
@@ -30,16 +30,16 @@ if TYPE_CHECKING:
     from PIL.Image import Image
 
 
-# width of pictures, pixels
-WIDTH = 960
+# width of pictures, pixels, and how much larger they are drawn before their edges are smoothed
+WIDTH, FINER = 960, 2
 USUAL = Appearance()
 COLOURS, NO_VALUE = "viridis", "lightgrey"
 REFERENCE_LINE = "#8a8a8a"
 JOINTS, OBSTACLES = "joints", "obstacles"
 RIGID, OBSTACLE = "#c9772b", "#7f93a8"
-# an arrow of the largest force, and radii of beams without a size, of pins and of rigid bodies,
-# parts of the size of the scene
-ARROW, THIN, PIN, KNOB = 0.25, 0.004, 0.007, 0.01
+# an arrow of the largest force, and the least half thickness of shells, radii of beams without a
+# size, of pins and of rigid bodies, parts of the size of the scene
+ARROW, SHEET, THIN, PIN, KNOB = 0.25, 0.0015, 0.004, 0.007, 0.01
 LIT: dict[str, Any] = {"ambient": 0.45, "diffuse": 0.65, "specular": 0.25, "specular_power": 20}
 
 
@@ -168,12 +168,19 @@ class _Part:
         at: Gives values at its points from those at the body's nodes.
         mesh: Its points, with pieces, lines or nothing between them.
         radius: Radius of rods or balls; None: pieces and lines are drawn as they are.
+        place: Gives its points from positions of the body's nodes; None: as values.
     """
 
     def __init__(
-        self, name: str, at: Callable[[Floats], Floats], mesh: Any, radius: float | None
+        self,
+        name: str,
+        at: Callable[[Floats], Floats],
+        mesh: Any,
+        radius: float | None,
+        place: Callable[[Floats], Floats] | None,
     ) -> None:
         self.name, self.mesh, self._at, self._radius = name, mesh, at, radius
+        self._place = place or at
         self.drawn = self._solid()
 
     def _solid(self) -> Any:
@@ -188,7 +195,7 @@ class _Part:
 
     def move(self, x: Floats, values: Floats | None) -> None:
         """Move it to positions, and colour it by values, at the nodes of the body."""
-        self.mesh.points = self._at(x)
+        self.mesh.points = self._place(x)
         if values is not None:
             self.mesh.point_data["shown"] = self._at(values)
         if self._radius is not None:
@@ -210,17 +217,18 @@ class Stage:
         what: What is shown.
         plotter: Where: a Plotter of pyvista's, its active place.
         marks: Whether time, scale of colours and axes are drawn.
+        scale: Factor on the sizes of texts and the widths of lines.
     """
 
-    def __init__(self, what: Showing, plotter: Any, marks: bool = True) -> None:
+    def __init__(self, what: Showing, plotter: Any, marks: bool = True, scale: int = 1) -> None:
         import pyvista as pv
         from vtkmodules.vtkRenderingCore import vtkMapper
 
         # lines of elements are on their surface, and not half of them below it
         vtkMapper.SetResolveCoincidentTopologyToPolygonOffset()
-        vtkMapper.SetResolveCoincidentTopologyPolygonOffsetParameters(2.0, 2.0)
-        vtkMapper.SetResolveCoincidentTopologyLineOffsetParameters(-2.0, -2.0)
-        self._what, self._plotter, self._marks = what, plotter, marks
+        vtkMapper.SetResolveCoincidentTopologyPolygonOffsetParameters(1.0, 1.0)
+        vtkMapper.SetResolveCoincidentTopologyLineOffsetParameters(0.0, 0.0)
+        self._what, self._plotter, self._marks, self._scale = what, plotter, marks, scale
         self._parts: list[_Part] = []
         self._arrows: Any = None
         self._title: Any = None
@@ -231,9 +239,7 @@ class Stage:
         for name, shape in what.shapes.items():
             colours = values(shape, first[name], what.shown)
             if name in PLAIN and len(shape.faces):
-                style: dict[str, Any] = {"smooth_shading": True, **LIT}
-                if name == OBSTACLES:
-                    style |= {"color": OBSTACLE, "opacity": 0.35}
+                style = LIT | ({"color": OBSTACLE, "opacity": 0.35} if name == OBSTACLES else {})
                 surface = pv.PolyData.from_regular_faces(shape.reference, shape.faces.astype(int))
                 self._add(name, np.asarray, surface, None, **style)
                 continue
@@ -241,51 +247,39 @@ class Stage:
             fine = smooth(shape)
             X = fine.at(shape.reference)
             if len(fine.faces):
-                faces = pv.PolyData.from_regular_faces(X, fine.faces.astype(int))
-                self._add(name, fine.at, faces, colours, smooth_shading=True, **LIT)
-                outlines = pv.PolyData(X, lines=_lines(fine.outlines))
-                style = {"color": "black", "opacity": 0.35, "line_width": 1.0}
-                self._add(name, fine.at, outlines, None, **style)
+                slab = Slab(fine, max(shape.thickness / 2, SHEET * what.view.size))
+                sides = slab.place(shape.reference)
+                faces = pv.PolyData.from_regular_faces(sides, slab.faces)
+                self._add(name, slab.at, faces, colours, place=slab.place, **LIT)
+                outlines = pv.PolyData(sides, lines=_lines(slab.outlines))
+                style = {"color": "black", "opacity": 0.35, "line_width": scale}
+                self._add(name, slab.at, outlines, None, place=slab.place, **style)
             if len(fine.lines):
                 lines = pv.PolyData(X, lines=_lines(fine.lines))
                 if name == JOINTS:
-                    self._add(name, fine.at, lines, None, color=REFERENCE_LINE, line_width=2.0)
+                    style = {"color": REFERENCE_LINE, "line_width": 2 * scale}
+                    self._add(name, fine.at, lines, None, **style)
                 else:
                     radius = max(shape.thickness / 2, THIN * what.view.size)
-                    self._add(name, fine.at, lines, colours, radius, smooth_shading=True, **LIT)
+                    self._add(name, fine.at, lines, colours, radius, **LIT)
             if len(shape.dots):
                 dots = pv.PolyData(shape.reference[shape.dots])
                 radius = (PIN if name == JOINTS else KNOB) * what.view.size
                 colour = "white" if name == JOINTS else RIGID
-                style = {"color": colour, "smooth_shading": True, **LIT}
-                self._add(name, shape.marked, dots, None, radius, **style)
+                self._add(name, shape.marked, dots, None, radius, color=colour, **LIT)
         if marks and what.bar and self._coloured is not None:
-            scale = plotter.add_scalar_bar(
-                " ",
-                mapper=self._coloured,
-                color=theme.ink,
-                n_labels=4,
-                fmt="%.3g",
-                label_font_size=13,
-                position_x=0.25,
-                position_y=10.0 / plotter.window_size[1],
-                width=0.5,
-                height=36.0 / plotter.window_size[1],
-            )
-            scale.SetTitle("")
-            height = 52.0 / plotter.window_size[1]
-            label = plotter.add_text(
-                what.shown.label,
-                position=(0.5, height),
-                font_size=9,
-                color=theme.ink,
-                viewport=True,
-            )
+            point = scale / plotter.window_size[1]
+            place = {"position_x": 0.25, "position_y": 10 * point, "width": 0.5}
+            style = {"color": theme.ink, "n_labels": 4, "fmt": "%.3g", "height": 36 * point}
+            style |= {"label_font_size": 13 * scale, "mapper": self._coloured}
+            plotter.add_scalar_bar(" ", **place, **style).SetTitle("")
+            style = {"font_size": 9 * scale, "color": theme.ink, "viewport": True}
+            label = plotter.add_text(what.shown.label, position=(0.5, 52 * point), **style)
             label.prop.justification_horizontal = "center"
-        look(plotter, what.view)
+        look(plotter, what.view, scale)
         if marks:
             box = what.view if what.appearance.axes else None
-            axes(plotter, what.extent, what.described.labels, theme, box)
+            axes(plotter, what.extent, what.described.labels, theme, box, scale)
 
     _coloured: Any = None
 
@@ -296,24 +290,20 @@ class Stage:
         mesh: Any,
         colours: Floats | None,
         radius: float | None = None,
+        place: Callable[[Floats], Floats] | None = None,
         **style: Any,
     ) -> None:
+        style.setdefault("smooth_shading", bool(mesh.n_faces or radius))
         if colours is not None:
             mesh.point_data["shown"] = at(colours)
-        part = _Part(name, at, mesh, radius)
+        part = _Part(name, at, mesh, radius, place)
         if colours is None:
             style.setdefault("color", RIGID if name in MARKS else NO_VALUE)
             self._plotter.add_mesh(part.drawn, **style)
         else:
-            actor = self._plotter.add_mesh(
-                part.drawn,
-                scalars="shown",
-                clim=self._what.limits,
-                cmap=self._what.colours,
-                show_scalar_bar=False,
-                **style,
-            )
-            self._coloured = actor.mapper
+            style |= {"clim": self._what.limits, "cmap": self._what.colours}
+            style |= {"scalars": "shown", "show_scalar_bar": False}
+            self._coloured = self._plotter.add_mesh(part.drawn, **style).mapper
         self._parts.append(part)
 
     def _reference(self, pv: Any, shape: Shape) -> None:
@@ -321,7 +311,7 @@ class Stage:
         lines = shape.border if len(shape.faces) else shape.lines
         if len(lines) and shape.name != JOINTS:
             mesh = pv.PolyData(shape.reference, lines=_lines(lines))
-            self._plotter.add_mesh(mesh, color=REFERENCE_LINE, line_width=1.2)
+            self._plotter.add_mesh(mesh, color=REFERENCE_LINE, line_width=1.2 * self._scale)
 
     def set(self, states: dict[str, State]) -> None:
         """Move everything to a state.
@@ -342,12 +332,8 @@ class Stage:
             return
         text = what.title(states)
         if self._title is None:
-            self._title = self._plotter.add_text(
-                text,
-                position="upper_edge",
-                font_size=9,
-                color=THEMES[what.appearance.theme].ink,
-            )
+            style = {"font_size": 9 * self._scale, "color": THEMES[what.appearance.theme].ink}
+            self._title = self._plotter.add_text(text, position="upper_edge", **style)
         else:
             self._title.set_text("upper_edge", text)
 
@@ -382,6 +368,7 @@ def images(
     width: int = WIDTH,
     states: Iterable[dict[str, State]] | None = None,
     marks: bool = True,
+    finer: int = FINER,
 ) -> Iterator[Image]:
     """An image of each state, drawn without a display.
 
@@ -390,6 +377,7 @@ def images(
         width: Width, pixels, unless the appearance has one; the height goes by what is shown.
         states: Those of its states that are drawn; None: all.
         marks: Whether time, scale of colours and axes are drawn.
+        finer: How many times larger it is drawn, and then reduced: edges are smooth.
 
     Raises:
         RunError: If this machine cannot draw.
@@ -397,13 +385,14 @@ def images(
     from PIL import Image
 
     width = what.appearance.width or width
-    with canvas(width, what.view.height(width)) as plotter:
-        stage = Stage(what, plotter, marks)
+    with canvas(finer * width, finer * what.view.height(width)) as plotter:
+        stage = Stage(what, plotter, marks, finer)
         for state in what.states if states is None else states:
             stage.set(state)
             # a screenshot by itself may be of what was drawn before
             plotter.render()
-            yield Image.fromarray(np.asarray(plotter.screenshot(None, return_img=True)))
+            drawn = np.asarray(plotter.screenshot(None, return_img=True))
+            yield Image.fromarray(drawn).reduce(finer)
 
 
 def still(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -18,6 +19,11 @@ from shellmb.observers.files.grid import lattice
 from shellmb.show.fields import NAMES, REFERENCE, Fields
 
 VERTEX, LINE = 1, 3
+# corners around each face of a solid cell, in VTK's order, by how many faces it has
+SIDES = {
+    4: ((0, 1, 3), (1, 2, 3), (2, 0, 3), (0, 2, 1)),
+    6: ((0, 4, 7, 3), (1, 2, 6, 5), (0, 1, 5, 4), (3, 7, 6, 2), (0, 3, 2, 1), (4, 5, 6, 7)),
+}
 # displacements that are round-off, relative to positions: a hundred times what a rotation leaves
 ROUND_OFF = 1e-13
 
@@ -36,7 +42,7 @@ class Shape:
         labels: A name for each node, or none.
         cells: Nodes of each element, shape (c, k), of those that are drawn as faces or lines.
         places: Where these nodes are on the reference cell, shape (k, 1 or 2).
-        thickness: Diameter of the lines, or 0 where nobody says.
+        thickness: Diameter of the lines, thickness of the faces; 0: not known.
     """
 
     name: str
@@ -93,6 +99,11 @@ def shape_of(fields: Fields, name: str) -> Shape:
         if cell.GetCellDimension() == 1:
             # the ends come first, as everywhere in VTK
             lines = table if types[first] == LINE else table[:, np.argsort(points[:, 0])]
+        elif cell.GetCellDimension() == 3:
+            faces = outside(table, SIDES[cell.GetNumberOfFaces()])
+            outlines = np.hstack([faces, faces[:, :1]])
+            # its pieces are those between corners
+            table, places = nothing[:, :1], np.zeros((0, 1))
         else:
             pieces, around = lattice(places)
             faces = table[:, pieces].reshape(-1, pieces.shape[1])
@@ -103,9 +114,25 @@ def shape_of(fields: Fields, name: str) -> Shape:
         if strings is not None
         else ()
     )
-    size = grid.GetCellData().GetArray("size")
-    thickness = float(_numbers(size).max()) if size is not None else 0.0
+    data = grid.GetCellData()
+    # of beams the diameter, of shells the thickness
+    sizes = [a for a in map(data.GetArray, ("size", "thickness")) if a is not None]
+    thickness = float(_numbers(sizes[0]).max()) if sizes else 0.0
     return Shape(name, reference, faces, outlines, lines, dots, labels, table, places, thickness)
+
+
+def outside(cells: Ints, sides: Sequence[Sequence[int]]) -> Ints:
+    """Faces of solid cells that belong to one of them only, shape (f, 3 or 4).
+
+    Args:
+        cells: Nodes of each cell, the corners first, shape (c, k).
+        sides: Corners around each face of a cell.
+    """
+    every = cells[:, np.array(sides)].reshape(-1, len(sides[0]))
+    _, first, counts = np.unique(
+        np.sort(every, axis=1), axis=0, return_index=True, return_counts=True
+    )
+    return np.asarray(every[np.sort(first[counts == 1])])
 
 
 @dataclass(frozen=True)

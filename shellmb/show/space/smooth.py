@@ -43,6 +43,55 @@ class Smooth:
         return np.asarray(np.einsum("mk,mk...->m...", self.weights, values[self.nodes]))
 
 
+class Slab:
+    """A surface with a thickness: its pieces on both sides, and a rim between them.
+
+    Args:
+        fine: Its pieces.
+        half: Half of its thickness.
+
+    Attributes:
+        faces: Corners of flat pieces, shape (f, 3 or 4).
+        outlines: Points around each cell, closed, on both sides.
+    """
+
+    def __init__(self, fine: Smooth, half: float) -> None:
+        self._fine, self._half = fine, half
+        top, count = fine.faces, len(fine.nodes)
+        edges = np.stack([top, np.roll(top, -1, axis=1)], axis=-1).reshape(-1, 2)
+        _, first, times = np.unique(
+            np.sort(edges, axis=1), axis=0, return_index=True, return_counts=True
+        )
+        # the rim has points of its own: it is no part of a smooth shading of the sides
+        self._rim, ends = np.unique(edges[first[times == 1]], return_inverse=True)
+        a, b = 2 * count + ends.reshape(-1, 2).T
+        c, d = b + len(self._rim), a + len(self._rim)
+        quads = np.stack([a, d, c, b], axis=1)
+        if top.shape[1] == 3:
+            quads = np.concatenate([quads[:, :3], quads[:, [0, 2, 3]]])
+        self.faces = np.concatenate([top, count + top[:, ::-1], quads]).astype(int)
+        self.outlines = np.concatenate([fine.outlines, count + fine.outlines])
+
+    def at(self, values: Floats) -> Floats:
+        """Values at the points from those at the nodes, shape (n, ...)."""
+        return self._all(*[self._fine.at(values)] * 2)
+
+    def place(self, x: Floats) -> Floats:
+        """Points from the positions of the nodes, shape (n, 3)."""
+        middle = self._fine.at(x)
+        corners = middle[self._fine.faces]
+        across = np.cross(corners[:, 2] - corners[:, 0], corners[:, -1] - corners[:, 1])
+        normals = np.zeros_like(middle)
+        for corner in self._fine.faces.T:
+            np.add.at(normals, corner, across)
+        lengths = np.linalg.norm(normals, axis=1, keepdims=True)
+        shift = self._half * normals / np.where(lengths > 0, lengths, 1.0)
+        return self._all(middle + shift, middle - shift)
+
+    def _all(self, top: Floats, bottom: Floats) -> Floats:
+        return np.concatenate([top, bottom, top[self._rim], bottom[self._rim]])
+
+
 def smooth(shape: Shape) -> Smooth:
     """The finer pieces of a body; those between its nodes where its cells are of no known kind."""
     places, cells = shape.places, shape.cells

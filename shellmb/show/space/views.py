@@ -176,12 +176,13 @@ def enlargement(shapes: Mapping[str, Shape], states: Sequence[Mapping[str, State
     return float(power * max(step for step in (1, 2, 5) if step * power <= wanted))
 
 
-def look(plotter: Any, view: View) -> None:
+def look(plotter: Any, view: View, scale: int = 1) -> None:
     """Point the camera of a plotter at a box.
 
     Args:
         plotter: A Plotter of pyvista's.
         view: What is seen.
+        scale: Factor on the sizes of texts.
     """
     low, high = _rounded(view)
     sides = high - low
@@ -197,10 +198,12 @@ def look(plotter: Any, view: View) -> None:
     # from afar: what is near is hardly larger
     camera.view_angle = 15.0
     plotter.reset_camera(bounds=bounds, render=False)
-    _fit(camera, view, plotter.window_size)
+    _fit(camera, view, plotter.window_size, ROOM * scale)
 
 
-def axes(plotter: Any, view: View, units: Units, theme: Theme, box: View | None = None) -> None:
+def axes(
+    plotter: Any, view: View, units: Units, theme: Theme, box: View | None = None, scale: int = 1
+) -> None:
     """Draw the directions of the axes, and write the extent of the box, or number its sides.
 
     Args:
@@ -209,10 +212,13 @@ def axes(plotter: Any, view: View, units: Units, theme: Theme, box: View | None 
         units: Units of the labels.
         theme: Their colours.
         box: What is seen, to be drawn as a box with numbers at its sides; None: no box.
+        scale: Factor on the sizes of texts and the widths of lines.
     """
     low, high = _rounded(view)
     plotter.add_axes(
-        line_width=2, color=theme.ink, viewport=(0.0, 0.0, 0.14, 0.14 * window_ratio(plotter))
+        line_width=2 * scale,
+        color=theme.ink,
+        viewport=(0.0, 0.0, 0.14, 0.14 * window_ratio(plotter)),
     )
     unit = units.of("length")
     if box is not None:
@@ -227,7 +233,7 @@ def axes(plotter: Any, view: View, units: Units, theme: Theme, box: View | None 
             bounds=corners.ravel().tolist(),
             axes_ranges=np.stack([low, high], axis=1).ravel().tolist(),
             color=theme.ink,
-            font_size=9,
+            font_size=9 * scale,
             fmt="%.3g",
             location="outer",
             **options,
@@ -235,7 +241,7 @@ def axes(plotter: Any, view: View, units: Units, theme: Theme, box: View | None 
         return
     text = ", ".join(f"{n} {a:.3g} ... {b:.3g}" for n, a, b in zip("xyz", low, high, strict=True))
     plotter.add_text(
-        f"{text} {unit}".rstrip(), position="upper_left", font_size=7, color=theme.faint
+        f"{text} {unit}".rstrip(), position="upper_left", font_size=7 * scale, color=theme.faint
     )
 
 
@@ -252,15 +258,15 @@ def window_ratio(plotter: Any) -> float:
     return float(width / height)
 
 
-def _fit(camera: Any, view: View, window: Sequence[int]) -> None:
-    """Bring the box as near as title, scale and numbers leave room; it hangs a little lower."""
+def _fit(camera: Any, view: View, window: Sequence[int], texts: float) -> None:
+    """Bring the box as near as title, scale and numbers allow; it hangs a little lower."""
     across, up = view._extent()
     width, height = window
     seen = 2 * camera.parallel_scale
     if view.planar is None:
         seen = 2 * camera.distance * np.tan(np.radians(camera.view_angle) / 2)
     room = max(
-        up / (1 - ROOM / height) / (1 - MARGIN), across / (1 - 1.4 * MARGIN) * height / width
+        up / (1 - texts / height) / (1 - MARGIN), across / (1 - 1.4 * MARGIN) * height / width
     )
     if room > 0:
         camera.zoom(seen / room)

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from typing import Any
 
 import numpy as np
 
 from shellmb.arrays import Floats
 from shellmb.errors import ControlError
+from shellmb.restart import Restartable
 from shellmb.scene.control.events import Event
 from shellmb.scene.control.sensors import Condition, Sensor
 
@@ -21,7 +21,7 @@ CHATTER = 40
 MOST = 120
 
 
-class Watch:
+class Watch(Restartable):
     """An event in a run.
 
     Args:
@@ -33,6 +33,8 @@ class Watch:
         armed: Whether the condition that is waited for has been false.
         tolerance: By how much later than the condition it may be found, s.
     """
+
+    remembered = ("times", "armed")
 
     def __init__(self, event: Event, dt: float) -> None:
         self.event, self._dt = event, dt
@@ -101,14 +103,6 @@ class Watch:
         """Windows of time in which it is on, s."""
         ends = [*self.times[1::2], math.inf]
         return list(zip(self.times[::2], ends, strict=False))
-
-    def state(self) -> dict[str, Any]:
-        """State for a restart."""
-        return {"times": list(self.times), "armed": self.armed}
-
-    def restore(self, state: Mapping[str, Any]) -> None:
-        """Take up a saved state."""
-        self.times, self.armed = list(state["times"]), bool(state["armed"])
 
 
 def comes_soon(start: Floats, end: Floats, dt: float, least: float) -> bool:

@@ -212,7 +212,7 @@ class PathSteps:
         Args:
             state: The state.
             scale: Displacement of a unit of arc length, m.
-            points: Limit points and bifurcations on the way.
+            points: Limit points and bifurcations found.
         """
         self._state, self._scale = state, scale
         self.factor, self.rate, self.unstable = state.factor, state.rate, state.negative
@@ -411,9 +411,9 @@ class PathSteps:
         if self.bordered.dot(here, there) >= 0:
             return error
         return ConvergenceError(
-            f"what is prescribed turns round between the load factors {ends[0]:.4g} and "
-            f"{ends[1]:.4g}, and a path, whose length is that of displacements, has no way on; end "
-            f"it before with load_end, or prescribe a motion that goes on ({error})",
+            f"a prescribed motion reverses between the load factors {ends[0]:.4g} and "
+            f"{ends[1]:.4g}, where the path, parametrised by displacements, ends; end it earlier "
+            f"with load_end, or prescribe a motion without reversal ({error})",
             error.field,
             error.norms,
         )
@@ -479,8 +479,7 @@ class PathSteps:
         self.factor, self.rate = float(state["factor"]), float(state["rate"])
         self._scale = float(state["scale"])
         self.size.farthest = FARTHEST * self._problem.model.length / self._scale
-        # former versions did not save the second one
-        self.unstable, self.unsure = state["unstable"], list(state.get("unsure", []))
+        self.unstable, self.unsure = state["unstable"], list(state["unsure"])
         self.size.factor = float(state["size_factor"])
         tangent = arrays["tangent"]
         self._state = PathState(

@@ -26,7 +26,7 @@ def taken_up(signals: Signals, scene: Scene, stored: Stored, who: str) -> dict[s
         signals: The signals of the scene.
         scene: The scene.
         stored: The last state of the other run; without its values those of a frame are taken.
-        who: What is said of the start.
+        who: Name of the start in messages.
     """
     names = stored.names("controllers")
     both = [c.name for c in scene.controllers if c.name in names]

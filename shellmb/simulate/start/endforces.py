@@ -197,7 +197,7 @@ class Impulses:
 def begin_accelerations(
     problem: Problem, forces: Callable[[], EndForces], t: float, dt: float
 ) -> None:
-    """Begin rates "a" and "acceleration" with those of the equations of motion.
+    """Begin the accelerations that a scheme keeps with those of the equations of motion.
 
     Args:
         problem: Its scheme may keep such rates or not.
@@ -205,7 +205,7 @@ def begin_accelerations(
         t: Time, s.
         dt: As of `EndForces.solve`.
     """
-    kept = {"a", "acceleration"}.intersection(problem.scheme.rates)
+    kept = problem.scheme.accelerations
     if not kept:
         return
     found = forces()

@@ -169,8 +169,8 @@ class Start:
             for target in self.scene.bodies_of(initial):
                 body, nodes, X, D = self.model.nodes_of(target.name)
                 v = self.problem.levels[body.name].rates["v"].x.array
-                u = body.mixed.dofs["u"].reshape(-1, 3)[nodes]
-                w = body.mixed.dofs["w"].reshape(-1, body.mixed.parts["w"][1])[nodes]
+                u = body.mixed.nodal("u")[nodes]
+                w = body.mixed.nodal("w")[nodes]
                 if self._taken and not self.problem.scheme.linear:
                     now = self.problem.levels[body.name].q.x.array
                     X, D = X + now[u], D + now[w].reshape(D.shape)
@@ -210,8 +210,6 @@ class Start:
 
     def accelerations(self, t: float = 0.0) -> None:
         """Find accelerations from the equations of motion, for schemes that keep them.
-
-        These have a rate "a" or "acceleration".
 
         Args:
             t: Time, s.

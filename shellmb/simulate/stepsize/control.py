@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass
 from typing import ClassVar
 
+from shellmb.restart import Restartable
 from shellmb.scene import StepControl
 
 # no step is shorter than that, in steps: round-off of positions over its square is one of forces
@@ -24,7 +25,7 @@ SAFETY = 0.9
 
 
 @dataclass
-class StepSize:
+class StepSize(Restartable):
     """The step size, as it changes.
 
     Args:
@@ -41,6 +42,7 @@ class StepSize:
     least_rest: ClassVar[float] = SHORT
     settings: StepControl
     nominal: float
+    remembered: ClassVar[tuple[str, ...]] = ("dt", "good", "rejected")
 
     def __post_init__(self) -> None:
         self.dt = min(self.nominal, self.largest)
@@ -124,15 +126,6 @@ class StepSize:
         tolerance = self.settings.jump_tolerance
         return tolerance is not None and measured is not None and measured > tolerance
 
-    def state(self) -> dict[str, float]:
-        """State for a restart."""
-        return {"dt": self.dt, "good": self.good, "rejected": self.rejected}
-
-    def restore(self, state: dict[str, float]) -> None:
-        """Take up a saved state."""
-        self.dt, self.good = float(state["dt"]), int(state["good"])
-        self.rejected = int(state["rejected"])
-
 
 @dataclass
 class LoadSize(StepSize):
@@ -141,6 +134,8 @@ class LoadSize(StepSize):
     What has next to no bending stiffness, a cable or a membrane, is stiff by the load it carries:
     it moves far under the first of it.
     """
+
+    remembered = (*StepSize.remembered, "_reached")
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -163,13 +158,3 @@ class LoadSize(StepSize):
         """Grow the step after success."""
         super().accept(None, dt)
         self._reached += dt
-
-    def state(self) -> dict[str, float]:
-        """State for a restart."""
-        return {**super().state(), "reached": self._reached}
-
-    def restore(self, state: dict[str, float]) -> None:
-        """Take up a saved state."""
-        super().restore(state)
-        # a version before this one has none
-        self._reached = float(state.get("reached", self.nominal))

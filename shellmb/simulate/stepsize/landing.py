@@ -12,6 +12,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
+from shellmb.restart import Restartable
 from shellmb.scene import Scene
 from shellmb.scene.checks.control import corners
 from shellmb.simulate.stepsize.control import StepSize
@@ -38,7 +39,7 @@ def rounded(dt: float) -> float:
 
 
 @dataclass
-class Count:
+class Count(Restartable):
     """Times of equal steps, `begin + steps dt`: round-off does not add up.
 
     Args:
@@ -50,6 +51,7 @@ class Count:
     begin: float = 0.0
     dt: float = 0.0
     steps: int = 0
+    remembered = ("begin", "dt", "steps")
 
     def after(self, t: float, dt: float) -> float:
         """Count a step; time at its end, s.
@@ -62,15 +64,6 @@ class Count:
             self.begin, self.dt, self.steps = t, dt, 0
         self.steps += 1
         return self.begin + self.steps * dt
-
-    def state(self) -> list[float]:
-        """State for a restart."""
-        return [self.begin, self.dt, self.steps]
-
-    def restore(self, state: Sequence[float]) -> None:
-        """Take up a saved state; an empty one begins anew."""
-        begin, dt, steps = state or (0.0, 0.0, 0)
-        self.begin, self.dt, self.steps = float(begin), float(dt), int(steps)
 
 
 class Landing:

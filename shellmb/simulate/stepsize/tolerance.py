@@ -73,6 +73,7 @@ class ErrorSize(StepSize):
     longest: float = field(default=0.0, init=False)
     total: float = field(default=0.0, init=False)
     lag: float = field(default=0.0, init=False)
+    remembered: ClassVar[tuple[str, ...]] = (*StepSize.remembered, *KEPT)
 
     def __post_init__(self) -> None:
         """Begin with the scene's step, or a shorter one."""
@@ -144,14 +145,3 @@ class ErrorSize(StepSize):
         factor = (AIM / ratio) ** (INTEGRAL / self.order)
         factor *= (before / ratio) ** (PROPORTIONAL / self.order)
         self.dt = min(max(min(max(factor, LEAST), most) * dt, self.smallest), self.largest)
-
-    def state(self) -> dict[str, float]:
-        """State for a restart."""
-        more = {name: float(getattr(self, name)) for name in KEPT}
-        return super().state() | more
-
-    def restore(self, state: dict[str, float]) -> None:
-        """Take up a saved state."""
-        super().restore(state)
-        for name in KEPT:
-            setattr(self, name, type(getattr(self, name))(state[name]))

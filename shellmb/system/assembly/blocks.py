@@ -152,9 +152,11 @@ class BlockSystem:
         ]
         if is_interpreted():
             # what has the same rows and columns is one program
-            residuals = together(zip(rows, self.forms, strict=True))
+            moving = [f.function for f in fields]
+            moving += [f for some in self._followers for f in some.functions]
+            residuals = together(zip(rows, self.forms, strict=True), moving)
             self.residual_forms = [(f, some) for some, own in residuals.items() for f in own]
-            self.jacobians = together(derivatives)
+            self.jacobians = together(derivatives, moving)
             return
         # all at once: they are compiled side by side
         made = compile_with_derivatives([*self.forms, *(form for _, form in derivatives)])

@@ -211,14 +211,14 @@ class FormLoop:
         self, cells: MeshGeometry, form: fem.Form, row: tuple[int, ...], column: int
     ) -> list[Any]:
         bare, ufcx, pointer = form._cpp_object, form.ufcx_form, self.pointer
-        values, tables, sizes = [], [], []
+        values, tables = [], []
         for function in bare.coefficients:
             space = function.function_space
             assert not space.element.needs_dof_transformations
             tables.append(cell_dofs(space)[: cells.count])
             values.append(pointer(self._inputs.coefficient(function.x.array)))
-            sizes.append(tables[-1].shape[1])
-        self.coefficient_size = max(self.coefficient_size, sum(sizes))
+        size = sum(table.shape[1] for table in tables)
+        self.coefficient_size = max(self.coefficient_size, size)
         constants = self._inputs.constants(bare)
         self._constants.append((bare, constants))
         rows = np.concatenate([cells.places[k] for k in row])
@@ -229,9 +229,8 @@ class FormLoop:
             "columns": len(columns),
             "row_place": pointer(rows),
             "column_place": pointer(None if column < 0 else columns),
-            "coefficients": len(sizes),
+            "coefficients": len(values),
             "values": pointer.many("double *", values),
-            "sizes": pointer(np.array(sizes or [0], dtype=np.int32)),
         }
         found = []
         kinds = (IntegralType.cell, IntegralType.exterior_facet)
@@ -243,15 +242,25 @@ class FormLoop:
                 entities = np.asarray(bare.domains(kind, n - first))
                 where = _entities(entities, cells.count, facets=kind == kinds[1])
                 function, lanes = self._function(ufcx.form_integrals[n])
-                dofs = [pointer(side_by_side(table, lanes)) for table in tables]
+                groups = -(-cells.count // lanes) if where[1] is None else len(where[1])
+                program = getattr(ufcx.form_integrals[n], "program", None)
+                read = program.of_each(tables) if program else tables
+                kept = program.kept * lanes if program else 0
+                dofs = [pointer(side_by_side(table, lanes)) for table in read]
+                sizes = [table.shape[1] for table in read]
                 found.append(
                     {
                         **data,
                         "function": function,
                         "lanes": lanes,
                         "dofs": pointer.many("int *", dofs),
+                        "sizes": pointer(np.array([*sizes, 0], dtype=np.int32)),
                         "entity_offsets": pointer(where[0]),
                         "entities": pointer(where[1]),
+                        "store": pointer(
+                            native.whole_lines(groups * kept, float) if kept else None
+                        ),
+                        "store_size": kept,
                     }
                 )
         return found

@@ -80,6 +80,8 @@ class Tape:
         self._places = dict(zip(pieces, map(slice, ends[:-1], ends[1:]), strict=True))
         self._kept, self._place = np.zeros((steps, ends[-1])), np.zeros(ends[-1])
         self.take = operations().copies([*chain(*pieces.values())], self._kept)
+        # programs have their addresses among constants, also in steps that nobody takes
+        [*map(self.take, range(steps))]
 
     def coefficient(self, array: Floats) -> Floats:
         """Place for the local array of a coefficient."""

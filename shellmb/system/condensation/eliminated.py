@@ -47,8 +47,8 @@ def find_chunks(cells: MeshCells, jacobian: list[PlacedForm]) -> Chunks:
         here = np.arange(first, first + width)
         others = np.setdiff1d(np.arange(n), here)
         block = pattern[np.ix_(here, here)]
-        # those that see the same of the others are eliminated at once: fewer, larger products; those
-        # without pivots, forces that tie strains, behind those that give them some
+        # those that see the same of the others are eliminated at once: fewer, larger products;
+        # those without pivots, forces that tie strains, behind those that give them some
         alike: tuple[dict[bytes, list[Ints]], ...] = {}, {}
         for part in _connected(block):
             pivots = pattern[here[part], here[part]]

@@ -6,8 +6,8 @@ from dataclasses import replace
 from typing import Any, Literal
 
 import shellmb as sm
-from shellmb.analytic.plates import Plate, rectangle_uniform_deflection
 from shellmb.demos import loaded_plate
+from shellmb.demos.references.plates import Plate, rectangle_uniform_deflection
 from shellmb.scene import Beam, Isotropic, Scene, Shell
 from tests.bench.errors.case import Case
 

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from shellmb.analytic.inertia import MassProperties
 from shellmb.demos import lateral_buckling as demo
+from shellmb.demos.references.inertia import MassProperties
 from tests.bench.peers.dynamics.exudyn_motion import ExudynMotion
 from tests.bench.peers.dynamics.history import TipHistory
 from tests.bench.peers.dynamics.our_buckling import BOW, T_END

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 import shellmb as sm
-from shellmb.analytic import chains
 from shellmb.arrays import Floats
 from shellmb.demos import heavy_top as top
+from shellmb.demos.verification import chains
 from shellmb.scene import (
     GROUND,
     Beam,

@@ -1,0 +1,1 @@
+"""Closed forms and published values that bundled scenes compare with."""

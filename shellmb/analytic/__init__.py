@@ -1,1 +1,0 @@
-"""Closed-form solutions of plates, strips and beams that verification compares with."""

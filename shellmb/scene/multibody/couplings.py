@@ -1,0 +1,191 @@
+"""Couplings of the coordinates of joints: gears, belts, differentials, and sums of one's own."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, ClassVar
+
+from shellmb.errors import SceneError
+from shellmb.scene.multibody.drivers import Coordinate
+from shellmb.scene.multibody.elements import JointElement
+from shellmb.scene.values.times import TimeFunction
+from shellmb.scene.values.validate import Finite, Name, Positive, described, show
+
+__all__ = ["Belt", "Coupled", "Coupling", "Differential", "Gear", "Relation"]
+
+# name of a joint with one coordinate, or of any joint and a coordinate
+Which = Name | tuple[Name, Coordinate]
+
+
+@dataclass(frozen=True)
+class Coupled(JointElement):
+    """A coordinate of a coupling.
+
+    Args:
+        name: Name of the coupling.
+        joint: Name of the joint.
+        coordinate: Which of its coordinates; None: the only one.
+        factor: Its factor.
+    """
+
+    name: str
+    joint: str
+    coordinate: Coordinate | None
+    factor: float
+
+    label: ClassVar[str] = "coupling"
+
+
+class Relation:
+    """Base class of couplings: a sum of factors times coordinates has a given value.
+
+    Attributes:
+        name: Its name in the results.
+        given: The value as a function of time; empty: zero.
+    """
+
+    name: str
+    label: ClassVar[str]
+
+    @property
+    def said(self) -> str:
+        """Name that messages use for it."""
+        return f"{self.label} '{self.name}'"
+
+    @property
+    def weights(self) -> Mapping[Any, float]:
+        """Factor of each coordinate."""
+        raise NotImplementedError
+
+    @property
+    def given(self) -> tuple[TimeFunction, ...]:
+        """The value over time, if it has one."""
+        return ()
+
+    @property
+    def terms(self) -> tuple[Coupled, ...]:
+        """The coordinates with their factors.
+
+        Raises:
+            SceneError: If there are not several, or one of them has no factor.
+        """
+        found = []
+        for which, factor in self.weights.items():
+            joint, coordinate = which if isinstance(which, tuple) else (which, None)
+            found.append(Coupled(self.name, joint, coordinate, factor))
+        if len(found) < 2:
+            raise SceneError(
+                f"{self.said}: its coordinates are {show([c.joint for c in found])}; it must have "
+                "two or more, each once"
+            )
+        for term in found:
+            if term.factor == 0:
+                raise SceneError(
+                    f"{self.said}: the factor of joint '{term.joint}' is 0; it must not be 0"
+                )
+        return tuple(found)
+
+
+@described("coupling")
+class Coupling(Relation):
+    """The sum of factors times coordinates of joints stays as it begins, or follows a function.
+
+    A coordinate is the name of a joint, or with ``"rotation"`` or ``"translation"`` where the joint
+    has both, as in ``{"wheel": 0.1, ("slide", "translation"): -1.0}``.
+
+    Args:
+        name: Its name in the results.
+        factors: Factor of each coordinate, not zero; at least two.
+        value: The sum over time, which begins as zero; None: zero.
+    """
+
+    name: Name
+    factors: Mapping[Which, Finite]
+    value: TimeFunction | None = None
+
+    @property
+    def weights(self) -> Mapping[Any, float]:
+        """Factor of each coordinate."""
+        return self.factors
+
+    @property
+    def given(self) -> tuple[TimeFunction, ...]:
+        """The sum, if it is given."""
+        return () if self.value is None else (self.value,)
+
+
+@described("gear")
+class Gear(Relation):
+    """A coordinate in proportion to another one, with any ratio: gears, rack and pinion.
+
+    Args:
+        name: Its name in the results.
+        first: Joint of the first coordinate, or the joint and ``"rotation"`` or ``"translation"``.
+        second: That of the second one.
+        ratio: The second coordinate over the first one: of outer gears minus the first number of
+            teeth over the second, of a pinion and its rack the radius of the pinion [m/rad].
+    """
+
+    name: Name
+    first: Which
+    second: Which
+    ratio: Finite = field(kw_only=True)
+
+    @property
+    def weights(self) -> Mapping[Any, float]:
+        """Factor of each coordinate."""
+        return {self.first: -self.ratio, self.second: 1.0}
+
+
+@described("belt")
+class Belt(Relation):
+    """A belt or chain around two pulleys, which does not slip.
+
+    Args:
+        name: Its name in the results.
+        first: Joint about which the first pulley turns.
+        second: That of the second one; both axes point to the same side.
+        radii: Their radii [m].
+        crossed: Whether the pulleys turn against each other.
+    """
+
+    name: Name
+    first: Which
+    second: Which
+    radii: tuple[Positive, Positive] = field(kw_only=True)
+    crossed: bool = field(default=False, kw_only=True)
+
+    @property
+    def weights(self) -> Mapping[Any, float]:
+        """Factor of each coordinate."""
+        a, b = self.radii
+        return {self.first: a, self.second: b if self.crossed else -b}
+
+
+@described("differential")
+class Differential(Relation):
+    """Three rotations about one line: a differential, or the sun, ring and carrier of a planet.
+
+    Relative to the carrier both wheels turn by angles whose sum, weighed by the teeth, is zero
+    (Willis).
+
+    Args:
+        name: Its name in the results.
+        carrier: Joint about which the carrier turns.
+        first: That of the first wheel, an output or the sun.
+        second: That of the second one, an output or the ring.
+        teeth: Numbers of teeth of both wheels.
+    """
+
+    name: Name
+    carrier: Which
+    first: Which
+    second: Which
+    teeth: tuple[Positive, Positive] = field(default=(1.0, 1.0), kw_only=True)
+
+    @property
+    def weights(self) -> Mapping[Any, float]:
+        """Factor of each coordinate."""
+        a, b = self.teeth
+        return {self.first: a, self.second: b, self.carrier: -a - b}

@@ -1,0 +1,159 @@
+"""Schemes of a user's own whose forces act within the step: those of the textbooks.
+
+The kind: one unknown state, forces at any state between both ends, rates of any name. Orders at
+half the step, the exact amplification on an oscillator, and each other's motions decide.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pytest
+
+import shellmb as sm
+from shellmb.schemes.base import Stage, at_state
+
+
+@dataclass(frozen=True)
+class ChungHulbert:
+    """Generalised-alpha of 1993: accelerations at 1 - m of the step, forces at 1 - f of it.
+
+    With m = 0 that of Hilber, Hughes and Taylor, with m = f = 1/2 the mid-point rule.
+    """
+
+    m: float
+    f: float
+    name: str = "alpha"
+    title: str = "forces within the step"
+    order: int = 2
+    dynamic: bool = True
+    stages: tuple[str, ...] = ("f",)
+    # by no name that anything knows
+    rates: tuple[str, ...] = ("v", "vdot")
+    conserves: frozenset[str] = frozenset()
+
+    def end(self, q: Any, rates: Mapping[str, Any], qf: Any, dt: Any) -> tuple[Any, Any]:
+        gamma = 0.5 - self.m + self.f
+        beta = (gamma + 0.5) ** 2 / 4
+        v, a = rates["v"], rates["vdot"]
+        af = ((qf - q - dt * v) / dt**2 - (0.5 - beta) * a) / beta
+        return v + dt * ((1 - gamma) * a + gamma * af), af
+
+    def expand(self, levels: Any, dt: Any) -> dict[str, Stage]:
+        qf, v, a = levels.unknown["f"], levels.rates["v"], levels.rates["vdot"]
+        vf, af = self.end(levels.q, levels.rates, qf, dt)
+        rate = (1 - self.m) * af + self.m * a
+        velocity = (1 - self.f) * vf + self.f * v
+        return {"f": Stage(at_state(qf), rate=rate, velocity=velocity, share=1 - self.f)}
+
+    def advance(self, q: Any, rates: Any, unknown: Any, dt: float, tangent: Any) -> dict[str, Any]:
+        return dict(zip(self.rates, self.end(q, rates, unknown["f"], dt), strict=True))
+
+
+@dataclass(frozen=True)
+class MidPoint:
+    """Implicit mid-point rule: one rate, forces half-way."""
+
+    name: str = "mid-point"
+    title: str = "implicit mid-point rule"
+    order: int = 2
+    dynamic: bool = True
+    stages: tuple[str, ...] = ("f",)
+    rates: tuple[str, ...] = ("v",)
+    conserves: frozenset[str] = frozenset()
+
+    def expand(self, levels: Any, dt: Any) -> dict[str, Stage]:
+        chord = (levels.unknown["f"] - levels.q) / dt
+        rate = 2 * (chord - levels.rates["v"]) / dt
+        return {"f": Stage(at_state(levels.unknown["f"]), rate=rate, velocity=chord, share=0.5)}
+
+    def advance(self, q: Any, rates: Any, unknown: Any, dt: float, tangent: Any) -> dict[str, Any]:
+        return {"v": 2 * (unknown["f"] - q) / dt - rates["v"]}
+
+
+RHO = 0.8
+OPTIMAL = ChungHulbert((2 * RHO - 1) / (RHO + 1), RHO / (RHO + 1))
+SCHEMES: dict[str, Any] = {
+    "chung-hulbert": OPTIMAL,
+    "hht": ChungHulbert(0.0, 0.1),
+    "mid-point": MidPoint(),
+}
+
+
+def swing(scheme: Any, dt: float) -> np.ndarray:
+    """A double pendulum with a spring in its joint: places at four times."""
+    bodies = [
+        sm.RigidBody(n, 1.0, (0.01, 0.02, 0.03), position=(x, 0, 0))
+        for n, x in zip("ab", (0.5, 1.5), strict=True)
+    ]
+    joints = [
+        sm.Revolute("h", sm.GROUND, "a", at=(0, 0, 0), axis=(0, 1, 0)),
+        sm.Revolute("k", "a", "b", at=(1, 0, 0), axis=(0, 1, 0)),
+    ]
+    made = sm.Scene(
+        "swing",
+        rigid_bodies=bodies,
+        joints=joints,
+        force_elements=sm.JointSpring("s", "k", stiffness=5.0),
+        loads=sm.Gravity((0, 0, -9.81), time=lambda t: 1 + t),
+        probes=[sm.Probe(f"x{k}", "center", component=k, body="b") for k in (0, 2)],
+        scheme=scheme,
+        dt=dt,
+        t_end=0.32,
+    )
+    run = sm.run(made, pictures=False, assembler="interpreted")
+    return run.history[["x0", "x2"]].to_numpy()[:: round(0.08 / dt)]
+
+
+@pytest.fixture(scope="module")
+def exact() -> np.ndarray:
+    return swing("ep4", 0.01)
+
+
+@pytest.mark.parametrize("name", SCHEMES)
+def test_orders_in_a_mechanism(name: str, exact: np.ndarray) -> None:
+    """Loads over time and forces at the same state: of second order from the first step on."""
+    errors = [np.abs(swing(SCHEMES[name], dt) - exact).max() for dt in (0.02, 0.01)]
+    assert np.log2(errors[0] / errors[1]) == pytest.approx(2, abs=0.15)
+    # EP is as good
+    assert errors[1] < 4 * np.abs(swing("ep", 0.01) - exact).max()
+
+
+def test_a_half_and_a_half_are_the_mid_point() -> None:
+    assert swing(ChungHulbert(0.5, 0.5), 0.02) == pytest.approx(swing(MidPoint(), 0.02), abs=1e-10)
+
+
+def strip(scheme: Any, dt: float, force: float = 1e-5) -> sm.Run:
+    """A strip that a load bends from the first instant on, with small displacements."""
+    rubber = sm.Isotropic(E=1e7, nu=0.3, thickness=5e-3, density=1000)
+    made = sm.Scene(
+        "strip",
+        sm.Shell("strip", sm.Rectangle(0.3, 0.05), rubber, mesh=(2, 1)),
+        supports=sm.Clamped("left"),
+        loads=sm.EdgeForce("right", (0, 0, force)),
+        probes=sm.Probe("tip", "right-top", component=2),
+        scheme=scheme,
+        dt=dt,
+        t_end=10 * dt,
+    )
+    return sm.run(made, pictures=False, assembler="interpreted")
+
+
+def test_shells_move_as_by_the_mid_point_of_linear_dynamics() -> None:
+    """Small displacements are linear: the mid-point rule and EP are one there, to the loads."""
+    found, linear = (strip(s, 4e-3).history["tip"] for s in (MidPoint(), "linear-dynamics"))
+    assert found.to_numpy() == pytest.approx(
+        linear.to_numpy(), abs=1e-6 * np.abs(linear.to_numpy()).max()
+    )
+
+
+def test_what_no_share_is_is_refused() -> None:
+    @dataclass(frozen=True)
+    class Early(MidPoint):
+        def expand(self, levels: Any, dt: Any) -> dict[str, Stage]:
+            (stage,) = super().expand(levels, dt).values()
+            return {"f": Stage(stage.span, stage.rate, stage.velocity, share=0.2)}
+
+    with pytest.raises(sm.SceneError, match=r"share of a stage is 0\.2; it must be between 0\.5"):
+        strip(Early(), 1e-2)
