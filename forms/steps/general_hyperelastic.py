@@ -120,4 +120,5 @@ class GeneralPath:
 
     def mean_stress(self) -> Expr:
         """Mean of the resultants over the step, shape (8,)."""
-        return sum(self._projected(psi, e)[0] for psi, e in self._parts)
+        shared, own = (self._projected(psi, e)[0] for psi, e in self._parts)
+        return shared + own

@@ -183,16 +183,18 @@ class NonlinearMixed:
 
     def resultants(self, strain: Measure, layout: Layout, q: Expr) -> Expr:
         """Resultants N/m and moments N of a state, shape (8,)."""
-        return sum(gradient(psi, seen.value(q)) for psi, seen in self._seen(strain, layout))
+        seen = self._seen(strain, layout)
+        shared, own = (gradient(psi, measure.value(q)) for psi, measure in seen)
+        return shared + own
 
     def averaged(self, strain: Measure, layout: Layout, span: Interval) -> Expr:
         """Resultants of the averaged stress of a sub-interval, the discrete gradient."""
         found = []
-        for psi, seen in self._seen(strain, layout):
-            first = seen.value(span.a)
-            last = first if span.a is span.b else seen.value(span.b)
+        for psi, measure in self._seen(strain, layout):
+            first = measure.value(span.a)
+            last = first if span.a is span.b else measure.value(span.b)
             found.append(self._average(psi, first, last, span.beta))
-        return sum(found)
+        return found[0] + found[1]
 
     def _seen(self, strain: Measure, layout: Layout) -> Sequence[tuple[Energy, Measure]]:
         """Energies with the strains that they are of."""

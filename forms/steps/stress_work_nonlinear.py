@@ -185,4 +185,4 @@ class NonlinearPath:
             for psi, measure in self._parts
             for point in points
         ]
-        return sum(found) / len(points)
+        return sum(found[1:], found[0]) / len(points)
