@@ -138,30 +138,34 @@ def percent(error: float) -> str:
 def elements(entries: list[Entry], cell: str) -> str:
     """The table of an element: of each problem and mesh the value that is farthest from one.
 
+    Values that other codes publish have rows of their own.
+
     Args:
         entries: All rows of `shellmb verify --slow --json`.
         cell: "quad" or "tri".
     """
-    meshes: dict[tuple[str, str], list[tuple[str, float]]] = {}
+    others = read("elements")
+    meshes: dict[tuple[str, str, str], list[tuple[str, float]]] = {}
     for entry in entries:
         folder, _, case = name_of(entry).partition("/")
         title, _, what = which(entry).partition("; ")
         if folder == "elements" and title.startswith(cell):
             value = math.nan if entry["value"] is None else entry["value"]
             mesh = title.removeprefix(cell).strip()
-            meshes.setdefault((case, mesh), []).append((what, value - 1))
-    others = read("elements")
+            same = others[(others["problem"] == case) & (others["mesh"] == mesh)]
+            own = what if what in set(same["what"]) else ""
+            meshes.setdefault((case, mesh, own), []).append((what, value - 1))
 
     def published(row: Any) -> str:
-        (case, mesh), _ = row
-        found = others[(others["problem"] == case) & (others["mesh"] == mesh)]
-        said = []
-        for code in OTHERS[cell]:
-            errors = found[found["element"] == code]["value"] - 1
-            if len(errors):
-                name = found[found["element"] == code]["code"].iloc[0]
-                said.append(f"{name} {code} {percent(max(errors, key=abs))}")
-        return ", ".join(said)
+        (case, mesh, own), _ = row
+        same = others[(others["problem"] == case) & (others["mesh"] == mesh)]
+        found = same[same["what"] == (own or "value")]
+        rows = [found[found["element"] == element] for element in OTHERS[cell]]
+        return ", ".join(
+            f"{r['code'].iloc[0]} {r['element'].iloc[0]} {percent(r['value'].iloc[0] - 1)}"
+            for r in rows
+            if len(r)
+        )
 
     def largest(row: Any) -> tuple[str, float]:
         return max(row[1], key=lambda found: abs(found[1]))

@@ -40,9 +40,13 @@ def test_each_mesh_of_an_element_shows_its_farthest_value_beside_others(tables: 
         {"case": "elements/patch: shear, quad", "value": 1e-13},
         {"case": "plates/square: quad", "value": 0.9},
     ]
-    line = tables.elements(rows, "quad").splitlines()[-1]
-    others = "OptiStruct QUAD4 -1.2, OptiStruct QUAD8 +6.2"
-    assert line == f"| twisted beam | 12x2, thickness=0.32 | +2.0 | out of plane | {others} |"
+    rows += [{"case": f"elements/ring: quad 4x1; {k}", "value": 1 + k / 100} for k in (1, -3, 2)]
+    beam = "| twisted beam | 12x2, thickness=0.32 |"
+    assert tables.elements(rows, "quad").splitlines()[2:] == [
+        f"{beam} -1.0 | in plane | OptiStruct QUAD4 -0.8, OptiStruct QUAD8 +6.2 |",
+        f"{beam} +2.0 | out of plane | OptiStruct QUAD4 -1.2, OptiStruct QUAD8 +1.4 |",
+        "| ring | 4x1 | -3.0 | -3 |  |",
+    ]
 
 
 def test_each_row_shows_the_value_nearest_to_its_bound(tables: Any, monkeypatch: Any) -> None:

@@ -192,10 +192,11 @@ def cylinder(mesh: Mesh) -> Values:
 @problem(
     "sphere under pressure",
     "p R^2 (1 - nu)/(2 E t)",
-    Row((4, 4), (0.993, 1.009), (0.807, 1.165), given={"thickness": 0.02}),
-    Row((4, 4), (0.983, 1.007), (0.408, 1.254), given={"thickness": 1e-3}),
+    # of triangles the trial, of strains and not of forces, has 1.16, 1.25 and 1.15 as largest
+    Row((4, 4), (0.993, 1.009), (0.807, 1.238), given={"thickness": 0.02}),
+    Row((4, 4), (0.983, 1.007), (0.408, 1.387), given={"thickness": 1e-3}),
     Row((8, 8), (1.000, 1.001), (0.990, 1.014), given={"thickness": 0.02}),
-    Row((8, 8), (0.997, 1.004), (0.755, 1.147), given={"thickness": 1e-3}),
+    Row((8, 8), (0.997, 1.004), (0.755, 1.195), given={"thickness": 1e-3}),
 )
 def sphere(mesh: Mesh, thickness: float) -> Values:
     """A closed sphere: least and largest growth of a node."""

@@ -142,7 +142,7 @@ def cook(mesh: Mesh) -> Values:
     Row((16, 8), (1.005, 1.002, 0.999), (1.004, 1.002, 0.999)),
 )
 def point_force(mesh: Mesh) -> Values:
-    """A sheet of 2x1 with one force in its plane: half-way along a side, and the corner."""
+    """A sheet of 2x1 with one force in its plane: mid-span of a side, and the corner."""
     shell = mesh.shell(Rectangle(2.0, 1.0), skin(1e-3))
     force = PointForce((2.0, 0.5, 0.0), (0.0, 1.0, 0.0))
     simulation = statics(shell, supports=Clamped("left"), loads=force)
@@ -152,7 +152,7 @@ def point_force(mesh: Mesh) -> Values:
     found = {}
     for what, nodes in (("vertices", side[::2]), ("middles of sides", side[1::2])):
         fit = np.polyfit(x[nodes, 0], u[nodes, 1], min(3, len(nodes) - 1))
-        found[f"half-way, {what}"] = float(np.polyval(fit, 1.0)) / HALF_WAY
+        found[f"mid-span, {what}"] = float(np.polyval(fit, 1.0)) / HALF_WAY
     return {**found, "corner": u[side[-1], 1] / CORNER}
 
 

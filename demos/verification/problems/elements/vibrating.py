@@ -64,7 +64,7 @@ def closed_sphere(mesh: Mesh, thickness: float) -> Values:
 @problem(
     "FV32",
     "NAFEMS FV32",
-    Row((8, 4), 1.0, 1.0, given={"thickness": 0.05}),
+    Row((8, 4), 1.0, (1.0, 1.0, 1.0, 1.004, 1.01), given={"thickness": 0.05}),
     Row((16, 8), 1.0, 1.0, given={"thickness": 0.05}),
     Row((16, 8), 1.0, 1.0, given={"thickness": 5e-4}),
     Row((16, 8), 1.0, 1.0, MOVED, {"thickness": 0.05}),
@@ -87,7 +87,7 @@ def tapered_membrane(mesh: Mesh, thickness: float) -> Values:
 @problem(
     "free sheet",
     "Bardell, Langley & Dunsdon, J. Sound Vib. 191 (1996) 459-467",
-    Row((2, 2), 1.0, 1.0, given={"thickness": 1e-3}),
+    Row((2, 2), (1.013, 1.034, 1.034), (1.011, 1.037, 1.037), given={"thickness": 1e-3}),
     Row((4, 4), 1.0, 1.0, given={"thickness": 1e-3}),
     Row((4, 4), 1.0, 1.0, given={"thickness": 1e-5}),
     Row((4, 4), 1.0, 1.0, MOVED, {"thickness": 1e-5}),
@@ -133,7 +133,7 @@ def free_ring(mesh: Mesh, thickness: float) -> Values:
 @problem(
     "stretched membrane",
     "membrane under tension",
-    Row((4, 4), 1.0, 1.0),
+    Row((4, 4), 1.0, (1.002, 1.007, 1.007, 1.021)),
     Row((8, 8), 1.0, 1.0),
     Row((8, 8), 1.0, 1.0, MOVED),
 )
