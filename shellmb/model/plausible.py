@@ -126,7 +126,7 @@ def refuse_folded(body: ShellModel | BeamModel, q: fem.Function, who: str) -> No
     Raises:
         SceneError: Says where, and what is left there.
     """
-    domain, u, w = body.domain.mesh, *body.layout.strained(q)
+    domain, u, w = body.domain.mesh, *body.layout.moved(q)
     if hasattr(body, "surface"):
         surf = body.surface
         sides = (e + along(u, e) for e in (surf.e1, surf.e2))

@@ -244,7 +244,7 @@ def tubes(mesh: Mesh, which: str, thickness: float) -> Values:
     Row((8, 32), 1.000, 1.000),
 )
 def pulled_tube(mesh: Mesh) -> Values:
-    """A thin tube pulled by four point forces: means over vertices and middles of sides at mid-span.
+    """A thin tube pulled by four point forces: means of nodes at mid-span.
 
     A quarter of it, between two of the forces.
     """
