@@ -103,8 +103,8 @@ FAULTS = (
     Fault(
         "coupling of membrane and bending with the wrong sign",
         "shellmb/model/sections/section.py",
-        "B=fields.of(lambda at: at.B)",
-        "B=fields.of(lambda at: -at.B)",
+        "fields.of(lambda at: at.B) if _couples",
+        "fields.of(lambda at: -at.B) if _couples",
         (
             f"{DESCRIPTION}[ep-0-1]",
             f"{DESCRIPTION}[ep-0--1]",
@@ -234,13 +234,6 @@ FAULTS = (
         (f"{ACTING}::test_damper_takes_out_exactly_its_work",),
     ),
     Fault(
-        "pitch of a screw the other way",
-        "shellmb/model/joints/linear.py",
-        'layout.part(q, "x2") - ratio * layout.part(q, "x1")',
-        'layout.part(q, "x2") + ratio * layout.part(q, "x1")',
-        (f"{ACTING}::test_screw_turns_as_it_falls",),
-    ),
-    Fault(
         "windows that end one step late",
         "shellmb/model/joints/switches.py",
         "any(start <= late < end for start, end in windows)",
@@ -335,51 +328,6 @@ FAULTS = (
         (f"{BEAM}::test_strains_of_a_helix_in_closed_form",),
     ),
     Fault(
-        "hourglass control along one of two lines",
-        "forms/hourglass.py",
-        "line = unit(jacobian[:, k])",
-        "line = unit(jacobian[:, 0])",
-        ("tests/modes/test_natural_modes.py::test_point_support_does_not_wake_hourglass_modes",),
-    ),
-    Fault(
-        "jumps of membrane forces taken with the means of their own element",
-        "shellmb/diagnostics/elements/locking.py",
-        "found = mean[self._cells]",
-        "found = at.copy()",
-        ("tests/diagnostics/test_locked.py::test_in_motion",),
-    ),
-    Fault(
-        "curved bodies whose mesh is distorted are not looked at",
-        "shellmb/diagnostics/elements/locked.py",
-        "if prone < least(body):",
-        "if prone > least(body):",
-        ("tests/diagnostics/test_locked.py::test_in_motion",),
-    ),
-    Fault(
-        "nothing holds the middles of sides of free triangles",
-        "shellmb/model/shells/middles.py",
-        "HOLDING = 0.3",
-        "HOLDING = 0.0",
-        ("tests/model/test_triangles.py::test_two_and_four_cells_are_as_stiff_however_thin",),
-    ),
-    Fault(
-        "bubbles count in strains for what they are in positions",
-        "shellmb/model/rules.py",
-        "BUBBLES = 3.6 / (9 - 6 * INSIDE)",
-        "BUBBLES = 1.0",
-        ("tests/verify/test_cases.py::test_case[elements/hemisphere]",),
-    ),
-    Fault(
-        "supports across the surface hold middles of sides in it",
-        "shellmb/model/shells/middles.py",
-        "return bool(sizes[1] > ENOUGH * sizes[2])",
-        "return bool(held.any())",
-        (
-            "tests/model/test_triangles.py"
-            "::test_middles_that_are_held_across_the_surface_alone_do_not_move_in_it[0.0001]",
-        ),
-    ),
-    Fault(
         "frequencies of modes that lock in proportion to the stiffness",
         "shellmb/diagnostics/elements/locked_modes.py",
         "high = worst._replace(value=float(np.sqrt(1 + worst.value)) - 1)",
@@ -388,12 +336,5 @@ FAULTS = (
             "tests/diagnostics/test_locked.py"
             "::test_natural_modes_tell_by_how_much_they_are_too_high",
         ),
-    ),
-    Fault(
-        "bodies that do not stretch are looked at as others are",
-        "shellmb/diagnostics/elements/locking.py",
-        "return kind(body).prone if body.shell.stretching else NOTHING",
-        "return kind(body).prone",
-        ("tests/diagnostics/test_locked.py::test_a_body_that_does_not_stretch",),
     ),
 )

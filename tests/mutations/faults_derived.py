@@ -4,7 +4,6 @@ from .faults import Fault
 
 EXACT = "tests/sensitivity/test_exact.py"
 FIT = "tests/sensitivity/test_fit.py"
-BULGING = "tests/diagnostics/test_bulging.py"
 REQUEST = "tests/accuracy/test_request.py"
 KINDS = "tests/accuracy/test_kinds.py"
 
@@ -55,20 +54,6 @@ FAULTS: tuple[Fault, ...] = (
         (f"{FIT}::test_ranks_of_histories_are_by_root_mean_squares_of_what_is_known",),
     ),
     # what is said of elements, and the levels of a request
-    Fault(
-        "vertices that bulge are told from six per cent on",
-        "shellmb/diagnostics/elements/bulging.py",
-        "BOUND = 0.05",
-        "BOUND = 0.06",
-        (f"{BULGING}::test_vertices_off_by_more_than_five_per_cent_are_told[0.086-True]",),
-    ),
-    Fault(
-        "vertices that bulge are told from four per cent on",
-        "shellmb/diagnostics/elements/bulging.py",
-        "BOUND = 0.05",
-        "BOUND = 0.04",
-        (f"{BULGING}::test_vertices_off_by_more_than_five_per_cent_are_told[0.105-False]",),
-    ),
     Fault(
         "levels that may miss their error",
         "shellmb/accuracy/request/choose.py",

@@ -343,26 +343,6 @@ FAULTS: tuple[Fault, ...] = (
         (f"{VOLUMES}::test_a_motion_goes_on_in_another_scheme_or_filled_anew[ep4-ep]",),
     ),
     Fault(
-        "thin shells bulge least",
-        "shellmb/diagnostics/elements/bulging.py",
-        "(curvature / thickness) ** CURVED",
-        "(curvature * thickness) ** CURVED",
-        (
-            "tests/diagnostics/test_bulging.py::"
-            "test_the_error_at_vertices_is_said_within_a_factor_of_two[4-0.02]",
-        ),
-    ),
-    Fault(
-        "vertices of thin spheres are held by next to nothing",
-        "shellmb/model/sections/section.py",
-        '"triangle": Shares(0.05, 3.0, 0.2)',
-        '"triangle": Shares(0.05, 3.0, 0.0)',
-        (
-            "tests/model/test_triangles.py::"
-            "test_vertices_of_closed_shells_do_not_swing_against_middles[0.005]",
-        ),
-    ),
-    Fault(
         "paths land on load levels to 1e-9 only",
         "shellmb/simulate/paths/levels.py",
         "if near and (before or not missing):",

@@ -70,16 +70,6 @@ FAULTS: tuple[Fault, ...] = (
         ),
     ),
     Fault(
-        "a thread pushes the other way",
-        "shellmb/model/joints/linear.py",
-        "zip(pair, (ratio, -1.0), strict=True)",
-        "zip(pair, (ratio, 1.0), strict=True)",
-        (
-            "tests/mechanisms/test_joint_momenta.py::"
-            "test_a_screw_carries_along_and_about_its_axis[lock-ep]",
-        ),
-    ),
-    Fault(
         "friction is taken where what rolls slips along its path",
         "shellmb/schemes/quadratic.py",
         "root = (self.alpha**2 + 3) ** 0.5",

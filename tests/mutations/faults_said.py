@@ -59,20 +59,6 @@ FAULTS: tuple[Fault, ...] = (
         (f"{BOUNDS}[round-off]",),
     ),
     Fault(
-        "motions that elements hardly resist are not said",
-        f"{WATCHES}/elements/unresisted.py",
-        "BOUND = 0.02",
-        "BOUND = 0.04",
-        ("tests/diagnostics/test_unresisted.py::test_what_is_said_is_what_is_false[0.0001-mesh2]",),
-    ),
-    Fault(
-        "who asks for warnings twice counts the last step twice",
-        f"{WATCHES}/elements/unresisted.py",
-        "sums = dict(self._sums)",
-        "sums = self._sums",
-        ("tests/diagnostics/test_unresisted.py::test_who_asks_twice_is_told_alike",),
-    ),
-    Fault(
         "forces that alternate are not said",
         f"{WATCHES}/forces/alternating.py",
         "SHARE = 0.1",
@@ -278,13 +264,6 @@ FAULTS: tuple[Fault, ...] = (
         "CANTILEVER = 3.516",
         "CANTILEVER = 35.16",
         (f"{NUMBERS}::test_spins_of_a_linear_body[0.12]",),
-    ),
-    Fault(
-        "estimates of locking that are too low are not said to be",
-        f"{WATCHES}/elements/locking.py",
-        "MUCH = 0.4",
-        "MUCH = 0.9",
-        ("tests/diagnostics/test_locked.py::test_from_where_on_it_is_at_least_so_much",),
     ),
     Fault(
         "half of an error is drawn",
