@@ -13,8 +13,8 @@ from shellmb.model.body import Body, Dofs, Term
 from shellmb.system.assembly.fields import Directors, Field, Link, Part, ResidualTerm
 
 # thickness over length below which resultants are not eliminated: round-off leaves
-# `1e-16 / THIN^2 = 1e-8` of forces of bending, which Newton's method still makes up for
-THIN = 1e-4
+# `1e-16 / THIN^2 = 1e-7` of forces of bending, which Newton's method still makes up for
+THIN = 3e-5
 
 NONE: Dofs = np.zeros(0, dtype=np.int32)
 
