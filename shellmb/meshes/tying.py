@@ -10,8 +10,8 @@ that each works on values of the strains at such points:
 quadrilateral  11 at k Gauss points along the first coordinate and k + 1 from edge to edge along the
                second one, 22 the other way round, 12 at k x k Gauss points; of these polynomials
                what has no mean, and in its place what is constant in space: forces that are in
-               equilibrium with a uniform strain are there on any mesh. Shear: polynomials of degree
-               k - 1 at k x k Gauss points.
+               equilibrium with a uniform strain are there on any mesh. Shear: at k x k Gauss
+               points.
 triangle       membrane: along each edge at two Gauss points, and the mean inside (Regge's element
                of degree 1). Shear: the mean along each edge (Nedelec's element of degree 0).
 =============  ===============================================================================
@@ -134,14 +134,9 @@ def _quadrilateral(degree: int) -> Forces:
     rules.append(Rule(both, np.outer(weights, weights).ravel(), (2, 3, 4)))
     parts.append(_custom(CellType.quadrilateral, _without_mean(_tensor(k - 1, k - 1)), 1, k - 1))
     constant = basix.ufl.element("DG", CellType.quadrilateral, 0, shape=(3,))
-    shear = basix.ufl.element(
-        "DPC",
-        CellType.quadrilateral,
-        k - 1,
-        dpc_variant=basix.DPCVariant.legendre,
-        shape=(2,),
-        discontinuous=True,
-    )
+    gauss = basix.LagrangeVariant.gl_warped
+    cell = CellType.quadrilateral
+    shear = basix.ufl.element("P", cell, k - 1, gauss, shape=(2,), discontinuous=True)
     element = basix.ufl.mixed_element([*parts, constant, shear])
     return Forces(element, (0, 2, 4, 8, 9), (1, 3, 4, 8, 9), (5, 6, 7), tuple(rules))
 
