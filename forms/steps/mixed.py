@@ -219,8 +219,8 @@ class LinearMixed:
     def averaged(self, strain: Measure, layout: Layout, span: Interval) -> Expr:
         """Resultants of the averaged stress of a sub-interval, the one that acts in its row."""
         e = stress_average(strain.value(span.a), strain.value(span.b), span.beta)
-        N = (self.forces(layout, q) for q in (span.a, span.b))
-        return self.joined(e, stress_average(*N, span.beta))
+        first, last = self.forces(layout, span.a), self.forces(layout, span.b)
+        return self.joined(e, stress_average(first, last, span.beta))
 
     def joined(self, e: Expr, N: Expr) -> Expr:
         """All resultants of any strains, shape (8,), and forces of the cells."""
@@ -337,8 +337,8 @@ class LinearOwn:
     def averaged(self, strain: Measure, layout: Layout, span: Interval) -> Expr:
         """Resultants of the averaged stress of a sub-interval, the one that acts in its row."""
         e = stress_average(strain.value(span.a), strain.value(span.b), span.beta)
-        N = (self.forces(layout, q) for q in (span.a, span.b))
-        return self.joined(e, stress_average(*N, span.beta))
+        first, last = self.forces(layout, span.a), self.forces(layout, span.b)
+        return self.joined(e, stress_average(first, last, span.beta))
 
     def joined(self, e: Expr, N: Expr) -> Expr:
         """All resultants, shape (8,)."""

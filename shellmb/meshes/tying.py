@@ -87,28 +87,40 @@ def shell_forces(cell: CellType, degree: int) -> Forces:
 
 def cell_sizes(domain: mesh.Mesh) -> Floats:
     """Size of each cell of this rank over that of the reference cell, ghosts included, m^2."""
-    points, weights = basix.make_quadrature(domain.basix_cell(), 4)
+    points, weights = _quadrature(domain.basix_cell(), 4)
     first, second = _tangents(domain, points)
     return np.linalg.norm(np.cross(first, second), axis=-1) @ (weights / weights.sum())
 
 
 def cell_directions(domain: mesh.Mesh) -> Floats:
     """First line through the middle of each cell of this rank, ghosts included, shape (c, 3)."""
-    middle = basix.geometry(domain.basix_cell()).mean(axis=0, keepdims=True)
+    middle = _corners(domain.basix_cell()).mean(axis=0, keepdims=True)
     return _tangents(domain, middle)[0][:, 0]
 
 
 def _tangents(domain: mesh.Mesh, points: Floats) -> tuple[Floats, Floats]:
     """Derivatives of the position by the coordinates of the reference cell, shape (c, n, 3)."""
-    element = domain.ufl_domain().ufl_coordinate_element().sub_elements[0]
+    described = domain.ufl_domain()
+    assert described is not None
+    element = described.ufl_coordinate_element().sub_elements[0]
     _, *slopes = element.basix_element.tabulate(1, points)[..., 0]
     nodes = domain.geometry.x[domain.geometry.dofmaps[0]]
     first, second = (np.einsum("pn,cni->cpi", slope, nodes) for slope in slopes)
     return first, second
 
 
+def _quadrature(cell: CellType, degree: int) -> tuple[Floats, Floats]:
+    """Points and weights, which Basix's stubs take for anything like arrays."""
+    points, weights = basix.make_quadrature(cell, degree)
+    return np.asarray(points), np.asarray(weights)
+
+
+def _corners(cell: CellType) -> Floats:
+    return np.asarray(basix.geometry(cell))
+
+
 def _gauss(n: int) -> tuple[Floats, Floats]:
-    points, weights = basix.make_quadrature(CellType.interval, 2 * n - 1)
+    points, weights = _quadrature(CellType.interval, 2 * n - 1)
     return points[:, 0], weights
 
 
@@ -117,7 +129,8 @@ def _lobatto(n: int) -> Floats:
     element = basix.create_element(
         basix.ElementFamily.P, CellType.interval, n - 1, basix.LagrangeVariant.gll_warped
     )
-    return np.sort(element.points[:, 0])
+    points: Floats = np.asarray(element.points)
+    return np.sort(points[:, 0])
 
 
 def _quadrilateral(degree: int) -> Forces:
@@ -146,7 +159,7 @@ def _line_element(points: Floats, orders: tuple[int, int]) -> Element:
     cell, degree = CellType.quadrilateral, max(orders)
     whole = _tensor(*orders)
     functions = _without_mean(whole)
-    x, w = basix.make_quadrature(cell, 2 * degree)
+    x, w = _quadrature(cell, 2 * degree)
     # polynomials with given values at the points, which strains are, too
     through = np.linalg.inv(whole(points)[..., 0])
     shapes = np.einsum("pm,mq->pq", through, whole(x)[..., 0])
@@ -162,13 +175,13 @@ def _line_element(points: Floats, orders: tuple[int, int]) -> Element:
 def _triangle() -> Forces:
     cell = CellType.triangle
     gauss, _ = _gauss(2)
-    corners = basix.geometry(cell)
+    corners = _corners(cell)
     on_edges, along = [], []
     for a, b in basix.topology(cell)[1]:
         t = corners[b] - corners[a]
         on_edges += [corners[a] + x * t for x in gauss]
         along += [t, t]
-    inside, means = basix.make_quadrature(cell, 2)
+    inside, means = _quadrature(cell, 2)
     points, t = np.concatenate([on_edges, inside]), np.array(along)
     n = len(t)
     membrane = np.zeros((n + 3, len(points), 3))
@@ -205,7 +218,7 @@ def _pair_element(points: Floats, functionals: Floats, strains: Functions) -> El
     """
     cell, size = CellType.triangle, functionals.shape[-1]
     dual = np.linalg.inv(np.einsum("fpc,npc->fn", functionals, strains(points)))
-    x, w = basix.make_quadrature(cell, 4)
+    x, w = _quadrature(cell, 4)
 
     def interpolated(x: Floats) -> Floats:
         return np.einsum("nqc,nf->fqc", strains(x), dual)
@@ -258,16 +271,18 @@ def _custom(cell: CellType, functions: Functions, size: int, degree: int) -> Ele
         size: Number of values.
         degree: Highest degree of the polynomials.
     """
-    x, w = basix.make_quadrature(cell, 2 * degree)
+    x, w = _quadrature(cell, 2 * degree)
     values = functions(x)
-    legendre = basix.tabulate_polynomials(basix.PolynomialType.legendre, cell, degree, x)
+    legendre: Floats = np.asarray(
+        basix.tabulate_polynomials(basix.PolynomialType.legendre, cell, degree, x)
+    )
     coefficients = np.einsum("nqc,bq,q->ncb", values, legendre, w).reshape(len(values), -1)
     gram = np.einsum("nqc,mqc,q->nm", values, values, w)
     moments = np.einsum("nm,mqc,q->ncq", np.linalg.inv(gram), values, w)[..., None]
     orthogonal = np.ascontiguousarray(np.linalg.qr(coefficients.T)[0].T)
     topology = basix.topology(cell)
-    points = [[np.zeros((0, 2)) for _ in entities] for entities in topology]
-    matrices = [[np.zeros((0, size, 0, 1)) for _ in entities] for entities in topology]
+    points: Any = [[np.zeros((0, 2)) for _ in entities] for entities in topology]
+    matrices: Any = [[np.zeros((0, size, 0, 1)) for _ in entities] for entities in topology]
     points[2], matrices[2] = [x], [np.ascontiguousarray(moments)]
     points.append([])
     matrices.append([])

@@ -211,7 +211,8 @@ def build_model(
     refuse_idle_loads(scene, meshed.all, prescribed)
     find = Finder(places, rigid_places(scene, rigid))
     bodies += [*planes, *glue_beams(scene, comm, beams, shells, lines)]
-    mechanism = build_mechanism(scene, comm, find, {**shells, **placed}, force, length, signals)
+    hinged: dict[str, Any] = {**shells, **placed}
+    mechanism = build_mechanism(scene, comm, find, hinged, force, length, signals)
     check_turnable(scene, mechanism, meshed.all)
     bodies += mechanism.bodies
 

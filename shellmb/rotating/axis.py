@@ -199,9 +199,10 @@ def check_steady(scene: Scene, axis: Axis, loaded: bool) -> None:
         if faces or getattr(item, "obstacle_body", None) is not None:
             where = "between bodies, and modes of rotating bodies have no contact"
         raise SceneError(f"modes: {said(item)} is {where}; remove it")
-    for body in scene.own_bodies:
-        raise SceneError(f"modes: {said(body)} has no frame that turns; leave it out")
-    for item in (*scene.couplings, *(joint for joint in scene.joints if joint.given)):
+    for own in scene.own_bodies:
+        raise SceneError(f"modes: {said(own)} has no frame that turns; leave it out")
+    related: tuple[Any, ...] = (*scene.couplings, *(j for j in scene.joints if j.given))
+    for item in related:
         raise SceneError(
             f"modes: {item.said} relates coordinates that do not turn alike, or depends on time; a "
             "steady rotation has no such constraints, leave it out"

@@ -262,7 +262,8 @@ class BeamModel(FrameBody):
     @property
     def integrate(self) -> Integrate:
         """Integral of densities at as many Gauss points as the degree."""
-        return partial(over_line, *self.rules.taken)
+        (rule,) = self.rules.taken
+        return partial(over_line, rule)
 
     @cached_property
     def strain(self) -> Measure:

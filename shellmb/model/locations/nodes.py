@@ -83,7 +83,7 @@ def local_nodes(body: Meshed, where: Place | None, who: str) -> Int32s:
         if isinstance(mesh, LineMesh) or all(item in mesh.points for item in where):
             return np.unique(np.concatenate([local_nodes(body, item, who) for item in where]))  # type: ignore[arg-type]
         space = body.mixed.subspaces["u"]
-        entities = mesh.entities(where, who)  # type: ignore[arg-type]
+        entities = mesh.entities(where, who)
         found = [fem.locate_dofs_topological(space, dim, which) for dim, which in entities]
         return np.unique(np.concatenate(found)).astype(np.int32)
     return _node_at(body, np.asarray(where, dtype=float), who)

@@ -278,7 +278,7 @@ class OwnBody(Massless, UserBody):
         Raises:
             SceneError: If its space is on another communicator.
         """
-        given = dict(self._given)
+        given: dict[str, Any] = dict(self._given)
         if callable(given["space"]):
             given["space"] = given["space"](comm)
         elif MPI.Comm.Compare(comm, self.space.mesh.comm) not in (MPI.IDENT, MPI.CONGRUENT):

@@ -135,8 +135,9 @@ def _bind_linear(
     D, G = fields.of(lambda at: at.D), fields.of(lambda at: at.G)
     B = fields.of(lambda at: at.B) if _couples(shell, section) else None
     if not has_own_strains(shell, domain):
-        inverse = (fields.of(lambda at, name=n: np.linalg.inv(getattr(at, name))) for n in "AG")
-        return BoundSection(LinearMixed(D, G, *inverse, N0, a, tying, B), force, sizes)
+        A_inv = fields.of(lambda at: np.linalg.inv(at.A))
+        G_inv = fields.of(lambda at: np.linalg.inv(at.G))
+        return BoundSection(LinearMixed(D, G, A_inv, G_inv, N0, a, tying, B), force, sizes)
     if B is not None and _damps_unlike(shell, section):
         psi, thickness = Quadratic(fields.of(lambda at: at.A), B, D, G), sizes.thickness
         mixed = NonlinearMixed(psi, N0, a, _constant(domain, thickness))

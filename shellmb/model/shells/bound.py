@@ -3,6 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property, partial
+from typing import Any
 
 import numpy as np
 import ufl
@@ -14,7 +15,7 @@ from shellmb.forms import shell as shell_forms
 from shellmb.forms.measure import Measure, measure
 from shellmb.forms.shell import ShellStrains
 from shellmb.forms.state import Layout
-from shellmb.forms.steps.mixed import assumed
+from shellmb.forms.steps.mixed import LinearMixed, LinearOwn, assumed
 from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed
 from shellmb.forms.surface import Surface, surface
 from shellmb.forms.tying import Tying, tying
@@ -197,10 +198,11 @@ class BoundShell:
                 parts.append(fem.Constant(domain, np.asarray(value, dtype=float)))
         membrane = parts[0] if self.shell.stretching else ufl.as_vector([0, 0, 0])
         e = ufl.as_vector([*membrane, *parts[1], 0.0, 0.0])
-        factors = given.time, fem.Constant(domain, 0.0), fem.Constant(domain, 0.0)
+        factors: tuple[Any, ...] = given.time, *(fem.Constant(domain, 0.0) for _ in range(2))
         if isinstance(formulation, NonlinearMixed):
             resultants, seen = formulation.stress(e), assumed(self.strain, self.layout)
             return NaturalStress(e, (resultants,), resultants, seen, self.integrate, *factors)
+        assert isinstance(formulation, LinearMixed | LinearOwn)
         N = forces_of(self, e)
         found = formulation.stress(e, N), formulation.joined(e, N)
         return NaturalStress(e, *found, self.strain, self.integrate, *factors)

@@ -84,10 +84,9 @@ def compatible(shell: Tied, e: Expr) -> CellSystem:
         e: The strains, shape (8,); functions in it may change.
     """
     section, tying, integrate = shell.section.formulation, shell.tying, shell.integrate
-    linear = isinstance(section, LinearMixed)
-    space = shell.mixed.subspaces["N" if linear else "S"]
-    dN, found = (tying.forces(f(space)) for f in (ufl.TestFunction, ufl.TrialFunction))
-    if linear:
+    space = shell.mixed.subspaces["N" if isinstance(section, LinearMixed) else "S"]
+    dN, found = tying.forces(ufl.TestFunction(space)), tying.forces(ufl.TrialFunction(space))
+    if isinstance(section, LinearMixed):
         nothing, still = ufl.as_vector([0] * 13), ufl.as_vector([0] * 8)
         own = section.gap(still, still, section.N0 * found, dN)[0]
         return CellSystem(space, integrate([-own]), integrate(section.gap(e, e, nothing, dN)))
@@ -107,7 +106,7 @@ def balanced(shell: Tied, e: Expr, own: fem.Function) -> CellSystem:
     """
     section, tying, space = shell.section.formulation, shell.tying, shell.mixed.subspaces["N"]
     assert isinstance(section, LinearOwn)
-    dS, found = (tying.forces(f(space)) for f in (ufl.TestFunction, ufl.TrialFunction))
+    dS, found = tying.forces(ufl.TestFunction(space)), tying.forces(ufl.TrialFunction(space))
     n, _, Q = section.stresses(tying.forces(own), e)
     matrix = ufl.dot(tying.strain(dS), section.N0 * tying.force(found))
     given = ufl.dot(tying.strain(dS), ufl.as_vector([*n, *((1 - section.a) * Q)]))

@@ -41,12 +41,12 @@ def shell_strains(shell: BoundShell) -> tuple[Strains, ...]:
     section, h = shell.section.formulation, shell.thickness
     _refuse_prestrain(shell)
     weight = (1, 1, 1, h**2, h**2, h**2, 1, 1)
-    common = section, shell.layout, shell.strain, shell.integrate
+    common = shell.layout, shell.strain, shell.integrate
     if isinstance(section, NonlinearMixed):
-        return (HyperelasticStrains(*common, quadratic, weight, _product_of(shell)),)
+        return (HyperelasticStrains(section, *common, quadratic, weight, _product_of(shell)),)
     if quadratic:
-        return (Strains(*common),)
-    return (GeneralStrains(*common, weight, _product_of(shell)),)
+        return (Strains(section, *common),)
+    return (GeneralStrains(section, *common, weight, _product_of(shell)),)
 
 
 def _refuse_prestrain(shell: BoundShell) -> None:

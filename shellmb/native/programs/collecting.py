@@ -89,7 +89,7 @@ class Collector:
             self._whole[node] = whole if len(whole) <= MOST else self._short[node]
             return
         elif op == "div" and graph.seldom[of[1]]:
-            by = {None: _int(graph.div(one, of[1]))}
+            by: Sum = {None: _int(graph.div(one, of[1]))}
             self._short[node] = self._combined("mul", by, self._near(of[0]))
             self._middle[node] = self._combined("mul", by, self._through(of[0]))
             self._whole[node] = self._combined("mul", by, self._whole[of[0]])

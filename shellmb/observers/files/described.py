@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
 
@@ -82,11 +83,12 @@ class Described:
 
 def describe(scene: Scene) -> Described:
     """A scene in plain values."""
+    bodies: tuple[Any, ...] = scene.bodies
     kinds = {
         body.name: "shell"
         if isinstance(body, Shell)
         else ("beam" if isinstance(body, Beam) else str(body.label))
-        for body in scene.bodies
+        for body in bodies
     }
     return Described(
         scene.name,

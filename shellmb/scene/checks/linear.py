@@ -116,7 +116,8 @@ def check_path(scene: Description) -> None:
     followed += [p for p in scene.potentials if p.load]
     followed += [s for s in scene.supports if moves(s)]
     followed += [v for v in scene.volumes if v.change is not None]
-    followed += [item for item in (*scene.joints, *scene.couplings) if item.given]
+    followed += [joint for joint in scene.joints if joint.given]
+    followed += [coupling for coupling in scene.couplings if coupling.given]
     if not followed and not scene.drivers:
         raise SceneError(
             f"{who} has no load to follow; it must have one at least: a load, a natural strain, a "

@@ -259,14 +259,15 @@ def _coordinates(scene: Description) -> None:
     for element in (*scene.force_elements, *_coupled(scene)):
         if isinstance(element, JointElement):
             coordinates_of(scene, element)
-    for item in (*scene.joints, *scene.couplings):
-        for function in item.given:
+    relations: tuple[Any, ...] = (*scene.joints, *scene.couplings)
+    for relation in relations:
+        for function in relation.given:
             if isinstance(function, Signal):
                 raise SceneError(
-                    f"{item.said}: {show(function)} is no value over time; it must be a function "
-                    "of time, or a joint with a driver whose acceleration is commanded"
+                    f"{relation.said}: {show(function)} is no value over time; it must be a "
+                    "function of time, or a joint with a driver whose acceleration is commanded"
                 )
-            finite_in_time(function, scene.given_until, f"{item.said}: value over time", 1)
+            finite_in_time(function, scene.given_until, f"{relation.said}: value over time", 1)
     for joint in scene.joints:
         if isinstance(joint, Distance) and any(f(0.0) <= 0 for f in joint.given):
             raise SceneError(

@@ -5,6 +5,7 @@ import tempfile
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import meshio
 import numpy as np
@@ -46,7 +47,8 @@ STEEL, NU, DENSITY = 2e11, 0.3, 8000.0
 def on(mesh: Mesh, scene: Scene, thickness: float | None = None) -> Scene:
     """A scene of one shell on another mesh, and of another thickness."""
     (shell,) = scene.shells
-    section = replace(shell.section, thickness=thickness) if thickness else shell.section
+    section: Any = shell.section
+    section = replace(section, thickness=thickness) if thickness else section
     meshed = replace(shell, section=section, mesh=mesh.size, cell=mesh.cell, distortion=mesh.moved)
     return replace(scene, shells=(meshed,))
 

@@ -235,8 +235,11 @@ def _stretched(shell: Shell) -> tuple[Floats, Floats]:
         EdgeForce(edge, (N[0] * a + N[1] * b, N[1] * a + N[0] * b, 0.0))
         for edge, (a, b) in OUTWARD.items()
     ]
-    held = Fixed((0.0, 0.0, 0.0), (0.0, 0.0, 0.0)), Fixed((LENGTH, 0.0, 0.0), (None, None, 0.0))
-    held += (Fixed((0.0, HEIGHT, 0.0), (0.0, None, 0.0)),)
+    held = (
+        Fixed((0.0, 0.0, 0.0), (0.0, 0.0, 0.0)),
+        Fixed((LENGTH, 0.0, 0.0), (None, None, 0.0)),
+        Fixed((0.0, HEIGHT, 0.0), (0.0, None, 0.0)),
+    )
     x, u = everywhere(statics(shell, supports=held, loads=loads))
     exact = np.stack([strain * x[:, 0], strain * x[:, 1] + shear * x[:, 0], 0 * x[:, 0]], axis=1)
     return u, exact
@@ -245,7 +248,7 @@ def _stretched(shell: Shell) -> tuple[Floats, Floats]:
 def _bent(shell: Shell) -> tuple[Floats, Floats]:
     """Under constant bending and twisting moments."""
     bend, twist = 1e-3, 5e-4
-    D = float(shell.section.thickness) ** 2 / 12 / (1 - 0.25**2)  # type: ignore[attr-defined]
+    D = float(shell.section.thickness) ** 2 / 12 / (1 - 0.25**2)
     M = D * (1 + 0.25) * bend, D * (1 - 0.25) * twist
     loads = [
         EdgeMoment(edge, (-M[1] * a - M[0] * b, M[0] * a + M[1] * b, 0.0))

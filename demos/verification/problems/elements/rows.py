@@ -102,7 +102,8 @@ def problem(
     def register(values: Callable[..., Values]) -> Callable[..., Values]:
         def checks() -> Iterator[Check]:
             for row in rows:
-                for cell, figures in (("quad", row.quad), ("tri", row.tri)):
+                both: tuple[tuple[Cell, Figures], ...] = ("quad", row.quad), ("tri", row.tri)
+                for cell, figures in both:
                     found = values(Mesh(cell, row.size, row.moved), **row.given)
                     tried = np.broadcast_to(figures, len(found))
                     for (what, value), figure in zip(found.items(), tried, strict=True):
