@@ -97,7 +97,7 @@ MAX_MODULES, NO_ROOM = 12, {"demos"}
 # replaces is added as a term of its own, with the name of the branch that takes it away again.
 # The second terms are `shellmb/native/programs`: integrands that are interpreted stand beside
 # kernels that are compiled, until they take their place.
-MOST_LINES = {"Python": 62_660 + 1_690, "C": 2_187 + 501}
+MOST_LINES = {"Python": 62_660 + 2_025, "C": 2_187 + 632}
 # so much less than that, and it has to be written down
 LESS = 300
 
