@@ -462,8 +462,8 @@ static void NAME(interpret)(V *restrict A, const V *restrict w, const double *c,
             int count = r->points - from < most ? r->points - from : most;
             V *base[2] = {room, own + r->place + from * r->kept};
             if (anew && r->kept) {
-                NAME(prepare)(r, &r->seldom, e, from, count, w, c, x, room);
-                NAME(operate)(&r->seldom, 0, r->seldom.ops, base, count);
+                NAME(prepare)(r, &r->steady, e, from, count, w, c, x, room);
+                NAME(operate)(&r->steady, 0, r->steady.ops, base, count);
                 for (int k = 0; k < r->kept; ++k)
                     for (int p = 0; p < count; ++p)
                         base[1][k * most + p] = room[r->keep[k] + p];

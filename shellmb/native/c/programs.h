@@ -62,7 +62,7 @@ typedef struct {
     const double *entity;      /* (entities, entity_size) */
     const double *weights;
     const Table *tables;
-    Stage seldom, always;      /* what is kept of cells, and what is found at each call */
+    Stage steady, always;      /* what is kept of cells, and what is found at each call */
     int kept, place;           /* how many values of each point, and where they are of a cell */
     const int *keep;           /* their registers, (kept,) */
     int first_ops;             /* those of the latter stage come before all products */

@@ -61,7 +61,6 @@ class Rule:
         self._tables, self._points, self._rank = tables, points, rank
         graph, entity_size = reader.graph, points.numbers.shape[1]
         self._parts = _parts(graph, value, rank)
-        seldom: dict[Key, int] = {}
         if keeps:
             found = Collector(graph, self._parts.values())
             parts = {key: found.of(node) for key, node in self._parts.items()}
@@ -70,9 +69,9 @@ class Rule:
         groups = list(self._groups.values())
         given = found.given if keeps else lambda node: False
         self._made = made = Translation(graph, self._parts, groups, entity_size, given)
-        seldom = {_numbered(k): node for k, node in enumerate(made.kept)}
-        self._seldom = Translation(graph, seldom, [list(seldom)], entity_size)
-        self.registers = max(made.registers, self._seldom.registers)
+        steady: dict[Key, int] = {_numbered(k): node for k, node in enumerate(made.kept)}
+        self._steady = Translation(graph, steady, [list(steady)], entity_size)
+        self.registers = max(made.registers, self._steady.registers)
         self.products, self.factors = 0, 0
         count, fit = len(points.weights), ROOM // (8 * LANES * max(made.registers, 1))
         most = max(1, min(POINTS, fit))
@@ -82,7 +81,7 @@ class Rule:
     @property
     def constants(self) -> list[int]:
         """Constants that what is kept follows from."""
-        return self._seldom.constants
+        return self._steady.constants
 
     def _grouped(self) -> dict[Any, list[Key]]:
         """Arguments of what comes out at once: all, or those of a matrix by their rows.
@@ -101,7 +100,7 @@ class Rule:
 
     def read(self) -> list[Ints]:
         """Places of coefficients among those of a cell, of each value that is read."""
-        every = [*self._made.inputs, *self._seldom.inputs]
+        every = [*self._made.inputs, *self._steady.inputs]
         own = dict.fromkeys(item for item, _ in every if item.source != COORDINATES)
         found = []
         for item in own:
@@ -122,9 +121,9 @@ class Rule:
         self._read = read
         entities = self._points.numbers
         found = self._products(pointer) if self._rank == 2 else self._rows(pointer)
-        stages = [self._stage(pointer, first, made) for made in (self._seldom, self._made)]
+        stages = [self._stage(pointer, first, made) for made in (self._steady, self._made)]
         tables = [_table(pointer, values) for values in self._tables.tables]
-        keep = [self._seldom.output[_numbered(k)] for k in range(len(self._made.kept))]
+        keep = [self._steady.output[_numbered(k)] for k in range(len(self._made.kept))]
         return {
             "points": len(self._points.weights),
             "chunk": self.chunk,
@@ -132,7 +131,7 @@ class Rule:
             "entity": pointer(np.ascontiguousarray(np.append(entities.ravel(), 0.0))),
             "weights": pointer(np.ascontiguousarray(self._points.weights, float)),
             "tables": pointer.many("Table", tables),
-            "seldom": stages[0],
+            "steady": stages[0],
             "always": stages[1],
             "kept": len(keep),
             "place": place,

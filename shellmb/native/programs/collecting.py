@@ -46,12 +46,12 @@ class Collector:
             self._collect(node)
 
     def of(self, node: int) -> int:
-        """Find the node that stands for one of the roots."""
+        """Node that stands for one of the roots."""
         return self._make(self._graph.actual(node))
 
     def given(self, node: int) -> bool:
         """Decide whether a node's values are to be kept from call to call."""
-        return self._graph.varies[node] and self._graph.seldom[node] and node not in self._loose
+        return self._graph.varies[node] and self._graph.steady[node] and node not in self._loose
 
     def _ordered(self, roots: Iterable[int]) -> list[int]:
         """Nodes behind their operands; counts their uses."""
@@ -78,17 +78,17 @@ class Collector:
         """Find the sums that a node is, whose operands have theirs."""
         graph, one = self._graph, self._graph.one
         op, of = graph.nodes[node][0], graph.operands(node)
-        if self._graph.seldom[node]:
+        if self._graph.steady[node]:
             self._made[node], self._short[node] = node, {None: node}
         elif op in LEAVES:
             self._made[node], self._short[node] = node, {node: one}
-        elif op in ("add", "sub") or (op == "mul" and any(map(graph.seldom.__getitem__, of))):
+        elif op in ("add", "sub") or (op == "mul" and any(map(graph.steady.__getitem__, of))):
             self._short[node] = self._combined(op, *map(self._near, of))
             self._middle[node] = self._combined(op, *map(self._through, of))
             whole = self._combined(op, *(self._whole[a] for a in of))
             self._whole[node] = whole if len(whole) <= MOST else self._short[node]
             return
-        elif op == "div" and graph.seldom[of[1]]:
+        elif op == "div" and graph.steady[of[1]]:
             by: Sum = {None: _int(graph.div(one, of[1]))}
             self._short[node] = self._combined("mul", by, self._near(of[0]))
             self._middle[node] = self._combined("mul", by, self._through(of[0]))
@@ -105,13 +105,13 @@ class Collector:
 
     def _near(self, node: int) -> Sum:
         """The sum that a node is, if it is part of one other alone; else the node itself."""
-        if self._graph.seldom[node] or self._uses[node] == 1:
+        if self._graph.steady[node] or self._uses[node] == 1:
             return self._short[node]
         return {self._make(node): self._graph.one}
 
     def _through(self, node: int) -> Sum:
         """Likewise, or the short sum that the node is."""
-        if self._graph.seldom[node] or self._uses[node] == 1:
+        if self._graph.steady[node] or self._uses[node] == 1:
             return self._middle[node]
         made = self._make(node)
         return self._outside(node) or {made: self._graph.one}
@@ -173,8 +173,8 @@ class Collector:
     def _grouped(self, terms: Sum) -> tuple[list[tuple[int, list[int]]], Sum]:
         """Terms that are added up before they have their coefficient, and others.
 
-        These are products, and what several sums are likely to have: pairs with one coefficient
-        beside other such pairs.
+        The former are products, and what several sums are likely to have: pairs with one
+        coefficient beside other such pairs.
         """
         graph = self._graph
         groups: dict[int, list[int]] = {}
@@ -203,7 +203,7 @@ class Collector:
 
     def _cost_of(self, node: int) -> int:
         """Operations of what only one other node needs."""
-        if self._graph.seldom[node] or (self._uses[node] > 1 and not self._outside(node)):
+        if self._graph.steady[node] or (self._uses[node] > 1 and not self._outside(node)):
             return 0
         return self._own.get(self._made[node], 0)
 

@@ -78,7 +78,7 @@ def rules_of(
         coefficients: Functions of the form.
         constants: Constants of the form.
         arguments: Elements of the arguments.
-        static: As of `Rule`.
+        static: Sources of values that seldom change: what follows from these alone is kept.
     """
     places, domain = constant_places(constants), integrals[0].ufl_domain()
     facet = integrals[0].integral_type() != "cell"
@@ -105,7 +105,7 @@ class Program:
         rules: What each quadrature rule adds.
         rank: Number of arguments.
         columns: Dofs of the second argument; 1 without.
-        seldom: Of each coefficient of a cell whether it seldom changes.
+        steady: Of each coefficient of a cell whether it seldom changes.
         coordinates: How many numbers a cell's coordinates are.
 
     Attributes:
@@ -118,13 +118,13 @@ class Program:
         rules: Sequence[Rule],
         rank: int,
         columns: int,
-        seldom: Bools,
+        steady: Bools,
         coordinates: int,
     ) -> None:
         self._rules, self._rank, self._columns = list(rules), rank, columns
         self._coordinates = coordinates
-        self.reads, self._places = _read(rules, len(seldom))
-        edges = np.flatnonzero(np.diff([0, *seldom[self.reads].astype(int), 0])).reshape(-1, 2)
+        self.reads, self._places = _read(rules, len(steady))
+        edges = np.flatnonzero(np.diff([0, *steady[self.reads].astype(int), 0])).reshape(-1, 2)
         self._ranges = [(int(first), int(last - first)) for first, last in edges]
         # behind a stamp and what it follows from
         self._first = 1 + coordinates + sum(count for _, count in self._ranges)
@@ -189,7 +189,7 @@ def interpreted(form: Form, moving: Collection[Any] = ()) -> fem.Form:
     Args:
         form: One that is not empty, over one mesh.
         moving: Functions that change from call to call, and with them all that are of their
-            elements: what follows from others alone is kept. None: nothing is.
+            elements: what follows from others alone is kept. Without any nothing is.
 
     Raises:
         Unsupported: If it has something that programs do not have.
@@ -209,13 +209,13 @@ def interpreted(form: Form, moving: Collection[Any] = ()) -> fem.Form:
     order = sorted(groups, key=lambda key: list(KINDS).index(key[0]))
     elements = [space.ufl_element() for space in spaces]
     columns = elements[1].dim if len(elements) == 2 else 1
-    static, seldom, coordinates = _seldom(ufl_domain, coefficients, moving)
+    static, steady, coordinates = _steady(ufl_domain, coefficients, moving)
     programs = []
     for number, key in enumerate(order):
         place = form.signature(), number, tuple(static)
         if place not in READ:
             READ[place] = rules_of(groups[key], coefficients, constants, elements, static)
-        programs.append(Program(READ[place], len(spaces), columns, seldom, coordinates))
+        programs.append(Program(READ[place], len(spaces), columns, steady, coordinates))
     addresses = [program.address(len(programs)) for program in programs]
     places = fem.Constant(ufl_domain, np.array(addresses))
     every = np.arange(len(coefficients), dtype=np.int8)
@@ -259,17 +259,17 @@ def _read(rules: Sequence[Rule], size: int) -> tuple[Ints, Ints]:
     return reads, places
 
 
-def _seldom(
+def _steady(
     domain: Any, coefficients: Sequence[Any], moving: Collection[Any]
 ) -> tuple[list[int], Bools, int]:
     """Sources of what seldom changes, which coefficients do, and numbers of coordinates."""
     elements = [f.ufl_element() for f in coefficients]
     changing = {f.ufl_element() for f in moving}
-    seldom = [bool(moving) and element not in changing for element in elements]
-    sources = [COORDINATES, *np.flatnonzero(seldom).tolist()] if moving else []
+    steady = [bool(moving) and element not in changing for element in elements]
+    sources = [COORDINATES, *np.flatnonzero(steady).tolist()] if moving else []
     element = domain.ufl_coordinate_element()
     numbers = 3 * (element.dim // element.block_size)
-    return sources, np.repeat(np.array(seldom, bool), [e.dim for e in elements]), numbers
+    return sources, np.repeat(np.array(steady, bool), [e.dim for e in elements]), numbers
 
 
 def _entities(form: Form, kind: tuple[str, Any]) -> Any:

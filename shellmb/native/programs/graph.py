@@ -88,30 +88,30 @@ class Graph:
     Attributes:
         nodes: Operations, each with what it is of; those come before it.
         varies: Whether each node's value depends on the point or the cell.
-        seldom: Whether each node's value seldom changes.
+        steady: Whether each node's value seldom changes.
     """
 
     def __init__(self, static: Collection[int] = ()) -> None:
         self.nodes: list[tuple[Any, ...]] = []
         self.varies: list[bool] = []
-        self.seldom: list[bool] = []
+        self.steady: list[bool] = []
         self._static = static
         self._known: dict[tuple[Any, ...], int] = {}
         self.zero, self.one = self.number(0.0), self.number(1.0)
 
-    def _node(self, *node: Any, varies: bool | None = None, seldom: bool = True) -> int:
+    def _node(self, *node: Any, varies: bool | None = None, steady: bool = True) -> int:
         found = self._known.get(node)
         if found is None:
             found = self._known[node] = len(self.nodes)
             self.nodes.append(node)
             if varies is None:
                 args = node[1:]
-                varies, seldom = False, True
+                varies, steady = False, True
                 for k in args:
                     varies = varies or self.varies[k]
-                    seldom = seldom and self.seldom[k]
+                    steady = steady and self.steady[k]
             self.varies.append(varies)
-            self.seldom.append(seldom)
+            self.steady.append(steady)
         return found
 
     def operation(self, op: str, *args: int) -> int:
@@ -119,13 +119,13 @@ class Graph:
         return self._node(op, *args)
 
     def actual(self, node: int) -> int:
-        """Find what a variable stands for."""
+        """Node that a variable is; others are themselves."""
         while self.nodes[node][0] == "alias":
             node = self.nodes[node][3]
         return node
 
     def operands(self, node: int) -> list[int]:
-        """List the nodes that a node is of."""
+        """Nodes that a node is of."""
         op, *args = self.nodes[node]
         return [] if op in LEAVES else [self.actual(a) for a in args]
 
@@ -144,7 +144,7 @@ class Graph:
 
     def input(self, item: Input) -> int:
         """The value of a function at a point."""
-        return self._node("input", item, varies=True, seldom=item.source in self._static)
+        return self._node("input", item, varies=True, steady=item.source in self._static)
 
     def weight(self) -> int:
         """The weight of the point."""
@@ -152,8 +152,8 @@ class Graph:
 
     def alias(self, label: int, component: int, of: int) -> int:
         """A component of a variable."""
-        varies, seldom = self.varies[of], self.seldom[of]
-        return self._node("alias", label, component, of, varies=varies, seldom=seldom)
+        varies, steady = self.varies[of], self.steady[of]
+        return self._node("alias", label, component, of, varies=varies, steady=steady)
 
     def value_of(self, node: int) -> float | None:
         """The number that a node is; None if it is none."""
