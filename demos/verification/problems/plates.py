@@ -59,8 +59,8 @@ def squares() -> Iterator[Check]:
             RITZ,
         )
         yield Check(
-            f"clamped, a/h={THIN}, {cell} 8x8",
-            _deflection("clamped", THIN, cell),
+            f"clamped, a/h={THIN}, {cell} {n}x{n}",
+            _deflection("clamped", THIN, cell, n),
             THIN_CLAMPED,
             "thin plate, docs/reference/literature.md",
         )
