@@ -22,7 +22,7 @@ weld            spherical, `e1 . e2' = e2 . e3' = e3 . e1' = 0`                 
 distance        `(|x2 - x1|^2 - L^2) / 2 L = 0`                                     1
 given distance  `(|x2 - x1|^2 - s^2) / 2 L = 0`, `s` a function of time             1
 in-plane        `e3 . (x2 - x1) = 0`                                                1
-held point      spherical, a point of a frame and one without directors             3
+fixed point      spherical, a point of a frame and one without directors             3
 shell revolute  spherical, `e1 . E3 = e2 . E3 = 0` (eq. 35)                         5
 ==============  ==================================================================  =====
 """
@@ -116,7 +116,7 @@ KINDS: dict[str, JointKind] = {
     "distance": JointKind(1, _distance, (0, 0)),
     "given distance": JointKind(1, _distance, (0, 0)),
     "in-plane": JointKind(1, lambda a, b, length: _off_plane(a, b), (3, 0)),
-    "held point": JointKind(3, lambda a, b, length: _together(a, b), (3, 0)),
+    "fixed point": JointKind(3, lambda a, b, length: _together(a, b), (3, 0)),
     "shell revolute": JointKind(
         5, lambda a, b, length: _together(a, b) + _aligned(a, b), (3, 1), (3, 4)
     ),

@@ -97,7 +97,7 @@ def remarks(
 
 
 def of_own(scene: Scene) -> list[str]:
-    """Remark on the meshes of bodies of the user's own, which no companion refines.
+    """Remark on the meshes of bodies of the user's own, which nothing refines.
 
     Args:
         scene: The scene.

@@ -74,6 +74,6 @@ def _bind_region(joint: Weld, region: str, body: Meshed, find: FindEnd) -> list[
         dofs = {part: nodes.dofs[part][k] for part in ("u", "w")}
         ends = (replace(frame, point=x), End(body.name, body.name, dofs, x, director, x))
         axes = np.array([frame_about(director[0]) if len(director) else np.eye(3)] * 2)
-        kind = "shell revolute" if len(director) else "held point"
+        kind = "shell revolute" if len(director) else "fixed point"
         found.append(BoundNode(joint, kind, ends, axes, center=frame.point))
     return found
