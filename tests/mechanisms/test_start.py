@@ -10,6 +10,7 @@ import pytest
 from shellmb.errors import SceneError, ShellmbWarning
 from shellmb.scene import (
     GROUND,
+    Arc,
     Beam,
     Clamped,
     Distance,
@@ -292,6 +293,8 @@ def test_joint_on_directors_without_inertia_is_refused() -> None:
     scene = Scene("arm", beams=beam, joints=pin, **MOTION)
     with pytest.raises(SceneError, match="'pin': the directors of 'arm' have no inertia"):
         Simulation(scene)
-    # a joint of positions alone asks nothing of the directors
+    # a joint of positions alone asks nothing of the directors; a straight arm would spin about
+    # itself as it likes
+    curved = replace(beam, curve=Arc(A, (0.1, 0.0, 0.5), B))
     ball = Spherical("ball", GROUND, "arm", at=A)
-    Simulation(replace(scene, joints=ball)).advance()
+    Simulation(replace(scene, beams=curved, joints=ball)).advance()

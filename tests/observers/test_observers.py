@@ -101,7 +101,7 @@ def test_frames_are_equally_spaced_and_include_both_ends(tmp_path, count, steps)
     simulation = SimpleNamespace(t=0.0, t_end=1.0)
     mechanism = SimpleNamespace(joints={})
     simulation.model = SimpleNamespace(
-        meshed={}, rigid=None, modal=(), mechanism=mechanism, comm=SimpleNamespace(rank=0)
+        meshed={}, own={}, rigid=None, modal=(), mechanism=mechanism, comm=SimpleNamespace(rank=0)
     )
     simulation.scheme = SimpleNamespace(dynamic=True)
     simulation.model.scene = SimpleNamespace(rigid_bodies=())

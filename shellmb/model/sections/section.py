@@ -14,7 +14,7 @@ from shellmb.forms.steps.mixed import Formulation, LinearMixed, LinearOwn
 from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed, Quadratic
 from shellmb.forms.tying import Tying
 from shellmb.meshes.shared import space_on
-from shellmb.meshes.tying import cell_sizes
+from shellmb.meshes.tying import cell_squares
 from shellmb.model.shells.varying import Rule, SectionFields
 from shellmb.model.user_forms import resists_all, written
 from shellmb.native.kernels import compiled
@@ -161,7 +161,7 @@ def _shear(at: Layup) -> Floats:
 
 def _share(domain: mesh.Mesh, thickness: float | Floats) -> fem.Function:
     """Share of the shear energy that displacements have, below one for any thickness."""
-    x = SHARES[domain.topology.cell_name()] * thickness**2 / cell_sizes(domain)
+    x = SHARES[domain.topology.cell_name()] * thickness**2 / cell_squares(domain)
     function = fem.Function(space_on(domain, ("DG", 0)))
     function.x.array[:] = x / (1 + x)
     return function
