@@ -38,6 +38,6 @@ def test_a_run_loads_what_it_needs(tmp_path: Path) -> None:
     assert not helped & (RUN | HELP)
     assert not ran & RUN
     # files are written all the same, and what is measured is there
-    assert len(list((tmp_path / "one" / "fields").glob("strip_*.vtu"))) == 2
+    assert len(list((tmp_path / "one" / "fields").glob("strip_*.vtu"))) >= 2
     summary = json.loads((tmp_path / "one" / "summary.json").read_text())
     assert summary["results"]["closure_error_over_L"] < 1e-3

@@ -128,7 +128,7 @@ def test_reference_configuration_is_closed(kind):
         shell = kind == "shell revolute" and k == 1
         directors = first[2:] if shell else random_rotation(rng)
         node = point if shell else rng.normal(size=3)
-        away = 0.8 * first[0] if kind == "distance" and k == 1 else 0.0
+        away = 0.8 * first[0] if kind.endswith("distance") and k == 1 else 0.0
         ends.append(End("body", "body", dofs, node, directors, point + away))
     described = Spherical("joint", "a", "b")
     joint = BoundJoint(described, kind, (ends[0], ends[1]), np.array([first, second]), 0.8)
@@ -149,7 +149,9 @@ FREE = {
     "planar": {"tx", "ty", "rz"},
     "weld": set(),
     "distance": {"ty", "tz", *TURNS},
+    "given distance": {"ty", "tz", *TURNS},
     "in-plane": {"tx", "ty", *TURNS},
+    "fixed point": TURNS,
     "shell revolute": {"rz"},
 }
 
@@ -162,7 +164,7 @@ def test_a_joint_leaves_its_freedoms_and_no_others(kind):
     dofs = {"u": np.arange(3), "w": np.arange(9)}
     directors = (np.eye(3), first[2:] if kind == "shell revolute" else np.eye(3))
     point = np.zeros(3)
-    away = 0.8 * first[0] if kind == "distance" else 0.0
+    away = 0.8 * first[0] if kind.endswith("distance") else 0.0
     ends = tuple(
         End("body", "body", dofs, point + k * away, d, point + k * away)
         for k, d in enumerate(directors)

@@ -38,10 +38,10 @@ def test_resultants_in_files_are_in_equilibrium(tmp_path) -> None:
     execute(strip("all"), tmp_path / "run", pictures=False)
     plate = last(tmp_path / "run", "plate")
     x, y = plate["reference"].values[:, 0], plate["reference"].values[:, 1]
-    # M11 is linear within elements and means of equal values between them; 1e-3: the clamped
-    # edge's corner elements, whose shear forces are not quite uniform across
+    # M11 is linear within elements and means of equal values between them; 2e-3 of the largest
+    # that an element adds: by its share of shear its displacements resist some of it
     M = plate["M"].sel(plane="11").values
-    np.testing.assert_allclose(np.abs(M), FORCE / WIDTH * (LENGTH - x), atol=1e-3 * FORCE / WIDTH)
+    np.testing.assert_allclose(np.abs(M), FORCE / WIDTH * (LENGTH - x), atol=2e-3 * FORCE / WIDTH)
     # round-off of a stiffness 1e6 times as large as the forces
     np.testing.assert_allclose(plate["Q"].sel(across="13"), FORCE / WIDTH, rtol=1e-8)
     assert plate["N"].attrs["units"] == "N/m" and plate["M"].attrs["units"] == "N"

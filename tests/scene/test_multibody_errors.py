@@ -56,8 +56,8 @@ HINGE = Revolute("hinge", "crank", axis=Z)
 SLIDE = Prismatic("slide", "crank", axis=Z)
 BOTH = Cylindrical("both", "crank", axis=Z)
 SHELL_END = (
-    "is shell 'plate', whose nodes have a director only; use an EdgeHinge for a hinge along its "
-    "edge, or a rigid body that a Weld connects to the shell"
+    "is shell 'plate', whose nodes have no frame; it must be the ground, a rigid body or a beam, "
+    "connected to it by a Weld or, to a shell, a ShellRevolute joint or an EdgeHinge along its edge"
 )
 
 
@@ -239,16 +239,16 @@ BAD = {
     "must be a driver; what this is, belongs into locks=": lambda: moving(
         drivers=Lock("slide", active=(1.0, 2.0))
     ),
-    "clamped edge: 'crank' is a rigid body; it must be a shell or beam": lambda: moving(
+    "clamped edge: 'crank' is a rigid body; it must be a shell or beam or own body": lambda: moving(
         CRANK, supports=Clamped("left", body="crank")
     ),
-    "driven edge: 'beam' is a beam; it must be a shell": lambda: moving(
+    "driven edge: 'beam' is a beam; it must be a shell or own body": lambda: moving(
         BEAM, supports=Driven("start", rotation=abs, body="beam")
     ),
     "fixed components: beam 'beam' has no edge or point 'tip'; its edges are 'start', 'end', its "
     "points 'start', 'end'": lambda: moving(BEAM, supports=Fixed("tip", (0, 0, 0))),
     "fixed components: director is (0.0, None, None) on beam 'beam'; it must be left out, because "
-    "a beam has three: use Clamped or a joint to the ground": lambda: moving(
+    "only a shell has one: use Clamped or a joint to the ground": lambda: moving(
         BEAM, supports=Fixed("end", director=(0, None, None))
     ),
     "line force: it acts on a beam; the scene has none": lambda: moving(

@@ -75,7 +75,7 @@ def test_contacts_need_a_time_and_places() -> None:
     with pytest.raises(SceneError, match="second_at is missing; it must be the centre of the whee"):
         scene(Rolling("roll", GROUND, "axle", axis=(0, 1, 0), **ON), beams=beam)
     plate = Shell("plate", Rectangle(1, 1), Isotropic(1.0, 0.3, thickness=0.01, density=1.0))
-    with pytest.raises(SceneError, match="second is shell 'plate', whose nodes have a director on"):
+    with pytest.raises(SceneError, match="second is shell 'plate', whose nodes have no frame; it"):
         scene(Rolling("roll", GROUND, "plate", second_at=(0, 0, 0), **ON), shells=plate)
 
 

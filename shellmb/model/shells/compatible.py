@@ -11,7 +11,6 @@ from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
 import numpy as np
 import ufl
 from dolfinx import fem
-from scipy.sparse.linalg import splu
 from ufl import Form
 from ufl.core.expr import Expr
 
@@ -63,6 +62,8 @@ class CellSystem:
 
     @cached_property
     def _factors(self) -> Any:
+        from scipy.sparse.linalg import splu  # it loads much, which most runs do without
+
         return splu(fem.assemble_matrix(compiled(self._matrix)).to_scipy().tocsc())
 
     def solve(self) -> fem.Function:
