@@ -38,6 +38,10 @@ def at_foot(k: int) -> np.ndarray:
     return np.array([k, 0.0, 0.0])
 
 
+# far below what round-off leaves of multipliers near singular positions, 1e-9 of their size
+STRICT = Solver(tolerance=1e-12)
+
+
 def parallelograms(
     scheme: str, solver: Solver, dt: float = 5e-3, t_end: float = 0.05, **more: Any
 ) -> Scene:
@@ -175,14 +179,12 @@ def test_a_state_that_is_no_solution_is_no_round_off() -> None:
 def test_what_nothing_determines_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     """With a reason of its own: smaller steps do not help."""
     monkeypatch.setattr(roundoff, "STILL", 0.0)
-    # far below what round-off leaves of these multipliers, 1e-8 of their size
-    strict = Solver(tolerance=1e-10)
     with pytest.raises(ConvergenceError, match=r"singular position.*nothing determines it"):
-        Simulation(parallelograms("ep4", strict, step_control=StepControl(min_dt=5e-3))).run()
+        Simulation(parallelograms("ep4", STRICT, step_control=StepControl(min_dt=5e-3))).run()
 
 
 def test_forces_that_round_off_decides_are_said() -> None:
-    simulation = Simulation(parallelograms("ep4", Solver()))
+    simulation = Simulation(parallelograms("ep4", STRICT))
     watch = Undetermined(sources=None)  # type: ignore[arg-type]
     simulation.run([watch])
     (what, change), bound = (watch.state()["what"], watch.state()["worst"]), undetermined.KNOWN

@@ -180,7 +180,8 @@ def test_a_run_that_ends_at_a_change_point_says_so(last, named, monkeypatch) -> 
 
     original = TimeSteps.attempt
     monkeypatch.setattr(TimeSteps, "attempt", attempt)
-    run = {**RUN, "dt": AT_CHANGE_POINT}
+    # within 2e-4 rad of it, where round-off does not decide yet how the motion goes on
+    run = {**RUN, "dt": AT_CHANGE_POINT * (1 - 7e-5)}
     simulation = Simulation(parallelogram(0.3, scheme="ep", t_end=1.2, **run))
     with pytest.raises(ConvergenceError) as failed:
         simulation.run()

@@ -49,7 +49,8 @@ def test_strip_rolled_up_in_one_load_step(h: float, worst) -> None:
     worst(
         "unit length of directors", constraint_error(body, simulation.problem.state("strip")), 1e-11
     )
-    assert simulation.size.rejected == 0
+    # it turns directors by more than is safe at once, and is taken in parts; thin or not
+    assert simulation.size.rejected == 1 and simulation.step <= 4
 
 
 @pytest.mark.parametrize(("scheme", "alpha"), EVERY)
