@@ -230,7 +230,7 @@ def scene(
             probes += [Probe(f"{name}_F{k + 1}", centre, "force", k, name) for k in range(3)]
     elements: list[JointSpring | JointDamper] = []
     for line, (M_0, theta_0, n, mu) in LAWS.items():
-        # one law for both hinges of a line, so that they share a compiled form
+        # one law for both hinges of a line, so that they share a form
         law = potential(M_0, theta_0, n)
         for hinge in (line, TWIN[line[0]] + line[1]):
             elements.append(JointSpring(f"spring-{hinge}", hinge, potential=law))

@@ -66,7 +66,7 @@ def run(
     solve: Literal["reduced", "full"] | None = None,
     newton: Literal["auto", "modified", "full"] | None = None,
     backend: Literal["newton", "snes"] | None = None,
-    assembler: Literal["native", "interpreted", "reference"] | None = None,
+    assembler: Literal["native", "reference"] | None = None,
     newton_tolerance: float | None = None,
     end_forces: bool | None = None,
     errors: bool | None = None,

@@ -23,7 +23,7 @@ def checked_model(
     length: float | None = None,
     like: Sequence[ModalBody] = (),
 ) -> tuple[Model, list[Redundant]]:
-    """Build the model of a scene and look it through, before anything large is compiled.
+    """Build the model of a scene and look it through, before anything large is built.
 
     Args:
         scene: The scene.

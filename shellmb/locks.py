@@ -37,11 +37,8 @@ class FileLock:
         os.ftruncate(file, 0)
         os.pwrite(file, f"process {os.getpid()} on {platform.node()}".encode(), 0)
 
-    def acquire(self, wait: bool = False) -> bool:
-        """Take the lock; whether it is ours now.
-
-        Args:
-            wait: Whether to wait until the other process gives it free.
+    def acquire(self) -> bool:
+        """Take the lock, if nobody holds it; whether it is ours now.
 
         Raises:
             OSError: If the file cannot be made, or the file system has no locks.
@@ -51,7 +48,7 @@ class FileLock:
                 # a link, and what it points to is none of ours
                 clear(self._path)
         try:
-            self._lock.acquire(blocking=wait)
+            self._lock.acquire(blocking=False)
         except filelock.Timeout:
             return False
         return True

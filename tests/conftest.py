@@ -14,8 +14,6 @@ import pytest
 
 # before numpy is imported by any test: threads of BLAS would fight with the other worker
 os.environ.setdefault("OMP_NUM_THREADS", "1")
-# forms are interpreted: a compiler would take most of the time (`compiled_forms` has one)
-os.environ.setdefault("SHELLMB_KERNELS", "interpreted")
 
 # `tests.bench`, `tests.scenes` and `demos.paper` are of the checkout; last, since a copy of the
 # package may stand before it (`tests/mutations`)
@@ -135,19 +133,6 @@ def _collect_garbage() -> Iterator[None]:
     if "mpi4py.MPI" in sys.modules and (comm := sys.modules["mpi4py.MPI"].COMM_WORLD).size > 1:
         gc.collect()
         comm.Barrier()
-
-
-def _compiling() -> Iterator[None]:
-    """Forms are compiled, also in processes that are started."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.delenv("SHELLMB_KERNELS")
-        patch.setattr("shellmb.native.assembler.INTERPRETED", False)
-        yield
-
-
-# of a test, and of a module with all that its tests share
-compiled_here = pytest.fixture(_compiling, name="compiled_here")
-compiled_forms = pytest.fixture(_compiling, name="compiled_forms", scope="module")
 
 
 @pytest.fixture(scope="session")

@@ -69,11 +69,9 @@ FORMS_MAY_IMPORT |= {"math", "typing"}
 NATIVE = ("shellmb.native", "shellmb.system.assembly")
 # names with an underscore that Python documents
 DOCUMENTED = {"_asdict", "_exit", "_replace"}
-# what is put in the place of others': streams and warnings as Python's documentation allows it, and
-# a search of FFCx's, where it is as expected (docs/theory/built.md)
+# what is put in the place of others': streams and warnings as Python's documentation allows it
 REPLACED = {
     "shellmb.cli.failures": {"sys.stdout", "sys.stderr", "warnings.showwarning"},
-    "shellmb.native.compiling.generated": {"ValueNumberer.get_node_symbols"},
 }
 HEAVY = {"dolfinx", "basix", "ffcx", "ufl", "petsc4py", "slepc4py", "mpi4py", "gmsh"}
 MAX_LINES = 500
@@ -85,9 +83,7 @@ MAX_MODULES, NO_ROOM = 12, {"demos"}
 # `python -m tests.size` prints them. Both numbers are those of the last landing: none may be
 # exceeded, and whoever lands less writes down less. A core that stands beside the one that it
 # replaces is added as a term of its own, with the name of the branch that takes it away again.
-# The second terms are `shellmb/native/programs`: integrands that are interpreted stand beside
-# kernels that are compiled, until they take their place.
-MOST_LINES = {"Python": 59_400 + 2_400, "C": 2_187 + 640}
+MOST_LINES = {"Python": 60_633, "C": 2_756}
 # so much less than that, and it has to be written down
 LESS = 300
 

@@ -49,12 +49,12 @@ class Check:
 
 @dataclass(frozen=True)
 class Case:
-    """A group of checks that share their set-up, and so their compiled kernels.
+    """A group of checks that share their set-up, and so their forms.
 
     Args:
         name: Name, as in "plates/square".
         checks: Runs the case.
-        slow: Whether it takes more than half a minute with everything compiled.
+        slow: Whether it takes more than half a minute with the loops compiled.
     """
 
     name: str

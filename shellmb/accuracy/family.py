@@ -15,7 +15,6 @@ from shellmb.accuracy.kept import Kept, keep
 from shellmb.accuracy.repeat import Beginning, Steps, kept, run_again
 from shellmb.errors import ShellmbError, Stopped
 from shellmb.measuring.stepping import free
-from shellmb.native.later import known_forms
 from shellmb.running.execute import Companion, RunResult, execute
 from shellmb.running.request import Request
 from shellmb.running.results import Results
@@ -113,7 +112,6 @@ class Family:
             free(self.comm)
         return found
 
-    @known_forms()
     def start(
         self,
         change: Change,

@@ -14,7 +14,6 @@ from shellmb.accuracy.estimates import NONE, Estimate, mesh_error, model_error
 from shellmb.accuracy.found import Found
 from shellmb.accuracy.remarks import of_own
 from shellmb.errors import ShellmbError, Stopped
-from shellmb.native.later import known_forms
 from shellmb.observers.summary import write_json
 from shellmb.rotating.loaded import modes_at_rest
 from shellmb.running.directory import written
@@ -167,7 +166,6 @@ def frequencies(modes: Modes) -> dict[str, float]:
     return {f"f{k}": float(f) for k, f in enumerate(modes.frequencies, start=1)}
 
 
-@known_forms()
 def _companion(
     scene: Scene,
     modes: Modes,

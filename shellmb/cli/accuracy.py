@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from shellmb.cli.failures import first_rank, run_check, tell
 from shellmb.cli.options import default_directory, requested
-from shellmb.cli.report import announced, print_mode_errors, print_summary, say
+from shellmb.cli.report import announce, print_mode_errors, print_summary, say
 
 if TYPE_CHECKING:
     from shellmb.accuracy.request.wanted import Wanted
@@ -53,8 +53,8 @@ def run_accurately(
         tell=_silent if quiet else tell,
         mode_results=module.mode_results,
     )
-    with announced(scene.name, quiet):
-        outcome = run_to_accuracy(scene, wanted, directory, how, pictures)
+    announce(scene.name, quiet)
+    outcome = run_to_accuracy(scene, wanted, directory, how, pictures)
     if not quiet:
         print_accuracy(directory)
     if check and module.check is not None:

@@ -28,7 +28,7 @@ from shellmb.cli.options import (
 )
 from shellmb.cli.pictures import plot, report, view
 from shellmb.cli.report import (
-    announced,
+    announce,
     print_buckling,
     print_campbell,
     print_list,
@@ -157,15 +157,15 @@ def run(
         from shellmb.running.execute import execute as run_it
 
     name = f"{module.name}-{built.scheme_name}"
-    with announced(built.name, quiet):
-        result = run_it(
-            built,
-            MPI.COMM_WORLD.bcast(out or default_directory(name)),
-            _observers(quiet),
-            pictures=not no_pictures,
-            request=request,
-            results=module.results,
-        )
+    announce(built.name, quiet)
+    result = run_it(
+        built,
+        MPI.COMM_WORLD.bcast(out or default_directory(name)),
+        _observers(quiet),
+        pictures=not no_pictures,
+        request=request,
+        results=module.results,
+    )
     if not quiet and first_rank():
         print_run(result)
     if check and module.check is not None:
@@ -203,29 +203,29 @@ def resume(
         from shellmb.accuracy.request.resume import resume_request
         from shellmb.cli.accuracy import print_accuracy
 
-        with announced(built.name, quiet):
-            say_so = tell if not quiet else _nothing
-            found = resume_request(
-                directory, None, scene, trust, MPI.COMM_WORLD, not no_pictures, say_so
-            )
+        announce(built.name, quiet)
+        say_so = tell if not quiet else _nothing
+        found = resume_request(
+            directory, None, scene, trust, MPI.COMM_WORLD, not no_pictures, say_so
+        )
         if not quiet:
             print_accuracy(directory)
         return found
 
     from shellmb.running.resuming.resume import resume as go_on
 
-    with announced(built.name, quiet):
-        result = go_on(
-            directory,
-            _observers(quiet),
-            pictures=not no_pictures,
-            scene_file=scene,
-            trust=trust,
-        )
-        if result.scene.errors:
-            from shellmb.accuracy.errors import add_errors
+    announce(built.name, quiet)
+    result = go_on(
+        directory,
+        _observers(quiet),
+        pictures=not no_pictures,
+        scene_file=scene,
+        trust=trust,
+    )
+    if result.scene.errors:
+        from shellmb.accuracy.errors import add_errors
 
-            add_errors(result)
+        add_errors(result)
     if not quiet and first_rank():
         print_run(result)
     return result

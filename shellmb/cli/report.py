@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import time as clock
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterable, Mapping, Sequence
 from operator import itemgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -21,41 +19,20 @@ if TYPE_CHECKING:
     from shellmb.vibration import Modes
 
 
-# a line about kernels at most that often [s]
-PATIENCE = 2.0
-
-
 def say(text: str) -> None:
     """Print a line as it is."""
     print(text)
 
 
-@contextmanager
-def announced(scene: str, quiet: bool) -> Iterator[None]:
-    """Say on stderr what happens before the first step, as it may take a minute.
+def announce(scene: str, quiet: bool) -> None:
+    """Say on stderr what happens before the first step, as it may take a while.
 
     Args:
         scene: Name of the scene.
         quiet: Say nothing.
     """
-    if quiet:
-        yield
-        return
-    from shellmb.native.kernels import told
-
-    tell(f"{scene}: building; new kernels are compiled once")
-    last, done = clock.monotonic(), 0
-
-    def tell_now(number: int, count: int) -> None:
-        # how many follow in later stages is not known yet
-        nonlocal last, done
-        done += 1
-        if clock.monotonic() - last > PATIENCE:
-            last = clock.monotonic()
-            tell(f"{scene}: {done} kernels compiled")
-
-    with told(tell_now):
-        yield
+    if not quiet:
+        tell(f"{scene}: building; loops in C are compiled once per machine")
 
 
 def print_list(scenes: Mapping[str, str], kinds: Mapping[str, Sequence[str]]) -> None:

@@ -10,7 +10,7 @@ import typer
 
 from shellmb.cli.failures import first_rank
 from shellmb.cli.options import QuietOption, SceneArgument, SetOption, default_directory, offers
-from shellmb.cli.report import announced, print_sensitivities
+from shellmb.cli.report import announce, print_sensitivities
 from shellmb.options.described import options_of
 from shellmb.options.run import Options
 
@@ -64,19 +64,19 @@ def sensitivities(
     from mpi4py import MPI
 
     folder = out or default_directory(f"{Path(scene).stem}-sensitivities")
-    with announced(scene, quiet):
-        found = run(
-            scene,
-            tuple(name.strip() for name in by.split(",") if name.strip()),
-            MPI.COMM_WORLD.bcast(folder),
-            values=parse_parameters(parameters or []),
-            scales={name: _number(name, text) for name, text in sizes.items()},
-            columns="probes" if probes else "all",
-            fields=not no_fields,
-            at=at,
-            resume=resume,
-            **chosen,
-        )
+    announce(scene, quiet)
+    found = run(
+        scene,
+        tuple(name.strip() for name in by.split(",") if name.strip()),
+        MPI.COMM_WORLD.bcast(folder),
+        values=parse_parameters(parameters or []),
+        scales={name: _number(name, text) for name, text in sizes.items()},
+        columns="probes" if probes else "all",
+        fields=not no_fields,
+        at=at,
+        resume=resume,
+        **chosen,
+    )
     if not quiet and first_rank():
         print_sensitivities(found)
 

@@ -1,4 +1,4 @@
-"""Redundant and contradictory constraints, found before anything is compiled and named.
+"""Redundant and contradictory constraints, found before anything is built and named.
 
 Supports, drivers, joins, glued nodes and joints are one set of constraints. Those on velocities,
 `Dg v = 0`, are the rows of a matrix, of which unknowns that supports and drivers give are no

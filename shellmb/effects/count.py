@@ -24,7 +24,7 @@ class Count:
         stored: Numbers that are kept from step to step: states and velocities.
         integrals: Integrals of the residuals, as they are written.
         coefficients: Functions and constants in them.
-        kernels: Compiled residuals and Jacobians, those that are shared counted once.
+        kernels: Different programs of residuals and Jacobians.
     """
 
     unknowns: int
@@ -95,5 +95,5 @@ def coefficients(forms: Iterable[Form]) -> set[object]:
 
 
 def kernels_of(forms: Iterable[fem.Form]) -> set[str]:
-    """Names of the compiled modules of forms: forms that are alike share one."""
+    """Names of the programs of forms: forms that are alike share one."""
     return {kernel_name(form) for form in forms}

@@ -60,7 +60,7 @@ class Timed(Silent):
     Attributes:
         inner: They.
         seconds: Time spent in them during steps so far, s.
-        kernels: Names of the kernels that they compiled for themselves.
+        kernels: Names of the programs that they made for themselves.
     """
 
     def __init__(self, *observers: Observer) -> None:

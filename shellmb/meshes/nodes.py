@@ -1,7 +1,7 @@
 """Node meshes: one unit interval per node or pair of nodes, for forms that act on single nodes.
 
 A field on a node mesh is piecewise constant, so `dx` over a cell evaluates the integrand once per
-node, and one compiled kernel serves any number of nodes. Its dofs are identified with the dofs of a
+node, and one kernel serves any number of nodes. Its dofs are identified with the dofs of a
 body's nodes in the block system, so the form acts on the body itself.
 
 What has no node of a body, multipliers of joints and frames of rigid bodies, are global real-space

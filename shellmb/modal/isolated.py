@@ -18,7 +18,7 @@ from shellmb.constraint_analysis.motions import SMALL, Frame
 from shellmb.constraint_analysis.redundancy import look_through
 from shellmb.modal.tangent import Blocks, bending_scales, tangent
 from shellmb.model.model import build_model
-from shellmb.native.kernels import compile_with_derivatives
+from shellmb.native.kernels import compile_all
 from shellmb.scene import Scene
 from shellmb.system.direct.mumps import mumps_options, new_prefix, use_mumps
 
@@ -71,7 +71,7 @@ class IsolatedBody:
         forces = self.zeros()
         for k, body in enumerate(self.model.bodies):
             kernels = self._stiffness[k, k] if body.name in arrays else ()
-            for form in compile_with_derivatives(kernels):
+            for form in compile_all(kernels):
                 A = fem.assemble_matrix(form)
                 A.scatter_reverse()
                 # columns of other ranks' nodes are more than those that the body has here

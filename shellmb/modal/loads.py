@@ -28,7 +28,7 @@ from shellmb.model.body import Rates, TimeFunction
 from shellmb.model.frames.beam import BeamLoads, BeamModel
 from shellmb.model.reduced.data import ModalForces, ModalPoint
 from shellmb.model.shells.loads import DistributedLoads, ShellLoads
-from shellmb.native.derivatives import Derivative
+from shellmb.native.derivatives import derivative
 from shellmb.native.kernels import compiled
 from shellmb.scene.loads.body_loads import LineForce, LineMoment
 from shellmb.scene.loads.loads import EdgeForce, EdgeMoment, Gravity, SurfaceForce
@@ -251,7 +251,7 @@ class TermsAtRest:
         """Stiffness that holds the body, when it is largest; None without; collective."""
         numbers = {body.name: k for k, body in enumerate(self._isolated.model.bodies)}
         blocks: Blocks = {
-            (numbers[name], numbers[name]): [Derivative(-work, q)]
+            (numbers[name], numbers[name]): [derivative(-work, q)]
             for name, work, q, _ in self._forms
             if q in work.coefficients()
         }

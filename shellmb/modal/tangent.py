@@ -16,7 +16,7 @@ from shellmb.model.frames.beam import BeamModel
 from shellmb.model.model import Model
 from shellmb.model.reduced.onframe import InertiaPoints
 from shellmb.model.shells.shell import ShellModel
-from shellmb.native.derivatives import CachedDerivative, Derivative
+from shellmb.native.derivatives import derivative
 from shellmb.schemes.interval import at_state
 from shellmb.schemes.residuals.forces import sub_forces
 from shellmb.schemes.residuals.rows import Span
@@ -24,7 +24,7 @@ from shellmb.system.assembly.blocks import BlockSystem
 from shellmb.system.assembly.fields import Field, Followers
 
 # forms that add up to each block of a matrix
-Blocks = dict[tuple[int, int], list[Form | CachedDerivative]]
+Blocks = dict[tuple[int, int], list[Form]]
 
 
 def tangent(
@@ -67,7 +67,7 @@ def tangent(
         stiffness[k, k] = [f for term in terms for f in term.derivatives[0, 0]]
         residual = added(forms)
         if residual is not None and q in residual.coefficients():
-            stiffness[k, k].append(Derivative(residual, q))
+            stiffness[k, k].append(derivative(residual, q))
         inertia = body.inertia(trial, dq)
         if inertia is not None:
             mass[k, k] = [inertia]

@@ -15,7 +15,6 @@ from shellmb.forms.steps.damping import Straining
 from shellmb.forms.steps.mixed import Interval
 from shellmb.forms.steps.path import Path, Rows, Step
 from shellmb.meshes.spaces import MixedSpace
-from shellmb.native.derivatives import Written
 
 TimeFunction = Callable[[float], float]
 # equations of velocities with their impulses, and forces in the rows of sub-intervals; None: none
@@ -128,12 +127,12 @@ class Term(NamedTuple):
         residual: The form, tested with a function for each of its rows, one after the other.
         rows: Numbers of the unknown states whose rows they are.
         derivatives: Forms that add up to its derivatives, by the numbers of the row and of the
-            unknown state; written when they are asked for, where their kernels may be known.
+            unknown state.
     """
 
     residual: Form
     rows: tuple[int, ...]
-    derivatives: Mapping[tuple[int, int], tuple[Form | Written, ...]]
+    derivatives: Mapping[tuple[int, int], tuple[Form, ...]]
 
 
 class SubInterval(Protocol):

@@ -44,7 +44,6 @@ from shellmb.model.supports.nodal import NodalConstraint
 from shellmb.model.supports.pointloads import point_loads
 from shellmb.model.touching.build import faces_contacts
 from shellmb.model.touching.faces import FacesContact
-from shellmb.native.later import begin_model
 from shellmb.scene import Scene
 from shellmb.scene.multibody.rolling import Contact
 
@@ -187,7 +186,6 @@ def build_model(
         SceneError: If something the scene names does not exist on the meshes.
     """
     make_room(comm)
-    begin_model()
     described, (scene, rigid_meshes) = scene, rigidified(scene, comm)
     signals, dynamic = Signals(scene), not scene.static
 

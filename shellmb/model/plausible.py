@@ -95,7 +95,7 @@ def doubt_slits(comm: MPI.Comm, shells: Mapping[str, ShellModel]) -> None:
 
 
 def check_probes(scene: Scene, meshed: Mapping[str, Any]) -> None:
-    """Points of probes are found before anything is compiled; collective.
+    """Points of probes are found before anything is read off forms; collective.
 
     Raises:
         SceneError: If one is not on its body.

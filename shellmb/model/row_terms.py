@@ -1,15 +1,12 @@
 """Terms of a body with a linear section over a step."""
 
 from collections.abc import Callable, Sequence
-from pathlib import Path
 from typing import Any
 
 import ufl
 from ufl import Form
-from ufl.algorithms.analysis import extract_coefficients, extract_constants
 from ufl.core.expr import Expr
 
-import shellmb.forms
 from shellmb.forms.measure import Measure
 from shellmb.forms.state import Layout
 from shellmb.forms.steps.general_hyperelastic import GeneralPath
@@ -24,10 +21,7 @@ from shellmb.forms.steps.stress_work import (
 )
 from shellmb.forms.steps.stress_work_nonlinear import NonlinearPath
 from shellmb.model.body import Term
-from shellmb.native.derivatives import Written, by_shares, written_as
-from shellmb.native.later import later
-
-FORMS = Path(shellmb.forms.__path__[0])
+from shellmb.native.derivatives import by_shares
 
 
 def path_terms(
@@ -41,8 +35,7 @@ def path_terms(
 ) -> Term:
     """Internal forces of some rows: all stresses in one form, their derivatives one by one.
 
-    So a residual takes the strains of the states once, and blocks of all Jacobians share one
-    kernel, whatever the scheme; residuals have one with a bow and one without.
+    So a residual takes the strains of the states once.
 
     Args:
         section: Its mixed form.
@@ -60,10 +53,9 @@ def path_terms(
     def write(pair: Pair, change: Change) -> Form:
         return integrate(pair_change(*common, states, pair, change, dq, trial))
 
-    return Term(residual, rows.numbers, _changes(residual, rows, "change", write))
+    return Term(residual, rows.numbers, _changes(rows, write))
 
 
-@later
 def _stress_work(
     section: MixedSection,
     layout: Layout,
@@ -84,43 +76,14 @@ def _single(trial: Any) -> Expr:
 
 
 def _changes(
-    residual: Form, rows: Rows, label: str, write: Callable[[Pair, Change], Form]
-) -> dict[tuple[int, int], tuple[Form | Written, ...]]:
+    rows: Rows, write: Callable[[Pair, Change], Form]
+) -> dict[tuple[int, int], tuple[Form, ...]]:
     """Derivatives of stresses by the numbers of their row and of the unknown state."""
-
-    def change(pair: Pair, c: int) -> Written:
-        change = pair.changes[c]
-        return _written(label, residual, rows.states, pair, change, lambda: write(pair, change))
-
     return {
-        (number, c): tuple(change(pair, c) for pair in pairs)
+        (number, c): tuple(write(pair, pair.changes[c]) for pair in pairs)
         for number, pairs in zip(rows.numbers, rows.pairs, strict=True)
         for c in sorted({column for pair in pairs for column in pair.changes})
     }
-
-
-def _written(
-    label: str,
-    residual: Form,
-    states: Sequence[Expr],
-    pair: Pair,
-    change: Change,
-    write: Callable[[], Form],
-) -> Written:
-    """A derivative by what differs from that of another pair, or by another state."""
-    moment, slope, held = pair.moment, pair.slope, pair.moment.held
-    parts = [
-        *(*moment.linear, *moment.products, slope.c, *slope.weights, pair.own, pair.ahead),
-        *(change.moment.c, *change.moment.weights),
-        *(change.held, change.share, change.turn, change.gain),
-    ]
-    # they are components of vectors, some of one
-    vectors = [part.ufl_operands[0] for part in parts if part is not None]
-    numbers = {id(vector): vector for vector in vectors}
-    numbers |= {id(constant): constant for constant in extract_constants(held)}
-    roles = (*states, *extract_coefficients(held))
-    label += f"-{written_as(FORMS)}"
-    return Written(residual, roles, tuple(numbers.values()), label, write)
 
 
 def point_terms(
@@ -141,9 +104,9 @@ def point_terms(
     def damping(pair: Pair, change: Change) -> Form:
         return integrate(section.damping_change(pair, change, dq, trial))
 
-    derivatives = _changes(residual, points.rows, "change", change)
+    derivatives = _changes(points.rows, change)
     if points.dissipates:
-        for place, found in _changes(residual, points.damping, "damping", damping).items():
+        for place, found in _changes(points.damping, damping).items():
             derivatives[place] += found
     return Term(residual, points.rows.numbers, derivatives)
 
@@ -175,7 +138,7 @@ def general_terms(
     common = section, layout, along, held, alpha
     first = [pair[0] for pair in general_stresses(*common)]
     residual = integrate([along.rest(stress, product, tests[0]) for stress in first])
-    derivatives: dict[tuple[int, int], tuple[Form | Written, ...]] = {}
+    derivatives: dict[tuple[int, int], tuple[Form, ...]] = {}
     for k, (row, dq) in enumerate(zip(step.whole.rows, tests, strict=True)):
         residual += integrate(general_work(*common, row, dq))
         work = integrate(general_work(*common, row, _single(trial)))
@@ -195,7 +158,7 @@ def hyperelastic_terms(
     """Forces of a hyperelastic section with strains of any form; as `general_terms`."""
     held = step.path.end, step.path.end_velocity
     residual = integrate(along.rest(product, tests[0]))
-    derivatives: dict[tuple[int, int], tuple[Form | Written, ...]] = {}
+    derivatives: dict[tuple[int, int], tuple[Form, ...]] = {}
     for k, (row, dq) in enumerate(zip(step.whole.rows, tests, strict=True)):
         residual += integrate(along.work(row, dq))
         work = integrate(along.simple_work(row, _single(trial)))
@@ -206,19 +169,8 @@ def hyperelastic_terms(
 
 def together(a: Term, b: Term) -> Term:
     """The sum of two terms as one."""
-    residual = a.residual + b.residual
-
-    def added(f: Form | Written, g: Form | Written) -> Form | Written:
-        if isinstance(f, Written) and isinstance(g, Written):
-            return f.plus(g, residual)
-        return _form(f) + _form(g)
-
     derivatives = {
-        c: (*(added(f, g) for f, g in zip(forms, b.derivatives[c], strict=False)), *forms[2:])
+        c: (*(f + g for f, g in zip(forms, b.derivatives[c], strict=False)), *forms[2:])
         for c, forms in a.derivatives.items()
     }
-    return Term(residual, a.rows, derivatives)
-
-
-def _form(derivative: Form | Written) -> Form:
-    return derivative.form() if isinstance(derivative, Written) else derivative
+    return Term(a.residual + b.residual, a.rows, derivatives)

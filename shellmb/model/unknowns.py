@@ -1,6 +1,6 @@
 """Numbers of the nodal unknowns of all bodies, linked ones once, and which of them are given.
 
-The look-throughs before a run ask this and need no block system, and so no compiled residual.
+The look-throughs before a run ask this and need no block system, and so no residual.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Functions that users write in UFL: what they return is looked at before it is compiled."""
+"""Functions that users write in UFL: what they return is looked at before it is used."""
 
 import inspect
 import sys

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -14,10 +13,7 @@ from petsc4py import PETSc
 
 from shellmb.arrays import Floats, Ints
 
-Assembler = Literal["native", "interpreted", "reference"]
-
-# all of this process, whatever scenes say: tests that compile nothing
-INTERPRETED = os.environ.get("SHELLMB_KERNELS", "") == "interpreted"
+Assembler = Literal["native", "reference"]
 
 _CHOSEN: ContextVar[Assembler] = ContextVar("assembler", default="native")
 
@@ -25,11 +21,6 @@ _CHOSEN: ContextVar[Assembler] = ContextVar("assembler", default="native")
 def is_native() -> bool:
     """Decide whether what is made now is to be the loops in C."""
     return _CHOSEN.get() != "reference"
-
-
-def is_interpreted() -> bool:
-    """Decide whether integrands of what is made now are programs, and not compiled."""
-    return _CHOSEN.get() == "interpreted" or INTERPRETED
 
 
 @contextmanager

@@ -1,72 +1,60 @@
-"""Compiled expressions: values at points of cells."""
+"""Expressions at points of cells."""
 
 import math
-from collections.abc import Callable, Sequence
-from typing import Any
+from collections.abc import Callable
 
 from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
 
 import numpy as np
 from dolfinx import cpp, fem  # type: ignore[attr-defined]
-from ufl.algorithms.analysis import extract_coefficients, extract_constants
+from ufl.algorithms.analysis import extract_coefficients
 from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats
 from shellmb.native import library as native
 from shellmb.native import reference
-from shellmb.native.assembler import is_interpreted, is_native
-from shellmb.native.compiling.folder import cache_folder
-from shellmb.native.kernels import comm_of, compile_missing, loaded, module_name
+from shellmb.native.assembler import is_native
 from shellmb.native.library import CArrays, cell_dofs, doubles
+from shellmb.native.programs.expressions import ExpressionProgram
+from shellmb.native.programs.graph import Unsupported
 
 # of a line
 MIDDLE = np.array([[0.5]])
 
 
 def compiled_expression(value: Expr, points: Floats) -> fem.Expression:
-    """An expression without arguments compiled, or found in the cache; collective.
+    """An expression without arguments made ready for DOLFINx; collective.
 
     Args:
         value: The expression.
         points: Where on the reference element it is wanted, shape (n, dimension).
-
-    Raises:
-        RunError: If the C compiler fails; on all ranks.
     """
-    if not is_native():
+    program = _program(value, np.reshape(points, (len(points), -1)))
+    if program is None:
         return reference.compiled_expression(value, points)
-    kernel, constants = _kernel(value, np.reshape(points, (len(points), -1)))
-    # as DOLFINx attaches data to a kernel, which it would compile one at a time
+    # as DOLFINx attaches data to a kernel that it has compiled
     made: fem.Expression = object.__new__(fem.Expression)
     made._ufl_expression, made._argument_space = value, None
-    made._ufcx_expression, made._code = kernel.form, ""
+    made._ufcx_expression, made._code = program.form, ""
     made._cpp_object = cpp.fem.create_expression_float64(
-        kernel.address,
-        kernel.reads(extract_coefficients(value)),
-        [constant._cpp_object for constant in constants],
+        program.address,
+        program.reads(extract_coefficients(value)),
+        [constant._cpp_object for constant in program.constants],
         [],
         None,
     )
-    made._module = kernel  # type: ignore[attr-defined]
+    made._module = program  # type: ignore[attr-defined]
     return made
 
 
-def _kernel(value: Expr, points: Floats) -> tuple[Any, Sequence[Any]]:
-    """Kernel of an expression at points, with the Constants that it reads; collective."""
-    if is_interpreted():
-        from shellmb.native.programs.expressions import ExpressionProgram
-        from shellmb.native.programs.graph import Unsupported
-
-        try:
-            program = ExpressionProgram(value, points)
-            return program, program.constants
-        except Unsupported:
-            # then it is compiled
-            pass
-    item = value, points
-    compile_missing([item], comm_of(value))
-    kernel = loaded(cache_folder(), module_name(item), "expression")
-    return kernel, extract_constants(value)
+def _program(value: Expr, points: Floats) -> ExpressionProgram | None:
+    """Program of an expression at points; None where DOLFINx has to compile it."""
+    if not is_native():
+        return None
+    try:
+        return ExpressionProgram(value, points)
+    except Unsupported:
+        return None
 
 
 def evaluate(expression: fem.Expression, values: fem.Function) -> None:
@@ -93,8 +81,9 @@ def values_at_states(value: Expr, state: fem.Function) -> Callable[[Floats], Flo
         Gives values in the middle of the cells of this rank, shape (k, cells, n), at local arrays
         of the function, shape (k, dofs).
     """
-    if is_native():
-        return _AtStates(value, state)
+    program = _program(value, MIDDLE)
+    if program is not None:
+        return _AtStates(value, state, program)
     expression = reference.compiled_expression(value, MIDDLE)
     domain, size = state.function_space.mesh, int(value.ufl_shape[0])
     every = np.arange(len(domain.geometry.dofmaps[0]), dtype=np.int32)
@@ -110,11 +99,10 @@ def values_at_states(value: Expr, state: fem.Function) -> Callable[[Floats], Flo
 
 
 class _AtStates:
-    def __init__(self, value: Expr, state: fem.Function) -> None:
+    def __init__(self, value: Expr, state: fem.Function, kernel: ExpressionProgram) -> None:
         pointer = CArrays()
-        kernel, constants = _kernel(value, MIDDLE)
         self._lib, self._kept = native.cells().lib, (pointer, kernel)
-        self._constants = [constant.value.reshape(-1) for constant in constants]
+        self._constants = [constant.value.reshape(-1) for constant in kernel.constants]
         self._packed = np.zeros(sum(map(len, self._constants)))
         self._place, size = state.x.array, int(value.ufl_shape[0])
         domain = state.function_space.mesh
@@ -123,8 +111,7 @@ class _AtStates:
         for function in kernel.reads(extract_coefficients(value)):
             tables.append(cell_dofs(function.function_space))
             values.append(pointer(function.x.array))
-        program = getattr(kernel, "program", None)
-        tables = program.of_each(tables) if program else tables
+        tables = kernel.program.of_each(tables)
         sizes = [table.shape[1] for table in tables]
         function = pointer.ffi.cast("uintptr_t", kernel.form.tabulate_tensor_float64)
         members = {

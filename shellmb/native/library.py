@@ -1,4 +1,4 @@
-"""The loops in C over cells and nodes, compiled at first use as DOLFINx compiles its kernels."""
+"""The loops in C over cells and nodes, compiled at first use."""
 
 from __future__ import annotations
 

@@ -26,17 +26,15 @@ AXIAL[[0, 1, 2], [1, 2, 0], [2, 0, 1]], AXIAL[[0, 1, 2], [2, 0, 1], [1, 2, 0]] =
 FLAGS = {"cffi_extra_compile_args": ["-O1", "-g0"]}
 
 
-def compiled_form(form: Form, flags: Sequence[str] = ()) -> fem.Form | None:
+def compiled_form(form: Form) -> fem.Form | None:
     """A form compiled by DOLFINx; None for one that is empty.
 
     Args:
         form: The form.
-        flags: Flags of the C compiler in place of the usual ones.
     """
     if form.empty():
         return None
-    options = {"cffi_extra_compile_args": [*flags]} if flags else FLAGS
-    made: fem.Form = fem.form(form, jit_options=options)
+    made: fem.Form = fem.form(form, jit_options=FLAGS)
     return made
 
 

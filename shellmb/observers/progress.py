@@ -10,7 +10,6 @@ from contextlib import contextmanager
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
 
-from shellmb.native.kernels import told
 from shellmb.simulate.simulation import Silent, Simulation
 
 # a line of the log at every tenth of the run, or when nothing was said for so long [s]
@@ -63,19 +62,9 @@ class ProgressReport(Silent):
         if rank != 0:
             yield
             return
-        done, about = 0, f"{name}: building"
-
-        def compiled(number: int, count: int) -> None:
-            # how many follow in later stages is not known yet
-            nonlocal done
-            done += 1
-            if self._bar is not None and self._task is not None:
-                self._bar.update(self._task, description=f"{about}, {done} kernels compiled")
-
-        self._open(about)
+        self._open(f"{name}: building")
         try:
-            with told(compiled):
-                yield
+            yield
         finally:
             self._close()
 
@@ -111,7 +100,7 @@ class ProgressReport(Silent):
         self._line(
             f"{simulation.scene.name}: {model.elements} elements, {problem.system.size} unknowns, "
             f"{simulation.scheme.title}, {self._range(simulation)}, "
-            f"compiled in {problem.system.jit_seconds:.1f} s"
+            f"forms in {problem.system.jit_seconds:.1f} s"
         )
         self._open(simulation.scene.name)
         if self._bar is not None and self._task is not None:

@@ -56,9 +56,9 @@ class Options:
     backend: Literal["newton", "snes"] | None = option(
         "Newton solver: DOLFINx's (newton) or PETSc's (snes)."
     )
-    assembler: Literal["native", "interpreted", "reference"] | None = option(
-        "Assemble with compiled kernels (native), without a compiler (interpreted), or slowly by "
-        "DOLFINx alone, with all unknowns in one matrix (reference)."
+    assembler: Literal["native", "reference"] | None = option(
+        "Assemble by the loops in C (native), or slowly by DOLFINx alone, with all unknowns in one "
+        "matrix (reference)."
     )
     newton_tolerance: float | None = option(
         "Relative tolerance of Newton's method.", former="tolerance"

@@ -13,7 +13,7 @@ from dolfinx import fem
 from shellmb.modal.tangent import Blocks
 from shellmb.model.body import added
 from shellmb.model.model import Model
-from shellmb.native.derivatives import Derivative
+from shellmb.native.derivatives import derivative
 from shellmb.rotating.axis import Axis
 from shellmb.rotating.frame import RotatingFrame
 from shellmb.schemes.base import Levels
@@ -74,7 +74,7 @@ class Linearised:
                 mass[k, k] = [inertia]
                 # amplitudes of modes do not turn: they are refused where anything does
                 if q in moved.coefficients():
-                    unit[k, k] = [Derivative(moved, q)]
+                    unit[k, k] = [derivative(moved, q)]
             rates, time = frame.rates(q), fem.Constant(space.mesh, self.relaxation.time)
             forces = [body.applied(q, rates, test, time)]
             if body.damping is not None:
@@ -82,10 +82,10 @@ class Linearised:
                 forces.append(-body.damping.at(q, frame.motion(q), test))
             work = added(forces)
             if work is not None and frame.still in work.coefficients():
-                damping[k, k] = [Derivative(-work, frame.still)]
+                damping[k, k] = [derivative(-work, frame.still)]
             spun = frame.spun(q, test)
             if spun is not None and q in spun.coefficients():
-                damping.setdefault((k, k), []).append(Derivative(2 * spun, q))
+                damping.setdefault((k, k), []).append(derivative(2 * spun, q))
         return mass, unit, damping
 
     def turn(self, rate: float) -> None:

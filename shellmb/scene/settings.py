@@ -31,9 +31,7 @@ class Solver:
             turns. Where all is linear there is one factorisation; in linear dynamics ``"auto"``
             solves once in each step, and the others a second time, which takes out round-off.
         backend: DOLFINx's ``NewtonSolver`` or PETSc's SNES.
-        assembler: ``"native"`` loops in C with compiled kernels; ``"interpreted"``: the same loops,
-            and integrands are read off their UFL, so that no kernel is compiled (a run starts at
-            once, also after an edit of a form; a step takes 1.1 to 2.6 times as long); or the
+        assembler: ``"native"`` loops in C, with integrands that are read off their UFL; or the
             ``"reference"``: forms compiled and assembled by DOLFINx alone, all unknowns in one
             matrix. Results are the same to round-off; the reference is slow, and tells whether a
             result depends on the loops.
@@ -44,7 +42,7 @@ class Solver:
     solve: Literal["reduced", "full"] = "reduced"
     newton: Literal["auto", "modified", "full"] = "auto"
     backend: Literal["newton", "snes"] = "newton"
-    assembler: Literal["native", "interpreted", "reference"] = "native"
+    assembler: Literal["native", "reference"] = "native"
     tolerance: Positive = 1e-9
     max_iterations: PositiveInt = 30
 
@@ -143,7 +141,7 @@ class Output:
             up to 400 if something turns by more than 20 degrees between frames.
         fields: What they hold of each body, beside the displacement: names of
             :data:`shellmb.scene.fields.FIELDS`, or ``"all"`` that the scene's bodies have. What is
-            not named is neither computed nor compiled.
+            not named is not computed.
         end_forces: Whether forces of joints, drivers, locks and supports are in the history also
             as they are at the end of each step, and not only as means over it, and means also
             without what alternates in EP. It costs two factorisations per step; in statics forces

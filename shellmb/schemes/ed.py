@@ -96,7 +96,7 @@ class EnergyDecaying(Defaults):
         return both, skew, 1 + self._factor(levels)
 
     def _factor(self, levels: Levels) -> fem.Constant:
-        """Alpha as a Constant, so that another alpha does not compile another kernel."""
+        """Alpha as a Constant, so that another alpha is no other form."""
         return fem.Constant(levels.q.function_space.mesh, float(self.alpha))
 
     def expand(self, levels: Levels, dt: fem.Constant) -> dict[str, Stage]:

@@ -16,7 +16,6 @@ from ufl.core.expr import Expr
 
 from shellmb.model.body import Body
 from shellmb.model.body import strain_energy as stored
-from shellmb.native.later import later
 from shellmb.schemes.base import Levels
 
 
@@ -52,8 +51,7 @@ def change[F: (Form, Expr)](form: F, levels: Levels) -> F | None:
     extract: Any = ufl.algorithms.extract_coefficients
     used = form.coefficients() if isinstance(form, Form) else extract(form)
     found = [pair for pair in pairs if pair[0] in used]
-    take: Any = later(_change) if isinstance(form, Form) else _change
-    return take(form, found) if found else None
+    return _change(form, found) if found else None
 
 
 def _change(form: Any, pairs: Sequence[tuple[fem.Function, fem.Function]]) -> Any:
@@ -78,7 +76,6 @@ def strain_energy(body: Body, levels: Levels) -> Form | None:
     return _quadratic(energy, at.q, levels.q)
 
 
-@later
 def _quadratic(energy: Form, zero: fem.Function, state: fem.Function) -> Form:
     work = ufl.derivative(energy, zero, state)
     return 0.5 * ufl.derivative(work, zero, state)

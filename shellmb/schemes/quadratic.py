@@ -1,6 +1,6 @@
 """Schemes quadratic in time, eqs. (Q1)-(Q6): energy preserving of order 4, decaying of order 3.
 
-All of them stands on this page: edit a number, and it is what is compiled. `forms.steps.path` says
+All of them stands on this page: edit a number, and it acts. `forms.steps.path` says
 where the equations come from. A step of length h goes from `q_i, v_i` to the unknown `q_f, v_f`;
 its rows are tested with P0 = 1 and P1 = 2 tau - 1.
 """

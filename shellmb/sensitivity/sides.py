@@ -6,7 +6,6 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from shellmb.native.later import known_forms
 from shellmb.observers.control import control_summary
 from shellmb.observers.files.described import describe
 from shellmb.observers.history import History, Measuring
@@ -51,8 +50,7 @@ class Side:
         if comm.rank == 0:
             folder.mkdir(parents=True, exist_ok=True)
         comm.Barrier()
-        with known_forms():
-            simulation = Simulation(scene, comm, run)
+        simulation = Simulation(scene, comm, run)
         self._standard: StandardObservers | None = None
         if columns == "all":
             self._standard = StandardObservers(folder)

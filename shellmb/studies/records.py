@@ -28,7 +28,7 @@ class Record:
         wall_s: Wall time of the steps with the observers of every run, nothing written, s.
         cpu_s: Processor time of the same, s.
         setup_s: Time to build everything before the first step, s.
-        jit_s: Time spent compiling, or looking for compiled kernels, s.
+        jit_s: Time spent on making forms ready, s.
         steps: Accepted steps.
         rejected: Rejected ones.
         iterations: Newton iterations.

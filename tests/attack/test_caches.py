@@ -1,5 +1,6 @@
 """Caches that cannot be used or must not be, libraries that are damaged, compilers that lie."""
 
+import ctypes
 import os
 import pwd
 import struct
@@ -8,20 +9,15 @@ import sys
 from pathlib import Path
 from types import SimpleNamespace
 
-from mpi4py import MPI
+from mpi4py import MPI  # noqa: F401  (before dolfinx)
 
-import basix.ufl
 import pytest
-import ufl
-from dolfinx import fem, mesh
 
 from shellmb.errors import RunError
 from shellmb.guarding import permissions
-from shellmb.native import derivatives
+from shellmb.native import library as native
 from shellmb.native.compiling import store
-from shellmb.native.kernels import JIT_OPTIONS, cache_folder, compiled, loaded, module_name
-
-pytestmark = pytest.mark.usefixtures("compiled_forms")
+from shellmb.native.compiling.folder import cache_folder
 
 
 @pytest.fixture(autouse=True)
@@ -31,21 +27,21 @@ def temporary(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "tmp"))
     # what is known of other tests' folders
     store.usable.cache_clear()
-    loaded.cache_clear()
     return tmp_path / "tmp"
-
-
-@pytest.fixture(name="form", scope="module")
-def make_form():
-    line = mesh.create_unit_interval(MPI.COMM_SELF, 2)
-    space = fem.functionspace(line, basix.ufl.element("Lagrange", "interval", 1))
-    return fem.Function(space) ** 2 * ufl.dx
 
 
 @pytest.fixture(name="cache")
 def own_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.setitem(JIT_OPTIONS, "cache_dir", str(tmp_path / "cache"))
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     return cache_folder()
+
+
+def built(folder: Path) -> Path:
+    """A small library in a cache, made as that of the loops is."""
+    source = folder / "loops.1.c"
+    source.write_text("int PyInit_loops(void) { return 3; }\n")
+    native._compile(source, folder / "loops.so")
+    return folder / "loops.so"
 
 
 class Place:
@@ -85,11 +81,9 @@ MOUNTED = """
 import logging, os, subprocess, sys
 from pathlib import Path
 from mpi4py import MPI
-import basix.ufl, dolfinx.mesh, ufl
-from dolfinx import fem
 from shellmb.errors import RunError
-from shellmb.native.compiling import store
-from shellmb.native.kernels import JIT_OPTIONS, cache_folder, compiled
+from shellmb.native import library
+from shellmb.native.compiling.folder import cache_folder
 logging.basicConfig(format="%(message)s", stream=sys.stdout)
 
 def mount(name, options, *more):
@@ -97,16 +91,16 @@ def mount(name, options, *more):
     folder.mkdir()
     for order in (options, *more):
         subprocess.run(["mount", "-t", "tmpfs", "-o", order, "tmpfs", folder], check=True)
-    JIT_OPTIONS["cache_dir"] = str(folder)
+    os.environ["XDG_CACHE_HOME"] = str(folder)
     return cache_folder()
 
 mount("noexec", "noexec,mode=700"), mount("ro", "mode=700", "remount,ro")
 full = mount("full", "size=2m,mode=700")
-(full / "others").write_bytes(bytes(2**21 - 5 * 4096))
-line = dolfinx.mesh.create_unit_interval(MPI.COMM_SELF, 2)
-space = fem.functionspace(line, basix.ufl.element("Lagrange", "interval", 3))
+(full.parent / "others").write_bytes(bytes(2**21 - 5 * 4096))
+source = full / "loops.1.c"
+source.write_text("int PyInit_loops[30000] = {1};")
 try:
-    compiled(fem.Function(space) ** 3 * ufl.dx)
+    library._compile(source, full / "loops.so")
 except RunError as error:
     print(error)
 """
@@ -129,17 +123,19 @@ def test_caches_on_file_systems_that_say_no(temporary) -> None:
         [*spaces, sys.executable, "-c", MOUNTED], env=variables, check=True, **here
     )
     noexec, ro, full = [line for line in done.stdout.splitlines() if "XDG_CACHE_HOME" in line]
-    assert "/noexec, cannot be used (nothing may be executed there), and" in noexec
-    assert "/ro, cannot be used (Read-only file system), and" in ro
+    assert "/noexec/fenics, cannot be used (nothing may be executed there), and" in noexec
+    assert "/ro/fenics, cannot be used (Read-only file system), and" in ro
     assert str(temporary / "full") in full and "make room" in full
 
 
-def test_kernels_that_can_only_be_read_are_used(tmp_path, monkeypatch, cache, form) -> None:
-    compiled(form)
+def test_libraries_that_can_only_be_read_are_used(cache, monkeypatch) -> None:
+    # a name that the cache of kernels shares
+    library = built(cache)
+    library.rename(cache / "shellmb_loops.so")
     real = store._wrong
     monkeypatch.setattr(store, "_wrong", lambda f: "Read-only" if f == cache else real(f))
     store.usable.cache_clear()
-    assert store.is_whole(cache_folder() / f"{module_name(form)}.so")
+    assert (cache_folder() / "shellmb_loops.so").exists() and cache_folder() != cache
 
 
 def test_without_any_place_it_says_which_variable(temporary) -> None:
@@ -225,12 +221,12 @@ def test_a_cache_in_the_temporary_folder_is_the_user_s(tmp_path) -> None:
     assert store.usable(folder) == folder
 
 
-def test_what_we_make_is_ours_alone_whatever_is_usual(tmp_path, monkeypatch, form) -> None:
+def test_what_we_make_is_ours_alone_whatever_is_usual(tmp_path, monkeypatch) -> None:
     """Kind: new files that everybody may write, which a process is told to make by its mask."""
-    monkeypatch.setitem(JIT_OPTIONS, "cache_dir", str(tmp_path / "home" / "cache"))
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "home" / "cache"))
     before = store.os.umask(0)
     try:
-        (library,) = [cache_folder() / f"{module_name(form)}.so"] if compiled(form) else []
+        library = built(cache_folder())
         assert store.is_whole(library)
         for path in (library, library.parent, library.parent.parent):
             assert not path.stat().st_mode & 0o022
@@ -251,45 +247,46 @@ DAMAGE = {
 
 
 @pytest.mark.parametrize("how", DAMAGE)
-def test_a_damaged_library_is_made_anew(how, cache, form) -> None:
+def test_a_damaged_library_is_made_anew(how, cache) -> None:
     """The kind: whatever is not as it was written, before the system loads (or maps) any of it."""
-    compiled(form)
-    library = cache / f"{module_name(form)}.so"
+    library = built(cache)
+    assert store.is_whole(library)
     content = library.read_bytes()
     library.unlink()
     library.write_bytes(DAMAGE[how](content))
-    loaded.cache_clear()
-    assert fem.assemble_scalar(compiled(form)) == 0.0
-    assert library.stat().st_size == len(content) and store.is_whole(library)
+    assert not store.is_whole(library)
+    # and made anew
+    assert store.is_whole(built(cache)) and library.stat().st_size == len(content)
 
 
-@pytest.mark.parametrize("what", ["writable", "shared", "another kernel", "another machine"])
-def test_whole_libraries_that_are_not_ours_are_made_anew(what, cache, form, grouped) -> None:
+@pytest.mark.parametrize("what", ["writable", "shared", "another library", "another machine"])
+def test_whole_libraries_that_are_not_ours_are_made_anew(what, cache, grouped) -> None:
     """Kind: what has the right checksum, and is not what we wrote under this name."""
-    compiled(form)
-    library = cache / f"{module_name(form)}.so"
+    library = built(cache)
     content = library.read_bytes()
     library.unlink()
-    if what == "another kernel":
-        other = content[: -len(store.MARK) - 8].replace(library.stem[-9:].encode(), b"x" * 9)
-    else:
-        other = content[: -len(store.MARK) - 8]
+    other = content[: -len(store.MARK) - 8]
+    if what == "another library":
+        other = other.replace(library.stem.encode(), b"x" * len(library.stem))
     if what == "another machine":
         other = other[:18] + b"\xff\xff" + other[20:]
     library.write_bytes(other)
     store.seal(library)
     grouped(*SHARED["members"])
     library.chmod({"writable": 0o666, "shared": 0o664}.get(what, 0o644))
-    loaded.cache_clear()
     assert not store.is_whole(library)
-    assert fem.assemble_scalar(compiled(form)) == 0.0
+    assert store.is_whole(built(cache))
     assert library.read_bytes() == content and not library.stat().st_mode & 0o022
 
 
-@pytest.mark.parametrize("content", ["", "[]", "3", '{"kernel": 1}', '{"coefficients": 1}', "\0"])
-def test_a_damaged_record_of_a_derivative_is_none(content, tmp_path) -> None:
-    (tmp_path / "record").write_text(content)
-    assert derivatives.read(tmp_path / "record") is None
+def test_the_loops_are_made_anew_where_they_are_damaged(cache, monkeypatch) -> None:
+    library = built(cache)
+    monkeypatch.setattr(native, "_compile", lambda source, target: source.unlink())
+    target, compiling = native._compiled.__wrapped__()
+    assert compiling is not None
+    compiling.result()
+    library.replace(target)
+    assert native._compiled.__wrapped__()[1] is not None
 
 
 # --- the compiler ---------------------------------------------------------------------------------
@@ -305,53 +302,58 @@ LIARS = {
 
 
 @pytest.mark.parametrize("writes", LIARS)
-def test_a_compiler_that_writes_something_else_is_named(writes, cache, form, monkeypatch) -> None:
+def test_a_compiler_that_writes_something_else_is_named(writes, cache, monkeypatch) -> None:
     program = cache.parent / "liar.py"
     program.write_text(LIARS[writes])
     monkeypatch.setenv("CC", f"{sys.executable} {program}")
     with pytest.raises(RunError, match=r"liar.py' ends without an error.* variable CC"):
-        compiled(form)
+        built(cache)
     assert not list(cache.glob("*.so*"))
 
 
-def test_a_library_that_does_not_load_is_made_anew(cache, form, monkeypatch) -> None:
-    """A compiler that writes a program with the right words in it."""
-    program = cache.parent / "liar.py"
-    program.write_text(
-        OUT + "c = open(sys.executable, 'rb').read(); s = open(sys.argv[-3]).read(); "
-        "open(out, 'wb').write(c + s.encode())"
-    )
-    monkeypatch.setenv("CC", f"{sys.executable} {program}")
+def test_a_library_that_does_not_load_is_removed(cache) -> None:
+    library = built(cache)
+    library.write_bytes(library.read_bytes()[:100])
     with pytest.raises(RunError, match=r"cannot be loaded .* and is removed"):
-        compiled(form)
+        with store.loading(library):
+            ctypes.CDLL(str(library))
+    assert not library.exists()
+
+
+def test_a_compiler_that_fails_or_is_not_there_is_told(cache, monkeypatch) -> None:
+    monkeypatch.setenv("CC", "gcc --no-such-option")
+    with pytest.raises(RunError, match="compiler fails: gcc --no-such-option"):
+        built(cache)
+    monkeypatch.setenv("CC", "/nowhere/cc")
+    with pytest.raises(RunError, match=r"no C compiler '/nowhere/cc'.*install"):
+        built(cache)
     monkeypatch.delenv("CC")
-    loaded.cache_clear()
-    assert fem.assemble_scalar(compiled(form)) == 0.0
+    assert store.is_whole(built(cache))
 
 
 @pytest.mark.parametrize("named", ["gcc '", " ", '"'])
-def test_names_of_compilers_that_are_none(named, cache, form, monkeypatch) -> None:
+def test_names_of_compilers_that_are_none(named, cache, monkeypatch) -> None:
     monkeypatch.setenv("CC", named)
     with pytest.raises(RunError, match=r"variable CC is .* must name a C compiler"):
-        compiled(form)
+        built(cache)
 
 
-def test_a_compiler_speaks_any_language(cache, form, monkeypatch) -> None:
+def test_a_compiler_speaks_any_language(cache, monkeypatch) -> None:
     """What it says may be no UTF-8."""
     program = cache.parent / "latin.py"
     program.write_text("import sys; sys.stderr.buffer.write(b'unm\\xf6glich'); sys.exit(1)")
     monkeypatch.setenv("CC", f"{sys.executable} {program}")
     with pytest.raises(RunError, match="the C compiler fails"):
-        compiled(form)
+        built(cache)
 
 
 # --- what stands in the current folder ------------------------------------------------------------
 SEEN = """
 import shellmb
-from shellmb.native import kernels
+from shellmb.native.compiling import folder
 import ffcx.options
 from petsc4py import PETSc
-print(kernels.cache_folder())
+print(folder.cache_folder())
 print(ffcx.options.get_options()["epsilon"], PETSc.Options().getAll())
 """
 

@@ -130,7 +130,7 @@ def test_what_a_scene_needs_stays(plate, free, pendulum) -> None:
     still = plate(scheme="static", dt=None, t_end=None)
     with pytest.raises(SceneError, match="--without supports: shell 'plate': nothing supports it"):
         changed(still, ["supports"], [])
-    with pytest.raises(SceneError, match="must be a joint to the ground"):
+    with pytest.raises(SceneError, match="fix a rigid body by a joint to the ground"):
         changed(still, ["flexibility"], [])
     with pytest.raises(SceneError, match="no motion to damp"):
         changed(still, [], ["dissipation"])

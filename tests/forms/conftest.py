@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from functools import partial
 
 from mpi4py import MPI
 
@@ -16,11 +15,8 @@ from shellmb.forms.steps.mixed_nonlinear import ties as ties_of
 from shellmb.meshes.mesh import build_surface
 from shellmb.model.shells.linear import build_shell
 from shellmb.model.shells.shell import ShellModel
-from shellmb.native import kernels
+from shellmb.native.kernels import compiled
 from shellmb.scene import Cylinder, Hyperelastic, Isotropic, Laminate, Load, PlyMaterial, Shell
-
-# kernels are called a few times each: gcc takes a quarter of the time that it takes for a run's
-compiled = partial(kernels.compiled, flags=["-O0"])
 
 # moduli of order one: nothing is scaled away in the comparisons
 RUBBER = {"mu": 1.0, "thickness": 0.1, "shear_correction": 5 / 6}

@@ -172,4 +172,4 @@ def test_an_interval_of_length_zero_is_a_state(panel, rng) -> None:
 
 
 def test_the_interval_carries_all_it_says() -> None:
-    assert Interval._fields == ("a", "b", "mid", "at", "unknown", "beta")
+    assert Interval._fields == ("a", "b", "mid", "at", "unknown", "beta", "end")

@@ -1,4 +1,4 @@
-"""Kernels of several cells at once beside those of one cell, function by function."""
+"""Programs for several cells at once beside the same for one cell, and beside FFCx's kernels."""
 
 from collections.abc import Callable
 from typing import Any
@@ -14,15 +14,12 @@ from shellmb.native import library as native
 from shellmb.native.compiling.flags import LANES
 from shellmb.native.kernels import compile_all, compiled
 from shellmb.native.library import cell_dofs, side_by_side
+from shellmb.native.reference import compiled_form
 from shellmb.system.assembly.functionals import functionals, vector_of
 from shellmb.system.assembly.loops import FormLoop, LoopResiduals, MeshGeometry
 
-pytestmark = pytest.mark.usefixtures("compiled_forms")
-
 # another order of the same operations, as part of the largest value: 9e-15 was seen
 ROUND_OFF = 2e-13
-# flags of its own make a kernel of one cell at a time
-ONE = ("-O0",)
 
 INTEGRANDS: dict[str, Callable[[Any, Any], Any]] = {
     "sqrt": lambda u, c: ufl.sqrt(u) + ufl.sqrt(c),
@@ -48,13 +45,11 @@ INTEGRANDS: dict[str, Callable[[Any, Any], Any]] = {
     "sign": lambda u, c: ufl.sign(u - 1.4),
     "either": lambda u, c: ufl.conditional(ufl.lt(u, 1.4), u**2, c),
     # what is not chosen must not be seen
-    "not chosen": lambda u, c: ufl.conditional(ufl.gt(u, 1.4), ufl.ln(u - 1.4), 1 / (1.4 - u)),
+    "not chosen": lambda u, c: ufl.conditional(ufl.gt(u, 1.4), ufl.ln(u - 1.4), ufl.sqrt(1.4 - u)),
     "both": lambda u, c: ufl.conditional(ufl.And(ufl.gt(u, 1.2), ufl.le(u, 1.6)), u, 2 * u),
     "one of": lambda u, c: ufl.conditional(ufl.Or(ufl.lt(u, 1.2), ufl.ge(u, 1.6)), u, 2 * u),
     "not": lambda u, c: ufl.conditional(ufl.Not(ufl.lt(u, 1.4)), u, 2 * u),
     "of constants": lambda u, c: ufl.conditional(ufl.ne(c, 1.0), u, 2 * u),
-    # lanes have none of these
-    "Bessel": lambda u, c: ufl.bessel_J(1, u),
 }
 
 
@@ -82,17 +77,27 @@ def _many(form: fem.Form) -> bool:
     return bool(ufcx.form_integrals[0].tabulate_tensor_float32)
 
 
-@pytest.mark.parametrize("name", INTEGRANDS)
-def test_functions(name: str):
+def test_functions():
+    """All in one form, each with rows of its own."""
     u = _field(LANES + 1)
-    form = INTEGRANDS[name](u, _constant(u)) * ufl.TestFunction(u.function_space) * ufl.dx
-    many, one = compiled(form), compiled(form, ONE)
-    assert _many(many) == (name != "Bessel") and not _many(one)
-    exact = fem.assemble_vector(one).array
-    assert np.isfinite(exact).all()
-    _same(_residual(u, many), exact)
-    # one cell at a time, as DOLFINx calls it
-    _same(fem.assemble_vector(many).array, exact)
+    space = fem.functionspace(u.function_space.mesh, ("Lagrange", 2, (len(INTEGRANDS),)))
+    integrands = ufl.as_vector([make(u, _constant(u)) for make in INTEGRANDS.values()])
+    form = ufl.dot(integrands, ufl.TestFunction(space)) * ufl.dx
+    many = compiled(form)
+    assert _many(many)
+    exact = fem.assemble_vector(compiled_form(form)).array.reshape(-1, len(INTEGRANDS))
+    # one cell at a time, as DOLFINx calls it, too
+    for found in (_residual(space, many), fem.assemble_vector(many).array):
+        for name, own, right in zip(INTEGRANDS, found.reshape(exact.shape).T, exact.T, strict=True):
+            assert np.isfinite(right).all(), name
+            assert np.abs(own - right).max() < ROUND_OFF * np.abs(right).max(), name
+
+
+def test_what_programs_lack_has_kernels_of_one_cell():
+    u = _field(LANES + 1)
+    form = compiled(ufl.bessel_J(1, u) * ufl.TestFunction(u.function_space) * ufl.dx)
+    assert not _many(form)
+    _same(_residual(u.function_space, form), fem.assemble_vector(form).array)
 
 
 class _Cells(MeshGeometry):
@@ -108,9 +113,9 @@ class _Cells(MeshGeometry):
         return super().struct(loop, size=self.size, dofs=loop.pointer(self.dofs))
 
 
-def _residual(u: fem.Function, *forms: fem.Form) -> Any:
-    cells: Any = _Cells(u.function_space)
-    found = np.zeros(len(u.x.array))
+def _residual(space: fem.FunctionSpace, *forms: fem.Form) -> Any:
+    cells: Any = _Cells(space)
+    found = np.zeros(len(fem.Function(space).x.array))
     LoopResiduals([(cells, [(form, (0,), -1) for form in forms])]).add(found)
     return found
 
@@ -124,8 +129,8 @@ def test_forms_of_the_same_rows_add_up():
         u**2 * v.dx(0) * ufl.dx,
         ufl.bessel_J(1, u) * v * ufl.dx,
     ]
-    exact = sum(fem.assemble_vector(compiled(form, ONE)).array for form in forms)
-    _same(_residual(u, *map(compiled, forms)), exact)
+    exact = sum(fem.assemble_vector(compiled(form)).array for form in forms)
+    _same(_residual(u.function_space, *map(compiled, forms)), exact)
 
 
 @pytest.mark.parametrize("cells", sorted({1, LANES - 1, LANES, LANES + 1, 3 * LANES + 2} - {0}))
@@ -135,9 +140,9 @@ def test_any_number_of_cells(cells: int, cell: mesh.CellType):
     c = _constant(u)
     energy = u**3 * ufl.dx + c * ufl.inner(ufl.grad(u), ufl.grad(u)) * ufl.dx + u**2 * ufl.ds
     residual = ufl.derivative(energy, u)
-    exact = fem.assemble_vector(compiled(residual, ONE)).array
-    _same(_residual(u, compiled(residual)), exact)
-    value = fem.assemble_scalar(compiled(energy, ONE))
+    exact = fem.assemble_vector(compiled(residual)).array
+    _same(_residual(u.function_space, compiled(residual)), exact)
+    value = fem.assemble_scalar(compiled(energy))
     # the second one finds what the first one left
     functional = functionals([[energy], [energy]], MPI.COMM_SELF)
     _same(functional(), value)
@@ -146,7 +151,7 @@ def test_any_number_of_cells(cells: int, cell: mesh.CellType):
     densities = u, u**2, ufl.exp(u)
     axes = vector_of(u.function_space.mesh, len(densities))
     vector = ufl.dot(ufl.as_vector(densities), axes) * ufl.dx
-    exact = [fem.assemble_scalar(compiled(f * ufl.dx, ONE)) for f in densities]
+    exact = [fem.assemble_scalar(compiled(f * ufl.dx)) for f in densities]
     functional = functionals([[energy, energy], [vector, vector]], MPI.COMM_SELF)
     _same(functional() / 2, [value, *exact])
 
@@ -159,11 +164,11 @@ def test_jacobian():
     u.x.array[:] = np.random.default_rng(4).uniform(1.0, 2.0, len(u.x.array))
     v, du = ufl.TestFunction(space), ufl.TrialFunction(space)
     jacobians = [ufl.exp(u) * du.dx(0) * v * ufl.dx, u * du * v.dx(1) * ufl.dx]
-    many, one = compile_all(jacobians), compile_all(jacobians, ONE)
+    many = compile_all(jacobians)
     assert all(map(_many, many))
-    dense = [[fem.assemble_matrix(form).to_dense() for form in forms] for forms in (many, one)]
-    _same(dense[0], dense[1])
-    cells, exact = _Cells(space), sum(dense[1])
+    # one cell at a time
+    dense = [fem.assemble_matrix(form).to_dense() for form in many]
+    cells, exact = _Cells(space), sum(dense)
     loop = FormLoop(cells, [(form, (0,), 0) for form in many])
     arguments = cells.struct(loop), loop.kernels, loop.count
     lib, blocks = native.cells().lib, np.array([exact[np.ix_(d, d)] for d in cells.dofs])
@@ -171,9 +176,9 @@ def test_jacobian():
     lib.largest_entries(*arguments, native.doubles(largest))
     _same(largest, np.abs(blocks).max(axis=0))
     # what is put where others are added: before them, and over whatever was there
-    alone = compiled(jacobians[0], ONE)
+    alone = compiled_form(jacobians[0])
     other = [np.ix_(d, d) for d in cells.dofs[LANES:]]
-    exact = exact + dense[1][0]
+    exact = exact + dense[0]
     assert loop.covered
     for twice in (False, True):
         # the second time rows and columns of two fields are at the same places

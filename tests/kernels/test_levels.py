@@ -5,19 +5,12 @@ import os
 import subprocess
 import sys
 
-from mpi4py import MPI
-
 import pytest
-import ufl
-from dolfinx import fem, mesh
 
 from shellmb.errors import RunError
 from shellmb.native import library as native
 from shellmb.native.compiling import flags
 from shellmb.native.compiling.flags import FORCED_LANES, FORCED_LEVEL, LEVELS, level_and_lanes
-from shellmb.native.kernels import module_name
-
-pytestmark = pytest.mark.usefixtures("compiled_forms")
 
 NAMES = list(LEVELS)
 
@@ -100,7 +93,7 @@ def test_ranks_on_different_processors_are_refused(mpirun) -> None:
 FLAGS = """
 import json
 from shellmb.native.compiling import flags
-print(json.dumps([flags.LANES, flags.COMPILER_FLAGS, flags.KERNEL_FLAGS, flags.LANES_FLAGS]))
+print(json.dumps([flags.LANES, flags.COMPILER_FLAGS]))
 """
 
 
@@ -108,26 +101,14 @@ print(json.dumps([flags.LANES, flags.COMPILER_FLAGS, flags.KERNEL_FLAGS, flags.L
     "v2" not in flags.runnable(flags.features_here()), reason="no x86-64 of level v2"
 )
 def test_the_cache_does_not_mix_levels(tmp_path, monkeypatch) -> None:
-    """Kernels and loops have names of their own for each level and number of lanes."""
+    """The library of loops has a name of its own for each level and number of lanes."""
     environment = os.environ | {FORCED_LEVEL: "v2", FORCED_LANES: "1"}
     said = subprocess.check_output([sys.executable, "-c", FLAGS], env=environment, text=True)
-    lanes, compiler, one, many = json.loads(said)
-    assert lanes == 1
-    assert all("-march=x86-64-v2" in used for used in (compiler, one, many))
-    assert "-DLANES=1" in compiler and "-DLANES=1" in many
+    lanes, compiler = json.loads(said)
+    assert lanes == 1 and {"-march=x86-64-v2", "-DLANES=1"} <= set(compiler)
     monkeypatch.setattr(native, "cache_folder", lambda: tmp_path)
     monkeypatch.setattr(native, "_compile", lambda *_: None)
-    domain = mesh.create_unit_square(MPI.COMM_SELF, 1, 1)
-    form = fem.Function(fem.functionspace(domain, ("Lagrange", 1))) ** 2 * ufl.dx
-
-    def names() -> list[str]:
-        loops, _ = native._compiled.__wrapped__()
-        return [loops.name, module_name(form), module_name(form, ("-O0",))]
-
-    before, same = names(), one == flags.KERNEL_FLAGS
+    before, _ = native._compiled.__wrapped__()
     monkeypatch.setattr(native, "COMPILER_FLAGS", compiler)
-    monkeypatch.setattr(flags, "KERNEL_FLAGS", one)
-    monkeypatch.setattr(flags, "LANES_FLAGS", many)
-    # kernels of one cell at a time are those of their level
-    differ = [a != b for a, b in zip(before, names(), strict=True)]
-    assert differ == [True, True, not same]
+    after, _ = native._compiled.__wrapped__()
+    assert before.name != after.name

@@ -13,10 +13,8 @@ import pytest
 import ufl
 from dolfinx import fem, mesh
 
-import shellmb as sm
 from shellmb.demos import sudden_load
 from shellmb.native import kernels
-from shellmb.native.assembler import assembled_by
 from shellmb.native.expressions import compiled_expression
 from shellmb.native.kernels import compiled
 from shellmb.simulate.simulation import Simulation
@@ -103,8 +101,7 @@ def test_any_integrand_is_what_ffcx_compiles(cell: mesh.CellType) -> None:
     slope = ufl.derivative(energy, q)
     for form in (energy, slope, ufl.derivative(slope, q)):
         reference = tensors(fem.form(form))
-        with assembled_by("interpreted"):
-            found = tensors(compiled(form))
+        found = tensors(compiled(form))
         assert np.abs(found - reference).max() < BOUND * np.abs(reference).max()
 
 
@@ -181,8 +178,7 @@ def test_elements_and_rules_of_ones_own(cell: mesh.CellType) -> None:
     slope = ufl.derivative(energy, q)
     for form in (energy, slope, ufl.derivative(slope, q), ufl.derivative(slope, alone)):
         reference = tensors(fem.form(form))
-        with assembled_by("interpreted"):
-            found = tensors(compiled(form))
+        found = tensors(compiled(form))
         assert np.abs(found - reference).max() < BOUND * np.abs(reference).max()
 
 
@@ -193,21 +189,19 @@ def test_expressions_at_points(cell: mesh.CellType = mesh.CellType.quadrilateral
     points = RANDOM.uniform(0.1, 0.4, (5, 2))
     cells = np.arange(4, dtype=np.int32)
     reference = fem.Expression(values, points).eval(domain, cells)
-    with assembled_by("interpreted"):
-        found = compiled_expression(values, points).eval(domain, cells)
+    found = compiled_expression(values, points).eval(domain, cells)
     np.testing.assert_allclose(found, reference, rtol=BOUND, atol=BOUND * np.abs(reference).max())
 
 
 @pytest.fixture
 def no_compiler(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    """All scenes are interpreted, and nothing is compiled or taken from the cache."""
+    """Nothing is compiled or taken from the cache."""
 
     def shut(*_: object, **__: object) -> None:
         raise AssertionError("a kernel is asked for")
 
-    for name in ("compile_new", "loaded"):
-        monkeypatch.setattr(kernels, name, shut)
-    monkeypatch.setattr("shellmb.native.assembler.INTERPRETED", True)
+    monkeypatch.setattr("dolfinx.jit.ffcx_jit", shut)
+    monkeypatch.setattr(kernels, "compiled_form", shut)
     yield
 
 
@@ -231,7 +225,6 @@ def test_what_is_kept_follows_from_what_it_depends_on(scheme: str) -> None:
         made,
         shells=replace(shell, mesh=(3, 1)),
         scheme=scheme,
-        solver=sm.Solver(assembler="interpreted"),
     )
     simulation = Simulation(made, MPI.COMM_SELF)
     system, random = simulation.problem.system, np.random.default_rng(3)
@@ -257,6 +250,5 @@ def test_what_programs_lack_is_compiled() -> None:
     domain = surface(mesh.CellType.triangle)
     q, _, _ = functions(domain)
     form = ufl.jump(ufl.split(q)[2]) ** 2 * ufl.dS
-    with assembled_by("interpreted"):
-        found = tensors(compiled(form))
+    found = tensors(compiled(form))
     np.testing.assert_allclose(found, tensors(fem.form(form)))

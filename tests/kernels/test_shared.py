@@ -1,4 +1,4 @@
-"""Kernels of sections know no scheme: all schemes share them, and they are the paper's forms."""
+"""Terms of sections: where their rows go, and that they are the paper's forms."""
 
 from dataclasses import replace
 from typing import Any
@@ -11,7 +11,7 @@ import ufl
 from dolfinx import fem
 
 from shellmb.model.body import added
-from shellmb.native.kernels import compile_all, compiled, kernel_name
+from shellmb.native.kernels import compiled
 from shellmb.scene import (
     Clamped,
     EdgeForce,
@@ -22,13 +22,10 @@ from shellmb.scene import (
     Scene,
     Shell,
 )
-from shellmb.schemes.registry import SCHEMES
 from shellmb.simulate.simulation import Simulation
 from shellmb.system.assembly.loops import LoopResiduals
 from shellmb.system.assembly.meshgroups import mesh_groups
 from shellmb.system.assembly.residuals import DolfinxResiduals
-
-pytestmark = pytest.mark.usefixtures("compiled_forms")
 
 SOFT = Isotropic(E=1.0, nu=0.3, thickness=0.1, density=1.0)
 PLY = PlyMaterial(E1=10.0, E2=1.0, nu12=0.25, G12=0.5, G13=0.5, G23=0.3, density=1.5)
@@ -40,30 +37,6 @@ def problem_of(scheme: str, shell: Shell) -> Any:
     return Simulation(
         Scene("plate", shell, scheme=scheme, dt=0.1, t_end=0.2, **alpha, **held)
     ).problem
-
-
-def test_all_schemes_share_the_kernels_of_a_section() -> None:
-    """Two of residuals, with and without a bow of the path, and one of all Jacobians' blocks.
-
-    Where a path has a bow, both rows of the step are one residual.
-    """
-    shell = Shell("plate", Rectangle(1.0, 0.5), SOFT, mesh=(2, 1))
-    residuals: dict[str, set[str]] = {}
-    blocks: set[str] = set()
-    for scheme in SCHEMES:
-        forms = problem_of(scheme, shell).forms["plate"].values()
-        terms = [term for form in forms for term in form.terms]
-        bow = scheme in ("ep4", "ed3")
-        rows = [(0, 1)] if bow else [(k,) for k in range(len(forms))]
-        assert [term.rows for term in terms] == rows, scheme
-        residuals[scheme] = {kernel_name(k) for k in compile_all([t.residual for t in terms])}
-        parts = [f for t in terms for some in t.derivatives.values() for f in some]
-        blocks |= {kernel_name(k) for k in compile_all(parts)}
-    assert len(blocks) == 1
-    assert len(set.union(*residuals.values())) == 2
-    assert residuals["static"] == residuals["linear-statics"] == residuals["ep"] == residuals["ed"]
-    assert residuals["linear-dynamics"] == residuals["ep"]
-    assert residuals["ep4"] == residuals["ed3"] != residuals["ep"]
 
 
 @pytest.mark.parametrize("scheme", ["ed", "ed3"])

@@ -1,7 +1,7 @@
 """Kernels do not depend on the values of a scene.
 
 The kind: a number of the scene that a form holds as it is, or a form that is another one where two
-numbers coincide. Each value would compile anew, and derivatives by it would compile twice more.
+numbers coincide. Each value would be read anew, and derivatives by it twice more.
 """
 
 from collections.abc import Callable
@@ -15,8 +15,6 @@ from shellmb.native.kernels import watched
 from shellmb.running.execute import execute
 from tests.bench.effects.rows import CASES
 from tests.sensitivity import scenes
-
-pytestmark = pytest.mark.usefixtures("compiled_forms")
 
 # all lengths by the same: what coincides or is parallel stays so, within the tolerances of meshes
 OTHER = 1 - 1e-9

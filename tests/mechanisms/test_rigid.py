@@ -187,7 +187,6 @@ def test_cost_grows_linearly_with_the_chain(rod) -> None:
     assert slope < 1.6, dict(zip(counts, costs, strict=True))
 
 
-@pytest.mark.usefixtures("compiled_here")
 def test_joints_of_a_kind_share_their_kernels(rod) -> None:
     kernels = []
     for count in (2, 9):

@@ -294,7 +294,6 @@ def test_what_cannot_be_is_refused(message) -> None:
     assert message in str(caught.value)
 
 
-@pytest.mark.usefixtures("compiled_here")
 def test_an_area_that_nothing_holds_costs_nothing() -> None:
     from shellmb.effects.count import count
     from shellmb.simulate.simulation import Simulation

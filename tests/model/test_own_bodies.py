@@ -62,7 +62,7 @@ def scene(body: sm.OwnBody | None = None, **more: Any) -> sm.Scene:
 
 
 def run(made: sm.Scene) -> sm.Run:
-    return sm.run(made, pictures=False, assembler="interpreted")
+    return sm.run(made, pictures=False)
 
 
 @pytest.mark.parametrize("scheme", SCHEMES)
@@ -167,12 +167,12 @@ class Stop(Silent):
 
 
 def test_files_pictures_and_restart(tmp_path: Path) -> None:
-    whole = sm.run(scene(), tmp_path / "whole", assembler="interpreted")
+    whole = sm.run(scene(), tmp_path / "whole")
     assert set(whole.fields) == {"block"}
     assert (tmp_path / "whole" / "shape.png").is_file()
     out = tmp_path / "part"
     with pytest.raises(KeyboardInterrupt):
-        sm.run(scene(), out, observers=[Stop()], pictures=False, assembler="interpreted")
+        sm.run(scene(), out, observers=[Stop()], pictures=False)
     other = scene(block(density=2e3))
     with pytest.raises(sm.SceneError, match=r"own_bodies\['block'\].mass.density was"):
         sm.resume(out, other, observers=[Silent()], pictures=False)

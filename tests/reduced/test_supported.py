@@ -179,7 +179,6 @@ REFUSED = {
 }
 
 
-@pytest.mark.usefixtures("compiled_here")
 @pytest.mark.parametrize("message", REFUSED)
 def test_what_it_cannot_have_is_refused(message) -> None:
     with watched() as kernels, pytest.raises(SceneError) as caught:

@@ -102,7 +102,7 @@ def swing(scheme: Any, dt: float) -> np.ndarray:
         dt=dt,
         t_end=0.32,
     )
-    run = sm.run(made, pictures=False, assembler="interpreted")
+    run = sm.run(made, pictures=False)
     return run.history[["x0", "x2"]].to_numpy()[:: round(0.08 / dt)]
 
 
@@ -137,7 +137,7 @@ def strip(scheme: Any, dt: float, force: float = 1e-5) -> sm.Run:
         dt=dt,
         t_end=10 * dt,
     )
-    return sm.run(made, pictures=False, assembler="interpreted")
+    return sm.run(made, pictures=False)
 
 
 def test_shells_move_as_by_the_mid_point_of_linear_dynamics() -> None:

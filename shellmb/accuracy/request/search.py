@@ -26,7 +26,6 @@ from shellmb.accuracy.request.words import label, line, percent, seconds
 from shellmb.errors import ConvergenceError, SceneError, ShellmbError, Stopped
 from shellmb.measuring.stepping import free
 from shellmb.measuring.times import slowest
-from shellmb.native.later import begin_model
 from shellmb.running.execute import RunResult
 from shellmb.running.request import Request
 from shellmb.running.results import Results
@@ -103,7 +102,6 @@ class Search:
         self.quantity = wanted.quantity(scene, measures=how.results is not None)
         self.levels: list[Level] = []
         # levels are companions of one another, not of what ran before
-        begin_model()
         self._family = Family(scene, how.results, how.comm, ":" in (wanted.of or ""))
         kept, failures, self._stored = how.comm.bcast(store.read() if how.comm.rank == 0 else None)
         self._family.found.update(kept)

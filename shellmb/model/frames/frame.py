@@ -22,7 +22,6 @@ from shellmb.model.body import Constraint, Damped, FixedDofs, Manifold, NodeLink
 from shellmb.model.frames.floating import EVERYWHERE, FloatingFrame
 from shellmb.model.frames.unit import DirectorConstraint, directors_held
 from shellmb.model.joints.held import Constraints
-from shellmb.native.later import later
 
 IDENTITY = np.eye(3)
 
@@ -155,19 +154,16 @@ class FrameBody:
         return largest(found)
 
 
-@later
 def _momentum_work(
     v: Expr, dd: Expr, dv: Expr, ddd: Expr, mass: FrameMass, measure: ufl.Measure
 ) -> Form:
     return frame.momentum_work(v, dd, mass, dv, ddd) * measure
 
 
-@later
 def _momentum(v: Expr, dd: Expr, axis: Expr, mass: FrameMass, measure: ufl.Measure) -> Form:
     return ufl.dot(frame.momenta(v, dd, mass)[0], axis) * measure
 
 
-@later
 def _angular_momentum(
     state: tuple[Any, ...], axis: Expr, mass: FrameMass, measure: ufl.Measure
 ) -> Form:

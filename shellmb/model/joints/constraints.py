@@ -233,7 +233,7 @@ class ConstraintGroup(Massless):
         return f"{apart * self.sizes[component]:.3g}"
 
     def gradients(self, length: float, at: Floats | None = None) -> tuple[Floats, Dofs, Floats]:
-        """Derivatives of the constraints at a state, without a compiled form.
+        """Derivatives of the constraints at a state, without a form.
 
         Of quadratic constraints differences are exact.
 

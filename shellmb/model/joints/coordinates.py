@@ -29,7 +29,6 @@ from shellmb.model.joints.constraints import ConstraintGroup
 from shellmb.model.joints.joints import BoundJoint
 from shellmb.model.locations.ends import End, end_pair
 from shellmb.native.expressions import compiled_expression, evaluate
-from shellmb.native.later import later
 
 # name of a joint or a force element, and "rotation", "translation" or "distance"
 Key = tuple[str, str]
@@ -274,7 +273,6 @@ class AngleEquations:
         """Work of a torque on the coordinate less that on the angle, with what must vanish."""
         return (torque * self._x(dq) - work + self._torque(dq) * gap[0]) * ufl.dx
 
-    @later
     def interval(self, span: Interval, dq: Expr) -> Form:
         """The equation at the end of the sub-interval, its force along a discrete gradient."""
         of = self._of
@@ -288,7 +286,6 @@ class AngleEquations:
             before = self._x(span.a)
         return self._form(torque, work, of.gap(span.holding, before), dq)
 
-    @later
     def path(self, path: Path, k: int, dq: Expr) -> Form:
         """The equation and its rate at the end of a step, two forces without work for both."""
         of, torques = self._of, (self._torque(path.end), self._torque(path.end_velocity))
@@ -298,7 +295,6 @@ class AngleEquations:
             gap = as_row(self._x(path.end_velocity) - angle_rate(of.angle, path))
         return self._form(torques[k], turned(of.angle, path, k, dq, torques), gap, dq)
 
-    @later
     def velocity(self, v: Expr, mid: Expr, dv: Expr) -> Form:
         """The rate of the coordinate is that of the places, with the impulse for that."""
         of = self._of

@@ -16,7 +16,6 @@ from shellmb.forms.constraints.velocity_jump import VelocityJump
 from shellmb.forms.steps.mixed import Interval
 from shellmb.forms.steps.path import Path
 from shellmb.model.body import JumpForms
-from shellmb.native.later import later
 
 
 @dataclass(frozen=True)
@@ -43,12 +42,10 @@ class Constraints:
     moving: bool = True
     on: Expr | None = None
 
-    @later
     def interval(self, span: Interval, dq: Expr) -> Form:
         """Constraint forces of a sub-interval, and the constraints at its end."""
         return self._form(self.law.interval(span, dq), dq)
 
-    @later
     def path(self, path: Path, k: int, dq: Expr) -> Form:
         """Constraint forces in a row of a step that is quadratic in time, and the constraints."""
         return self._form(self.law.path(path, k, dq, self.inertialess), dq)
@@ -57,7 +54,6 @@ class Constraints:
         """Constraints on velocities at the state `mid`, with their impulses; None without any."""
         return self._velocity(v, mid, dv) if self.moving else None
 
-    @later
     def _velocity(self, v: Expr, mid: Expr, dv: Expr) -> Form:
         return self._form(self.law.velocity(v, mid, dv), dv)
 

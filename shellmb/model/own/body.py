@@ -74,7 +74,7 @@ class OwnBody(Massless, UserBody):
         strain: Strains of a field, a UFL vector without units; their value at the zero field is
             a prestrain. None: no energy.
         energy: Energy density as a function of the strains, J per unit of `dx`; or a stiffness, a
-            symmetric matrix of numbers or of UFL, which compiles several times as fast.
+            symmetric matrix of numbers or of UFL.
         mass: `m v . w` as a function of two fields, symmetric and bilinear, per unit of `dx`; half
             of it at `v, v` is the kinetic energy. None: massless.
         force: Virtual power of applied forces per unit of `dx`: a function of the field, its rate

@@ -14,7 +14,6 @@ from shellmb.forms.steps.damping import Resistance, Straining, at_state, taken
 from shellmb.model.body import Rates, Term
 from shellmb.model.row_terms import path_terms
 from shellmb.model.row_terms import together as joined
-from shellmb.native.later import later
 from shellmb.scene import BeamSection, Section
 
 
@@ -74,7 +73,6 @@ class StrainDamping:
         return sum(forms[1:], forms[0])
 
 
-@later
 def _work(part: Resisting, layout: Layout, along: Straining) -> Form:
     densities = taken(part.section, layout, part.strain, along)
     return part.integrate([-density / along.dt for density in densities])

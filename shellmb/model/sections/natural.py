@@ -18,7 +18,6 @@ from ufl.core.expr import Expr
 
 from shellmb.forms.measure import Measure
 from shellmb.model.body import TimeFunction
-from shellmb.native.later import later
 from shellmb.scene import BeamNaturalStrain, NaturalStrain
 from shellmb.scene.loads.loads import Load
 
@@ -50,13 +49,11 @@ class NaturalStress:
     now: fem.Constant
     mean: fem.Constant
 
-    @later
     def work(self, mid: Expr, dq: Expr) -> Form:
         """Virtual work of the stress at a state, for a factor of one."""
         change = self.measure.change(mid, dq)
         return self.integrate([ufl.dot(stress, change) for stress in self.stresses])
 
-    @later
     def energy(self, q: Expr) -> Form:
         """Elastic energy of `e - theta e*` less that of `e`."""
         e = self.measure.value(q)

@@ -20,7 +20,6 @@ from shellmb.forms.steps.stress_work import MixedSection, interval_work
 from shellmb.forms.steps.stress_work_nonlinear import NonlinearPath
 from shellmb.model.body import SubInterval, Term
 from shellmb.model.row_terms import general_terms, hyperelastic_terms, path_terms, point_terms
-from shellmb.native.later import later
 
 Integrate = Callable[[Sequence[Expr]], Form]
 
@@ -45,17 +44,14 @@ class Strains:
     def _common(self) -> tuple[MixedSection, Layout, Measure]:
         return self.section, self.layout, self.strain
 
-    @later
     def energy(self, q: Expr) -> Form:
         """Energy of a state."""
         return self.integrate(self.section.energy(self.strain, self.layout, q))
 
-    @later
     def jump(self, a: Expr, b: Expr) -> Form:
         """Elastic part of `c^2` for a jump of the state, eq. (34)."""
         return self.integrate(self.section.jump(self.strain, self.layout, a, b))
 
-    @later
     def interval(self, span: Interval, dq: Expr) -> Form:
         """Virtual work of a sub-interval, eqs. (20)-(22), (32)."""
         return self.integrate(interval_work(*self._common, span, dq))
@@ -74,7 +70,6 @@ class Strains:
         """Virtual work of both rows of a step that is quadratic in time, eq. (Q2)."""
         return path_terms(*self._common, step.rows, tests, trial, self.integrate)
 
-    @later
     def bow(self, step: Step, held: Expr) -> Form:
         """Energy `bow.C bow/2` of the bow over a step, eq. (Q5); arguments as of `Elastic`."""
         e = self._bow_of(step)
@@ -105,7 +100,6 @@ class GeneralStrains(Strains):
     weight: Sequence[Any]
     product: Callable[[Expr, Expr], Expr]
 
-    @later
     def interval(self, span: Interval, dq: Expr) -> Form:
         """Virtual work of a sub-interval, made exact along the change of the strains."""
         return self.integrate(interval_work(*self._common, span, dq, ExactInterval(self.weight)))
@@ -145,7 +139,6 @@ class HyperelasticStrains(Strains):
     weight: Sequence[Any]
     product: Callable[[Expr, Expr], Expr]
 
-    @later
     def interval(self, span: Interval, dq: Expr) -> Form:
         """Virtual work of a sub-interval by a discrete gradient, eq. (21)."""
         acting = at_middle if self.quadratic else ExactInterval(self.weight)
@@ -168,7 +161,6 @@ class HyperelasticStrains(Strains):
         along = self._general(step, step.states)
         return hyperelastic_terms(along, self.product, step, tests, trial, self.integrate)
 
-    @later
     def bow(self, step: Step, held: Expr) -> Form:
         """Energy of the bow with the stiffness at the start."""
         if self.quadratic:

@@ -17,7 +17,6 @@ from shellmb.model.body import TimeFunction
 from shellmb.model.sections.natural import Distributed, NaturalStress
 from shellmb.model.shells.bound import BoundShell
 from shellmb.model.shells.positions import interpolated
-from shellmb.native.later import integral
 from shellmb.scene.loads.loads import (
     EdgeForce,
     EdgeMoment,
@@ -64,7 +63,7 @@ class DistributedLoads(ABC):
     def _work(self, load: Distributed, factor: fem.Constant, mid: Expr, dq: Expr) -> Form:
         if isinstance(load, Load):
             density, measure = self._density(load, mid, dq)
-            return integral(factor * density, measure)
+            return factor * density * measure
         assert self._natural is not None
         return factor * self._natural.work(mid, dq)
 

@@ -28,7 +28,6 @@ from shellmb.model.shells.elastic import shell_strains
 from shellmb.model.shells.loads import ShellLoads
 from shellmb.model.shells.viscous import strain_damping
 from shellmb.model.user_forms import virtual_work
-from shellmb.native.later import later
 
 
 class ShellModel(BoundShell):
@@ -245,7 +244,6 @@ class ShellModel(BoundShell):
         return self.node_directors()[:, 0], self.mixed.dofs["w"].reshape(-1, 3).astype(np.intp)
 
 
-@later
 def _over_mass(mass: Mass, rules: Rules, density: Callable[[Mass], Expr]) -> Form:
     if mass.s is not None:
         assert mass.I is not None and mass.centred is not None

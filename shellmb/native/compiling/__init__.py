@@ -1,1 +1,1 @@
-"""From forms to machine code: FFCx, kernels of several cells at once, the C compiler."""
+"""The library of loops in C: compiler, flags, cache."""

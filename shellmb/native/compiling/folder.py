@@ -7,19 +7,16 @@ from mpi4py import MPI
 from shellmb.barrier import arrive
 from shellmb.errors import RunError
 from shellmb.guarding.surroundings import cache_root, user_options
-from shellmb.native.compiling.flags import KERNEL_FLAGS
 from shellmb.native.compiling.store import usable
-
-JIT_OPTIONS = {"cffi_extra_compile_args": KERNEL_FLAGS}
 
 
 def cache_folder() -> Path:
-    """Folder in which kernels are kept.
+    """Folder in which the library of loops is kept.
 
     Raises:
-        RunError: If there is no place for them.
+        RunError: If there is no place for it.
     """
-    given = user_options("dolfinx", "dolfinx_jit_options.json") | JIT_OPTIONS
+    given = user_options("dolfinx", "dolfinx_jit_options.json")
     return usable(Path(given.get("cache_dir", cache_root() / "fenics")).expanduser())
 
 

@@ -1,6 +1,6 @@
-"""The cache of kernels: whose it must be, where it is if it cannot be used, and whole libraries.
+"""The cache: whose it must be, where it is if it cannot be used, and whole libraries.
 
-What is in it is executed, so it must be the user's own. Each library carries a checksum of itself
+What is in it is executed, so it must be the user's own. A library carries a checksum of itself
 at its end, which the system's loader does not look at: what was cut or spoilt is made anew.
 """
 
@@ -129,7 +129,7 @@ def _share(folder: Path, private: Path) -> None:
         for name in names - set(os.listdir(private)):
             shutil.copyfile(folder / name, private / name)
     except OSError:
-        # then they are compiled
+        # then it is compiled
         return
 
 

@@ -1,1 +1,1 @@
-"""Integrands as programs, read off their UFL and run by one function in C: nothing is compiled."""
+"""Integrands as programs, read off their UFL and run by one function in C."""

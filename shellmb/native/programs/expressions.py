@@ -2,24 +2,35 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any
 
 from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
 
+import cffi  # type: ignore[import-untyped]
+import ffcx.codegeneration.jit as ffcx_jit
 import numpy as np
-from dolfinx import fem
+from dolfinx import default_scalar_type, fem
 from ufl.algorithms.analysis import extract_coefficients, extract_constants
 from ufl.core.expr import Expr
 from ufl.domain import extract_domains
 
 from shellmb.arrays import Floats
 from shellmb.native import library as native
-from shellmb.native.kernels import ufcx_interface
 from shellmb.native.programs.building import Rule
 from shellmb.native.programs.forms import Program, constant_places
 from shellmb.native.programs.graph import Input, Multilinear
 from shellmb.native.programs.reading import ARGUMENT, Reader
 from shellmb.native.programs.tables import Points, Tables
+
+
+@cache
+def ufcx_interface() -> cffi.FFI:
+    """Interface to FFCx's structures of C."""
+    ffi = cffi.FFI()
+    ffi.cdef(ffcx_jit.UFC_HEADER_DECL.format(np.dtype(default_scalar_type).name))
+    ffi.cdef(ffcx_jit.UFC_INTEGRAL_DECL + ffcx_jit.UFC_FORM_DECL + ffcx_jit.UFC_EXPRESSION_DECL)
+    return ffi
 
 
 class ExpressionProgram:

@@ -19,8 +19,6 @@ from ufl import Form
 from shellmb.arrays import Bools, Int32s, Ints
 from shellmb.native import library as native
 from shellmb.native.compiling.flags import LANES
-from shellmb.native.derivatives import CachedDerivative
-from shellmb.native.later import plain
 from shellmb.native.library import CArrays
 from shellmb.native.programs.building import Rule
 from shellmb.native.programs.geometry import COORDINATES
@@ -39,7 +37,7 @@ READ: dict[tuple[str, int, tuple[int, ...]], list[Rule]] = {}
 
 @dataclass(frozen=True, eq=False)
 class Interpreted:
-    """Stand-in for the module of a compiled form.
+    """Stand-in for the module of a form that DOLFINx has compiled.
 
     Args:
         form: The form.
@@ -51,7 +49,7 @@ class Interpreted:
 
     @property
     def name(self) -> str:
-        """Name that forms share if they would share a compiled kernel."""
+        """Name that forms with the same programs share."""
         return str(self.form.signature())
 
 
@@ -288,18 +286,15 @@ def _entities(form: Form, kind: tuple[str, Any]) -> Any:
     return np.concatenate([np.zeros(0), *own]).astype(np.int32)
 
 
-def summed(
-    forms: Sequence[Form | CachedDerivative], moving: Collection[Any] = ()
-) -> fem.Form | None:
-    """The sum of forms and derivatives as one program; None for nothing.
+def summed(forms: Sequence[Form], moving: Collection[Any] = ()) -> fem.Form | None:
+    """The sum of forms as one program; None for nothing.
 
     Args:
-        forms: Forms and derivatives of such with the same arguments.
+        forms: Forms with the same arguments.
         moving: As of `interpreted`.
 
     Raises:
         Unsupported: If one has something that programs do not have.
     """
-    written = [plain(f if isinstance(f, Form) else f.form()) for f in forms]
-    integrals = [i for form in written if not form.empty() for i in form.integrals()]
+    integrals = [i for form in forms for i in form.integrals()]
     return interpreted(Form(integrals), moving) if integrals else None

@@ -321,7 +321,7 @@ class Reader:
             elif name == "component_tensor":
                 inner, inner_indices = of.ufl_operands
                 names = [i.count() for i in inner_indices]
-                return self._with(names, places, inner)
+                return self._with(names, places, inner)[()]
             elif name == "sum":
                 parts = [self._component(o, places) for o in of.ufl_operands]
                 return self.graph.total(parts)
@@ -333,10 +333,10 @@ class Reader:
     def _component(self, of: Any, places: tuple[int, ...]) -> Scalar:
         return self.tensor(of)[places]
 
-    def _with(self, names: Sequence[int], values: Sequence[int], inner: Any) -> Scalar:
+    def _with(self, names: Sequence[int], values: Sequence[int], inner: Any) -> Tensor:
         before = {k: self._bound.get(k) for k in names}
         self._bound.update(zip(names, values, strict=True))
-        found = self.scalar(inner)
+        found = self.tensor(inner)
         for k, value in before.items():
             if value is None:
                 del self._bound[k]
@@ -349,14 +349,18 @@ class Reader:
         names = [i.count() for i in indices]
         made = np.empty(expr.ufl_shape, dtype=object)
         for places in np.ndindex(expr.ufl_shape):
-            made[places] = self._with(names, places, inner)
+            made[places] = self._with(names, places, inner)[()]
         return made
 
-    def _index_sum(self, expr: Any) -> Scalar:
+    def _index_sum(self, expr: Any) -> Tensor:
         inner, indices = expr.ufl_operands
         (index,) = indices
         parts = [self._with([index.count()], [k], inner) for k in range(expr.dimension())]
-        return self.graph.total(parts)
+        # of derivatives by vectors it may be one of vectors
+        made = np.empty(parts[0].shape, dtype=object)
+        for place in np.ndindex(made.shape):
+            made[place] = self.graph.total([part[place] for part in parts])
+        return made
 
     # derivatives
 

@@ -38,7 +38,7 @@ Scalar = Callable[[], float]
 
 
 def scalar(forms: list[Form | None], comm: MPI.Comm) -> Scalar | None:
-    """Sum of scalar forms over all meshes and ranks, compiled once; None if there are none."""
+    """Sum of scalar forms over all meshes and ranks, read once; None if there are none."""
     some = present(forms)
     if not some:
         return None
@@ -130,7 +130,7 @@ class EnergyAccount(Booked):
         return self._dissipated
 
     def start(self, simulation: Simulation) -> None:
-        """Compile the functionals and take the initial energy."""
+        """Make the functionals and take the initial energy."""
         problem, comm = simulation.problem, simulation.model.comm
         bodies, scheme = simulation.model.bodies, simulation.scheme
         kinetic: list[Form | None] = []

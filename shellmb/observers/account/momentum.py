@@ -72,7 +72,7 @@ class Momentum(Booked):
         return self._drift
 
     def start(self, simulation: Simulation) -> None:
-        """Compile the functionals and take the initial momenta."""
+        """Make the functionals and take the initial momenta."""
         bodies: list[Any] = [b for b in simulation.model.bodies if hasattr(b, "momentum")]
         # bodies without places have no momenta
         self._dynamic = "v" in simulation.scheme.rates and bool(bodies)

@@ -46,7 +46,7 @@ FACES: dict[str, Callable[[Shell, Layup], Read]] = {
 class ChosenFields:
     """Fields of one body, from means of its resultants over the elements at each node.
 
-    One expression is compiled for all that follows from resultants, none where nothing is asked
+    One expression is made for all that follows from resultants, none where nothing is asked
     for; nonlinear sections have another one for strains and energy.
 
     Args:

@@ -85,7 +85,7 @@ class Resultants:
         self._prepare(body, found)
 
     def _prepare(self, body: Resulting, vectors: list[Expr]) -> None:
-        """Compile what is read, of states and perhaps as means."""
+        """Make what is read, of states and perhaps as means."""
         nodes = body.mixed.subspaces["u"]
         inner = reading_element(nodes)
         points = np.asarray(inner.points, dtype=np.float64)

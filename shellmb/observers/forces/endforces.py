@@ -43,7 +43,7 @@ class EndForceColumns(Silent):
         self._solved: dict[str, float] = {}
 
     def start(self, simulation: Simulation) -> None:
-        """Compile the equations, and list the columns."""
+        """Make the equations, and list the columns."""
         self.idle = not (simulation.scene.output.end_forces and simulation.scheme.dynamic)
         if self.idle:
             return

@@ -1,7 +1,7 @@
 """Rotations and translations of joints that nothing acts on and no sensor reads.
 
 Those that something acts on are unknowns (`model.joints.coordinates`). All others follow from the
-places of their joints, without an unknown and a compiled form.
+places of their joints, without an unknown and a form.
 """
 
 from __future__ import annotations

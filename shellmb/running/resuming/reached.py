@@ -85,7 +85,7 @@ class StateOfRun:
 
 
 def state_of_run(scene: Scene, run: Path | None, at: float | None, comm: MPI.Comm) -> StateOfRun:
-    """State that is meant, before anything is compiled.
+    """State that is meant, before anything is built.
 
     Args:
         scene: The scene.

@@ -27,7 +27,7 @@ class Potential:
         body: Name of the body; None: the only one.
         at: Where on it: edges or areas of a shell, or a point, as a name, several, or coordinates
             [m]; None: all of a shell or beam, or the reference point of a rigid body.
-        parameters: Numbers of the energy by name; others do not compile anew.
+        parameters: Numbers of the energy by name.
         load: Whether it is a load: the load factor of static steps and paths multiplies it, as it
             multiplies loads without a function of time. Otherwise it acts fully from the start.
     """

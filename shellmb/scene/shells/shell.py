@@ -59,7 +59,7 @@ class Shell(Deforming):
         coupling: Whether bending and stretching are coupled, where the section does so.
         strains: A strain measure in place of the usual one: ``strains(u, w, surface)`` returns
             ``ShellStrains``, as :func:`shellmb.forms.shell.shell_strains` does; of any form, zero
-            at rest, and quickest to compile if at most quadratic in the unknowns.
+            at rest, and quickest to evaluate if at most quadratic in the unknowns.
         terms: Terms added to the weak form, each a callable in UFL.
         model: ``"exact"``: any displacements and rotations; ``"floating-frame"``: small strains and
             rotations relative to a frame that moves by any amount; ``Modal(modes=10)``: the same,

@@ -113,7 +113,7 @@ def both_rows(
     """The rows P0 and P1.
 
     Residuals, whose kernels are those of all schemes that are quadratic in time, leave out what is
-    zero in all of these: they take less time, and are compiled in little more than half of it.
+    zero in all of these: they take less time.
 
     Args:
         mesh: Mesh of the body.

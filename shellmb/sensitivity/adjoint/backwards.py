@@ -10,7 +10,6 @@ from mpi4py import MPI
 
 import numpy as np
 
-from shellmb.native.later import known_forms
 from shellmb.observers.probes import places_of, plain_spot
 from shellmb.running.execute import RunResult, execute
 from shellmb.running.results import Results
@@ -99,8 +98,7 @@ def _by_parameter(
     """
     work, ends = [], []
     for scene in scenes:
-        with known_forms():
-            simulation = Simulation(scene, run.model.comm, run)
+        simulation = Simulation(scene, run.model.comm, run)
         check_alike(run, simulation, parameter.name)
         ends.append(copied(starts(simulation.problem)))
         work.append(weighed(Shadow(simulation, [], forces=False), sweep.kept))

@@ -20,9 +20,8 @@ from ufl import Form
 
 from shellmb.arrays import Floats
 from shellmb.native.assembler import is_native
-from shellmb.native.derivatives import CachedDerivative, by_directions
-from shellmb.native.kernels import compile_all, compile_with_derivatives
-from shellmb.native.later import plain
+from shellmb.native.derivatives import by_directions
+from shellmb.native.kernels import compile_all, compile_each
 from shellmb.simulate.problem import Problem
 from shellmb.system.assembly.fields import Field
 from shellmb.system.assembly.loops import LoopResiduals, MeshCells, Rows
@@ -44,51 +43,30 @@ class Change(NamedTuple):
     derivative: fem.Function
 
 
-class _Weighed(CachedDerivative):
-    """`mu.R` of one form, derived by functions that it depends on.
+def _weighed(
+    form: Form,
+    mu: Sequence[fem.Function],
+    functions: Sequence[fem.Function],
+    directions: Sequence[Any],
+) -> Form:
+    """`mu.R` of one form, derived by functions that it depends on; it may be empty.
 
     Args:
         form: The form.
         mu: Multipliers of its rows, in the place of test functions.
         functions: What it is derived by.
         directions: Changes of these, linear in a test function.
-        space: Of that test function.
-        more: Functions and constants in the directions.
-        label: What tells it from other derivatives.
     """
-
-    def __init__(
-        self,
-        form: Form,
-        mu: Sequence[fem.Function],
-        functions: Sequence[fem.Function],
-        directions: Sequence[Any],
-        space: fem.FunctionSpace,
-        more: Sequence[fem.Function | fem.Constant],
-        label: str,
-    ) -> None:
-        self._mu, self._functions, self._directions = mu, functions, directions
-        own = form.coefficients()
-        label += "-".join(str(own.index(f)) for f in functions)
-        coefficients = [item for item in more if isinstance(item, fem.Function)]
-        constants = [item for item in more if isinstance(item, fem.Constant)]
-        self.coefficients = (*own, *mu, *coefficients)
-        self.constants = (*form.constants(), *constants)
-        super().__init__(form, [space], label)
-
-    def form(self) -> Form:
-        """The derivative in UFL; it may be empty."""
-        (test,) = self.of.arguments()
-        parts = [m[n] for m in self._mu for n in range(m.ufl_shape[0])]
-        put = self._mu[0] if len(self._mu) == 1 else ufl.as_vector(parts)
-        weighed = ufl.replace(plain(self.of), {test: put})
-        return by_directions(weighed, self._functions, self._directions)
+    (test,) = form.arguments()
+    parts = [m[n] for m in mu for n in range(m.ufl_shape[0])]
+    put = mu[0] if len(mu) == 1 else ufl.as_vector(parts)
+    return by_directions(ufl.replace(form, {test: put}), functions, directions)
 
 
 class _Placed(NamedTuple):
     """A derivative with the function whose dofs its rows are."""
 
-    derivative: _Weighed
+    derivative: Form
     function: fem.Function
 
 
@@ -121,7 +99,7 @@ class Transposed:
                 if found:
                     by = _by_number(form, mu, found, number.function_space)
                     placed[2].append(_Placed(by, number))
-        kernels = iter(compile_with_derivatives([p.derivative for some in placed for p in some]))
+        kernels = iter(compile_each([p.derivative for some in placed for p in some]))
         by_unknown, by_start, by_number = (
             [(made, p.function) for p in some if (made := next(kernels)) is not None]
             for some in placed
@@ -259,21 +237,20 @@ def _by_state(
     mu: Sequence[fem.Function],
     functions: Sequence[fem.Function],
     shares: Sequence[float],
-) -> _Weighed:
+) -> Form:
     """`mu.R` derived by what functions of one space have shares of."""
     space = functions[0].function_space
     constant, test = fem.Constant(space.mesh, np.array(shares)), ufl.TestFunction(space)
     directions = [constant[k] * test for k in range(len(functions))]
-    return _Weighed(form, mu, functions, directions, space, [constant], "weighed")
+    return _weighed(form, mu, functions, directions)
 
 
 def _by_number(
     form: Form, mu: Sequence[fem.Function], changes: Sequence[Change], space: fem.FunctionSpace
-) -> _Weighed:
+) -> Form:
     """`mu.R` derived by a number in each element."""
-    number, more = ufl.TestFunction(space), [c.derivative for c in changes]
-    functions = [c.coefficient for c in changes]
-    return _Weighed(form, mu, functions, [d * number for d in more], space, more, "number")
+    number, functions = ufl.TestFunction(space), [c.coefficient for c in changes]
+    return _weighed(form, mu, functions, [c.derivative * number for c in changes])
 
 
 def _constants_on(changes: Sequence[Change]) -> fem.FunctionSpace:

@@ -21,9 +21,9 @@ from ufl import Form
 from shellmb.arrays import Floats, Ints
 from shellmb.clock import now
 from shellmb.native import library as native
-from shellmb.native.assembler import is_interpreted, is_native
-from shellmb.native.derivatives import CachedDerivative, Derivative
-from shellmb.native.kernels import compile_with_derivatives, together
+from shellmb.native.assembler import is_native
+from shellmb.native.derivatives import derivative
+from shellmb.native.kernels import compile_each, together
 from shellmb.system.assembly.entries import most_entries
 from shellmb.system.assembly.fields import Field, Followers
 from shellmb.system.assembly.following import following
@@ -74,12 +74,12 @@ class BlockSystem:
         b: Residual.
         A: Jacobian, made when it is first requested.
         held: Which local dofs of each field have given values, as markers.
-        residual_forms: Compiled residuals with the numbers of the fields whose rows they have.
-        jacobians: Their compiled derivatives by row and column field.
+        residual_forms: Residuals made ready, with the numbers of the fields whose rows they have.
+        jacobians: Their derivatives by row and column field.
         residuals: What assembles the residuals.
         at_once: What does so and gives the functions their values in one, if anything does.
         exchange: Between unknowns and what this rank sees of them.
-        jit_seconds: Time spent compiling (or finding in the cache) the kernels.
+        jit_seconds: Time spent on making the forms ready, s.
         values: Given values of the fixed unknowns, among those of all owned ones.
         reactions: Residual at the fixed unknowns before they were replaced, aligned with `fixed`.
         follow: Gives functions that follow the fields' ones their values.
@@ -132,7 +132,7 @@ class BlockSystem:
     def _compile(self) -> None:
         self.residual_forms: list[RowForm]
         fields = self.fields
-        derivatives: list[tuple[tuple[int, int], Form | CachedDerivative]] = [
+        derivatives: list[tuple[tuple[int, int], Form]] = [
             (place, form)
             for f in fields
             for term in f.terms
@@ -140,17 +140,17 @@ class BlockSystem:
             for form in forms
         ]
         derivatives += [
-            ((i, j), derivative)
+            ((i, j), by)
             for i, field in enumerate(fields)
             for form in field.residual
-            for j, derivative in self._derivatives(form)
+            for j, by in self._derivatives(form)
         ]
         rows = [
             some
             for k, f in enumerate(fields)
             for some in (*((k,) for _ in f.residual), *(term.rows for term in f.terms))
         ]
-        if is_interpreted():
+        if is_native():
             # what has the same rows and columns is one program
             moving = [f.function for f in fields]
             moving += [f for some in self._followers for f in some.functions]
@@ -158,14 +158,13 @@ class BlockSystem:
             self.residual_forms = [(f, some) for some, own in residuals.items() for f in own]
             self.jacobians = together(derivatives, moving)
             return
-        # all at once: they are compiled side by side
-        made = compile_with_derivatives([*self.forms, *(form for _, form in derivatives)])
+        made = compile_each([*self.forms, *(form for _, form in derivatives)])
         self.residual_forms = [
             (form, some) for form, some in zip(made, rows, strict=False) if form is not None
         ]
         self.jacobians = _by_place([place for place, _ in derivatives], made[len(rows) :])
 
-    def _derivatives(self, form: Form) -> Iterator[tuple[int, Derivative]]:
+    def _derivatives(self, form: Form) -> Iterator[tuple[int, Form]]:
         """Derivatives of a residual by the unknown functions, also by what follows them."""
         coefficients, found = form.coefficients(), set[int]()
         numbers = {f.function: j for j, f in enumerate(self.fields)}
@@ -182,10 +181,10 @@ class BlockSystem:
                 found.add(numbers[function])
                 if shares.any():
                     constant = fem.Constant(function.function_space.mesh, shares)
-                    yield numbers[function], Derivative(form, first, others, constant)
+                    yield numbers[function], derivative(form, first, others, constant)
         for function, j in numbers.items():
             if function in coefficients and j not in found:
-                yield j, Derivative(form, function)
+                yield j, derivative(form, function)
 
     def _set_fixed(self) -> None:
         """Find the fixed unknowns, on whatever field and rank they were named."""
@@ -352,13 +351,13 @@ class BlockSystem:
 
     def symmetric_matrix(
         self,
-        forms: Mapping[tuple[int, int], Sequence[Form | CachedDerivative]] | None,
+        forms: Mapping[tuple[int, int], Sequence[Form]] | None,
         diagonal: float,
     ) -> PETSc.Mat:
         """A matrix of its own without the rows and columns of fixed dofs, as eigenproblems need.
 
         Args:
-            forms: Bilinear forms, or derivatives, by row and column field; None: the Jacobian's.
+            forms: Bilinear forms by row and column field; None: the Jacobian's.
             diagonal: Value on the diagonal of fixed dofs.
         """
         A = self._new_matrix()
@@ -366,7 +365,7 @@ class BlockSystem:
         if forms is not None:
             places = [place for place, parts in forms.items() for _ in parts]
             every = [form for parts in forms.values() for form in parts]
-            kernels = _by_place(places, compile_with_derivatives(every))
+            kernels = _by_place(places, compile_each(every))
         self._assemble(A, kernels, self.held)
         held = self._diagonal.copy()
         held.scale(diagonal)

@@ -13,7 +13,6 @@ from dolfinx import fem
 from ufl import Form
 
 from shellmb.arrays import Floats, Int32s, Ints
-from shellmb.native.derivatives import CachedDerivative
 
 
 @dataclass(frozen=True)
@@ -136,7 +135,7 @@ class ResidualTerm(NamedTuple):
 
     residual: Form
     rows: tuple[int, ...]
-    derivatives: Mapping[tuple[int, int], tuple[Form | CachedDerivative, ...]]
+    derivatives: Mapping[tuple[int, int], tuple[Form, ...]]
 
 
 @dataclass
@@ -146,9 +145,7 @@ class Field:
     Args:
         name: Name for messages.
         function: The unknown function, updated during the solution.
-        residual: Forms that add up to the residual, tested with the function's space. Each is
-        compiled by itself, so
-            that scenes which differ in one of them share the kernels of the others.
+        residual: Forms that add up to the residual, tested with the function's space.
         parts: Named parts.
         fixed: Local dofs with given values (owned and ghost).
         values: Their values, in the order of `fixed`; may be changed between solutions.

@@ -13,7 +13,7 @@ from dolfinx import fem
 
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.frames.linear import build_beam
-from shellmb.native import kernels
+from shellmb.native.expressions import compiled_expression
 from shellmb.scene import Beam, Curve, GeneralSection, Load, ParametricCurve, RectangularSection
 from tests.forms.conftest import compiled
 
@@ -114,7 +114,7 @@ class BeamSample:
         """Values of an expression at points of each element."""
         domain = self.body.domain.mesh
         cells = np.arange(domain.topology.index_map(1).size_local, dtype=np.int32)
-        made = fem.Expression(expression, points, jit_options=kernels.JIT_OPTIONS)
+        made = compiled_expression(expression, points)
         return np.asarray(made.eval(domain, cells))
 
 
