@@ -34,7 +34,7 @@ def train(couplings: Any, torque: float = 0.4, **more: Any) -> sm.Scene:
         rigid_bodies=[*wheels, rack],
         joints=joints,
         couplings=couplings,
-        force_elements=[motor, *more.pop("elements", ())],
+        force_elements=[motor, *more.pop("force_elements", ())],
         **options,
     )
 
@@ -109,7 +109,7 @@ def test_springs_act_through_gears_in_statics() -> None:
     spring = sm.JointSpring("spring", "on_b", stiffness=3.0)
     rest = [sm.JointSpring(f"rest_{n}", n, stiffness=1.0) for n in ("on_c", "slide")]
     gear = sm.Gear("gear", "on_a", "on_b", ratio=-0.5)
-    scene = train(gear, elements=[spring, *rest], scheme="static", dt=None, t_end=None)
+    scene = train(gear, force_elements=[spring, *rest], scheme="static", dt=None, t_end=None)
     end = sm.run(scene, pictures=False).history.iloc[-1]
     assert end["on_a.rotation"] == pytest.approx(0.4 / (0.25 * 3.0), rel=1e-9)
     assert end["gear.on_a.torque"] == pytest.approx(-0.4, rel=1e-9)
