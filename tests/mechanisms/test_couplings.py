@@ -34,7 +34,7 @@ def train(couplings: Any, torque: float = 0.4, **more: Any) -> sm.Scene:
         rigid_bodies=[*wheels, rack],
         joints=joints,
         couplings=couplings,
-        force_elements=[motor, *more.pop("force_elements", ())],
+        force_elements=[motor, *options.pop("force_elements", ())],
         **options,
     )
 
