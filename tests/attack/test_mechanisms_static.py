@@ -339,11 +339,11 @@ def test_coordinates_are_in_the_unit_of_the_scene(size: float) -> None:
     assert model.length == pytest.approx(size * np.sqrt(1.5))
 
 
-def test_a_motion_is_refused_before_anything_is_compiled(monkeypatch: pytest.MonkeyPatch) -> None:
-    def compiled(forms: Any) -> None:
-        raise AssertionError("forms were compiled")
+def test_a_motion_is_refused_before_steps_are_made_ready(monkeypatch: pytest.MonkeyPatch) -> None:
+    def read(forms: Any) -> None:
+        raise AssertionError("forms of steps were read")
 
-    monkeypatch.setattr("shellmb.system.assembly.blocks.compile_with_derivatives", compiled)
+    monkeypatch.setattr("shellmb.system.assembly.blocks.together", read)
     with pytest.raises(SceneError, match="nothing holds"):
         Simulation(Scene("s", **FREE["a plane of symmetry"][0]))
 
