@@ -73,7 +73,8 @@ def test_snap_through_and_snap_back(scheme, alpha, watch, worst) -> None:
     # the mirrored arch is at -2: well beyond it, and back
     lowest = int(np.argmin(z))
     assert z[lowest] < -2.5 and z[lowest:].max() > -0.2
-    worst("steps that had to be repeated", watched.rejected, 1)
+    # of 80: one where the arch jumps, in EP
+    worst("steps that had to be repeated", watched.rejected, 3)
 
 
 def _growth(stiffness: float, force: float, mass: float, length: float) -> float:
