@@ -278,7 +278,7 @@ def test_a_branch_comes_back_and_is_left_again() -> None:
 
     Along the branch no eigenvalue changes sign there; the load turns round.
     """
-    roof = hinged_roof.scene(whole=True).with_options(mesh=(4, 2))
+    roof = hinged_roof.scene(whole=True).with_options(mesh=(6, 3))
     symmetric = execute(replace(roof, path=PathFollowing(load_end=0.8))).simulation.path
     path = PathFollowing(load_end=0.8, branches="switch", switches=2, side=-1)
     tilting = execute(replace(roof, path=path)).simulation.path

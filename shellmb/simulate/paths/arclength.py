@@ -406,7 +406,8 @@ class PathSteps:
         """Say that a step failed where what is prescribed turns round, if it does there."""
         if not self._given:
             return error
-        ends = self.factor, self.factor + dt * self.rate
+        # along a parabola twice as far as the tangent tells, where the step would just end
+        ends = self.factor, self.factor + 2.5 * dt * self.rate
         here, there = (self._problem.follow_given(factor) for factor in ends)
         if self.bordered.dot(here, there) >= 0:
             return error
