@@ -57,7 +57,7 @@ m, I = constant(RHO * THICK), constant(RHO * THICK**3 / 12)  # noqa: E741 (the p
 G, N0 = (constant(THICK * k) for k in (5 / 6 * E / (2 * (1 + NU)), plane_stress[0, 0]))  # N0: scale
 # share of the shear energy that strains have, by the sides of elements, which are all alike
 l1, l2 = LENGTH / PLATE.mesh[0], WIDTH / PLATE.mesh[1]
-a = constant(1 / (1 + 5 * (l1**2 + l2**2) / THICK**2))
+a = constant(1 / (1 + (l1**2 + l2**2) / 2 / THICK**2))
 
 # Unknowns q: displacement u (4), change w of the director E3 = D + w, independent forces N/N0 of
 # the elements (docs/theory/shells.md), discontinuous, and the multiplier lam of |E3| = 1.
