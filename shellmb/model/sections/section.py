@@ -25,7 +25,7 @@ from shellmb.scene.shells.lamination import Layup
 # slenderness: it resists what the forces do not see. With 0.1, strips and clamped plates bend more
 # freely (by 0.03/n^2 and 1 %), but elements of compressed shells buckle one by one at a third of
 # the load; with more than 1 thin distorted elements bend less easily
-SHARES = {"quadrilateral": 1.0, "triangle": 3.0}
+SHARES = {"quadrilateral": 1.0, "triangle": 4.0}
 
 # compliance of constrained strains relative to that of the section for shear: on many meshes
 # constraints imply one another, and their forces would not be unique
