@@ -57,7 +57,7 @@ m, I = constant(RHO * THICK), constant(RHO * THICK**3 / 12)  # noqa: E741 (the p
 G, N0 = (constant(THICK * k) for k in (5 / 6 * E / (2 * (1 + NU)), plane_stress[0, 0]))  # N0: scale
 # share of the shear energy that strains have, by the sides of elements, which are all alike
 l1, l2 = LENGTH / PLATE.mesh[0], WIDTH / PLATE.mesh[1]
-a = constant(1 / (1 + (l1**2 + l2**2) / 2 / THICK**2))
+a = constant(1 / (1 + 5 * (l1**2 + l2**2) / THICK**2))
 
 # Unknowns q: displacement u (4), change w of the director E3 = D + w, independent forces N/N0 of
 # the elements (docs/theory/shells.md), discontinuous, and the multiplier lam of |E3| = 1.
@@ -195,6 +195,6 @@ def tip_history(scheme, steps):
 
 if __name__ == "__main__":
     # the package's last step: tests/golden/test_by_hand.py compares all
-    for scheme, last in ((ep, 2.743533140084e-03), (ep4, 2.765995215501e-03)):
+    for scheme, last in ((ep, 2.742674808275e-03), (ep4, 2.757518535561e-03)):
         print(scheme.__name__, tip_z := tip_history(scheme, 20)[:, 2])
         assert abs(tip_z[-1] / last - 1) < 1e-10

@@ -22,10 +22,10 @@ from shellmb.scene import Hyperelastic, LinearSection, Shell
 from shellmb.scene.shells.lamination import Layup
 
 # Share of the transverse shear energy that displacements have, per square of an element's
-# slenderness: it resists what the forces do not see. With 0.1, strips and clamped plates bend more
-# freely (by 0.03/n^2 and 1 %), but elements of compressed shells buckle one by one at a third of
-# the load; with more than 1 thin distorted elements bend less easily
-SHARES = {"quadrilateral": 1.0, "triangle": 4.0}
+# slenderness: it resists what the forces do not see. With ten times as much strips and clamped
+# plates bend less freely (by 0.03/n^2 and 1 %); with less than that, elements of compressed curved
+# shells may buckle one by one on coarse meshes (docs/limits.md)
+SHARES = {"quadrilateral": 0.1, "triangle": 4.0}
 
 # compliance of constrained strains relative to that of the section for shear: on many meshes
 # constraints imply one another, and their forces would not be unique
