@@ -212,6 +212,12 @@ class LinearMixed:
         ]
         return [sum(whole), *(ufl.dot(stress, e) for stress in self.taken(N))]
 
+    def unseen(self, e: Expr, N: Expr) -> Expr:
+        """Energy of the shear of displacements that forces do not see."""
+        (_, gam), (_, Q) = split(membrane_shear(e)), split(self.tying.force(N))
+        rest = gam - self.G_inv * Q
+        return self.a * ufl.dot(rest, self.G * rest) / 2
+
     def resultants(self, strain: Measure, layout: Layout, q: Expr) -> Expr:
         """Resultants N/m and moments N of a state, shape (8,)."""
         return self.joined(strain.value(q), self.forces(layout, q))
@@ -329,6 +335,11 @@ class LinearOwn:
         _, moved = split(membrane_shear(e))
         shear = (1 - self.a) * ufl.dot(Q, gam) + self.a * ufl.dot(self.shared * moved, moved)
         return [(ufl.dot(n, eps) + ufl.dot(m, bending(e)) + shear) / 2]
+
+    def unseen(self, e: Expr, N: Expr) -> Expr:
+        """Energy of the shear of displacements that strains of the cells do not have."""
+        (_, gam), (_, own) = split(membrane_shear(e)), split(self.tying.strain(self._strain(N)))
+        return self.a * ufl.dot(self.shared * (gam - own), gam - own) / 2
 
     def resultants(self, strain: Measure, layout: Layout, q: Expr) -> Expr:
         """Resultants N/m and moments N of a state, shape (8,)."""

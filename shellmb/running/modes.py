@@ -12,6 +12,7 @@ from mpi4py import MPI
 
 from shellmb.arrays import Floats
 from shellmb.barrier import arrive
+from shellmb.diagnostics.elements.lone_modes import lone_modes
 from shellmb.errors import petsc_in_words
 from shellmb.guarding.writing import make_folder, write_text
 from shellmb.model.model import Model
@@ -27,7 +28,7 @@ from shellmb.running.standard import FIELDS, SUMMARY
 from shellmb.scene import Scene
 from shellmb.simulate.buckling import linear_buckling
 from shellmb.stopping import STOPPING
-from shellmb.vibration import Modes, Shape, mode_shape
+from shellmb.vibration import Modes, Shape, mode_shape, parts_of
 
 
 def find_modes(
@@ -191,11 +192,12 @@ def find_buckling(
         STOPPING.renew()
         found = linear_buckling(scene, comm, count)
         shapes = [mode_shape(found.system, found.model, vector) for vector in found.vectors]
+        warnings = lone_modes(found.model, parts_of(found.system, found.vectors))
         summary: dict[str, Any] = {
             "scene": scene.name,
             "load_factors": found.factors,
             "negative_load_factor": found.negative,
-            "warnings": [],
+            "warnings": warnings,
             "unknowns": found.system.size,
             "elements": found.model.elements,
             "ranks": comm.size,
@@ -211,4 +213,4 @@ def find_buckling(
 
             draw_directory(directory)
         arrive(comm)
-    return BucklingModes(found.factors, found.negative, shapes, [])
+    return BucklingModes(found.factors, found.negative, shapes, warnings)

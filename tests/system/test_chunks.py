@@ -33,7 +33,7 @@ def part(scheme: str, **body: Shell | Beam) -> MeshReduction:
 
 @pytest.mark.parametrize(("scheme", "stages"), [("ep", 1), ("ed", 2)])
 def test_membrane_and_shear_forces_of_a_plate_are_apart(scheme, stages) -> None:
-    """Two of them at each of four points; thirteen without and three with a mean; of both stages."""
+    """Two at each of four points; thirteen without and three with a mean; of both stages."""
     assert sorted(part(scheme, shells=plate(RUBBER)).chunks.widths) == stages * [8] + stages * [16]
 
 
