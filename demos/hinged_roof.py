@@ -12,7 +12,7 @@ symmetry: the whole thin roof (`--set whole=True`) has a bifurcation before its 
 """
 
 # KIND: statics and paths
-# CI: shellmb run hinged_roof --mesh 4x4 --check
+# CI: shellmb run hinged_roof --mesh 6x6 --check
 # CI: shellmb run hinged_roof --set thickness=6.35 --set plies=90/0/90 --check --out r4
 # CI: shellmb run hinged_roof --set thickness=6.35 --set plies=0/90/0 --check --no-pictures --out r5
 # CI: shellmb run hinged_roof --set thickness=6.35 --set whole=True --check --no-pictures --out r7
