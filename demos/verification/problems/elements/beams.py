@@ -117,7 +117,7 @@ def straight_beam(mesh: Mesh, shape: str) -> Values:
 @problem(
     "curved beam",
     f"{MACNEAL}; in plane: plane stress, elements of degree 6 (theirs is 1.4 % less)",
-    Row((6, 1), (0.998, 0.972), (0.986, 0.887)),
+    Row((6, 1), (0.998, 0.958), (0.986, 0.887)),
     Row((12, 2), (0.999, 0.991), (0.997, 0.915)),
 )
 def curved_beam(mesh: Mesh) -> Values:

@@ -132,15 +132,15 @@ def hypar(
 @problem(
     "hypar",
     "Bathe, Iosilevich & Chapelle, Comput. Struct. 75 (2000) 1-30",
-    Row((16, 8), 0.997, 0.992, given={"thickness": 1e-2}),
-    Row((16, 8), 1.016, 0.996, given={"thickness": 1e-3}),
-    Row((16, 8), 1.042, 1.006, given={"thickness": 1e-4}),
-    Row((32, 16), 1.000, 0.997, given={"thickness": 1e-3}),
-    Row((32, 16), 1.015, 1.005, given={"thickness": 1e-4}),
-    Row((16, 8), 0.974, 0.989, MOVED, {"thickness": 1e-3}),
-    Row((16, 8), 0.593, 0.938, MOVED, {"thickness": 1e-4}),
-    Row((32, 16), 0.994, 0.996, MOVED, {"thickness": 1e-3}),
-    Row((32, 16), 0.905, 0.998, MOVED, {"thickness": 1e-4}),
+    Row((16, 8), 0.997, 0.988, given={"thickness": 1e-2}),
+    Row((16, 8), 0.991, 0.985, given={"thickness": 1e-3}),
+    Row((16, 8), 1.019, 0.996, given={"thickness": 1e-4}),
+    Row((32, 16), 0.997, 0.993, given={"thickness": 1e-3}),
+    Row((32, 16), 0.998, 0.997, given={"thickness": 1e-4}),
+    Row((16, 8), 0.945, 0.982, MOVED, {"thickness": 1e-3}),
+    Row((16, 8), 0.446, 0.943, MOVED, {"thickness": 1e-4}),
+    Row((32, 16), 0.992, 0.993, MOVED, {"thickness": 1e-3}),
+    Row((32, 16), 0.871, 0.994, MOVED, {"thickness": 1e-4}),
 )
 def half_hypar(mesh: Mesh, thickness: float) -> Values:
     """A hyperbolic paraboloid clamped along a side, under its weight; a half of it."""
