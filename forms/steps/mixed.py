@@ -75,6 +75,10 @@ class Formulation(Protocol):
         """Half the work of the stress jump on the strain jump, elastic part of eq. (34)."""
         ...
 
+    def unseen(self, strain: Measure, layout: Layout, q: Expr) -> Expr:
+        """Energy of the shear that displacements have beyond the cells."""
+        ...
+
     @property
     def N0(self) -> Expr:
         """Scale of the forces of the cells."""
@@ -117,6 +121,11 @@ def assumed(strain: Measure, layout: Layout) -> Measure:
         return ufl.as_vector([own[0], own[1], own[2], kap[0], kap[1], kap[2], own[3], own[4]])
 
     return strain.beside(lambda q: layout.forces(q, "S"), join)
+
+
+def not_assumed(strain: Measure, layout: Layout, q: Expr) -> Expr:
+    """Strains of the displacements that those of the cells do not have, shape (8,)."""
+    return strain.value(q) - assumed(strain, layout).value(q)
 
 
 @dataclass(frozen=True)
@@ -212,10 +221,10 @@ class LinearMixed:
         ]
         return [sum(whole), *(ufl.dot(stress, e) for stress in self.taken(N))]
 
-    def unseen(self, e: Expr, N: Expr) -> Expr:
+    def unseen(self, strain: Measure, layout: Layout, q: Expr) -> Expr:
         """Energy of the shear of displacements that forces do not see."""
-        (_, gam), (_, Q) = split(membrane_shear(e)), split(self.tying.force(N))
-        rest = gam - self.G_inv * Q
+        _, gam = split(membrane_shear(strain.value(q)))
+        rest = gam - self.G_inv * split(self.tying.force(self.forces(layout, q)))[1]
         return self.a * ufl.dot(rest, self.G * rest) / 2
 
     def resultants(self, strain: Measure, layout: Layout, q: Expr) -> Expr:
@@ -336,10 +345,10 @@ class LinearOwn:
         shear = (1 - self.a) * ufl.dot(Q, gam) + self.a * ufl.dot(self.shared * moved, moved)
         return [(ufl.dot(n, eps) + ufl.dot(m, bending(e)) + shear) / 2]
 
-    def unseen(self, e: Expr, N: Expr) -> Expr:
+    def unseen(self, strain: Measure, layout: Layout, q: Expr) -> Expr:
         """Energy of the shear of displacements that strains of the cells do not have."""
-        (_, gam), (_, own) = split(membrane_shear(e)), split(self.tying.strain(self._strain(N)))
-        return self.a * ufl.dot(self.shared * (gam - own), gam - own) / 2
+        _, rest = split(membrane_shear(not_assumed(strain, layout, q)))
+        return self.a * ufl.dot(self.shared * rest, rest) / 2
 
     def resultants(self, strain: Measure, layout: Layout, q: Expr) -> Expr:
         """Resultants N/m and moments N of a state, shape (8,)."""

@@ -218,33 +218,20 @@ def seal(library: Path) -> None:
         os.fchmod(file.fileno(), stat.S_IMODE(os.fstat(file.fileno()).st_mode) & ~OTHERS)
 
 
-# files that are whole, by what would change with them
-_WHOLE: set[tuple[int, ...]] = set()
-
-
 def is_whole(library: Path) -> bool:
-    """Decide whether a library is there, ours, and as it was written; looked at once.
+    """Decide whether a library is there, ours, and as it was written.
 
     Args:
         library: Its file.
     """
     try:
         found = library.stat()
-        key = (found.st_dev, found.st_ino, found.st_size, found.st_mtime_ns)
-        if key in _WHOLE:
-            return True
         ours = found.st_uid in (os.getuid(), 0) and not other_writers(library, found)
         if not (stat.S_ISREG(found.st_mode) and ours):
             return False
         content = library.read_bytes()
     except OSError:
         return False
-    end = len(MARK) + 8
-    # a file without a cut may hold another kernel, or code for another machine
-    whole = is_library(content) and library.stem.encode() in content
-    # earlier versions wrote no checksum
-    if content[-end:-8] == MARK:
-        whole &= b"%08x" % zlib.crc32(memoryview(content)[:-end]) == content[-8:]
-    if whole:
-        _WHOLE.add(key)
-    return whole
+    checksum = MARK + b"%08x" % zlib.crc32(memoryview(content)[: -len(MARK) - 8])
+    # a file without a cut may hold code for another machine
+    return is_library(content) and library.stem.encode() in content and content.endswith(checksum)

@@ -20,7 +20,7 @@ from ufl import Form
 
 from shellmb.arrays import Floats
 from shellmb.native.assembler import is_native
-from shellmb.native.derivatives import by_directions
+from shellmb.native.derivatives import by_directions, by_shares
 from shellmb.native.kernels import compile_all, compile_each
 from shellmb.simulate.problem import Problem
 from shellmb.system.assembly.fields import Field
@@ -43,24 +43,16 @@ class Change(NamedTuple):
     derivative: fem.Function
 
 
-def _weighed(
-    form: Form,
-    mu: Sequence[fem.Function],
-    functions: Sequence[fem.Function],
-    directions: Sequence[Any],
-) -> Form:
-    """`mu.R` of one form, derived by functions that it depends on; it may be empty.
+def _weighed(form: Form, mu: Sequence[fem.Function]) -> Form:
+    """`mu.R` of one form.
 
     Args:
         form: The form.
         mu: Multipliers of its rows, in the place of test functions.
-        functions: What it is derived by.
-        directions: Changes of these, linear in a test function.
     """
     (test,) = form.arguments()
     parts = [m[n] for m in mu for n in range(m.ufl_shape[0])]
-    put = mu[0] if len(mu) == 1 else ufl.as_vector(parts)
-    return by_directions(ufl.replace(form, {test: put}), functions, directions)
+    return ufl.replace(form, {test: mu[0] if len(mu) == 1 else ufl.as_vector(parts)})
 
 
 class _Placed(NamedTuple):
@@ -241,8 +233,8 @@ def _by_state(
     """`mu.R` derived by what functions of one space have shares of."""
     space = functions[0].function_space
     constant, test = fem.Constant(space.mesh, np.array(shares)), ufl.TestFunction(space)
-    directions = [constant[k] * test for k in range(len(functions))]
-    return _weighed(form, mu, functions, directions)
+    weights = [constant[k] for k in range(len(functions))]
+    return by_shares(_weighed(form, mu), functions, weights, test)
 
 
 def _by_number(
@@ -250,7 +242,7 @@ def _by_number(
 ) -> Form:
     """`mu.R` derived by a number in each element."""
     number, functions = ufl.TestFunction(space), [c.coefficient for c in changes]
-    return _weighed(form, mu, functions, [c.derivative * number for c in changes])
+    return by_directions(_weighed(form, mu), functions, [c.derivative * number for c in changes])
 
 
 def _constants_on(changes: Sequence[Change]) -> fem.FunctionSpace:
