@@ -46,7 +46,7 @@ class Tying(NamedTuple):
         F: Jacobian in the local basis, shape (2, 2), m.
         turn: Cosine and sine of the angle from `e1` to the direction of the constants; None:
             there are no constants.
-        size: Size of the cell over that of the reference cell, m^2.
+        size: Mean square of the sides of the cell, m^2.
         weights: Components of an element's values that are `z`.
         polynomials: Those that are `p`.
         constants: Those that are `c`.
@@ -131,7 +131,7 @@ def tying(
         jacobian: Jacobian of the reference surface, shape (3, 2).
         surf: Its local basis.
         direction: A direction of each cell, shape (3,), for its constants; None: it has none.
-        size: Size of the cell over that of the reference cell, m^2.
+        size: Mean square of the sides of the cell, m^2.
         components: Components of an element's values: weights, polynomials, constants.
         rules: As of `Tying`.
     """

@@ -85,13 +85,6 @@ def shell_forces(cell: CellType, degree: int) -> Forces:
     return _triangle() if cell == CellType.triangle else _quadrilateral(degree)
 
 
-def cell_sizes(domain: mesh.Mesh) -> Floats:
-    """Size of each cell of this rank over that of the reference cell, ghosts included, m^2."""
-    points, weights = _quadrature(domain.basix_cell(), 4)
-    first, second = _tangents(domain, points)
-    return np.linalg.norm(np.cross(first, second), axis=-1) @ (weights / weights.sum())
-
-
 def cell_squares(domain: mesh.Mesh) -> Floats:
     """Sum of the squares of the sides of each cell of this rank over four, ghosts included, m^2."""
     sides = np.array(basix.topology(domain.basix_cell())[1])

@@ -23,7 +23,7 @@ from shellmb.meshes.directors import reference_director
 from shellmb.meshes.mesh import SurfaceMesh
 from shellmb.meshes.shared import space_on
 from shellmb.meshes.spaces import NO_PARTS, MixedSpace, shell_space
-from shellmb.meshes.tying import cell_directions, cell_sizes, shell_forces
+from shellmb.meshes.tying import cell_directions, cell_squares, shell_forces
 from shellmb.model.body import (
     FixedDofs,
     NodeLink,
@@ -257,7 +257,7 @@ def bind_tying(domain: mesh.Mesh, degree: int, surf: Surface) -> Tying:
     direction = None
     if forces.constants:
         direction = _per_cell(domain, cell_directions(domain), 3)
-    size = _per_cell(domain, cell_sizes(domain), 1)
+    size = _per_cell(domain, cell_squares(domain), 1)
     components = forces.weights, forces.polynomials, forces.constants
     rules = tuple(rule.strains for rule in forces.rules)
     return tying(ufl.Jacobian(domain), surf, direction, size, components, rules)
