@@ -20,8 +20,8 @@ from shellmb.system.assembly.functionals import functionals
 # part of a mode's strain energy: of quadrilaterals 0.04 to 0.98 where elements buckle, and at most
 # 0.002 where shells do; of triangles up to 0.11 in modes that the mesh hardly has
 BOUNDS = {"quadrilateral": 0.02, "triangle": 0.15}
-# change of the directors up to which energies are squares
-SMALL = 1e-4
+# displacements over the thickness, and changes of directors, at which energies are squares
+SMALL = 1e-2
 
 
 def lone_modes(model: Model, modes: Iterable[Callable[[str], Floats]]) -> list[str]:
@@ -34,18 +34,19 @@ def lone_modes(model: Model, modes: Iterable[Callable[[str], Floats]]) -> list[s
     modes, said = list(modes), []
     for name, body in model.shells.items():
         bound = BOUNDS[body.mixed.space.mesh.topology.cell_name()]
-        mode, directors = fem.Function(body.mixed.space), body.mixed.dofs["w"]
+        mode, dofs = fem.Function(body.mixed.space), body.mixed.dofs
+        thickness = body.section.sizes.thickness
         at = body.strain, body.layout, mode
         formulation = body.section.formulation
         unseen, stored = formulation.unseen(*at), formulation.energy(*at)
         energies = functionals([[body.integrate([unseen])], [body.integrate(stored)]], model.comm)
         found = []
         for number, part in enumerate(modes, start=1):
-            turned = np.abs(part(name)[directors]).max(initial=0.0)
-            turned = model.comm.allreduce(turned, op=MPI.MAX)
-            if not turned:
+            sizes = (np.abs(part(name)[dofs[k]]).max(initial=0.0) for k in ("u", "w"))
+            moved, turned = (model.comm.allreduce(size, op=MPI.MAX) for size in sizes)
+            if not (size := max(moved / thickness, turned)):
                 continue
-            mode.x.array[:] = SMALL / turned * part(name)
+            mode.x.array[:] = SMALL / size * part(name)
             hidden, whole = map(float, energies())
             if hidden > bound * whole > 0:
                 found.append((hidden / whole, number))
