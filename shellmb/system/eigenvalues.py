@@ -21,6 +21,10 @@ FALSE = 1e-2
 # multiples of the shift: eigenvalues beyond one are looked at so, and none is beyond the other
 LARGE, INFINITE = 1e3, 1e12
 
+# Eigenvalues below this fraction of the shift are zero. Where the lowest other one is large, the
+# inverse hardly tells eigenvalues apart, and the shift moves to this fraction of that one
+ZERO, NEARER = 1e-3, 0.1
+
 
 def eigenpairs(
     K: PETSc.Mat, M: PETSc.Mat, count: int, shift: float, symmetric: bool
@@ -73,6 +77,9 @@ def eigenpairs(
         size = abs(value / shift)
         if size < LARGE or (size < INFINITE and _left(value, vector, imaginary, K, M) < FALSE):
             pairs.append((value, imaginary if value.imag < 0 else vector))
+    lowest = min((size for v, _ in pairs if (size := abs(v / shift)) > ZERO), default=0.0)
+    if lowest > LARGE:
+        return eigenpairs(K, M, count, NEARER * lowest * shift, symmetric)
     if len(pairs) < count:
         raise TooFewModesError(count, len(pairs))
     pairs.sort(key=lambda pair: (pair[0].real, -pair[0].imag))

@@ -90,6 +90,28 @@ def test_point_support_does_not_wake_hourglass_modes() -> None:
         assert np.max(np.abs(shape["plate"][:, :2])) < 1e-3
 
 
+@pytest.mark.parametrize("cell", ["quad", "tri"])
+def test_what_is_stiffer_by_ten_orders_than_bending_is_found_whole(cell: str) -> None:
+    """Kind: frequencies far above those of bending, by which they were searched; double ones.
+
+    A free square sheet that moves in its plane: none of its frequencies depends on its thickness.
+    """
+
+    def sheet(thickness: float, count: int) -> np.ndarray:
+        section = Isotropic(1.0, 0.3, thickness=thickness, density=1.0)
+        areas = {"all": lambda x: x[0] > -1}
+        shell = Shell("sheet", Rectangle(1.0, 1.0), section, mesh=(4, 4), cell=cell, areas=areas)
+        held = Fixed("all", (None, None, 0.0))
+        scene = Scene("sheet", shell, supports=held, scheme="ep", dt=1.0, t_end=1.0)
+        return natural_modes(scene, count=count).omega
+
+    thick, thin = sheet(1e-2, 9), sheet(1e-5, 9)
+    assert thick[4] == pytest.approx(thick[5], rel=1e-10)
+    # directors of thicker ones swing at other frequencies, far above these
+    assert thin[3:] == pytest.approx(thick[3:], rel=1e-8)
+    assert sheet(1e-5, 5)[3:] == pytest.approx(thick[3:5], rel=1e-8)
+
+
 def test_count_must_be_positive() -> None:
     """Asking for no mode is an error."""
     with pytest.raises(SceneError, match="count is 0"):
