@@ -126,7 +126,7 @@ def cards() -> str:
         for kind, names in ({FIRST: []} | kinds()).items()
     }
     return "\n\n".join(
-        f"## {title[0].upper()}{title[1:]}\n\n````{{grid}} 1 2 3 3\n:gutter: 2\n\n"
+        f"## {title[0].upper()}{title[1:]}\n\n````{{grid}} 1 2 2 2\n:gutter: 2\n\n"
         + "\n\n".join(made)
         + "\n````"
         for title, made in groups.items()

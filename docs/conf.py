@@ -130,6 +130,8 @@ def _end(app: Any, exception: Exception | None) -> None:
 def setup(app: Any) -> None:
     """Hooks of Sphinx."""
     _begin(app)
+    # it only adds files, and does not say that pages may be read two at a time (`-j 2`)
+    app.extensions["sphinx-mathjax-offline"].parallel_read_safe = True
     app.connect("build-finished", _end)
     app.connect("builder-inited", _commands)
     app.connect("autodoc-process-docstring", _markdown, priority=100)
