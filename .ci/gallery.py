@@ -6,7 +6,7 @@
     python .ci/gallery.py --check           # fails if the page has other cards
 
 A card has a picture (`.ci/cards.py`), the first line of the demo, and the processor time of the
-command with cached kernels. Demos that draw a figure of their own show that figure.
+command with compiled loops. Demos that draw a figure of their own show that figure.
 """
 
 from __future__ import annotations

@@ -1,6 +1,8 @@
 """Documentation of shellmb: Sphinx with MyST, tutorials executed when it is built (myst-nb).
 
-    uv run --group docs sphinx-build -W --keep-going docs docs/_build/html
+    uv run --group docs sphinx-build -W --keep-going -j 2 docs docs/_build/html
+
+The first build executes the tutorials, two at a time: about five minutes of processor time in all.
 
 Sphinx, as FEniCSx itself uses it: equations, cross references that are checked, an API reference
 from docstrings, and tutorials that are text files which run.
