@@ -125,7 +125,7 @@ def test_sentences_of_numbers_that_are_given() -> None:
     assert "dissipates 40% of the energy" in caution.says
     assert "75% of it in rigid body 'rotor'" in caution.says
     (caution,) = judged(Drift, **drifts(2e-3, ANGULAR))
-    assert caution.says.startswith("angular momentum drifts by 2.0e-03 of")
+    assert caution.says.startswith("angular momentum has an unexplained error of 0.2 % (rel")
     assert "turns most, by up to 0.5 rad in a step" in caution.says
     (caution,) = judged(Alternating, history=alternating(0.3))
     assert "by 0.3 times its mean over two" in caution.says
