@@ -242,3 +242,35 @@ def test_dampers_see_the_velocity_of_what_they_are_at(scheme: Any) -> None:
     right = (spin - late) * inertia / c * (1 - decay) + late * times + slope * times**2 / 2
     errors = [np.abs(angle(dt) - right).max() for dt in (0.02, 0.01)]
     assert errors[1] < 2e-3 and errors[0] / errors[1] > 3.5
+
+
+def test_friction_sees_the_velocity_of_what_slides() -> None:
+    """A ball slides on the ground until it nearly stops, in schemes with other equations."""
+
+    def slide(scheme: str) -> float:
+        deep = 0.6 * 9.81 / 2e4
+        ground = sm.Contact(
+            "ground",
+            sm.Plane(normal=(0, 0, 1)),
+            stiffness=2e4,
+            radius=0.12,
+            friction=0.4,
+            slip_speed=0.05,
+            preloaded=True,
+        )
+        scene = sm.Scene(
+            "slide",
+            rigid_bodies=sm.RigidBody(
+                "ball", 0.6, (2e-3, 2e-3, 2e-3), position=(0, 0, 0.12 - deep)
+            ),
+            loads=sm.Gravity(),
+            initial=sm.InitialVelocity(linear=(0.5, 0, 0)),
+            contacts=ground,
+            probes=sm.Probe("x", "center", component=0),
+            scheme=scheme,
+            dt=1e-3,
+            t_end=0.1,
+        )
+        return float(sm.run(scene, progress=False).history["x"].iloc[-1])
+
+    assert abs(slide("generalized-alpha") / slide("ep4") - 1) < 3e-5
