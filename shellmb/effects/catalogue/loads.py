@@ -6,7 +6,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
-from shellmb.effects.catalogue.parts import Flexible, chosen, drop, flexible, replaced, use_of_parts
+from shellmb.effects.catalogue.parts import (
+    Flexible,
+    chosen,
+    drop,
+    flexible,
+    replaced,
+    use_of_parts,
+)
 from shellmb.effects.effect import Change, Effect, Use, names, refuse, whole
 from shellmb.scene import (
     FollowerEdgeForce,
