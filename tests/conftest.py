@@ -120,6 +120,8 @@ def pytest_collection_finish(session: pytest.Session) -> None:
     """What is there before the tests stays: to look through it took a twentieth of all time."""
     gc.collect()
     gc.freeze()
+    # forms are trees of many small objects, few of which are garbage
+    gc.set_threshold(5000, 10, 10)
 
 
 @pytest.fixture(autouse=True, scope="module")
