@@ -68,14 +68,13 @@ def symmetric(**more: Any) -> Scene:
     return replace(given, supports=(*given.supports, SymmetryPlane("bottom", (0, 1, 0))))
 
 
-def rods(*kinds: str) -> Callable[..., Scene]:
+def rods(kinds: dict[str, tuple[type[Any], dict[str, Any]]]) -> Callable[..., Scene]:
     """Of each kind of joint a rod on a spherical joint, and one that hangs from it by that kind."""
 
     def made(**scheme: Any) -> Scene:
         bodies: list[RigidBody] = []
         joints: list[Any] = []
-        for k, name in enumerate(kinds):
-            kind, more = KINDS[name]
+        for k, (name, (kind, more)) in enumerate(kinds.items()):
             a, b, y = f"a {name}", f"b {name}", 2.0 * k
             bodies += [
                 RigidBody(a, 1.0, (0.01, 0.1, 0.1), position=(0.3, y, 0)),
@@ -166,8 +165,8 @@ MOVING: dict[str, Callable[..., Scene]] = {
     "mechanism": driven,
     "glue by directors": stiffened("director"),
     "glue by joints": stiffened("revolute"),
-    "every joint": rods(*KINDS),
-    **{name: rods(name) for name in KINDS},
+    "every joint": rods(KINDS),
+    **{name: rods({name: kind}) for name, kind in KINDS.items()},
 }
 
 
