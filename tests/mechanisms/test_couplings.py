@@ -28,7 +28,7 @@ def train(couplings: Any, torque: float = 0.4, **more: Any) -> sm.Scene:
     joints = [sm.Revolute(f"on_{w.name}", sm.GROUND, w.name, axis=Z, at=w.position) for w in wheels]
     joints += [sm.Prismatic("slide", sm.GROUND, "rack", at=(0.0, 1.0, 0.0), axis=(1, 0, 0))]
     motor = sm.Motor("motor", "on_a", lambda angle, rate, t: torque + 0 * angle)
-    options: Any = {"scheme": "ep4", "dt": 0.05, "t_end": 0.5} | more
+    options: Any = {"scheme": "ep", "dt": 0.05, "t_end": 0.5} | more
     return sm.Scene(
         "train",
         rigid_bodies=[*wheels, rack],
