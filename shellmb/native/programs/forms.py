@@ -181,8 +181,8 @@ class Program:
         return float(number)
 
 
-def interpreted(form: Form, moving: Collection[Any] = ()) -> fem.Form:
-    """A form whose kernels are programs.
+def interpreted(form: Form, moving: Collection[Any] = ()) -> fem.Form | None:
+    """A form whose kernels are programs; None for a bilinear one that vanishes.
 
     Args:
         form: One that is not empty, over one mesh.
@@ -208,12 +208,15 @@ def interpreted(form: Form, moving: Collection[Any] = ()) -> fem.Form:
     elements = [space.ufl_element() for space in spaces]
     columns = elements[1].dim if len(elements) == 2 else 1
     static, steady, coordinates = _steady(ufl_domain, coefficients, moving)
-    programs = []
+    rules = []
     for number, key in enumerate(order):
         place = form.signature(), number, tuple(static)
         if place not in READ:
             READ[place] = rules_of(groups[key], coefficients, constants, elements, static)
-        programs.append(Program(READ[place], len(spaces), columns, steady, coordinates))
+        rules.append(READ[place])
+    if len(spaces) == 2 and not any(rule.parts for some in rules for rule in some):
+        return None
+    programs = [Program(some, len(spaces), columns, steady, coordinates) for some in rules]
     addresses = [program.address(len(programs)) for program in programs]
     places = fem.Constant(ufl_domain, np.array(addresses))
     every = np.arange(len(coefficients), dtype=np.int8)

@@ -66,7 +66,11 @@ class Direction(Protocol):
 
     def of_variable(self, label: int, component: int) -> Scalar | None:
         """Derivative of a variable's component; None if it is that of what the variable is."""
-        ...
+        return None
+
+    def through(self, node: int, change: Scalar) -> Scalar:
+        """Derivative of a variable's component, by that of what the variable is."""
+        return change
 
 
 # operations of two numbers, of one, and those that choose
@@ -172,7 +176,7 @@ class Graph:
             found = dict(a.parts)
             for key, node in b.parts.items():
                 found[key] = self.added(found[key], node) if key in found else node
-            return _linear(found, self.zero)
+            return linear(found, self.zero)
         return self.added(a, b)
 
     def added(self, a: int, b: int) -> int:
@@ -215,11 +219,11 @@ class Graph:
                     key = tuple(sorted((*one, *two), key=lambda item: -item.source))
                     made = self.times(x, y)
                     found[key] = self.added(found[key], made) if key in found else made
-            return _linear(found, self.zero)
+            return linear(found, self.zero)
         for part, factor in ((a, b), (b, a)):
             if isinstance(part, Multilinear) and isinstance(factor, int):
                 parts = {key: self.times(factor, node) for key, node in part.parts.items()}
-                return _linear(parts, self.zero)
+                return linear(parts, self.zero)
         assert isinstance(a, int) and isinstance(b, int)
         return self.times(a, b)
 
@@ -317,7 +321,7 @@ class Graph:
             parts = [x.parts if isinstance(x, Multilinear) else {} for x in (a, b)]
             if any(isinstance(x, int) and x != self.zero for x in (a, b)):
                 raise Unsupported("a choice with and without an argument")
-            return _linear(
+            return linear(
                 {
                     key: self._choose(where, *(p.get(key, self.zero) for p in parts))
                     for key in {**parts[0], **parts[1]}
@@ -400,7 +404,7 @@ class Graph:
             return zero
         match op:
             case "alias":
-                return d[0]
+                return direction.through(node, d[0])
             case "add":
                 return self.add(d[0], d[1])
             case "sub":
@@ -467,7 +471,7 @@ class Graph:
         raise Unsupported(op)
 
 
-def _linear(parts: Mapping[Key, int], zero: int) -> Scalar:
-    """Linear part without what is zero."""
+def linear(parts: Mapping[Key, int], zero: int) -> Scalar:
+    """Linear part without what is zero; zero without any."""
     found = {key: node for key, node in parts.items() if node != zero}
     return Multilinear(found) if found else zero

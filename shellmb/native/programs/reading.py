@@ -65,6 +65,7 @@ class Reader:
         self._along = [Along(self.value, a) for a in range(self._tdim)]
         self._memo: dict[Any, Tensor] = {}
         self._bound: dict[int, int] = {}
+        self._directions: dict[Any, Gateaux] = {}
         self._kept: list[Any] = []
         dimensions = self._gdim, self._tdim
         self.geometry = Geometry(self.graph, self.value, dimensions, facet)
@@ -394,9 +395,10 @@ class Reader:
                 found[self._numbers[of], int(place)] = values[()]
             else:
                 raise Unsupported(f"a derivative by {f._ufl_handler_name_}")
-        direction = Gateaux(self.graph.zero, self.along, found)
-        values = self.tensor(integrand)
-        return _mapped(lambda x: self.graph.derivative(x, direction), values)
+        key = tuple((*place, id(value)) for place, value in found.items())
+        if key not in self._directions:
+            self._directions[key] = Gateaux(self.graph, self.along, found)
+        return _mapped(self._directions[key].derivative, self.tensor(integrand))
 
     def _variable_derivative(self, expr: Any) -> Tensor:
         of, variable = expr.ufl_operands
