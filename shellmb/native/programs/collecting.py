@@ -63,7 +63,7 @@ class Collector:
                 node, ready = stack.pop()
                 if node in done:
                     continue
-                own = self._graph.operands(node)
+                own = self._graph.operands[node]
                 if ready:
                     done.add(node)
                     order.append(node)
@@ -77,16 +77,19 @@ class Collector:
     def _collect(self, node: int) -> None:
         """Find the sums that a node is, whose operands have theirs."""
         graph, one = self._graph, self._graph.one
-        op, of = graph.nodes[node][0], graph.operands(node)
+        op, of = graph.nodes[node][0], graph.operands[node]
         if self._graph.steady[node]:
             self._made[node], self._short[node] = node, {None: node}
         elif op in LEAVES:
             self._made[node], self._short[node] = node, {node: one}
         elif op in ("add", "sub") or (op == "mul" and any(map(graph.steady.__getitem__, of))):
-            self._short[node] = self._combined(op, *map(self._near, of))
-            self._middle[node] = self._combined(op, *map(self._through, of))
-            whole = self._combined(op, *(self._whole[a] for a in of))
-            self._whole[node] = whole if len(whole) <= MOST else self._short[node]
+            near, through = [*map(self._near, of)], [*map(self._through, of)]
+            whole = [self._whole[a] for a in of]
+            self._short[node] = short = self._combined(op, *near)
+            # most are the same
+            self._middle[node] = short if through == near else self._combined(op, *through)
+            found = short if whole == near else self._combined(op, *whole)
+            self._whole[node] = found if len(found) <= MOST else short
             return
         elif op == "div" and graph.steady[of[1]]:
             by: Sum = {None: _int(graph.div(one, of[1]))}
@@ -163,7 +166,8 @@ class Collector:
     def _make(self, node: int) -> int:
         """Write a node by the shortest one of its sums."""
         if node not in self._made:
-            sums = self._middle[node], self._short[node], self._whole[node]
+            every = self._middle[node], self._short[node], self._whole[node]
+            sums = list({id(found): found for found in every}.values())
             costs = list(map(self._cost, sums))
             self._chosen[node] = found = sums[costs.index(min(costs))]
             self._made[node] = made = self._written(found)
@@ -176,10 +180,12 @@ class Collector:
         The former are products, and what several sums are likely to have: pairs with one
         coefficient beside other such pairs.
         """
+        if len(terms) == 1:
+            return [], terms
         graph = self._graph
         groups: dict[int, list[int]] = {}
         for k, c in terms.items():
-            if k is not None and abs(graph.value_of(c) or 0) != 1:
+            if k is not None and abs(graph.values.get(c) or 0) != 1:
                 groups.setdefault(c, []).append(k)
         several = [(c, sorted(some)) for c, some in groups.items() if len(some) > 1]
         found = [
@@ -195,7 +201,7 @@ class Collector:
         groups, others = self._grouped(terms)
         found = sum(1 + sum(self._own.get(k, 0) for k in some) for _, some in groups)
         for k, c in others.items():
-            plain = abs(self._graph.value_of(c) or 0) == 1
+            plain = abs(self._graph.values.get(c) or 0) == 1
             product = k is not None and self._graph.nodes[k][0] == "mul"
             inside = self._own.get(k, 0) if k is not None and product else 0
             found += inside if plain and product else 1 + inside

@@ -91,12 +91,16 @@ class Graph:
 
     Attributes:
         nodes: Operations, each with what it is of; those come before it.
+        operands: Nodes that each is of, those that variables are in place of these.
+        values: Numbers, of nodes that are such.
         varies: Whether each node's value depends on the point or the cell.
         steady: Whether each node's value seldom changes.
     """
 
     def __init__(self, static: Collection[int] = ()) -> None:
         self.nodes: list[tuple[Any, ...]] = []
+        self.operands: list[list[int]] = []
+        self.values: dict[int, float] = {}
         self.varies: list[bool] = []
         self.steady: list[bool] = []
         self._static = static
@@ -108,12 +112,14 @@ class Graph:
         if found is None:
             found = self._known[node] = len(self.nodes)
             self.nodes.append(node)
+            own: list[int] = []
             if varies is None:
-                args = node[1:]
                 varies, steady = False, True
-                for k in args:
+                for k in node[1:]:
                     varies = varies or self.varies[k]
                     steady = steady and self.steady[k]
+                    own.append(self.actual(k))
+            self.operands.append(own)
             self.varies.append(varies)
             self.steady.append(steady)
         return found
@@ -128,15 +134,13 @@ class Graph:
             node = self.nodes[node][3]
         return node
 
-    def operands(self, node: int) -> list[int]:
-        """Nodes that a node is of."""
-        op, *args = self.nodes[node]
-        return [] if op in LEAVES else [self.actual(a) for a in args]
-
     def number(self, value: float) -> int:
         """A number."""
-        value = float(value)
-        return self._node("number", 0.0 if value == 0.0 else value, varies=False)
+        # zero has one sign
+        value = float(value) + 0.0
+        found = self._node("number", value, varies=False)
+        self.values[found] = value
+        return found
 
     def constant(self, place: int) -> int:
         """A constant of the form, by its place among all of them."""
@@ -159,11 +163,6 @@ class Graph:
         varies, steady = self.varies[of], self.steady[of]
         return self._node("alias", label, component, of, varies=varies, steady=steady)
 
-    def value_of(self, node: int) -> float | None:
-        """The number that a node is; None if it is none."""
-        op, *args = self.nodes[node]
-        return float(args[0]) if op == "number" else None
-
     def add(self, a: Scalar, b: Scalar) -> Scalar:
         """Sum."""
         if isinstance(a, Multilinear) or isinstance(b, Multilinear):
@@ -185,7 +184,7 @@ class Graph:
             return b
         if b == self.zero:
             return a
-        x, y = self.value_of(a), self.value_of(b)
+        x, y = self.values.get(a), self.values.get(b)
         if x is not None and y is not None:
             return self.number(x + y)
         return self._node("add", *sorted((a, b)))
@@ -204,7 +203,7 @@ class Graph:
             return self.zero
         if a == self.zero:
             return self.negative(b)
-        x, y = self.value_of(a), self.value_of(b)
+        x, y = self.values.get(a), self.values.get(b)
         if x is not None and y is not None:
             return self.number(x - y)
         return self._node("sub", a, b)
@@ -235,14 +234,14 @@ class Graph:
             return b
         if b == self.one:
             return a
-        x, y = self.value_of(a), self.value_of(b)
+        x, y = self.values.get(a), self.values.get(b)
         if x is not None and y is not None:
             return self.number(x * y)
         if y is not None:
             a, b, x, y = b, a, y, x
         if x is not None:
             op, *args = self.nodes[b]
-            if op == "mul" and (z := self.value_of(args[0])) is not None:
+            if op == "mul" and (z := self.values.get(args[0])) is not None:
                 return self.times(self.number(x * z), args[1])
             # numbers first
             return self._node("mul", a, b)
@@ -259,7 +258,7 @@ class Graph:
             return self.mul(self.div(self.one, b), a)
         if a == self.zero or b == self.one:
             return a
-        x, y = self.value_of(a), self.value_of(b)
+        x, y = self.values.get(a), self.values.get(b)
         if y is not None and y != 0:
             return self.number(x / y) if x is not None else self.times(self.number(1 / y), a)
         if not self.varies[b] and self.varies[a]:
@@ -272,7 +271,7 @@ class Graph:
             if b == self.one:
                 return a
             raise Unsupported("a power of an argument")
-        y = self.value_of(b)
+        y = self.values.get(b)
         if y is not None:
             if y == 0:
                 return self.one
@@ -286,7 +285,7 @@ class Graph:
                 return self.div(self.one, a)
             if y == -2:
                 return self.div(self.one, self.mul(a, a))
-        x = self.value_of(a)
+        x = self.values.get(a)
         if x is not None and y is not None:
             return self.number(x**y)
         return self._node("pow", a, b)
@@ -295,7 +294,7 @@ class Graph:
         """A function of one number."""
         if isinstance(a, Multilinear):
             raise Unsupported(f"{op} of an argument")
-        x = self.value_of(a)
+        x = self.values.get(a)
         if x is not None:
             if op == "sign":
                 return self.number(math.copysign(1.0, x) if x else 0.0)

@@ -288,7 +288,7 @@ def _ordered(
     done: set[int] = set()
 
     def operands(node: int) -> list[int]:
-        return [] if given(node) else graph.operands(node)
+        return [] if given(node) else graph.operands[node]
 
     for group in roots:
         for root in map(graph.actual, group):
