@@ -13,14 +13,13 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 # plugins of pydantic are no part of it, and looking for them reads what is installed: 0.1 s
 os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
 
-# what a command makes lives on, most of it, and is looked through in vain: a tenth of a start
-gc.set_threshold(100_000, 20)
-
 from shellmb.errors import Stopped
 from shellmb.guarding.streams import open_closed
 from shellmb.stopping import EXIT, STOPPING
 
 open_closed()
+# what a command makes lives on, most of it, and is looked through in vain: a tenth of a start
+gc.set_threshold(100_000, 20)
 
 __all__ = ["app"]
 
