@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Iterable, Mapping, Sequence
 from operator import itemgetter
 from pathlib import Path
@@ -32,7 +33,18 @@ def announce(scene: str, quiet: bool) -> None:
         quiet: Say nothing.
     """
     if not quiet:
-        tell(f"{scene}: building; loops in C are compiled once per machine")
+        tell(f"{scene}: building")
+        log = logging.getLogger("shellmb.native.library")
+        log.setLevel(logging.INFO)
+        log.handlers = [_Told()]
+
+
+class _Told(logging.Handler):
+    """Tells what is logged."""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Print a message."""
+        tell(record.getMessage())
 
 
 def print_list(scenes: Mapping[str, str], kinds: Mapping[str, Sequence[str]]) -> None:

@@ -158,7 +158,7 @@ class Simulation:
         iterations: Newton iterations of accepted steps.
         last: The step just solved.
         doubts: Warnings given while it was made.
-        setup_seconds: Time to build everything but the kernels, s.
+        setup_seconds: Time to build everything but the forms, s.
         step_seconds: Time spent in steps so far, observers included, s.
     """
 
