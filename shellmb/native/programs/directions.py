@@ -4,7 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-from shellmb.native.programs.graph import Direction, Graph, Input, Multilinear, Scalar, linear
+from shellmb.native.programs.graph import (
+    Direction,
+    Graph,
+    Input,
+    Key,
+    Multilinear,
+    Scalar,
+    linear,
+)
 
 # source of the changes of variables
 VARIABLE = -1000
@@ -65,27 +73,27 @@ class Gateaux(Direction):
         if not self._apart or not isinstance(change, Multilinear):
             return change
         item = Input(VARIABLE, node, ())
-        self._of[item] = change
+        self._of[item] = self._put(change)
         return Multilinear({(item,): self._graph.one})
 
     def derivative(self, value: Scalar) -> Scalar:
         """Derivative of a value in this direction."""
-        graph, found = self._graph, self._graph.derivative(value, self)
-        while isinstance(found, Multilinear):
-            # variables that are made of others come behind them
-            marked = (key[-1] for key in found.parts if key[-1].source == VARIABLE)
-            last = max(marked, default=None)
-            if last is None:
-                break
-            whole = found.parts
-            found = linear({k: node for k, node in whole.items() if k[-1] != last}, graph.zero)
-            for (*others, item), node in whole.items():
-                if item == last:
-                    part = graph.mul(node, self._of[last])
-                    if others:
-                        part = graph.mul(part, Multilinear({tuple(others): graph.one}))
-                    found = graph.add(found, part)
-        return found
+        return self._put(self._graph.derivative(value, self))
+
+    def _put(self, value: Scalar) -> Scalar:
+        """Put in the changes of variables."""
+        if not isinstance(value, Multilinear):
+            return value
+        graph, found = self._graph, dict[Key, int]()
+        parts: list[Scalar] = []
+        for key, node in value.parts.items():
+            if key[-1].source != VARIABLE:
+                found[key] = node
+                continue
+            part = graph.mul(node, self._of[key[-1]])
+            others = Multilinear({key[:-1]: graph.one}) if key[1:] else graph.one
+            parts.append(graph.mul(part, others))
+        return graph.total([linear(found, graph.zero), *parts])
 
 
 class ByVariable(Direction):

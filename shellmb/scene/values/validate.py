@@ -308,6 +308,10 @@ def described[T](label: str) -> Callable[[type[T]], type[T]]:
             except ValidationError as failure:
                 said = with_name(label, made, args, kwargs)
                 raise SceneError(sentence(said, made, failure)) from None
+            finally:
+                # pydantic builds checks with the first object, and puts its own in place
+                if made.__init__ is not init:
+                    made.__init__ = init
 
         made.__init__ = init
         made.label = label
