@@ -32,19 +32,10 @@ def announce(scene: str, quiet: bool) -> None:
         scene: Name of the scene.
         quiet: Say nothing.
     """
+    # nor that the loops in C are compiled
+    logging.getLogger("shellmb.native.library").setLevel(logging.ERROR if quiet else 0)
     if not quiet:
         tell(f"{scene}: building")
-        log = logging.getLogger("shellmb.native.library")
-        log.setLevel(logging.INFO)
-        log.handlers = [_Told()]
-
-
-class _Told(logging.Handler):
-    """Tells what is logged."""
-
-    def emit(self, record: logging.LogRecord) -> None:
-        """Print a message."""
-        tell(record.getMessage())
 
 
 def print_list(scenes: Mapping[str, str], kinds: Mapping[str, Sequence[str]]) -> None:

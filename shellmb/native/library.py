@@ -233,7 +233,7 @@ def _compiled() -> tuple[Path, Future[None] | None]:
     target = where / f"{name}.so"
     if is_whole(target):
         return target, None
-    _log.info("the loops in C are compiled, once on this machine, which takes about 10 s")
+    _log.warning("the loops in C are compiled, once on this machine, which takes about 10 s")
     ffi = cffi.FFI()
     ffi.cdef(header)
     headers = "#include <math.h>\n#include <stdint.h>\n" + header

@@ -181,17 +181,20 @@ class Program:
         return float(number)
 
 
-def interpreted(form: Form, moving: Collection[Any] = ()) -> fem.Form | None:
-    """A form whose kernels are programs; None for a bilinear one that vanishes.
+def summed(forms: Sequence[Form], moving: Collection[Any] = ()) -> fem.Form | None:
+    """The sum of forms as one, whose kernels are programs; None for a matrix that vanishes.
 
     Args:
-        form: One that is not empty, over one mesh.
+        forms: Forms with the same arguments, over one mesh; without integrals there is none.
         moving: Functions that change from call to call, and with them all that are of their
             elements: what follows from others alone is kept. Without any nothing is.
 
     Raises:
         Unsupported: If it has something that programs do not have.
     """
+    form = forms[0] if len(forms) == 1 else Form([i for one in forms for i in one.integrals()])
+    if form.empty():
+        return None
     groups: dict[tuple[str, Any], list[Any]] = {}
     for integral in form.integrals():
         key = integral.integral_type(), integral.subdomain_id()
@@ -287,17 +290,3 @@ def _entities(form: Form, kind: tuple[str, Any]) -> Any:
     found = get_integration_domains(KINDS[integral_type], subdomains, list(parts))
     own = [np.asarray(e).ravel() for k, e in found if k in parts]
     return np.concatenate([np.zeros(0), *own]).astype(np.int32)
-
-
-def summed(forms: Sequence[Form], moving: Collection[Any] = ()) -> fem.Form | None:
-    """The sum of forms as one program; None for nothing.
-
-    Args:
-        forms: Forms with the same arguments.
-        moving: As of `interpreted`.
-
-    Raises:
-        Unsupported: If one has something that programs do not have.
-    """
-    integrals = [i for form in forms for i in form.integrals()]
-    return interpreted(Form(integrals), moving) if integrals else None

@@ -8,7 +8,7 @@ product of two.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple, Protocol
 
 
@@ -125,7 +125,7 @@ class Graph:
         return found
 
     def operation(self, op: str, *args: int) -> int:
-        """Any operation as it is."""
+        """Any operation as it is; one where a comparison holds, zero elsewhere."""
         return self._node(op, *args)
 
     def actual(self, node: int) -> int:
@@ -133,6 +133,42 @@ class Graph:
         while self.nodes[node][0] == "alias":
             node = self.nodes[node][3]
         return node
+
+    def ordered(
+        self, roots: Iterable[Iterable[int]], given: Callable[[int], bool]
+    ) -> tuple[list[int], list[int], dict[int, int]]:
+        """Nodes behind their operands, one group of roots after the other.
+
+        Args:
+            roots: The groups.
+            given: Decides whether a node needs no operands.
+
+        Returns:
+            The nodes, where each group ends, and how often each node is used.
+        """
+        order: list[int] = []
+        ends: list[int] = []
+        uses: dict[int, int] = {}
+        done: set[int] = set()
+        for group in roots:
+            for root in map(self.actual, group):
+                uses[root] = uses.get(root, 0) + 1
+                stack = [(root, False)]
+                while stack:
+                    node, ready = stack.pop()
+                    if node in done:
+                        continue
+                    own = [] if given(node) else self.operands[node]
+                    if ready:
+                        done.add(node)
+                        order.append(node)
+                        for a in own:
+                            uses[a] = uses.get(a, 0) + 1
+                        continue
+                    stack.append((node, True))
+                    stack.extend((a, False) for a in reversed(own) if a not in done)
+            ends.append(len(order))
+        return order, ends, uses
 
     def number(self, value: float) -> int:
         """A number."""
@@ -310,10 +346,6 @@ class Graph:
             raise Unsupported(f"{op} of an argument")
         return self._node(op, a, b)
 
-    def compared(self, op: str, *args: int) -> int:
-        """One where a comparison, or a combination of such, holds; zero elsewhere."""
-        return self._node(op, *args)
-
     def choose(self, where: int, a: Scalar, b: Scalar) -> Scalar:
         """One of two values."""
         if isinstance(a, Multilinear) or isinstance(b, Multilinear):
@@ -424,7 +456,7 @@ class Graph:
             case "choose":
                 return self.choose(args[0], d[1], d[2])
             case "min" | "max":
-                where = self.compared("lt" if op == "min" else "gt", *args)
+                where = self.operation("lt" if op == "min" else "gt", *args)
                 return self.choose(where, d[0], d[1])
             case "atan2":
                 a, b = args
