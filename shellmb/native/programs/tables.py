@@ -101,7 +101,7 @@ def _estimated(integral: Any) -> int:
     """Degree that UFL estimates for a rule that has none."""
     value, more = integral.integrand(), compute_integrand_scaling_factor(integral)[1]
     leaves: list[Any] = list(traverse_unique_terminals(value))
-    functions = [f for f in leaves if isinstance(f, FormArgument)]
+    functions: list[Any] = [f for f in leaves if isinstance(f, FormArgument)]
     if not (
         any(isinstance(x, GeometricQuantity) for x in leaves)
         or any(f.ufl_element().embedded_superdegree for f in functions)
