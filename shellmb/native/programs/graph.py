@@ -137,18 +137,8 @@ class Graph:
     def ordered(
         self, roots: Iterable[Iterable[int]], given: Callable[[int], bool]
     ) -> tuple[list[int], list[int], dict[int, int]]:
-        """Nodes behind their operands, one group of roots after the other.
-
-        Args:
-            roots: The groups.
-            given: Decides whether a node needs no operands.
-
-        Returns:
-            The nodes, where each group ends, and how often each node is used.
-        """
-        order: list[int] = []
-        ends: list[int] = []
-        uses: dict[int, int] = {}
+        """Nodes behind the operands of those not given, where groups end, and uses of each."""
+        order, ends, uses = list[int](), list[int](), dict[int, int]()
         done: set[int] = set()
         for group in roots:
             for root in map(self.actual, group):
