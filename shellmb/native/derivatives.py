@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cache
 from typing import Any
 
 import ufl
@@ -74,6 +75,7 @@ def taken(value: Any) -> Any:
         return value
     marked = has_type(value, VariableDerivative)
 
+    @cache
     def take(value: Any) -> Any:
         if value._ufl_is_terminal_:
             return value
