@@ -19,7 +19,7 @@ POWER = 2.0
 MET = 1e-6
 # steps in which no motion has a shape
 SHAPELESS = 2
-# elements up to which new kernels take longer than runs
+# elements up to which forms take longer to read than runs
 SMALL = 64
 
 
@@ -144,7 +144,8 @@ def degree_of(scene: Scene) -> int | None:
 def prefers_degree(scene: Scene) -> bool:
     """Decide whether degree 3 tells of the mesh, and not twice the elements.
 
-    It costs half as much, and needs kernels of its own, which takes longer than small scenes do.
+    It costs half as much, and has forms of its own, which take longer to read than small scenes
+    take to run.
     Where something acts at points of a shell, elements of both degrees are off by the same.
 
     Args:

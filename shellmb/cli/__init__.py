@@ -1,5 +1,6 @@
 """The command line: `shellmb`."""
 
+import gc
 import importlib
 import os
 import signal
@@ -17,6 +18,8 @@ from shellmb.guarding.streams import open_closed
 from shellmb.stopping import EXIT, STOPPING
 
 open_closed()
+# what a command makes lives on, most of it, and is looked through in vain: a tenth of a start
+gc.set_threshold(100_000, 20)
 
 __all__ = ["app"]
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Iterable, Mapping, Sequence
 from operator import itemgetter
 from pathlib import Path
@@ -31,8 +32,10 @@ def announce(scene: str, quiet: bool) -> None:
         scene: Name of the scene.
         quiet: Say nothing.
     """
+    # nor that the loops in C are compiled
+    logging.getLogger("shellmb.native.library").setLevel(logging.ERROR if quiet else 0)
     if not quiet:
-        tell(f"{scene}: building; loops in C are compiled once per machine")
+        tell(f"{scene}: building")
 
 
 def print_list(scenes: Mapping[str, str], kinds: Mapping[str, Sequence[str]]) -> None:

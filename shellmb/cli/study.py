@@ -66,7 +66,7 @@ def study(
     Without options, mesh and step are half, all and twice the scene's own, in one round; elements
     of meshes that are read from files are divided. An option with commas is a list. Each run is
     recorded in `--out` (default: runs/study-SCENE), where a stopped study continues. Times are
-    medians over the rounds and exclude set-up and compiling.
+    medians over the rounds and exclude the set-up.
     """
     from shellmb.running.request import parse_parameters
     from shellmb.studies.sweep import sweep_of

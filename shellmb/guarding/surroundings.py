@@ -1,7 +1,7 @@
 """Surroundings of a process: libraries read the user's own files, not those of strangers.
 
 PETSc, DOLFINx and FFCx read options from the current folder, which may hold somebody else's run: a
-cache of kernels, whose code is executed, libraries to be loaded, files to be written. They get what
+cache of code, which is executed, libraries to be loaded, files to be written. They get what
 is in the user's home, and in variables of the environment. matplotlib's file of the current folder
 changes pictures only, and is left out where we draw (`shellmb.observers.drawing`).
 """

@@ -1,19 +1,19 @@
-"""Derivatives of forms."""
+"""Derivatives of forms: written down for programs, which take them, and taken for DOLFINx."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import cache
 from typing import Any
 
 import ufl
 from dolfinx import fem
 from ufl import Form
-from ufl.algorithms.analysis import extract_type, has_type
+from ufl.algorithms.analysis import has_type
 from ufl.algorithms.apply_algebra_lowering import apply_algebra_lowering
 from ufl.algorithms.apply_derivatives import apply_derivatives
 from ufl.algorithms.map_integrands import map_integrands
-from ufl.classes import Variable, VariableDerivative
+from ufl.classes import CoefficientDerivative, ExprList, Variable, VariableDerivative
 
 
 def derivative(
@@ -22,7 +22,7 @@ def derivative(
     others: Sequence[fem.Function] = (),
     shares: fem.Constant | None = None,
 ) -> Form:
-    """The derivative of a form by functions that are among its coefficients; it may be empty.
+    """The derivative of a form by functions that are among its coefficients; it may vanish.
 
     Args:
         form: A form.
@@ -32,13 +32,10 @@ def derivative(
             unknown functions are alike. None: there is but one function.
     """
     trial = ufl.TrialFunction(function.function_space)
-    if shares is not None:
-        functions = (function, *others)
-        return by_shares(form, functions, [shares[k] for k in range(len(functions))], trial)
-    return through(
-        form,
-        lambda value: ufl.algorithms.expand_derivatives(ufl.derivative(value, function, trial)),
-    )
+    if shares is None:
+        return ufl.derivative(form, function, trial)
+    functions = (function, *others)
+    return by_shares(form, functions, [shares[k] for k in range(len(functions))], trial)
 
 
 def by_shares(form: Form, functions: Sequence[Any], shares: Sequence[Any], trial: Any) -> Form:
@@ -61,42 +58,36 @@ def by_directions(form: Form, functions: Sequence[Any], directions: Sequence[Any
         functions: The functions.
         directions: A direction for each, linear in an argument.
     """
-    # gradients are derived in directions that stand by themselves
-    alone = tuple(ufl.Coefficient(f.ufl_function_space()) for f in functions)
-    put = dict(zip(alone, directions, strict=True))
-
-    def take(value: Any) -> Any:
-        derivative = ufl.derivative(value, tuple(functions), alone)
-        return ufl.replace(apply_derivatives(apply_algebra_lowering(derivative)), put)
-
-    return through(form, take)
+    return ufl.derivative(form, tuple(functions), tuple(directions))
 
 
-def through(form: Form, take: Callable[[Any], Any]) -> Form:
-    """Derivative of a form through vectors that are marked as variables, by the chain rule.
+def expanded(form: Form) -> Form:
+    """A form whose derivatives are taken, for DOLFINx; it may be empty."""
+    return map_integrands(taken, form)
 
-    What is made of few numbers is derived by these, and not by all unknowns: kernels of angles have
-    half the code. Forms that hold derivatives by variables are derived as they are.
 
-    Args:
-        form: The form.
-        take: Derivative of a form or an expression in which variables are constant.
+def taken(value: Any) -> Any:
+    """An expression whose derivatives by functions are taken.
+
+    UFL takes those of gradients in directions that stand by themselves alone.
     """
-    if has_type(form, VariableDerivative) or not has_type(form, Variable):
-        return take(form)
-    domain = form.ufl_domain()
+    if not has_type(value, CoefficientDerivative):
+        return value
+    marked = has_type(value, VariableDerivative)
 
     @cache
-    def whole(value: Any) -> Any:
-        marked = [v for v in extract_type(value, Variable) if len(v.ufl_shape) == 1]
-        marked.sort(key=lambda v: v.label().count())
-        held = {v: ufl.variable(ufl.Constant(domain, v.ufl_shape)) for v in marked}
-        rest = ufl.replace(value, held)
-        found, there = take(rest), extract_type(rest, Variable)
-        for v, constant in held.items():
-            if constant in there:
-                by = apply_derivatives(apply_algebra_lowering(ufl.diff(rest, constant)))
-                found += ufl.dot(by, whole(v.ufl_operands[0]))
-        return ufl.replace(found, {c: v.ufl_operands[0] for v, c in held.items()})
+    def take(value: Any) -> Any:
+        if value._ufl_is_terminal_:
+            return value
+        operands = [take(operand) for operand in value.ufl_operands]
+        if isinstance(value, Variable) and not marked:
+            return operands[0]
+        if not isinstance(value, CoefficientDerivative):
+            return value._ufl_expr_reconstruct_(*operands)
+        of, functions, directions, more = operands
+        alone = [ufl.Coefficient(f.ufl_function_space()) for f in functions.ufl_operands]
+        derived = CoefficientDerivative(of, functions, ExprList(*alone), more)
+        put = dict(zip(alone, directions.ufl_operands, strict=True))
+        return ufl.replace(apply_derivatives(apply_algebra_lowering(derived)), put)
 
-    return map_integrands(whole, form)
+    return take(value)

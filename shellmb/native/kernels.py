@@ -46,7 +46,7 @@ def compile_each(forms: Sequence[Form]) -> list[fem.Form | None]:
     if not is_native():
         return [compiled_form(form) for form in forms]
     _refuse_others(forms)
-    return [None if form.empty() else _interpreted([form])[0] for form in forms]
+    return [next(iter(_interpreted([form])), None) for form in forms]
 
 
 def together[K](

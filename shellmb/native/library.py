@@ -6,6 +6,7 @@ import ctypes
 import hashlib
 import importlib.machinery
 import importlib.util
+import logging
 import os
 import sys
 import sysconfig
@@ -29,6 +30,8 @@ from shellmb.native.compiling.compiler import run_compiler
 from shellmb.native.compiling.flags import COMPILER_FLAGS, FORCED_LANES, FORCED_LEVEL
 from shellmb.native.compiling.folder import cache_folder, raise_together
 from shellmb.native.compiling.store import is_whole, loading, writing
+
+_log = logging.getLogger(__name__)
 
 HERE = Path(__file__).parent / "c"
 # bytes that vectors of any processor begin at multiples of
@@ -198,7 +201,7 @@ def begin(comm: MPI.Comm) -> None:
     kinds = {" ".join(flags) for flags in comm.allgather(COMPILER_FLAGS)}
     if len(kinds) > 1:
         raise RunError(
-            "the ranks run on different processors, whose kernels differ: give all of them the "
+            "the ranks run on different processors, whose compiled loops differ: give all the "
             f"level of the oldest by the environment variable {FORCED_LEVEL}, and the same "
             f"{FORCED_LANES}, if any"
         )
@@ -230,6 +233,7 @@ def _compiled() -> tuple[Path, Future[None] | None]:
     target = where / f"{name}.so"
     if is_whole(target):
         return target, None
+    _log.warning("the loops in C are compiled, once on this machine, which takes about 10 s")
     ffi = cffi.FFI()
     ffi.cdef(header)
     headers = "#include <math.h>\n#include <stdint.h>\n" + header

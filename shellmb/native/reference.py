@@ -18,6 +18,7 @@ from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats, Ints
 from shellmb.native.assembler import Pairs
+from shellmb.native.derivatives import expanded
 
 # `sum a x b` of `sum a b`
 AXIAL = np.zeros((3, 3, 3))
@@ -32,10 +33,8 @@ def compiled_form(form: Form) -> fem.Form | None:
     Args:
         form: The form.
     """
-    if form.empty():
-        return None
-    made: fem.Form = fem.form(form, jit_options=FLAGS)
-    return made
+    form = expanded(form)
+    return None if form.empty() else fem.form(form, jit_options=FLAGS)
 
 
 def compiled_expression(value: Expr, points: Floats) -> fem.Expression:

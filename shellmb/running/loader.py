@@ -8,7 +8,6 @@ asserts reference values of either.
 
 from __future__ import annotations
 
-import ast
 import importlib
 import importlib.util
 import inspect
@@ -163,10 +162,10 @@ def demos() -> dict[str, str]:
     for info in pkgutil.iter_modules(folder):
         if info.ispkg or info.name.startswith("_"):
             continue
-        source = ast.parse(Path(folder[0], f"{info.name}.py").read_text())
-        # without a scene it is a program, to be read and run by itself
-        if any(isinstance(n, ast.FunctionDef) and n.name == "scene" for n in source.body):
-            found[info.name] = (ast.get_docstring(source) or "").partition("\n")[0]
+        source = Path(folder[0], f"{info.name}.py").read_text()
+        # without a scene it is a program, to be read and run by itself; to parse them takes 0.1 s
+        if "\ndef scene(" in source:
+            found[info.name] = source.strip('"').partition("\n")[0].removesuffix('"""')
     return found
 
 

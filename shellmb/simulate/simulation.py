@@ -16,6 +16,7 @@ from shellmb.clock import now
 from shellmb.constraint_analysis.redundancy import singular
 from shellmb.errors import ConvergenceError, petsc_in_words
 from shellmb.forms.steps.discrete import taken_once
+from shellmb.meshes.lifetime import uncollected
 from shellmb.meshes.shared import Meshes
 from shellmb.model.alike import same_on_all
 from shellmb.model.model import Model
@@ -157,10 +158,11 @@ class Simulation:
         iterations: Newton iterations of accepted steps.
         last: The step just solved.
         doubts: Warnings given while it was made.
-        setup_seconds: Time to build everything but the kernels, s.
+        setup_seconds: Time to build everything but the forms, s.
         step_seconds: Time spent in steps so far, observers included, s.
     """
 
+    @uncollected()
     @taken_once()
     @petsc_in_words()
     @assembled_as(lambda self, scene, *_, **__: scene.solver)

@@ -28,8 +28,8 @@ class Point:
         time_s: Median time of the steps, s.
         spread: Slowest less fastest round over the median.
         rounds: Number of rounds.
-        setup_s: Median time of the set-up, compiling excluded, s.
-        jit_s: Time of compiling in the first round, s.
+        setup_s: Median time of the set-up without its forms, s.
+        jit_s: Time of making the forms ready in the first round, s.
         steps: Accepted steps.
         rejected: Rejected ones.
         iterations: Newton iterations per step.

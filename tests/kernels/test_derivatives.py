@@ -9,6 +9,7 @@ from dolfinx import fem
 
 from shellmb.native.derivatives import derivative
 from shellmb.native.kernels import compile_all, compile_each
+from shellmb.native.programs.forms import Interpreted
 
 
 def residual(cells: int):
@@ -68,3 +69,19 @@ def test_one_that_vanishes_is_none() -> None:
     u, test = fem.Function(space), ufl.TestFunction(space)
     form = ufl.conditional(ufl.gt(u, 0), 1.0, 2.0) * test * ufl.dx
     assert compile_each([derivative(form, u)]) == [None]
+
+
+def test_derivatives_of_forms_that_dolfinx_compiles() -> None:
+    """By several functions with shares, of gradients too, where programs lack a function."""
+    _, u, _, other = residual(3)
+    test, dx = ufl.TestFunction(u.function_space), ufl.dx(degree=6)
+    few = ufl.variable(ufl.as_vector([ufl.bessel_J(1, u), u.dx(0) ** 2 * other]))
+    form = few[0] * few[1] * test * dx + u.dx(0) * other * test.dx(0) * dx
+    shares = fem.Constant(form.ufl_domain(), np.array([1.0, 2.0]))
+    (found,) = compile_all([derivative(form, u, [other], shares)])
+    assert not isinstance(found.module, Interpreted)
+    exact = sum(
+        share * fem.assemble_matrix(fem.form(ufl.derivative(form, f))).to_dense()
+        for share, f in ((1, u), (2, other))
+    )
+    assert np.abs(fem.assemble_matrix(found).to_dense() - exact).max() < 1e-13 * np.abs(exact).max()

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.sparse import coo_array, csr_array
 
 from shellmb.arrays import Bools, Floats, Ints
 from shellmb.errors import SceneError
@@ -154,6 +153,7 @@ class FacesContact:
         if not self.alone:
             return None
         # loaded where a shell touches itself only
+        from scipy.sparse import csr_array
         from scipy.sparse.csgraph import dijkstra
 
         cells, count = self.facets.cells, len(self.x)
@@ -188,8 +188,11 @@ class FacesContact:
         far = self._far + FELT * self.width
         return find(self.facets, y, x, far, self.slack + slack, self._apart)
 
-    def coupled(self, found: Candidates) -> csr_array:
+    def coupled(self, found: Candidates) -> Any:
         """Slots whose forces depend on each other: points, the shell's nodes, then directors."""
+        # loaded where shells touch only
+        from scipy.sparse import coo_array, csr_array
+
         cells = self.facets.cells[self.facets.cell[found.triangle]]
         n, ends = len(self.y), len(self.y) + len(self.x)
         slots = [n + cells.ravel(), found.point, ends + self.directors(found.point).ravel()]

@@ -57,13 +57,13 @@ def usable(folder: Path) -> Path:
         beside = error.strerror
     if beside is not None:
         raise RunError(
-            f"the cache of kernels, {folder}, cannot be used ({wrong}), and neither can {private} "
+            f"the cache of loops, {folder}, cannot be used ({wrong}), and neither can {private} "
             f"({beside}); {SAY}",
             alone=True,
         )
     if MPI.COMM_WORLD.rank == 0:
         _log.warning(
-            "the cache of kernels, %s, cannot be used (%s), and %s is used instead; to choose, %s",
+            "the cache of loops, %s, cannot be used (%s), and %s is used instead; to choose, %s",
             folder,
             wrong,
             private,
@@ -109,14 +109,14 @@ def _refuse_shared(folder: Path) -> None:
         found = place.stat()
         if found.st_uid not in (os.getuid(), 0):
             raise RunError(
-                f"the cache of kernels, {folder}, is not used: {place} belongs to another user "
+                f"the cache of loops, {folder}, is not used: {place} belongs to another user "
                 f"(number {found.st_uid}), who could put programs there; {SAY}",
                 alone=True,
             )
         sticky = place is not folder and found.st_mode & stat.S_ISVTX
         if not sticky and (writers := other_writers(place, found)):
             raise RunError(
-                f"the cache of kernels, {folder}, is not used: {writers} can write {place}, and "
+                f"the cache of loops, {folder}, is not used: {writers} can write {place}, and "
                 f"put programs there; remove that permission (chmod go-w), or {SAY}",
                 alone=True,
             )
@@ -135,7 +135,7 @@ def _share(folder: Path, private: Path) -> None:
 
 @contextmanager
 def writing(folder: Path) -> Iterator[None]:
-    """Error of the system when kernels cannot be written, as a sentence.
+    """Error of the system when the loops cannot be written, as a sentence.
 
     Args:
         folder: The cache.
@@ -147,8 +147,8 @@ def writing(folder: Path) -> Iterator[None]:
         yield
     except OSError as error:
         raise RunError(
-            f"kernels cannot be written to {folder} ({error.strerror or error}); make room, or "
-            f"{SAY}"
+            f"the compiled loops cannot be written to {folder} ({error.strerror or error}); make "
+            f"room, or {SAY}"
         ) from error
 
 

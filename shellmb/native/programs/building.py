@@ -42,6 +42,7 @@ class Rule:
         keeps: Whether what seldom changes is kept of each cell.
 
     Attributes:
+        parts: Nodes of what is integrated by the arguments that they belong to.
         chunk: Points that are taken at once.
         registers: How many it takes, of each point.
         kept: How many numbers are kept of a cell.
@@ -60,15 +61,15 @@ class Rule:
     ) -> None:
         self._tables, self._points, self._rank = tables, points, rank
         graph, entity_size = reader.graph, points.numbers.shape[1]
-        self._parts = _parts(graph, value, rank)
+        self.parts = _parts(graph, value, rank)
         if keeps:
-            found = Collector(graph, self._parts.values())
-            parts = {key: found.of(node) for key, node in self._parts.items()}
-            self._parts = {key: node for key, node in parts.items() if node != graph.zero}
+            found = Collector(graph, self.parts.values())
+            parts = {key: found.of(node) for key, node in self.parts.items()}
+            self.parts = {key: node for key, node in parts.items() if node != graph.zero}
         self._groups = self._grouped()
         groups = list(self._groups.values())
         given = found.given if keeps else lambda node: False
-        self._made = made = Translation(graph, self._parts, groups, entity_size, given)
+        self._made = made = Translation(graph, self.parts, groups, entity_size, given)
         steady: dict[Key, int] = {_numbered(k): node for k, node in enumerate(made.kept)}
         self._steady = Translation(graph, steady, [list(steady)], entity_size)
         self.registers = max(made.registers, self._steady.registers)
@@ -89,10 +90,10 @@ class Rule:
         Of a matrix first what few functions have, whose products are taken one by one.
         """
         if self._rank < 2:
-            return {None: list(self._parts)}
+            return {None: list(self.parts)}
         few = [_few(values) for values in self._tables.tables]
         found: dict[Any, list[Key]] = {None: []}
-        for key in self._parts:
+        for key in self.parts:
             table, place = self._tables.find(key[0])
             group = place, self._tables.tables[table].shape[-1]
             found.setdefault(None if few[table] else group, []).append(key)
@@ -256,8 +257,8 @@ class Rule:
 
     def _products(self, pointer: CArrays) -> dict[str, Any]:
         """Products of two arguments: of few values one by one, others as those of matrices."""
-        tests = list(dict.fromkeys(key[0] for key in self._parts))
-        trials = list(dict.fromkeys(key[1] for key in self._parts))
+        tests = list(dict.fromkeys(key[0] for key in self.parts))
+        trials = list(dict.fromkeys(key[1] for key in self.parts))
         sparse = [
             {
                 "of": self._place(self._made.output[a, b]),

@@ -39,10 +39,10 @@ class Collector:
         self._chosen: dict[int, Sum] = {}
         # operations that a node takes with what only it needs
         self._own: dict[int, int] = {}
-        self._uses: dict[int, int] = {}
         # numbers that all points have times what seldom changes: no dearer in a sum than the latter
         self._loose: set[int] = set()
-        for node in self._ordered(roots):
+        order, _, self._uses = graph.ordered([roots], lambda node: False)
+        for node in order:
             self._collect(node)
 
     def of(self, node: int) -> int:
@@ -53,46 +53,25 @@ class Collector:
         """Decide whether a node's values are to be kept from call to call."""
         return self._graph.varies[node] and self._graph.steady[node] and node not in self._loose
 
-    def _ordered(self, roots: Iterable[int]) -> list[int]:
-        """Nodes behind their operands; counts their uses."""
-        order, done = [], set[int]()
-        for root in map(self._graph.actual, roots):
-            self._uses[root] = self._uses.get(root, 0) + 1
-            stack = [(root, False)]
-            while stack:
-                node, ready = stack.pop()
-                if node in done:
-                    continue
-                own = self._graph.operands(node)
-                if ready:
-                    done.add(node)
-                    order.append(node)
-                    for a in own:
-                        self._uses[a] = self._uses.get(a, 0) + 1
-                    continue
-                stack.append((node, True))
-                stack.extend((a, False) for a in own if a not in done)
-        return order
-
     def _collect(self, node: int) -> None:
         """Find the sums that a node is, whose operands have theirs."""
         graph, one = self._graph, self._graph.one
-        op, of = graph.nodes[node][0], graph.operands(node)
+        op, of = graph.nodes[node][0], graph.operands[node]
         if self._graph.steady[node]:
             self._made[node], self._short[node] = node, {None: node}
         elif op in LEAVES:
             self._made[node], self._short[node] = node, {node: one}
-        elif op in ("add", "sub") or (op == "mul" and any(map(graph.steady.__getitem__, of))):
-            self._short[node] = self._combined(op, *map(self._near, of))
-            self._middle[node] = self._combined(op, *map(self._through, of))
-            whole = self._combined(op, *(self._whole[a] for a in of))
-            self._whole[node] = whole if len(whole) <= MOST else self._short[node]
-            return
-        elif op == "div" and graph.steady[of[1]]:
-            by: Sum = {None: _int(graph.div(one, of[1]))}
-            self._short[node] = self._combined("mul", by, self._near(of[0]))
-            self._middle[node] = self._combined("mul", by, self._through(of[0]))
-            self._whole[node] = self._combined("mul", by, self._whole[of[0]])
+        elif op in ("add", "sub") or any(graph.steady[a] for a in _factors(op, of)):
+            sums = [[*map(f, of)] for f in (self._near, self._through, self._whole.__getitem__)]
+            if op == "div":
+                by: Sum = {None: _int(graph.div(one, of[1]))}
+                op, sums = "mul", [[by, a] for a, _ in sums]
+            near, through, whole = sums
+            self._short[node] = short = self._combined(op, *near)
+            # most are the same
+            self._middle[node] = short if through == near else self._combined(op, *through)
+            found = short if whole == near else self._combined(op, *whole)
+            self._whole[node] = found if len(found) <= MOST else short
             return
         else:
             made = self._apply(op, [self._make(a) for a in of])
@@ -163,7 +142,8 @@ class Collector:
     def _make(self, node: int) -> int:
         """Write a node by the shortest one of its sums."""
         if node not in self._made:
-            sums = self._middle[node], self._short[node], self._whole[node]
+            every = self._middle[node], self._short[node], self._whole[node]
+            sums = list({id(found): found for found in every}.values())
             costs = list(map(self._cost, sums))
             self._chosen[node] = found = sums[costs.index(min(costs))]
             self._made[node] = made = self._written(found)
@@ -176,10 +156,12 @@ class Collector:
         The former are products, and what several sums are likely to have: pairs with one
         coefficient beside other such pairs.
         """
+        if len(terms) == 1:
+            return [], terms
         graph = self._graph
         groups: dict[int, list[int]] = {}
         for k, c in terms.items():
-            if k is not None and abs(graph.value_of(c) or 0) != 1:
+            if k is not None and abs(graph.values.get(c) or 0) != 1:
                 groups.setdefault(c, []).append(k)
         several = [(c, sorted(some)) for c, some in groups.items() if len(some) > 1]
         found = [
@@ -195,7 +177,7 @@ class Collector:
         groups, others = self._grouped(terms)
         found = sum(1 + sum(self._own.get(k, 0) for k in some) for _, some in groups)
         for k, c in others.items():
-            plain = abs(self._graph.value_of(c) or 0) == 1
+            plain = abs(self._graph.values.get(c) or 0) == 1
             product = k is not None and self._graph.nodes[k][0] == "mul"
             inside = self._own.get(k, 0) if k is not None and product else 0
             found += inside if plain and product else 1 + inside
@@ -223,6 +205,11 @@ class Collector:
         if op in ("mul", "div", "pow"):
             return _int(getattr(self._graph, op)(*args))
         return self._graph.operation(op, *args)
+
+
+def _factors(op: str, of: list[int]) -> list[int]:
+    """Operands that, where they seldom change, stand before the terms of the other one."""
+    return of if op == "mul" else of[1:] if op == "div" else []
 
 
 def _int(value: Scalar) -> int:

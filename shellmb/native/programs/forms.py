@@ -181,17 +181,20 @@ class Program:
         return float(number)
 
 
-def interpreted(form: Form, moving: Collection[Any] = ()) -> fem.Form:
-    """A form whose kernels are programs.
+def summed(forms: Sequence[Form], moving: Collection[Any] = ()) -> fem.Form | None:
+    """The sum of forms as one, whose kernels are programs; None for a matrix that vanishes.
 
     Args:
-        form: One that is not empty, over one mesh.
+        forms: Forms with the same arguments, over one mesh; without integrals there is none.
         moving: Functions that change from call to call, and with them all that are of their
             elements: what follows from others alone is kept. Without any nothing is.
 
     Raises:
         Unsupported: If it has something that programs do not have.
     """
+    form = forms[0] if len(forms) == 1 else Form([i for one in forms for i in one.integrals()])
+    if form.empty():
+        return None
     groups: dict[tuple[str, Any], list[Any]] = {}
     for integral in form.integrals():
         key = integral.integral_type(), integral.subdomain_id()
@@ -208,12 +211,15 @@ def interpreted(form: Form, moving: Collection[Any] = ()) -> fem.Form:
     elements = [space.ufl_element() for space in spaces]
     columns = elements[1].dim if len(elements) == 2 else 1
     static, steady, coordinates = _steady(ufl_domain, coefficients, moving)
-    programs = []
+    rules = []
     for number, key in enumerate(order):
         place = form.signature(), number, tuple(static)
         if place not in READ:
             READ[place] = rules_of(groups[key], coefficients, constants, elements, static)
-        programs.append(Program(READ[place], len(spaces), columns, steady, coordinates))
+        rules.append(READ[place])
+    if len(spaces) == 2 and not any(rule.parts for some in rules for rule in some):
+        return None
+    programs = [Program(some, len(spaces), columns, steady, coordinates) for some in rules]
     addresses = [program.address(len(programs)) for program in programs]
     places = fem.Constant(ufl_domain, np.array(addresses))
     every = np.arange(len(coefficients), dtype=np.int8)
@@ -284,17 +290,3 @@ def _entities(form: Form, kind: tuple[str, Any]) -> Any:
     found = get_integration_domains(KINDS[integral_type], subdomains, list(parts))
     own = [np.asarray(e).ravel() for k, e in found if k in parts]
     return np.concatenate([np.zeros(0), *own]).astype(np.int32)
-
-
-def summed(forms: Sequence[Form], moving: Collection[Any] = ()) -> fem.Form | None:
-    """The sum of forms as one program; None for nothing.
-
-    Args:
-        forms: Forms with the same arguments.
-        moving: As of `interpreted`.
-
-    Raises:
-        Unsupported: If one has something that programs do not have.
-    """
-    integrals = [i for form in forms for i in form.integrals()]
-    return interpreted(Form(integrals), moving) if integrals else None

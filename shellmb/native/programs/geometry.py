@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from functools import cached_property
 
 import numpy as np
 
@@ -33,59 +33,39 @@ class Geometry:
     ) -> None:
         self.graph, self._value, self._facet = graph, value, facet
         self._gdim, self._tdim = dimensions
-        self._known: dict[str, Any] = {}
-
-    def _once(self, name: str, make: Callable[[], Any]) -> Any:
-        if name not in self._known:
-            self._known[name] = make()
-        return self._known[name]
 
     def coordinates(self) -> Tensor:
         """Place of the point, shape (dimension,)."""
         none = (0,) * self._tdim
         return array([self._value(Input(COORDINATES, i, none)) for i in range(self._gdim)])
 
+    @cached_property
     def jacobian(self) -> Tensor:
         """Derivatives of the place by the reference coordinates."""
-        unit = np.eye(self._tdim, dtype=int)
-        return self._once(
-            "J",
-            lambda: array(
-                [
-                    [self._value(Input(COORDINATES, i, tuple(map(int, e)))) for e in unit]
-                    for i in range(self._gdim)
-                ]
-            ),
-        )
+        unit = [tuple(map(int, e)) for e in np.eye(self._tdim, dtype=int)]
+        of = range(self._gdim)
+        return array([[self._value(Input(COORDINATES, i, e)) for e in unit] for i in of])
 
+    @cached_property
     def determinant(self) -> Scalar:
         """Size of the cell relative to its reference."""
+        J, g = self.jacobian, self.graph
+        if self._gdim == self._tdim:
+            return det(g, J)
+        c = J[:, 0] if self._tdim == 1 else crossed(g, J[:, 0], J[:, 1])
+        return g.unary("sqrt", contract(g, c, c))
 
-        def make() -> Scalar:
-            J, g = self.jacobian(), self.graph
-            if self._gdim == self._tdim:
-                return det(self.graph, J)
-            if self._tdim == 1:
-                return g.unary("sqrt", contract(self.graph, J[:, 0], J[:, 0]))
-            c = crossed(self.graph, J[:, 0], J[:, 1])
-            return g.unary("sqrt", contract(self.graph, c, c))
-
-        return self._once("detJ", make)
-
+    @cached_property
     def inverse(self) -> Tensor:
         """Inverse of the Jacobian; its pseudo-inverse in a surface or on a line in space."""
-
-        def make() -> Tensor:
-            J = self.jacobian()
-            if self._gdim == self._tdim:
-                return inverse(self.graph, J)
-            return times(self.graph, inverse(self.graph, times(self.graph, J.T, J)), J.T)
-
-        return self._once("K", make)
+        J, g = self.jacobian, self.graph
+        if self._gdim == self._tdim:
+            return inverse(g, J)
+        return times(g, inverse(g, times(g, J.T, J)), J.T)
 
     def facet_size(self) -> Scalar:
         """Length of what the facet is to its reference, in a mesh of surfaces."""
-        J, of = self.jacobian(), self.graph.of_entity
+        J, of = self.jacobian, self.graph.of_entity
         tangent = [contract(self.graph, row, [of(a) for a in range(self._tdim)]) for row in J]
         return self.graph.unary("sqrt", contract(self.graph, tangent, tangent))
 
@@ -94,9 +74,9 @@ class Geometry:
         # behind the tangent stands the normal, of the reference
         normal = [self.graph.of_entity(self._tdim + a) for a in range(self._tdim)]
         if self._tdim == 1:
-            way = [self.graph.mul(normal[0], x) for x in self.jacobian()[:, 0]]
+            way = [self.graph.mul(normal[0], x) for x in self.jacobian[:, 0]]
         else:
-            K = self.inverse()
+            K = self.inverse
             way = [contract(self.graph, K[:, i], normal) for i in range(self._gdim)]
         size = self.graph.unary("sqrt", contract(self.graph, way, way))
         return array([self.graph.div(x, size) for x in way])
@@ -104,7 +84,7 @@ class Geometry:
     def scale(self) -> Scalar:
         """Share of a point: its weight times the size of the entity to its reference."""
         if not self._facet:
-            size = self.determinant()
+            size = self.determinant
             if self._gdim == self._tdim:
                 size = self.graph.unary("abs", size)
         elif self._tdim == 2:

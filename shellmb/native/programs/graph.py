@@ -8,7 +8,7 @@ product of two.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple, Protocol
 
 
@@ -66,7 +66,11 @@ class Direction(Protocol):
 
     def of_variable(self, label: int, component: int) -> Scalar | None:
         """Derivative of a variable's component; None if it is that of what the variable is."""
-        ...
+        return None
+
+    def through(self, node: int, change: Scalar) -> Scalar:
+        """Derivative of a variable's component, by that of what the variable is."""
+        return change
 
 
 # operations of two numbers, of one, and those that choose
@@ -87,12 +91,16 @@ class Graph:
 
     Attributes:
         nodes: Operations, each with what it is of; those come before it.
+        operands: Nodes that each is of, those that variables are in place of these.
+        values: Numbers, of nodes that are such.
         varies: Whether each node's value depends on the point or the cell.
         steady: Whether each node's value seldom changes.
     """
 
     def __init__(self, static: Collection[int] = ()) -> None:
         self.nodes: list[tuple[Any, ...]] = []
+        self.operands: list[list[int]] = []
+        self.values: dict[int, float] = {}
         self.varies: list[bool] = []
         self.steady: list[bool] = []
         self._static = static
@@ -104,18 +112,20 @@ class Graph:
         if found is None:
             found = self._known[node] = len(self.nodes)
             self.nodes.append(node)
+            own: list[int] = []
             if varies is None:
-                args = node[1:]
                 varies, steady = False, True
-                for k in args:
+                for k in node[1:]:
                     varies = varies or self.varies[k]
                     steady = steady and self.steady[k]
+                    own.append(self.actual(k))
+            self.operands.append(own)
             self.varies.append(varies)
             self.steady.append(steady)
         return found
 
     def operation(self, op: str, *args: int) -> int:
-        """Any operation as it is."""
+        """Any operation as it is; one where a comparison holds, zero elsewhere."""
         return self._node(op, *args)
 
     def actual(self, node: int) -> int:
@@ -124,15 +134,39 @@ class Graph:
             node = self.nodes[node][3]
         return node
 
-    def operands(self, node: int) -> list[int]:
-        """Nodes that a node is of."""
-        op, *args = self.nodes[node]
-        return [] if op in LEAVES else [self.actual(a) for a in args]
+    def ordered(
+        self, roots: Iterable[Iterable[int]], given: Callable[[int], bool]
+    ) -> tuple[list[int], list[int], dict[int, int]]:
+        """Nodes behind the operands of those not given, where groups end, and uses of each."""
+        order, ends, uses = list[int](), list[int](), dict[int, int]()
+        done: set[int] = set()
+        for group in roots:
+            for root in map(self.actual, group):
+                uses[root] = uses.get(root, 0) + 1
+                stack = [(root, False)]
+                while stack:
+                    node, ready = stack.pop()
+                    if node in done:
+                        continue
+                    own = [] if given(node) else self.operands[node]
+                    if ready:
+                        done.add(node)
+                        order.append(node)
+                        for a in own:
+                            uses[a] = uses.get(a, 0) + 1
+                        continue
+                    stack.append((node, True))
+                    stack.extend((a, False) for a in reversed(own) if a not in done)
+            ends.append(len(order))
+        return order, ends, uses
 
     def number(self, value: float) -> int:
         """A number."""
-        value = float(value)
-        return self._node("number", 0.0 if value == 0.0 else value, varies=False)
+        # zero has one sign
+        value = float(value) + 0.0
+        found = self._node("number", value, varies=False)
+        self.values[found] = value
+        return found
 
     def constant(self, place: int) -> int:
         """A constant of the form, by its place among all of them."""
@@ -155,11 +189,6 @@ class Graph:
         varies, steady = self.varies[of], self.steady[of]
         return self._node("alias", label, component, of, varies=varies, steady=steady)
 
-    def value_of(self, node: int) -> float | None:
-        """The number that a node is; None if it is none."""
-        op, *args = self.nodes[node]
-        return float(args[0]) if op == "number" else None
-
     def add(self, a: Scalar, b: Scalar) -> Scalar:
         """Sum."""
         if isinstance(a, Multilinear) or isinstance(b, Multilinear):
@@ -172,7 +201,7 @@ class Graph:
             found = dict(a.parts)
             for key, node in b.parts.items():
                 found[key] = self.added(found[key], node) if key in found else node
-            return _linear(found, self.zero)
+            return linear(found, self.zero)
         return self.added(a, b)
 
     def added(self, a: int, b: int) -> int:
@@ -181,7 +210,7 @@ class Graph:
             return b
         if b == self.zero:
             return a
-        x, y = self.value_of(a), self.value_of(b)
+        x, y = self.values.get(a), self.values.get(b)
         if x is not None and y is not None:
             return self.number(x + y)
         return self._node("add", *sorted((a, b)))
@@ -200,7 +229,7 @@ class Graph:
             return self.zero
         if a == self.zero:
             return self.negative(b)
-        x, y = self.value_of(a), self.value_of(b)
+        x, y = self.values.get(a), self.values.get(b)
         if x is not None and y is not None:
             return self.number(x - y)
         return self._node("sub", a, b)
@@ -215,11 +244,11 @@ class Graph:
                     key = tuple(sorted((*one, *two), key=lambda item: -item.source))
                     made = self.times(x, y)
                     found[key] = self.added(found[key], made) if key in found else made
-            return _linear(found, self.zero)
+            return linear(found, self.zero)
         for part, factor in ((a, b), (b, a)):
             if isinstance(part, Multilinear) and isinstance(factor, int):
                 parts = {key: self.times(factor, node) for key, node in part.parts.items()}
-                return _linear(parts, self.zero)
+                return linear(parts, self.zero)
         assert isinstance(a, int) and isinstance(b, int)
         return self.times(a, b)
 
@@ -231,14 +260,14 @@ class Graph:
             return b
         if b == self.one:
             return a
-        x, y = self.value_of(a), self.value_of(b)
+        x, y = self.values.get(a), self.values.get(b)
         if x is not None and y is not None:
             return self.number(x * y)
         if y is not None:
             a, b, x, y = b, a, y, x
         if x is not None:
             op, *args = self.nodes[b]
-            if op == "mul" and (z := self.value_of(args[0])) is not None:
+            if op == "mul" and (z := self.values.get(args[0])) is not None:
                 return self.times(self.number(x * z), args[1])
             # numbers first
             return self._node("mul", a, b)
@@ -255,7 +284,7 @@ class Graph:
             return self.mul(self.div(self.one, b), a)
         if a == self.zero or b == self.one:
             return a
-        x, y = self.value_of(a), self.value_of(b)
+        x, y = self.values.get(a), self.values.get(b)
         if y is not None and y != 0:
             return self.number(x / y) if x is not None else self.times(self.number(1 / y), a)
         if not self.varies[b] and self.varies[a]:
@@ -268,7 +297,7 @@ class Graph:
             if b == self.one:
                 return a
             raise Unsupported("a power of an argument")
-        y = self.value_of(b)
+        y = self.values.get(b)
         if y is not None:
             if y == 0:
                 return self.one
@@ -282,7 +311,7 @@ class Graph:
                 return self.div(self.one, a)
             if y == -2:
                 return self.div(self.one, self.mul(a, a))
-        x = self.value_of(a)
+        x = self.values.get(a)
         if x is not None and y is not None:
             return self.number(x**y)
         return self._node("pow", a, b)
@@ -291,7 +320,7 @@ class Graph:
         """A function of one number."""
         if isinstance(a, Multilinear):
             raise Unsupported(f"{op} of an argument")
-        x = self.value_of(a)
+        x = self.values.get(a)
         if x is not None:
             if op == "sign":
                 return self.number(math.copysign(1.0, x) if x else 0.0)
@@ -307,17 +336,13 @@ class Graph:
             raise Unsupported(f"{op} of an argument")
         return self._node(op, a, b)
 
-    def compared(self, op: str, *args: int) -> int:
-        """One where a comparison, or a combination of such, holds; zero elsewhere."""
-        return self._node(op, *args)
-
     def choose(self, where: int, a: Scalar, b: Scalar) -> Scalar:
         """One of two values."""
         if isinstance(a, Multilinear) or isinstance(b, Multilinear):
             parts = [x.parts if isinstance(x, Multilinear) else {} for x in (a, b)]
             if any(isinstance(x, int) and x != self.zero for x in (a, b)):
                 raise Unsupported("a choice with and without an argument")
-            return _linear(
+            return linear(
                 {
                     key: self._choose(where, *(p.get(key, self.zero) for p in parts))
                     for key in {**parts[0], **parts[1]}
@@ -400,7 +425,7 @@ class Graph:
             return zero
         match op:
             case "alias":
-                return d[0]
+                return direction.through(node, d[0])
             case "add":
                 return self.add(d[0], d[1])
             case "sub":
@@ -421,7 +446,7 @@ class Graph:
             case "choose":
                 return self.choose(args[0], d[1], d[2])
             case "min" | "max":
-                where = self.compared("lt" if op == "min" else "gt", *args)
+                where = self.operation("lt" if op == "min" else "gt", *args)
                 return self.choose(where, d[0], d[1])
             case "atan2":
                 a, b = args
@@ -467,7 +492,7 @@ class Graph:
         raise Unsupported(op)
 
 
-def _linear(parts: Mapping[Key, int], zero: int) -> Scalar:
-    """Linear part without what is zero."""
+def linear(parts: Mapping[Key, int], zero: int) -> Scalar:
+    """Linear part without what is zero; zero without any."""
     found = {key: node for key, node in parts.items() if node != zero}
     return Multilinear(found) if found else zero

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Collection, Mapping, Sequence
+from functools import partial, reduce
 from typing import Any
 
 import numpy as np
@@ -25,7 +26,9 @@ FUNCTIONS = {
     "cosh": "cosh", "sinh": "sinh", "tanh": "tanh", "acos": "acos", "asin": "asin",
     "atan": "atan", "erf": "erf", "abs": "abs", "sign": "sign",
 }  # fmt: skip
-COMPARISONS = {"lt", "le", "gt", "ge", "eq", "ne"}
+COMPARISONS = {name: name for name in ("lt", "le", "gt", "ge", "eq", "ne")}
+COMPARISONS |= {"and_condition": "and", "or_condition": "or", "not_condition": "not"}
+BINARIES = {"atan2": "atan2", "min_value": "min", "max_value": "max"}
 
 
 class Reader:
@@ -65,6 +68,7 @@ class Reader:
         self._along = [Along(self.value, a) for a in range(self._tdim)]
         self._memo: dict[Any, Tensor] = {}
         self._bound: dict[int, int] = {}
+        self._directions: dict[Any, Gateaux] = {}
         self._kept: list[Any] = []
         dimensions = self._gdim, self._tdim
         self.geometry = Geometry(self.graph, self.value, dimensions, facet)
@@ -94,18 +98,21 @@ class Reader:
         key = id(expr), *(self._bound[k] for k in expr.ufl_free_indices)
         found = self._memo.get(key)
         if found is None:
-            own = getattr(self, f"_{expr._ufl_handler_name_}", None)
+            name = expr._ufl_handler_name_
+            own = getattr(self, f"_{name}", None)
             if own is not None:
                 made = own(expr)
-            elif expr._ufl_handler_name_ in FUNCTIONS:
-                op, of = FUNCTIONS[expr._ufl_handler_name_], self.scalar(expr.ufl_operands[0])
-                made = self.graph.unary(op, of)
-            elif expr._ufl_handler_name_ in COMPARISONS:
-                made = self._compared(expr._ufl_handler_name_, expr)
+            elif name in FUNCTIONS:
+                made = self.graph.unary(FUNCTIONS[name], *map(self.scalar, expr.ufl_operands))
+            elif name in BINARIES:
+                made = self.graph.binary(BINARIES[name], *map(self.scalar, expr.ufl_operands))
+            elif name in COMPARISONS:
+                args: Any = map(self.scalar, expr.ufl_operands)
+                made = self.graph.operation(COMPARISONS[name], *args)
             else:
                 lowered = apply_algebra_lowering(expr)
                 if type(lowered) is type(expr):
-                    raise Unsupported(expr._ufl_handler_name_)
+                    raise Unsupported(name)
                 made = self.tensor(lowered)
             found = self._memo[key] = array(made)
             # what is known by its id has to live
@@ -159,7 +166,7 @@ class Reader:
                 return [self.value(Input(source, first + k, none)) for k in range(size)]
             case "CovariantPiola":
                 own = [self.value(Input(source, first + k, none)) for k in range(size)]
-                K = self.geometry.inverse()
+                K = self.geometry.inverse
                 return [contract(self.graph, K[:, i], own) for i in range(self._gdim)]
         raise Unsupported(f"an element that is mapped by {type(element.pullback).__name__}")
 
@@ -175,7 +182,7 @@ class Reader:
                 return found
             case "IdentityPullback":
                 return list(values)
-        J = self.geometry.jacobian()
+        J = self.geometry.jacobian
         return [contract(self.graph, J[:, a], values) for a in range(self._tdim)]
 
     def _size(self, element: Any) -> int:
@@ -194,13 +201,10 @@ class Reader:
 
     def _variable(self, expr: Any) -> Tensor:
         of, label = self.tensor(expr.ufl_operands[0]), expr.label().count()
-        made = np.empty(of.shape, dtype=object)
-        for k, place in enumerate(np.ndindex(of.shape)):
-            value = of[place]
-            if isinstance(value, Multilinear):
-                raise Unsupported("a variable that is an argument")
-            made[place] = self.graph.alias(label, k, value)
-        return made
+        if any(isinstance(value, Multilinear) for value in of.flat):
+            raise Unsupported("a variable that is an argument")
+        numbers = np.arange(of.size).reshape(of.shape)
+        return _pairwise(partial(self.graph.alias, label), numbers, of)
 
     # geometry
 
@@ -208,13 +212,13 @@ class Reader:
         return self.geometry.coordinates()
 
     def _jacobian(self, expr: Any) -> Tensor:
-        return self.geometry.jacobian()
+        return self.geometry.jacobian
 
     def _jacobian_determinant(self, expr: Any) -> Scalar:
-        return self.geometry.determinant()
+        return self.geometry.determinant
 
     def _jacobian_inverse(self, expr: Any) -> Tensor:
-        return self.geometry.inverse()
+        return self.geometry.inverse
 
     def _facet_normal(self, expr: Any) -> Tensor:
         return self.geometry.normal()
@@ -235,34 +239,12 @@ class Reader:
     def _power(self, expr: Any) -> Scalar:
         return self.graph.pow(*map(self.scalar, expr.ufl_operands))
 
-    def _atan2(self, expr: Any) -> Scalar:
-        return self.graph.binary("atan2", *map(self.scalar, expr.ufl_operands))
-
-    def _min_value(self, expr: Any) -> Scalar:
-        return self.graph.binary("min", *map(self.scalar, expr.ufl_operands))
-
-    def _max_value(self, expr: Any) -> Scalar:
-        return self.graph.binary("max", *map(self.scalar, expr.ufl_operands))
-
     def _conditional(self, expr: Any) -> Tensor:
         condition, *ways = expr.ufl_operands
         where = self.scalar(condition)
         assert isinstance(where, int)
         a, b = map(self.tensor, ways)
         return _pairwise(lambda x, y: self.graph.choose(where, x, y), a, b)
-
-    def _compared(self, op: str, expr: Any) -> int:
-        args: Any = map(self.scalar, expr.ufl_operands)
-        return self.graph.compared(op, *args)
-
-    def _and_condition(self, expr: Any) -> Scalar:
-        return self._compared("and", expr)
-
-    def _or_condition(self, expr: Any) -> Scalar:
-        return self._compared("or", expr)
-
-    def _not_condition(self, expr: Any) -> Scalar:
-        return self._compared("not", expr)
 
     def _conj(self, expr: Any) -> Tensor:
         return self.tensor(expr.ufl_operands[0])
@@ -323,15 +305,11 @@ class Reader:
                 names = [i.count() for i in inner_indices]
                 return self._with(names, places, inner)[()]
             elif name == "sum":
-                parts = [self._component(o, places) for o in of.ufl_operands]
-                return self.graph.total(parts)
+                return self.graph.total([self.tensor(o)[places] for o in of.ufl_operands])
             else:
                 return self.tensor(of)[places]
             if not places:
                 return self.scalar(of)
-
-    def _component(self, of: Any, places: tuple[int, ...]) -> Scalar:
-        return self.tensor(of)[places]
 
     def _with(self, names: Sequence[int], values: Sequence[int], inner: Any) -> Tensor:
         before = {k: self._bound.get(k) for k in names}
@@ -355,17 +333,14 @@ class Reader:
     def _index_sum(self, expr: Any) -> Tensor:
         inner, indices = expr.ufl_operands
         (index,) = indices
-        parts = [self._with([index.count()], [k], inner) for k in range(expr.dimension())]
+        parts = (self._with([index.count()], [k], inner) for k in range(expr.dimension()))
         # of derivatives by vectors it may be one of vectors
-        made = np.empty(parts[0].shape, dtype=object)
-        for place in np.ndindex(made.shape):
-            made[place] = self.graph.total([part[place] for part in parts])
-        return made
+        return reduce(partial(_pairwise, self.graph.add), parts)
 
     # derivatives
 
     def _grad(self, expr: Any) -> Tensor:
-        (of,), K = expr.ufl_operands, self.geometry.inverse()
+        (of,), K = expr.ufl_operands, self.geometry.inverse
         values = self.tensor(of)
         made = np.empty((*values.shape, self._gdim), dtype=object)
         for place in np.ndindex(values.shape):
@@ -394,9 +369,10 @@ class Reader:
                 found[self._numbers[of], int(place)] = values[()]
             else:
                 raise Unsupported(f"a derivative by {f._ufl_handler_name_}")
-        direction = Gateaux(self.graph.zero, self.along, found)
-        values = self.tensor(integrand)
-        return _mapped(lambda x: self.graph.derivative(x, direction), values)
+        key = tuple((*place, id(value)) for place, value in found.items())
+        if key not in self._directions:
+            self._directions[key] = Gateaux(self.graph, self.along, found)
+        return _mapped(self._directions[key].derivative, self.tensor(integrand))
 
     def _variable_derivative(self, expr: Any) -> Tensor:
         of, variable = expr.ufl_operands
@@ -405,23 +381,14 @@ class Reader:
         label = variable.label().count()
         made = np.empty((*values.shape, *shape), dtype=object)
         for k, place in enumerate(np.ndindex(shape)):
-            direction = ByVariable(self.graph, label, k)
-            for at in np.ndindex(values.shape):
-                value: Any = values[at]
-                made[(*at, *place)] = self.graph.derivative(value, direction)
+            along = partial(self.graph.derivative, direction=ByVariable(self.graph, label, k))
+            made[(..., *place)] = _mapped(along, values)
         return made
 
 
 def _mapped(function: Callable[[Any], Scalar], values: Any) -> Tensor:
-    made = np.empty(values.shape, dtype=object)
-    for place in np.ndindex(values.shape):
-        made[place] = function(values[place])
-    return made
+    return np.frompyfunc(function, 1, 1)(values)
 
 
 def _pairwise(function: Callable[[Scalar, Scalar], Scalar], a: Tensor, b: Tensor) -> Tensor:
-    made = np.empty(a.shape, dtype=object)
-    for place in np.ndindex(a.shape):
-        pair: Any = a[place], b[place]
-        made[place] = function(*pair)
-    return made
+    return np.frompyfunc(function, 2, 1)(a, b)

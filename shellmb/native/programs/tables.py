@@ -13,8 +13,11 @@ from ufl.algorithms.apply_algebra_lowering import apply_algebra_lowering
 from ufl.algorithms.apply_derivatives import apply_derivatives
 from ufl.algorithms.apply_integral_scaling import compute_integrand_scaling_factor
 from ufl.algorithms.estimate_degrees import estimate_total_polynomial_degree
+from ufl.classes import FormArgument, GeometricQuantity
+from ufl.corealg.traversal import traverse_unique_terminals
 
 from shellmb.arrays import Floats
+from shellmb.native.derivatives import taken
 from shellmb.native.programs.geometry import COORDINATES
 from shellmb.native.programs.graph import Input, Unsupported
 from shellmb.native.programs.reading import ARGUMENT
@@ -96,8 +99,16 @@ def _on_facets(cell: Any, places: Floats, weights: Floats) -> Points:
 
 def _estimated(integral: Any) -> int:
     """Degree that UFL estimates for a rule that has none."""
-    integrand = apply_derivatives(apply_algebra_lowering(integral.integrand()))
-    _, more = compute_integrand_scaling_factor(integral)
+    value, more = integral.integrand(), compute_integrand_scaling_factor(integral)[1]
+    leaves: list[Any] = list(traverse_unique_terminals(value))
+    functions: list[Any] = [f for f in leaves if isinstance(f, FormArgument)]
+    if not (
+        any(isinstance(x, GeometricQuantity) for x in leaves)
+        or any(f.ufl_element().embedded_superdegree for f in functions)
+    ):
+        # what is made of constants in a cell is one, as of joints
+        return int(more)
+    integrand = apply_derivatives(apply_algebra_lowering(taken(integral.integrand())))
     return int(estimate_total_polynomial_degree(integrand)) + int(more)
 
 

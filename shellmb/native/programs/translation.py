@@ -63,17 +63,12 @@ class Translation:
         given: Callable[[int], bool] = lambda node: False,
     ) -> None:
         self._graph, self._parts, self._groups = graph, parts, groups
-        self._given, self.kept = given, list[int]()
+        self._given = given
         self.code: list[Instruction] = []
         self.uniform_code: list[Instruction] = []
         self.terms: list[int] = []
-        # of nodes that vary: their registers; of others: their place among uniform numbers
-        self._register: dict[int, int] = {}
-        self._uniform: dict[int, int] = {}
-        self.numbers: list[float] = []
-        self.constants: list[int] = []
         roots = [[parts[key] for key in keys] for keys in groups]
-        self._order, self._ends, self._uses = _ordered(graph, roots, given)
+        self._order, self._ends, self._uses = graph.ordered(roots, given)
         self.registers, self._free = 0, list[int]()
         self.inputs: list[tuple[Input, int]] = []
         self.weight = -1
@@ -84,39 +79,32 @@ class Translation:
 
     def _leaves(self, entity_size: int) -> None:
         """Give numbers, constants and values of functions their places."""
-        graph = self._graph
-        for node in self._order:
-            if self._given(node):
-                self._register[node] = KEPT | len(self.kept)
-                self.kept.append(node)
-        for node in self._order:
-            op, *args = graph.nodes[node]
-            if not graph.varies[node] and op == "number":
-                self._uniform[node] = len(self.numbers)
-                self.numbers.append(float(args[0]))
-        self._zero, self._one = len(self.numbers), len(self.numbers) + 1
-        self.numbers += [0.0, 1.0]
+        graph, order = self._graph, self._order
+
+        def of(op: str) -> list[int]:
+            return [node for node in order if graph.nodes[node][0] == op]
+
+        self.kept = [node for node in order if self._given(node)]
+        self._register = {node: KEPT | k for k, node in enumerate(self.kept)}
+        numbers, constants = of("number"), of("constant")
+        self.numbers = [*map(graph.values.__getitem__, numbers), 0.0, 1.0]
+        self.constants = [graph.nodes[node][1] for node in constants]
+        self._zero, self._one = len(numbers), len(numbers) + 1
         first = len(self.numbers)
-        for node in self._order:
-            op, *args = graph.nodes[node]
-            if op == "constant":
-                self._uniform[node] = first + len(self.constants)
-                self.constants.append(args[0])
-        first += len(self.constants)
-        for node in self._order:
-            op, *args = graph.nodes[node]
-            if op == "entity":
-                self._uniform[node] = first + args[0]
+        # of nodes that vary: their registers; of others: their place among uniform numbers
+        self._uniform = {node: k for k, node in enumerate(numbers)}
+        self._uniform |= {node: first + k for k, node in enumerate(constants)}
+        first += len(constants)
+        self._uniform |= {node: first + graph.nodes[node][1] for node in of("entity")}
         self.uniforms = first + entity_size
-        for node in self._order:
+        for node in order:
             op = graph.nodes[node][0]
-            if node in self._register:
-                continue
-            if op == "input":
-                self._register[node] = self._new()
-                self.inputs.append((graph.nodes[node][1], self._register[node]))
-            elif op == "weight":
-                self.weight = self._register[node] = self._new()
+            if node not in self._register and op in ("input", "weight"):
+                self._register[node] = register = self._new()
+                if op == "input":
+                    self.inputs.append((graph.nodes[node][1], register))
+                else:
+                    self.weight = register
 
     def _translate(self) -> None:
         graph = self._graph
@@ -272,42 +260,6 @@ class Translation:
         self._free += filled
         for a in of:
             self._done_with(a)
-
-
-def _ordered(
-    graph: Graph, roots: Sequence[Sequence[int]], given: Callable[[int], bool]
-) -> tuple[list[int], list[int], dict[int, int]]:
-    """Nodes behind their operands, one group of values after the other.
-
-    Returns:
-        The nodes, where each group ends, and how often each node is used.
-    """
-    order: list[int] = []
-    ends: list[int] = []
-    uses: dict[int, int] = {}
-    done: set[int] = set()
-
-    def operands(node: int) -> list[int]:
-        return [] if given(node) else graph.operands(node)
-
-    for group in roots:
-        for root in map(graph.actual, group):
-            uses[root] = uses.get(root, 0) + 1
-            stack = [(root, False)]
-            while stack:
-                node, ready = stack.pop()
-                if node in done:
-                    continue
-                if ready:
-                    done.add(node)
-                    order.append(node)
-                    for a in operands(node):
-                        uses[a] = uses.get(a, 0) + 1
-                    continue
-                stack.append((node, True))
-                stack.extend((a, False) for a in reversed(operands(node)) if a not in done)
-        ends.append(len(order))
-    return order, ends, uses
 
 
 assert set(BINARY) | set(UNARY) | set(COMPARED) | {"choose"} <= set(CODES)

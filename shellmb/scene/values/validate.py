@@ -292,7 +292,9 @@ def described[T](label: str) -> Callable[[type[T]], type[T]]:
 
     def decorate(cls: type[T]) -> type[T]:
         # strict: neither texts nor truth values are numbers, and numbers are no truth values
-        config = ConfigDict(arbitrary_types_allowed=True, extra="forbid", strict=True)
+        config = ConfigDict(
+            arbitrary_types_allowed=True, extra="forbid", strict=True, defer_build=True
+        )
         made: Any = pydantic_dataclass(frozen=True, config=config)(cls)
         checked_init = made.__init__
 
@@ -306,6 +308,10 @@ def described[T](label: str) -> Callable[[type[T]], type[T]]:
             except ValidationError as failure:
                 said = with_name(label, made, args, kwargs)
                 raise SceneError(sentence(said, made, failure)) from None
+            finally:
+                # pydantic builds checks with the first object, and puts its own in place
+                if made.__init__ is not init:
+                    made.__init__ = init
 
         made.__init__ = init
         made.label = label

@@ -8,7 +8,6 @@ from typing import Any, NamedTuple
 from mpi4py import MPI
 
 import numpy as np
-from scipy.sparse import csr_array
 
 from shellmb.arrays import Floats, Ints
 from shellmb.errors import ConvergenceError
@@ -359,7 +358,7 @@ class FacesCoupling:
         self.candidates = self.contact.candidates(arrays["y"], arrays["x"], self._wider)
         entries, rows = arrays["entries"], arrays["rows"]
         has = np.ones(len(entries)), entries, rows
-        self._pattern, self.changed = csr_array(has, shape=self._pattern.shape), True
+        self._pattern, self.changed = type(self._pattern)(has, shape=self._pattern.shape), True
 
     def _find(self, y: Floats, x: Floats, slack: float) -> None:
         self._wider = slack
