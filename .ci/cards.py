@@ -159,7 +159,7 @@ def _points(what: Showing, states: tuple[dict[str, Any], ...], reference: bool) 
 def with_bar(picture: Image.Image, what: Showing, coloured: bool = True) -> Image.Image:
     """A picture with the bar, its name and unit, and the scale of displacements below it."""
     width, k = picture.width, picture.width / WIDTH
-    font = ImageFont.truetype(findfont("DejaVu Sans"), round(15 * min(k, 1.2)))
+    font = ImageFont.truetype(findfont("DejaVu Sans"), round(22 * min(k, 1.2)))
     whole = Image.new("RGB", (width, picture.height + BAND), "white")
     whole.paste(picture, (0, 0))
     pen, top = ImageDraw.Draw(whole), picture.height
@@ -168,7 +168,7 @@ def with_bar(picture: Image.Image, what: Showing, coloured: bool = True) -> Imag
         pen.text((width / 2, top + 44), larger, "black", font, "mm")
         return whole
     low, high = what.limits
-    left, right = round(0.14 * width), round(0.86 * width)
+    left, right = round(0.19 * width), round(0.81 * width)
     colours = mpl.colormaps[what.colours](np.linspace(0, 1, right - left))[:, :3]
     rows = np.repeat((255 * colours).astype(np.uint8)[None], 14, axis=0)
     whole.paste(Image.fromarray(rows), (left, top + 34))

@@ -6,7 +6,7 @@
     python .ci/gallery.py --check           # fails if the page has other cards
 
 A card has a picture (`.ci/cards.py`), the first line of the demo, and the processor time of the
-command with cached kernels. Demos that draw a figure of their own show that figure.
+command with compiled loops. Demos that draw a figure of their own show that figure.
 """
 
 from __future__ import annotations
@@ -126,7 +126,7 @@ def cards() -> str:
         for kind, names in ({FIRST: []} | kinds()).items()
     }
     return "\n\n".join(
-        f"## {title[0].upper()}{title[1:]}\n\n````{{grid}} 1 2 3 3\n:gutter: 2\n\n"
+        f"## {title[0].upper()}{title[1:]}\n\n````{{grid}} 1 2 2 2\n:gutter: 2\n\n"
         + "\n\n".join(made)
         + "\n````"
         for title, made in groups.items()

@@ -1,4 +1,4 @@
-"""What accuracy costs: the tables of docs/evidence/accuracy.md and demos/studies/README.md.
+"""What accuracy costs: the tables of docs/evidence/bundled_studies.md and demos/studies/README.md.
 
 shellmb study --bundled all --clock cpu --out runs/studies
 cp runs/studies/*/*.json runs/studies/*/*.png demos/studies
@@ -21,7 +21,7 @@ from shellmb.studies.advice import TARGETS
 
 ROOT = Path(__file__).resolve().parents[1]
 STORED = ROOT / "demos" / "studies"
-PAGE, SECTIONS = ROOT / "docs" / "evidence" / "accuracy.md", STORED / "README.md"
+PAGE, SECTIONS = ROOT / "docs" / "evidence" / "bundled_studies.md", STORED / "README.md"
 BEGIN, END = "<!-- shellmb study: begin -->", "<!-- shellmb study: end -->"
 # what others are compared with, and how many of them a cell names
 BASE, NAMED = "EP", 3

@@ -1,6 +1,8 @@
 """Documentation of shellmb: Sphinx with MyST, tutorials executed when it is built (myst-nb).
 
-    uv run --group docs sphinx-build -W --keep-going docs docs/_build/html
+    uv run --group docs sphinx-build -W --keep-going -j 2 docs docs/_build/html
+
+The first build executes the tutorials, two at a time: about five minutes of processor time in all.
 
 Sphinx, as FEniCSx itself uses it: equations, cross references that are checked, an API reference
 from docstrings, and tutorials that are text files which run.
@@ -130,6 +132,8 @@ def _end(app: Any, exception: Exception | None) -> None:
 def setup(app: Any) -> None:
     """Hooks of Sphinx."""
     _begin(app)
+    # it only adds files, and does not say that pages may be read two at a time (`-j 2`)
+    app.extensions["sphinx-mathjax-offline"].parallel_read_safe = True
     app.connect("build-finished", _end)
     app.connect("builder-inited", _commands)
     app.connect("autodoc-process-docstring", _markdown, priority=100)

@@ -81,7 +81,7 @@ class LinePoint(NamedTuple):
     """Quantities on which a term of the user's in the weak form of a beam may depend.
 
     A term is a function of this that returns the virtual work, per reference length, of forces that
-    act on the beam; it enters the work account.
+    act on the beam; it enters the energy balance.
 
     Args:
         u: Displacement at the mid-point, shape (3,), m.
@@ -246,7 +246,7 @@ class BeamMixed:
         D0: Bending stiffness without force, `D - B^T A^-1 B`, shape (3, 3), N m^2.
         N0: Size of the forces, by which their unknowns are of the size of strains, N.
         H: Coupling `A^-1 B`, shape (3, 3), m; None without, and then none of its terms exists.
-        held: Strains of `Gamma` that are held at zero by forces that are multipliers, as in
+        held: Strains of `Gamma` that are constrained to zero by forces that are multipliers, as in
             `LinearMixed`: of the others only `A_inv` is the inverse then.
         slack: Compliance of the multipliers, 1/N; None without any.
     """

@@ -12,7 +12,7 @@ class Point(NamedTuple):
     """Fields at a point of a shell over one sub-interval of a step.
 
     A term is a function of this that returns the virtual work, per reference area, of forces that
-    act on the shell; it enters the work account.
+    act on the shell; it enters the energy balance.
 
     Args:
         u: Displacement at the mid-point, shape (3,), m.

@@ -23,7 +23,8 @@ FOLDERS["shellmb"] = ROOT / "shellmb"
 # evidence, which is run from a checkout and not installed
 BENCH, PAPER = "tests.bench", "demos.paper"
 FOLDERS |= {BENCH: ROOT / "tests/bench", PAPER: ROOT / "demos/paper"}
-EVIDENCE = (BENCH, PAPER, "shellmb.demos.studies", "shellmb.demos.verification")
+EVIDENCE = (BENCH, PAPER)
+EVIDENCE += tuple(f"shellmb.demos.{name}" for name in ("effects", "studies", "verification"))
 
 # a layer imports only layers of a smaller rank, and itself
 FLOW = (
@@ -52,7 +53,6 @@ TOP = (
     "options",
     "running",
     "api",
-    "effects",
     "demos",
     "studies",
     "accuracy",
@@ -83,7 +83,7 @@ MAX_MODULES, NO_ROOM = 12, {"demos"}
 # `python -m tests.size` prints them. Both numbers are those of the last landing: none may be
 # exceeded, and whoever lands less writes down less. A core that stands beside the one that it
 # replaces is added as a term of its own, with the name of the branch that takes it away again.
-MOST_LINES = {"Python": 60_669, "C": 2_756}
+MOST_LINES = {"Python": 59_324, "C": 2_756}
 # so much less than that, and it has to be written down
 LESS = 300
 

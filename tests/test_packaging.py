@@ -42,7 +42,7 @@ def test_evidence_is_not_installed() -> None:
     roots = {name.split(".")[0] for name in packages}
     assert roots == {"shellmb"}
     named = {part for name in packages for part in name.split(".")}
-    assert not named & {"bench", "figures", "paper", "peers", "tests", "verification"}
+    assert not named & {"bench", "effects", "figures", "paper", "peers", "tests", "verification"}
     assert "shellmb.demos.studies" not in packages
     for command, module in OF_CHECKOUTS.items():
         said = CliRunner().invoke(app, [command, "--json"])
@@ -50,7 +50,7 @@ def test_evidence_is_not_installed() -> None:
         assert (ROOT / module.split()[-1].replace(".", "/") / "__main__.py").is_file()
 
 
-@pytest.mark.parametrize("command", ["verify --slow", "study --bundled all"])
+@pytest.mark.parametrize("command", ["verify --slow", "study --bundled all", "effects sudden_load"])
 def test_a_wheel_says_where_evidence_is(command: str, tmp_path: Path) -> None:
     """An installation is what the list of packages says; the commands of a checkout name it."""
     for name in PROJECT["tool"]["setuptools"]["packages"]:
@@ -68,8 +68,8 @@ def test_a_wheel_says_where_evidence_is(command: str, tmp_path: Path) -> None:
     assert said.returncode == 2
     (line,) = said.stderr.splitlines()
     assert re.fullmatch(
-        r"error: `(shellmb (verify|study --bundled))` belongs to a checkout of shellmb, run it "
-        r"there: `python3 -m uv run \1`",
+        r"error: `(shellmb (verify|study --bundled|effects))` belongs to a checkout of shellmb, "
+        r"run it there: `python3 -m uv run \1`",
         line,
     )
 

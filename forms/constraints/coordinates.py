@@ -17,8 +17,8 @@ and with `c, s` quadratic in the unknowns
 holds exactly, so the bracket is an exact discrete gradient. The angle that belongs to `c, s` is
 known up to whole turns only, so the equation of a rotation `x` is that its change since the start
 of the sub-interval is the angle from `(cos x_a, sin x_a)` to `(c, s)`, the one below half a turn:
-the way that its torques work on. It is linear in `x`, so that Newton's method cannot get to another
-turn; and as it begins with `x_a` itself, no error adds up from step to step.
+the path that its torques work on. It is linear in `x`, so that Newton's method cannot get to
+another turn; and as it begins with `x_a` itself, no error adds up from step to step.
 """
 
 import ufl

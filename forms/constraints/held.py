@@ -33,7 +33,7 @@ class Law(Protocol):
             path: The step.
             k: Row.
             dq: Direction.
-            inertialess: Whether what is held has no inertia.
+            inertialess: Whether what is fixed has no inertia.
         """
         ...
 

@@ -1,7 +1,7 @@
 """Rolling and sliding without slip: constraints `A(q) q' = 0` on velocities that no position obeys.
 
 Contact coordinates are unknowns of their own, without mass: the point of contact in the plane of
-the first body, where the second one is touched, and which way it heads. They are tied to both
+the first body, where the second one is touched, and its heading. They are tied to both
 bodies by constraints on positions, at most quadratic, whose multipliers carry the forces to the
 bodies. Velocities then obey equations between contact coordinates alone, with `A` linear in them,
 also on a plane that moves.

@@ -187,7 +187,7 @@ class ViscousBeam(_WithoutGap):
 
     Args:
         elastic: Its elastic form.
-        A: Stiffness of the forces, zero where strains are held, shape (3, 3), N.
+        A: Stiffness of the forces, zero where strains are constrained, shape (3, 3), N.
         R: Damping forces by the forces of `A`, shape (3, 3), s.
         D0: Damping of the curvatures without force, shape (3, 3), N m^2 s.
     """

@@ -45,7 +45,7 @@ class _Mechanism:
 
 @dataclass(frozen=True)
 class _Bodies:
-    """Values that a problem and the energy account ask of a model."""
+    """Values that a problem and the energy balance ask of a model."""
 
     comm: MPI.Comm
     bodies: list[Body]
@@ -60,7 +60,7 @@ class _Bodies:
 
     @property
     def stores(self) -> list[Body]:
-        """Bodies with an energy of their own in the account."""
+        """Bodies with an energy of their own in the balance."""
         return self.potentials
 
     def coupled(self, body: Body) -> bool:

@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 import typer
 
-from shellmb.cli.failures import first_rank, tell
+from shellmb.cli.checkout import of_checkout
 from shellmb.cli.options import SceneArgument, SetOption, offers, requested
 from shellmb.options.described import options_of
 from shellmb.options.run import ELEMENTS, Options
@@ -37,39 +37,16 @@ def effects(
     json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
     **options: Any,
 ) -> None:
-    """Show which effects a scene simulates, which it omits, why, and what each costs.
+    """Show which effects a scene simulates, omits, why, and what each costs; from a checkout.
 
     With `--without` or `--with` the scene is run as it is and with that changed: the change of its
     results beside that of its time. PART is one body, joint or element: `--without stretching:arm`.
     Costs are differences to the scene without the effect; times are medians of rounds in turn.
     """
+    report = of_checkout("effects.command", "shellmb effects")
     built, module = requested(scene, parameters, **options).build()
     said = {"without": without or [], "with": with_ or []}
-
-    from shellmb.effects.catalogue.registry import changed
-
     if without or with_:
-        other = changed(built, said["without"], said["with"])
-
-        from shellmb.effects.compare import compare
-        from shellmb.effects.report import comparison_json, print_comparison
-
-        compared = compare(built, other, module.results, repeat or 1, _report)
-        if first_rank() and json:
-            print(comparison_json(built.name, said, compared))
-        elif first_rank():
-            print_comparison(built.name, said, compared)
-        return
-
-    from shellmb.effects.report import print_survey, survey_json
-    from shellmb.effects.survey import survey
-
-    found = survey(built, 0 if quick else steps, repeat or 3, _report)
-    if first_rank() and json:
-        print(survey_json(built.name, found))
-    elif first_rank():
-        print_survey(built.name, found)
-
-
-def _report(text: str) -> None:
-    tell(f"effects: {text}")
+        report.tell_comparison(built, said, module.results, repeat or 1, json)
+    else:
+        report.tell_survey(built, 0 if quick else steps, repeat or 3, json)

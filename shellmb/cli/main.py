@@ -25,6 +25,7 @@ from shellmb.cli.options import (
     offers,
     requested,
     requested_run,
+    without_types,
 )
 from shellmb.cli.pictures import plot, report, view
 from shellmb.cli.report import (
@@ -71,6 +72,10 @@ OF_CHECKOUTS = {"bench": "python -m tests.bench", "figures": "python -m demos.pa
 
 class Commands(TyperGroup):
     """The commands; the error for one that only a checkout has says where it is."""
+
+    def get_params(self, ctx: Any) -> Any:
+        """List the parameters."""
+        return without_types(super().get_params(ctx))
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         """Find the command that arguments begin with."""

@@ -49,16 +49,20 @@ PicturesOption = Annotated[bool, typer.Option("--no-pictures", help="Do not draw
 JsonOption = Annotated[bool, typer.Option("--json", help="Print a JSON list.")]
 
 
+def without_types(found: Any) -> Any:
+    """Parameters, of which help shows no type where they are just on or off."""
+    for parameter in found:
+        if getattr(parameter, "is_flag", False) and parameter.metavar is None:
+            parameter.metavar = ""
+    return found
+
+
 class Command(TyperCommand):
     """A command that refuses the former name of an option with that of today."""
 
     def get_params(self, ctx: Any) -> Any:
-        """List the parameters; help shows no type of what is just on or off."""
-        found = super().get_params(ctx)
-        for parameter in found:
-            if getattr(parameter, "is_flag", False) and parameter.metavar is None:
-                parameter.metavar = ""
-        return found
+        """List the parameters."""
+        return without_types(super().get_params(ctx))
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Look for former names before anything is parsed."""

@@ -39,8 +39,8 @@ class Drift(Silent):
             if drift is None or drift <= bound:
                 continue
             says = (
-                f"{which} momentum drifts by {drift:.1e} of what was there or was exchanged, which "
-                "loads and supports do not explain"
+                f"{which} momentum has an unexplained error of {100 * drift:.2g} % (relative to "
+                "the largest momentum or impulse)"
             )
             largest = 0.0 if most is None else turns[most].largest
             fastest = most if ROTATION * largest**2 > drift else None

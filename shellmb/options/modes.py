@@ -63,8 +63,7 @@ class ModesOptions:
         metavar="RUN_DIR",
     )
     at: float | None = option(
-        "Linearise about the state at this time [s]. The scene is run up to this time first, from "
-        "where the run is or from the start.",
+        "Linearise about the state at this time [s]. The scene is run up to this time first.",
         metavar="TIME",
     )
     buckling: bool = option("Load factors of linear buckling under the loads.", default=False)

@@ -4,8 +4,9 @@ from collections.abc import Callable
 from typing import Any, cast
 
 from shellmb.errors import SceneError
+from shellmb.scene.lookup import listed
 from shellmb.scene.schemes import Scheme as Named
-from shellmb.schemes.base import Scheme
+from shellmb.schemes.base import END, Scheme
 from shellmb.schemes.defaults import Defaults
 from shellmb.schemes.ed import EnergyDecaying
 from shellmb.schemes.ep import EnergyPreserving, LinearDynamics
@@ -26,6 +27,9 @@ SCHEMES: dict[str, Callable[[float], Scheme]] = {
     "generalized-alpha": GeneralizedAlpha,
     "ed-printed": EnergyDecayingAsPrinted,
 }
+
+# what a scheme with states in between must say itself
+BETWEEN = ("moved", "prescribed", "load_weight")
 
 
 def make_scheme(scheme: str | Named, alpha: float) -> Scheme:
@@ -50,10 +54,18 @@ def completed(scheme: Named) -> Scheme:
 
     Args:
         scheme: The scheme, of a class that may be a user's.
+
+    Raises:
+        SceneError: If it has states in between and not what they need.
     """
-    kind = type(scheme)
-    if issubclass(kind, Defaults):
-        return cast(Scheme, scheme)
-    whole: Any = object.__new__(type(kind.__name__, (kind, Defaults), {}))
-    whole.__dict__.update(vars(scheme))
+    kind, whole = type(scheme), cast(Any, scheme)
+    if not issubclass(kind, Defaults):
+        whole = object.__new__(type(kind.__name__, (kind, Defaults), {}))
+        whole.__dict__.update(vars(scheme))
+    missing = [m for m in BETWEEN if getattr(type(whole), m) is getattr(Defaults, m)]
+    if missing and (*whole.stages,) != (END,):
+        raise SceneError(
+            f"scheme '{whole.name}' has the unknown states {listed(whole.stages)}; it must also "
+            f"define {listed(missing)}, whose defaults know '{END}' alone (as `schemes/ed.py` does)"
+        )
     return cast(Scheme, whole)

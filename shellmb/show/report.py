@@ -234,10 +234,10 @@ def _first_picture(run: Shown) -> str:
     file = run.directory / "shape.png"
     try:
         if file.is_file():
-            return _file_tag(file, "max-width:420px")
+            return _file_tag(file, "max-width:640px")
         if not len(run.fields.times):
             return ""
-        return image_tag(_png(run.picture()), "shape", "max-width:420px")
+        return image_tag(_png(run.picture()), "shape", "max-width:640px")
     except RunError as error:
         return f'<p class="quiet">{html.escape(str(error))}</p>'
 

@@ -314,8 +314,8 @@ class Problem:
         for constant, middle in zip(self._dt_values, self._time_values, strict=True):
             constant[...] = dt
             middle[...] = t + (dt / 2 if self.scheme.dynamic else dt)
-        if self.scheme.scaled:
-            self._scaled_rates.take(dt)
+        for rates in self._scaled_rates:
+            rates.take(dt)
         for name, stages in self.forms.items():
             for stage, forms in stages.items():
                 for sample in forms.samples:
@@ -327,11 +327,14 @@ class Problem:
         self._renew()
 
     @cached_property
-    def _scaled_rates(self) -> ScaledRates:
-        """Rates at the start times the step."""
-        fields = [(self.levels[name], stage) for name, stage in self._index]
+    def _scaled_rates(self) -> list[ScaledRates]:
+        """Rates at the start times the step, or those that a single state is taken with."""
         links = [self._bodies[name].links for name, _ in self._index]
-        return ScaledRates(self.system, fields, links)
+        last = [stages[END].stage for stages in self.forms.values() if self.scheme.dynamic]
+        kept = self.scheme.rates if any(stage and stage.single for stage in last) else ()
+        of = [(self.levels[name], stage) for name, stage in self._index]
+        named = (None,) if self.scheme.scaled else kept
+        return [ScaledRates(self.system, of, links, rate) for rate in named]
 
     def start_from_state(self) -> None:
         """Take the first guess of the scheme, from the state at the start of the step."""
@@ -491,9 +494,7 @@ class Problem:
 
     def support_work(self) -> float:
         """Work of the forces that hold or move the fixed dofs, over the step just solved, J."""
-        found = {}
-        for name, now in self._arrays.items():
-            found[name] = self.scheme.moved(now.q, now.scaled, now.unknown)
+        found = {n: self.scheme.moved(a.q, a.scaled, a.unknown) for n, a in self._arrays.items()}
         moved = [found[name][stage] for name, stage in self._index]
         path = self.system.global_values(moved)[self.system.fixed]
         return float(self.model.comm.allreduce(float(np.dot(self.system.reactions, path))))

@@ -1,4 +1,4 @@
-"""Rates at the start of a step times the step, for schemes whose unknowns are such, too."""
+"""Rates at the start of a step, also where bodies are linked, for schemes whose rows take them."""
 
 from collections.abc import Mapping, Sequence
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from shellmb.arrays import Floats, Ints
 from shellmb.model.body import Body, NodeLink
-from shellmb.schemes.base import Levels
+from shellmb.schemes.base import END, Levels
 from shellmb.system.assembly.blocks import BlockSystem
 
 type Pair = tuple[Floats, Floats]
@@ -21,12 +21,14 @@ type Found = tuple[Floats, Ints, Ints]
 class ScaledRates:
     """Fills `scaled` of all levels, that of nodes which are linked to other bodies, too.
 
-    Joints have no velocities of their own: those of their nodes are the bodies'.
+    Joints and force elements have no velocities of their own: those of their nodes are the bodies'.
+    Schemes that do not scale their rates keep these, and only what is linked is filled.
 
     Args:
         system: The block system.
         fields: Functions and stage of each of its fields.
         links: Links of each.
+        rate: One of the rates, of which what is linked is filled; None: `scaled` is.
     """
 
     def __init__(
@@ -34,6 +36,7 @@ class ScaledRates:
         system: BlockSystem,
         fields: Sequence[tuple[Levels, str]],
         links: Sequence[Sequence[NodeLink]],
+        rate: str | None = None,
     ) -> None:
         self._system = system
         numbering = system.numbering
@@ -41,10 +44,11 @@ class ScaledRates:
         # link them
         self._filled, self._own, self._linked = list[Pair](), list[Found](), list[Found]()
         for k, (levels, stage) in enumerate(fields):
-            if stage not in levels.scaled:
+            if stage not in levels.scaled if rate is None else stage != END:
                 continue
-            scaled = levels.scaled[stage].x.array
-            self._filled.append((levels.rates[stage].x.array, scaled))
+            scaled = (levels.scaled[stage] if rate is None else levels.rates[rate]).x.array
+            if rate is None:
+                self._filled.append((levels.rates[stage].x.array, scaled))
             linked = np.concatenate([*(link.dofs for link in links[k]), np.zeros(0, np.int32)])
             dofs, numbers = system.owned(k)
             own = ~np.isin(dofs, linked)

@@ -136,7 +136,7 @@ def errors(
     ] = None,
     again: Annotated[bool, typer.Option("--again", help="Also cases with a record.")] = False,
     docs: Annotated[
-        bool, typer.Option("--docs", help="Write the table of docs/evidence/accuracy.md.")
+        bool, typer.Option("--docs", help="Write the table of docs/evidence/stated_errors.md.")
     ] = False,
 ) -> None:
     """Compare errors that runs state with true ones, of runs that are far finer or exact values.

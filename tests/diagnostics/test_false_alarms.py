@@ -92,5 +92,7 @@ def test_rotation_is_not_named_where_nothing_turns() -> None:
         dt=0.01,
         t_end=0.5,
     )
-    (said,) = (text for text in sm.run(scene).warnings if "momentum drifts" in text)
+    (said,) = (
+        text for text in sm.run(scene).warnings if "momentum has an unexplained error" in text
+    )
     assert "linear momentum" in said and "turns" not in said

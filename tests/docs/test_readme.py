@@ -30,7 +30,7 @@ def test_schemes_are_explained_before_tables_use_them() -> None:
 
 def test_times_beside_other_codes_are_those_of_the_evidence() -> None:
     """The least time of each code for an error of its own, by the table that a command makes."""
-    page = (ROOT / "docs" / "evidence" / "accuracy.md").read_text()
+    page = (ROOT / "docs" / "evidence" / "beside_others.md").read_text()
     table = page.partition("| code | scheme | mesh | dt [s] |")[2].partition("\n\n")[0]
     runs = [[cell.strip() for cell in line.split("|")[1:-1]] for line in table.splitlines()[2:]]
     shown = re.findall(

@@ -9,9 +9,9 @@ from mpi4py import MPI  # noqa: F401  (before dolfinx)
 import pytest
 from dolfinx import fem
 
+from shellmb.demos.effects.catalogue.registry import changed
+from shellmb.demos.effects.count import coefficients, count, kernels_of
 from shellmb.demos.verification.solve import displacement
-from shellmb.effects.catalogue.registry import changed
-from shellmb.effects.count import coefficients, count, kernels_of
 from shellmb.model.body import kinetic_energy
 from shellmb.native.kernels import watched
 from shellmb.scene import Gravity, Hyperelastic, JointSpring, Scene

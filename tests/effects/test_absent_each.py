@@ -8,8 +8,8 @@ from mpi4py import MPI  # noqa: F401  (before dolfinx)
 
 import pytest
 
-from shellmb.effects.catalogue.registry import EFFECTS, changed
-from shellmb.effects.count import count, kernels_of
+from shellmb.demos.effects.catalogue.registry import EFFECTS, changed
+from shellmb.demos.effects.count import count, kernels_of
 from shellmb.measuring.stepping import Stepping
 from shellmb.native.kernels import watched
 from shellmb.scene import FromMode, Scene

@@ -7,7 +7,7 @@ import pytest
 from typer.testing import CliRunner
 
 from shellmb.cli.main import app
-from shellmb.effects.catalogue.registry import EFFECTS
+from shellmb.demos.effects.catalogue.registry import EFFECTS
 
 SMALL = str(Path(__file__).parents[1] / "run" / "scene_small.py")
 RUNNER = CliRunner()

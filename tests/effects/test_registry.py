@@ -4,9 +4,9 @@ import json
 
 import pytest
 
-from shellmb.effects.catalogue.registry import EFFECTS, changed, find_effect
-from shellmb.effects.report import survey_json
-from shellmb.effects.survey import survey
+from shellmb.demos.effects.catalogue.registry import EFFECTS, changed, find_effect
+from shellmb.demos.effects.report import survey_json
+from shellmb.demos.effects.survey import survey
 from shellmb.errors import SceneError
 from shellmb.scene import (
     Clamped,

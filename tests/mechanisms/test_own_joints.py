@@ -52,7 +52,7 @@ def winch(joint: sm.Joint, scheme: str, dt: float) -> sm.Run:
 
 def bob(joints: Any, **more: Any) -> sm.Scene:
     body = sm.RigidBody("bob", 2.0, (0.1, 0.2, 0.3), position=(1.0, 0.0, 0.0))
-    options: Any = {"scheme": "ep4", "dt": 0.01, "t_end": 0.1}
+    options: Any = {"scheme": "ep", "dt": 0.01, "t_end": 0.1}
     return sm.Scene("bob", rigid_bodies=body, joints=joints, **options | more)
 
 

@@ -295,7 +295,7 @@ def test_what_cannot_be_is_refused(message) -> None:
 
 
 def test_an_area_that_nothing_holds_costs_nothing() -> None:
-    from shellmb.effects.count import count
+    from shellmb.demos.effects.count import count
     from shellmb.simulate.simulation import Simulation
 
     scene = loaded(plate(), supports=Clamped("left"))

@@ -111,13 +111,19 @@ def exact() -> np.ndarray:
     return swing("ep4", 0.01)
 
 
+@pytest.fixture(scope="module")
+def of_ep(exact: np.ndarray) -> float:
+    """How far EP is off, at most."""
+    return np.abs(swing("ep", 0.01) - exact).max()
+
+
 @pytest.mark.parametrize("name", SCHEMES)
-def test_orders_in_a_mechanism(name: str, exact: np.ndarray) -> None:
+def test_orders_in_a_mechanism(name: str, exact: np.ndarray, of_ep: float) -> None:
     """Loads over time and forces at the same state: of second order from the first step on."""
     errors = [np.abs(swing(SCHEMES[name], dt) - exact).max() for dt in (0.02, 0.01)]
     assert np.log2(errors[0] / errors[1]) == pytest.approx(2, abs=0.15)
     # EP is as good
-    assert errors[1] < 4 * np.abs(swing("ep", 0.01) - exact).max()
+    assert errors[1] < 4 * of_ep
 
 
 def test_a_half_and_a_half_are_the_mid_point() -> None:
@@ -157,3 +163,120 @@ def test_what_no_share_is_is_refused() -> None:
 
     with pytest.raises(sm.SceneError, match=r"share of a stage is 0\.2; it must be between 0\.5"):
         strip(Early(), 1e-2)
+
+
+@dataclass(frozen=True)
+class Bathe:
+    """The trapezoidal rule to the middle of a step, and BDF2 from there to its end."""
+
+    name: str = "bathe"
+    title: str = "composite scheme"
+    order: int = 2
+    dynamic: bool = True
+    stages: tuple[str, ...] = ("m", "f")
+    rates: tuple[str, ...] = ("v", "a")
+    conserves: frozenset[str] = frozenset()
+
+    def ends(self, q: Any, rates: Any, qm: Any, qf: Any, dt: Any) -> tuple[Any, ...]:
+        vm = 4 * (qm - q) / dt - rates["v"]
+        vf = (q - 4 * qm + 3 * qf) / dt
+        middle = vm, 4 * (vm - rates["v"]) / dt - rates["a"]
+        return *middle, vf, (rates["v"] - 4 * vm + 3 * vf) / dt
+
+    def expand(self, levels: Any, dt: Any) -> dict[str, Stage]:
+        qm, qf = levels.unknown["m"], levels.unknown["f"]
+        vm, am, vf, af = self.ends(levels.q, levels.rates, qm, qf, dt)
+        return {
+            "m": Stage(at_state(qm), rate=am, velocity=vm),
+            "f": Stage(at_state(qf), rate=af, velocity=vf),
+        }
+
+    def advance(self, q: Any, rates: Any, unknown: Any, dt: float, tangent: Any) -> dict[str, Any]:
+        *_, vf, af = self.ends(q, rates, unknown["m"], unknown["f"], dt)
+        return {"v": vf, "a": af}
+
+
+class Composite(Bathe):
+    """With what a state in between needs."""
+
+    def moved(self, q: Any, scaled: Any, unknown: Any) -> dict[str, Any]:
+        return {name: unknown[name] - q for name in self.stages}
+
+    def prescribed(self, stage: str, motion: Any, t: float, dt: float, rates: Any) -> Any:
+        return motion(t + dt / 2 if stage == "m" else t + dt)
+
+    def load_weight(self, stage: str, tau: float) -> float:
+        return 1.0
+
+
+def test_states_in_between_need_more_than_the_defaults() -> None:
+    with pytest.raises(sm.SceneError, match=r"'m', 'f'; it must also define 'moved', 'prescribed'"):
+        swing(Bathe(), 0.02)
+
+
+OTHERS = (MidPoint(), ChungHulbert(0.0, 0.1), Composite(), "generalized-alpha")
+
+
+@pytest.mark.parametrize("scheme", OTHERS, ids=lambda s: getattr(s, "name", s))
+def test_dampers_see_the_velocity_of_what_they_are_at(scheme: Any) -> None:
+    """A spinning wheel on a damper, and a driven motor: closed forms, of second order.
+
+    The kind: forces that depend on velocities, of bodies that have none of their own.
+    """
+    inertia, c, spin, times = 0.2, 0.8, 3.0, np.linspace(0.1, 0.4, 4)
+
+    def angle(dt: float) -> np.ndarray:
+        wheel = sm.Scene(
+            "wheel",
+            rigid_bodies=sm.RigidBody("wheel", 1.0, (0.1, inertia, 0.1)),
+            joints=sm.Revolute("axle", sm.GROUND, "wheel", at=(0, 0, 0), axis=(0, 1, 0)),
+            force_elements=[
+                sm.JointDamper("damper", "axle", damping=c / 2),
+                sm.Motor("brake", "axle", lambda x, rate, t: 1.5 * t - c / 2 * rate),
+            ],
+            initial=sm.InitialVelocity(spin=(0, spin, 0)),
+            scheme=scheme,
+            dt=dt,
+            t_end=0.4,
+        )
+        history = sm.run(wheel, progress=False).history
+        return np.interp(times, history["t"], history["axle.rotation"])
+
+    # inertia x'' + c x' = 1.5 t
+    decay, slope = np.exp(-c * times / inertia), 1.5 / c
+    late = -slope * inertia / c
+    right = (spin - late) * inertia / c * (1 - decay) + late * times + slope * times**2 / 2
+    errors = [np.abs(angle(dt) - right).max() for dt in (0.02, 0.01)]
+    assert errors[1] < 2e-3 and errors[0] / errors[1] > 3.5
+
+
+def test_friction_sees_the_velocity_of_what_slides() -> None:
+    """A ball slides on the ground until it nearly stops, in schemes with other equations."""
+
+    def slide(scheme: str) -> float:
+        deep = 0.6 * 9.81 / 2e4
+        ground = sm.Contact(
+            "ground",
+            sm.Plane(normal=(0, 0, 1)),
+            stiffness=2e4,
+            radius=0.12,
+            friction=0.4,
+            slip_speed=0.05,
+            preloaded=True,
+        )
+        scene = sm.Scene(
+            "slide",
+            rigid_bodies=sm.RigidBody(
+                "ball", 0.6, (2e-3, 2e-3, 2e-3), position=(0, 0, 0.12 - deep)
+            ),
+            loads=sm.Gravity(),
+            initial=sm.InitialVelocity(linear=(0.5, 0, 0)),
+            contacts=ground,
+            probes=sm.Probe("x", "center", component=0),
+            scheme=scheme,
+            dt=1e-3,
+            t_end=0.1,
+        )
+        return float(sm.run(scene, progress=False).history["x"].iloc[-1])
+
+    assert abs(slide("generalized-alpha") / slide("ep4") - 1) < 3e-5

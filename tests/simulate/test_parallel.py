@@ -23,16 +23,15 @@ def frame():
     up = Rectangle(0.5, 0.5, origin=(1.0, 0, 0), axis1=(0, 0, 1), axis2=(0, 1, 0))
     return plate("quad"), Shell("arm", up, section, mesh=(2, 2))
 
-motion = dict(dt=0.02, t_end=0.1)
+motion = dict(dt=0.02, t_end=0.06)
 held = dict(supports=Clamped("left"))
 load = EdgeForce("right", (0.0, 0.1, 0.5))
 cases = {
     "static-quad": Scene("s", plate("quad"), supports=Clamped("left"), loads=load, dt=0.5),
-    "ep-quad": Scene("s", plate("quad"), loads=load, scheme="ep", **held, **motion),
+    "ep-quad": Scene("s", plate("quad"), scheme="ep", **held, **motion,
+                     loads=(load, PointForce("right-top", (0.01, 0.02, 0.1)))),
     "ed-quad": Scene("s", plate("quad"), loads=load, scheme="ed", **held, **motion),
     "ep-tri": Scene("s", plate("tri"), loads=load, scheme="ep", **held, **motion),
-    "point force": Scene("s", plate("quad"), supports=Clamped("left"), scheme="ep",
-                         loads=PointForce("right-top", (0.01, 0.02, 0.1)), **motion),
     "kink": Scene("s", frame(), supports=Clamped("left", body="plate"), scheme="ep",
                   loads=EdgeForce("right", (0.5, 0.1, 0.2), body="arm"),
                   joins=Join("plate", "arm", "right", "left"), **motion),
@@ -57,7 +56,7 @@ if MPI.COMM_WORLD.rank == 0:
     with open(sys.argv[1], "w") as file:
         json.dump(found, file)
 """
-CASES = ("static-quad", "ep-quad", "ed-quad", "ep-tri", "point force", "kink", "oblique plane")
+CASES = ("static-quad", "ep-quad", "ed-quad", "ep-tri", "kink", "oblique plane")
 
 
 @pytest.mark.mpi

@@ -16,7 +16,7 @@ from shellmb.system.condensation.reduction import Reduction
 from shellmb.system.nullspace.prolongation import RowMap
 from tests.simulate.test_reduction import driven, held_component, rods, symmetric
 
-links = rods(Revolute, axis=(0, 1, 0))
+links = rods({"revolute": (Revolute, {"axis": (0, 1, 0)})})
 
 
 def listed(part: MeshReduction, name: str, table: RowMap) -> tuple[np.ndarray, np.ndarray]:

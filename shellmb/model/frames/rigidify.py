@@ -222,8 +222,8 @@ def _check(scene: Scene, names: set[str]) -> None:
         for target in scene.bodies_of(support):
             if target.name in names:
                 raise SceneError(
-                    f"{support.label}: {said(target)} is rigid; it must be held by joints to the "
-                    "ground, a Weld for example"
+                    f"{support.label}: {said(target)} is rigid; fix it by joints to the ground, "
+                    "a Weld for example"
                 )
     for load in scene.loads:
         for target in scene.bodies_of(load):

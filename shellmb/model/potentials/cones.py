@@ -139,7 +139,7 @@ def sides_of(
     if left[worst] > least:
         raise SceneError(
             f"{names}: it is open at {said_point(X[worst], length)}; every edge must be joined "
-            f"to another shell of the volume, or be held in a plane through origin {item.origin} "
+            f"to another shell of the volume, or be fixed in a plane through origin {item.origin} "
             "as SymmetryPlane and Clamped do"
         )
     full = np.einsum("nik,i->nk", lids_at, signs)

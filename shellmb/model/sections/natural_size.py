@@ -71,7 +71,7 @@ def doubt_natural(
             if comm.rank == 0:
                 warn(
                     f"{who} {largest:.4g}, more than {LARGE:g}: stresses that are linear in such "
-                    f"strains are doubtful; {RATIO}"
+                    f"strains are unreliable; {RATIO}"
                 )
 
 

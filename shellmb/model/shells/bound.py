@@ -24,11 +24,7 @@ from shellmb.meshes.mesh import SurfaceMesh
 from shellmb.meshes.shared import space_on
 from shellmb.meshes.spaces import NO_PARTS, MixedSpace, shell_space
 from shellmb.meshes.tying import cell_directions, cell_squares, shell_forces
-from shellmb.model.body import (
-    FixedDofs,
-    NodeLink,
-    PartScale,
-)
+from shellmb.model.body import FixedDofs, NodeLink, PartScale
 from shellmb.model.frames.floating import FloatingFrame
 from shellmb.model.frames.unit import DirectorConstraint, directors_held
 from shellmb.model.rules import over_surface, quadrature_rules

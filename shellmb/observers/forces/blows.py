@@ -5,13 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from shellmb.model.joints.slipping import read_contacts
-from shellmb.observers.forces.joints import (
-    Span,
-    column_names,
-    columns,
-    group_loops,
-    joint_forces,
-)
+from shellmb.observers.forces.joints import Span, column_names, columns, group_loops, joint_forces
 from shellmb.simulate.simulation import Silent, Simulation
 from shellmb.simulate.start.endforces import Impulses
 

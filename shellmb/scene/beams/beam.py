@@ -13,7 +13,16 @@ from shellmb.scene.beams.curves import Curve
 from shellmb.scene.beams.sections import BeamSection
 from shellmb.scene.values.models import BodyModel, Deforming
 from shellmb.scene.values.natural import BeamNaturalStrain
-from shellmb.scene.values.validate import Axis, Name, PositiveInt, described, show, unit_vector
+from shellmb.scene.values.validate import (
+    NONE,
+    Axis,
+    Listed,
+    Name,
+    PositiveInt,
+    described,
+    show,
+    unit_vector,
+)
 
 __all__ = ["Beam", "Glue"]
 
@@ -58,7 +67,7 @@ class Beam(Deforming):
     stretching: bool = True
     coupling: bool = True
     model: BodyModel = "exact"
-    terms: tuple[Callable[..., Any], ...] = ()
+    terms: Listed[Callable[..., Any]] = NONE
     natural: InstanceOf[BeamNaturalStrain] | None = None
 
     def __post_init__(self) -> None:

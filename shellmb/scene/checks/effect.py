@@ -170,7 +170,7 @@ def _heavy(body: Body) -> bool:
 
 
 def _weights(scene: Description) -> tuple[str, ...]:
-    """In statics bodies need no mass, unless they are weighed; doubts where some are not."""
+    """In statics bodies need no mass, except under gravity; warns where some have none."""
     found = []
     for load in scene.loads:
         if not isinstance(load, Gravity):

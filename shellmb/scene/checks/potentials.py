@@ -10,15 +10,7 @@ from shellmb.errors import SceneError
 from shellmb.scene.checks.locations import areas_of, check_point, edges_of, points_of
 from shellmb.scene.loads.contacts import Contact, Faces
 from shellmb.scene.loads.volumes import EnclosedVolume
-from shellmb.scene.lookup import (
-    bodies_of,
-    find_body,
-    find_shell,
-    kind_of,
-    listed,
-    model_of,
-    said,
-)
+from shellmb.scene.lookup import bodies_of, find_body, find_shell, kind_of, listed, model_of, said
 from shellmb.scene.multibody.elements import JointStop
 from shellmb.scene.multibody.rigid import RigidBody
 from shellmb.scene.shells.shell import Shell

@@ -4,7 +4,16 @@ from __future__ import annotations
 
 from shellmb.errors import SceneError
 from shellmb.scene.values.times import TimeFunction
-from shellmb.scene.values.validate import Finite, Name, Positive, Vec3, described, show
+from shellmb.scene.values.validate import (
+    NONE,
+    Finite,
+    Listed,
+    Name,
+    Positive,
+    Vec3,
+    described,
+    show,
+)
 
 __all__ = ["EnclosedVolume", "Gas"]
 
@@ -60,7 +69,7 @@ class EnclosedVolume:
     """
 
     name: Name
-    shells: tuple[Name, ...] = ()
+    shells: Listed[Name] = NONE
     gas: Gas | None = None
     change: TimeFunction | None = None
     origin: Vec3 = (0.0, 0.0, 0.0)

@@ -167,7 +167,7 @@ class Belt(Relation):
 class Differential(Relation):
     """Three rotations about one line: a differential, or the sun, ring and carrier of a planet.
 
-    Relative to the carrier both wheels turn by angles whose sum, weighed by the teeth, is zero
+    Relative to the carrier both wheels turn by angles whose sum, weighted by the teeth, is zero
     (Willis).
 
     Args:

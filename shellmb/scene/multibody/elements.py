@@ -13,14 +13,7 @@ from shellmb.errors import SceneError
 from shellmb.scene.control.signals import Command
 from shellmb.scene.multibody.drivers import Coordinate
 from shellmb.scene.multibody.offsets import Point
-from shellmb.scene.values.validate import (
-    Finite,
-    Name,
-    NonNegative,
-    Positive,
-    described,
-    show,
-)
+from shellmb.scene.values.validate import Finite, Name, NonNegative, Positive, described, show
 
 __all__ = [
     "Damper",

@@ -21,8 +21,10 @@ from shellmb.errors import SceneError
 from shellmb.scene.multibody.offsets import Point
 from shellmb.scene.values.times import TimeFunction
 from shellmb.scene.values.validate import (
+    NONE,
     Axis,
     Finite,
+    Listed,
     Name,
     NonNegative,
     Positive,
@@ -306,7 +308,7 @@ class OwnJoint(Joint):
     """
 
     constraints: Callable[..., Any] = field(kw_only=True)
-    values: tuple[TimeFunction, ...] = ()
+    values: Listed[TimeFunction] = NONE
     axis: Axis | None = field(default=None, kw_only=True)
 
     shells = (True, True)

@@ -14,6 +14,8 @@ from pydantic import BeforeValidator
 
 from shellmb.errors import SceneError
 from shellmb.scene.values.validate import (
+    NONE,
+    Listed,
     Matrix3,
     Name,
     NonNegative,
@@ -47,7 +49,7 @@ def rotation_matrix(vector: Any) -> Matrix:
 
 
 def _vector_or_matrix(value: Any) -> Any:
-    """Told apart here, so that an error speaks of both."""
+    """Distinguished here, so that an error speaks of both."""
     try:
         array = numbers(value)
     except (TypeError, ValueError):
@@ -241,7 +243,7 @@ class FloatingFrame(RigidBody):
     """
 
     mass_damping: NonNegative = 0.0
-    terms: tuple[Any, ...] = ()
+    terms: Listed[Any] = NONE
 
 
 @described("interface")

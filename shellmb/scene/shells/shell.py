@@ -16,7 +16,9 @@ from shellmb.scene.values.models import BodyModel, Deforming
 from shellmb.scene.values.natural import NaturalStrain
 from shellmb.scene.values.positions import OfPosition
 from shellmb.scene.values.validate import (
+    NONE,
     Edge,
+    Listed,
     Name,
     PositiveInt,
     Untrue,
@@ -87,7 +89,7 @@ class Shell(Deforming):
     stretching: bool = True
     coupling: bool = True
     strains: Callable[..., Any] | None = None
-    terms: tuple[Callable[..., Any], ...] = ()
+    terms: Listed[Callable[..., Any]] = NONE
     model: BodyModel = "exact"
     areas: Mapping[Name, Callable[[Any], Any]] = field(default_factory=dict)
     natural: InstanceOf[NaturalStrain] | None = None

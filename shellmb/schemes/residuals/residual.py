@@ -275,13 +275,14 @@ def stage_forms(
         if internal is not None and linear:
             internal = change(internal, levels)
         inertia = None if stage.rate is None else body.inertia(stage.rate, dq)
+        alone = stage.single and name == END
         sample = Sample(
             at[name].span.mid if linear else span.mid,
             at[name].rates,
             body.loads(),
-            ((stage.share, 1.0),) if stage.single else averaged(scheme, name),
+            ((stage.share, 1.0),) if alone else averaged(scheme, name),
             fem.Constant(space.mesh, 0.0),
-            stage.share if stage.single else 0.5,
+            stage.share if alone else 0.5,
             levels=levels if linear else None,
         )
         jumped = jump_forms(dq)

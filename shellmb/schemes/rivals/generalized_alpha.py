@@ -7,14 +7,7 @@ from typing import Any, NamedTuple
 from dolfinx import fem
 
 from shellmb.scene.schemes import DISSIPATIVE
-from shellmb.schemes.base import (
-    END,
-    Levels,
-    Rotations,
-    Stage,
-    Tangent,
-    Values,
-)
+from shellmb.schemes.base import END, Levels, Rotations, Stage, Tangent, Values
 from shellmb.schemes.defaults import Defaults
 from shellmb.schemes.interval import at_state
 

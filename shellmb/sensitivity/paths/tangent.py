@@ -27,15 +27,7 @@ from shellmb.errors import ConvergenceError
 from shellmb.sensitivity.parameters import STEP
 from shellmb.sensitivity.saved import SavedSide
 from shellmb.sensitivity.shadow import Shadow
-from shellmb.sensitivity.tangent import (
-    KINK,
-    MOST,
-    STALLED,
-    TOLERANCE,
-    USELESS,
-    Pair,
-    Tangents,
-)
+from shellmb.sensitivity.tangent import KINK, MOST, STALLED, TOLERANCE, USELESS, Pair, Tangents
 from shellmb.simulate.paths.arclength import PathSteps
 from shellmb.simulate.paths.branches import PathState
 from shellmb.simulate.simulation import Simulation

@@ -16,15 +16,7 @@ from shellmb.show.space.colours import MARKS, PLAIN, Colouring, colouring, value
 from shellmb.show.space.display import canvas, has_display
 from shellmb.show.space.shapes import Shape, State, read_state, shape_of
 from shellmb.show.space.smooth import Slab, smooth
-from shellmb.show.space.views import (
-    THEMES,
-    Appearance,
-    View,
-    axes,
-    enlargement,
-    look,
-    view_of,
-)
+from shellmb.show.space.views import THEMES, Appearance, View, axes, enlargement, look, view_of
 
 if TYPE_CHECKING:
     from PIL.Image import Image

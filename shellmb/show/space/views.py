@@ -239,7 +239,7 @@ def axes(
             **options,
         )
         return
-    text = ", ".join(f"{n} {a:.3g} ... {b:.3g}" for n, a, b in zip("xyz", low, high, strict=True))
+    text = "\n".join(f"{n} {a:.3g} ... {b:.3g}" for n, a, b in zip("xyz", low, high, strict=True))
     plotter.add_text(
         f"{text} {unit}".rstrip(), position="upper_left", font_size=7 * scale, color=theme.faint
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from shellmb.effects.catalogue.registry import find_effect
+from shellmb.demos.effects.catalogue.registry import find_effect
 from shellmb.scene import Scene
 
 Mesh = tuple[int, int]

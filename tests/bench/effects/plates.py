@@ -7,9 +7,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
+from shellmb.demos.effects.catalogue.registry import find_effect
 from shellmb.demos.own_forms import air_drag, linear_membrane_strains
 from shellmb.demos.sudden_load import LENGTH
-from shellmb.effects.catalogue.registry import find_effect
 from shellmb.scene import (
     AlongEdge,
     Beam,

@@ -13,8 +13,8 @@ from mpi4py import MPI
 import numpy as np
 
 from shellmb.arrays import Ints
-from shellmb.effects.catalogue.registry import EFFECTS, find_effect
-from shellmb.effects.count import count
+from shellmb.demos.effects.catalogue.registry import EFFECTS, find_effect
+from shellmb.demos.effects.count import count
 from shellmb.errors import SceneError
 from shellmb.measuring.stepping import WARM, Stepping, free, observer_shares, scratch
 from shellmb.measuring.times import Stopwatch, in_turn, shares, slowest

@@ -20,7 +20,7 @@ from tests.bench.errors.second import SECOND
 
 CASES: tuple[Case, ...] = (*STATICS, *MOTIONS, *MECHANISMS, *OTHERS, *SECOND, *POINTS)
 ROOT = Path(__file__).parents[3]
-PAGE = ROOT / "docs" / "evidence" / "accuracy.md"
+PAGE = ROOT / "docs" / "evidence" / "stated_errors.md"
 RECORDS = ROOT / "demos" / "studies" / "errors.json"
 BEGIN, END = "<!-- errors: begin -->", "<!-- errors: end -->"
 # of prose in the documentation

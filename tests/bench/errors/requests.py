@@ -1,7 +1,7 @@
 """Requests of an accuracy: met, or refused with the reason, and what they cost.
 
 python -m tests.bench.errors.requests          # prints the table
-python -m tests.bench.errors.requests --docs   # writes it into docs/evidence/accuracy.md, too
+python -m tests.bench.errors.requests --docs   # writes it into docs/evidence/stated_errors.md, too
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 python -m tests.bench.peers.whole       # needs the extra `peers`; a minute
 
-The settings are those that the table of `docs/evidence/accuracy.md` (beside other codes) has as
+The settings are those that the table of `docs/evidence/beside_others.md` has as
 the fastest for an error. `shellmb` runs from the command line, without pictures and with compiled
 kernels; a peer's script imports the peer, builds its model and solves. What a peer's script needs
 of this checkout (scene, tables) is imported before the clock starts, so times are in favour of

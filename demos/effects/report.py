@@ -7,8 +7,8 @@ from operator import itemgetter
 
 from rich.text import Text
 
-from shellmb.effects.compare import Change, Comparison
-from shellmb.effects.survey import Row, Survey
+from shellmb.demos.effects.compare import Change, Comparison
+from shellmb.demos.effects.survey import Row, Survey
 from shellmb.measuring.records import to_json
 from shellmb.measuring.tables import Column, console, print_table
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from shellmb.effects.catalogue import (
+from shellmb.demos.effects.catalogue import (
     analyses,
     connections,
     control,
@@ -13,7 +13,7 @@ from shellmb.effects.catalogue import (
     loads,
     watching,
 )
-from shellmb.effects.effect import Effect
+from shellmb.demos.effects.effect import Effect
 from shellmb.errors import SceneError
 from shellmb.scene import Scene
 from shellmb.scene.lookup import listed

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-from shellmb.effects.catalogue.parts import chosen, use_of_parts
-from shellmb.effects.effect import Effect, Use, names, refuse
+from shellmb.demos.effects.catalogue.parts import chosen, use_of_parts
+from shellmb.demos.effects.effect import Effect, Use, names, refuse
 from shellmb.scene import Event, Off, Scene
 from shellmb.scene.control.controllers import Law
 from shellmb.scene.control.signals import Commanded, Switched

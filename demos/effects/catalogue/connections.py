@@ -6,8 +6,8 @@ from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any
 
-from shellmb.effects.catalogue.parts import chosen, drop, use_of_parts
-from shellmb.effects.effect import Change, Effect, Use, names, refuse
+from shellmb.demos.effects.catalogue.parts import chosen, drop, use_of_parts
+from shellmb.demos.effects.effect import Change, Effect, Use, names, refuse
 from shellmb.scene import (
     Contact,
     Cylindrical,

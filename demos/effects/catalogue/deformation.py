@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from shellmb.effects.catalogue.parts import (
+from shellmb.demos.effects.catalogue.parts import (
     Flexible,
     chosen,
     flexible,
@@ -14,7 +14,7 @@ from shellmb.effects.catalogue.parts import (
     switches,
     use_of_field,
 )
-from shellmb.effects.effect import Effect, Use, fixed, names, refuse, whole
+from shellmb.demos.effects.effect import Effect, Use, fixed, names, refuse, whole
 from shellmb.errors import SceneError
 from shellmb.scene import Beam, Hyperelastic, LinearSection, Modal, RigidBody, Scene
 from shellmb.scene.lookup import said

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from shellmb.effects.effect import Effect, fixed, refuse
+from shellmb.demos.effects.effect import Effect, fixed, refuse
 
 _GROUP = "beside runs"
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
-from shellmb.effects.catalogue.parts import (
+from shellmb.demos.effects.catalogue.parts import (
     Flexible,
     chosen,
     drop,
@@ -14,7 +14,7 @@ from shellmb.effects.catalogue.parts import (
     replaced,
     use_of_parts,
 )
-from shellmb.effects.effect import Change, Effect, Use, names, refuse, whole
+from shellmb.demos.effects.effect import Change, Effect, Use, names, refuse, whole
 from shellmb.scene import (
     FollowerEdgeForce,
     FollowerForce,

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import replace
 from typing import Any
 
-from shellmb.effects.effect import Change, Use, names
+from shellmb.demos.effects.effect import Change, Use, names
 from shellmb.errors import SceneError
 from shellmb.scene import Beam, Scene, Shell
 from shellmb.scene.lookup import listed, said

@@ -6,8 +6,8 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any, cast
 
-from shellmb.effects.catalogue.parts import Fits, Flexible, switches, use_of_field
-from shellmb.effects.effect import Effect, Use, names, refuse, whole
+from shellmb.demos.effects.catalogue.parts import Fits, Flexible, switches, use_of_field
+from shellmb.demos.effects.effect import Effect, Use, names, refuse, whole
 from shellmb.errors import SceneError
 from shellmb.scene import Ramp, RigidBody, Scene, StepControl
 from shellmb.scene.checks.effect import dissipates

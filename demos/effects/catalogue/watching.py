@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from shellmb.effects.effect import Effect, Use, fixed, refuse, whole
+from shellmb.demos.effects.effect import Effect, Use, fixed, refuse, whole
 from shellmb.scene import Scene
 
 _GROUP = "observers"
