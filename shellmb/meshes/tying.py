@@ -10,8 +10,9 @@ that each works on values of the strains at such points:
 quadrilateral  11 at k Gauss points along the first coordinate and k + 1 from edge to edge along the
                second one, 22 the other way round, 12 at k x k Gauss points; of these polynomials
                what has no mean, and in its place what is constant in space: forces that are in
-               equilibrium with a uniform strain are there on any mesh. Shear: at k x k Gauss
-               points.
+               equilibrium with a uniform strain are there on any mesh. Shear: 13 where 11 is, 23
+               where 22 is; of these polynomials those of degree k - 1 in each coordinate, and the
+               highest one, which works on the only bending that k x k Gauss points do not see.
 triangle       membrane: along each edge at two Gauss points, and the mean inside (Regge's element
                of degree 1). Shear: the mean along each edge (Nedelec's element of degree 0).
 =============  ===============================================================================
@@ -22,7 +23,7 @@ taken, and the force itself.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cache
 from typing import Any, NamedTuple
 
@@ -40,6 +41,8 @@ from shellmb.arrays import Floats
 Element = Any
 # values of some functions at points, shape (functions, points, components)
 Functions = Callable[[Floats], Floats]
+# degrees of polynomials in the first and the second coordinate
+Powers = Sequence[tuple[int, ...]]
 
 
 class Rule(NamedTuple):
@@ -137,28 +140,36 @@ def _quadrilateral(degree: int) -> Forces:
     k = degree
     inner, weights = _gauss(k)
     edges = _lobatto(k + 1)
-    parts, rules = [], []
+    membrane, shear, rules = [], [], []
     for number, lines in enumerate(((inner, edges), (edges, inner))):
         points = _grid(*lines)
         orders = len(lines[0]) - 1, len(lines[1]) - 1
-        parts.append(_line_element(points, orders))
-        rules.append(Rule(points, np.ones(len(points)), (number,)))
+        powers = list(np.ndindex(*(n + 1 for n in orders)))
+        bending = [p for p in powers if max(p) < k or p == orders]
+        membrane.append(_line_element(points, orders, powers[1:]))
+        shear.append(_line_element(points, orders, bending))
+        rules.append(Rule(points, np.ones(len(points)), (number, number + 3)))
     both = _grid(inner, inner)
-    rules.append(Rule(both, np.outer(weights, weights).ravel(), (2, 3, 4)))
-    parts.append(_custom(CellType.quadrilateral, _without_mean(_tensor(k - 1, k - 1)), 1, k - 1))
-    constant = basix.ufl.element("DG", CellType.quadrilateral, 0, shape=(3,))
-    gauss = basix.LagrangeVariant.gl_warped
+    rules.append(Rule(both, np.outer(weights, weights).ravel(), (2,)))
     cell = CellType.quadrilateral
-    shear = basix.ufl.element("P", cell, k - 1, gauss, shape=(2,), discontinuous=True)
-    element = basix.ufl.mixed_element([*parts, constant, shear])
-    return Forces(element, (0, 2, 4, 8, 9), (1, 3, 4, 8, 9), (5, 6, 7), tuple(rules))
+    twist = _tensor(list(np.ndindex(k, k))[1:])
+    membrane.append(_custom(cell, twist, 1, k - 1))
+    constant = basix.ufl.element("DG", cell, 0, shape=(3,))
+    element = basix.ufl.mixed_element([*membrane, constant, *shear])
+    return Forces(element, (0, 2, 4, 8, 10), (1, 3, 4, 9, 11), (5, 6, 7), tuple(rules))
 
 
-def _line_element(points: Floats, orders: tuple[int, int]) -> Element:
-    """Forces along one coordinate, with their weights at the points of strains."""
+def _line_element(points: Floats, orders: tuple[int, int], powers: Powers) -> Element:
+    """Forces along one coordinate, with their weights at the points of strains.
+
+    Args:
+        points: Where strains are taken.
+        orders: Degrees of the polynomials that have any values there.
+        powers: Degrees of those of them that are forces.
+    """
     cell, degree = CellType.quadrilateral, max(orders)
-    whole = _tensor(*orders)
-    functions = _without_mean(whole)
+    whole = _tensor(list(np.ndindex(*(n + 1 for n in orders))))
+    functions = _tensor(powers)
     x, w = _quadrature(cell, 2 * degree)
     # polynomials with given values at the points, which strains are, too
     through = np.linalg.inv(whole(points)[..., 0])
@@ -240,21 +251,15 @@ def _grid(first: Floats, second: Floats) -> Floats:
     return np.array([[a, b] for a in first for b in second])
 
 
-def _tensor(m: int, n: int) -> Functions:
-    """Products of Legendre's polynomials of two degrees, the constant one first."""
+def _tensor(powers: Powers) -> Functions:
+    """Products of Legendre's polynomials of two degrees, orthogonal to one another."""
+    first, second = np.transpose(powers)
 
     def functions(x: Floats) -> Floats:
-        one, two = (
-            np.polynomial.legendre.legvander(2 * x[:, c] - 1, d) for c, d in ((0, m), (1, n))
-        )
-        return np.einsum("qi,qj->ijq", one, two).reshape(-1, len(x), 1)
+        values = np.polynomial.legendre.legvander(2 * x - 1, np.max(powers))
+        return (values[:, 0, first] * values[:, 1, second]).T[..., None]
 
     return functions
-
-
-def _without_mean(functions: Functions) -> Functions:
-    """The functions but the first one, the constant to which they are orthogonal."""
-    return lambda x: functions(x)[1:]
 
 
 def _monomials(degree: int, x: Floats) -> Floats:

@@ -3,7 +3,6 @@
 from dataclasses import replace
 from typing import Any
 
-import numpy as np
 import pytest
 import ufl
 
@@ -17,13 +16,22 @@ def buckled(scene: Scene, tmp_path: Any, count: int = 4) -> Any:
 
 
 def test_elements_that_buckle_one_by_one_are_said(tmp_path) -> None:
-    """Of a cylinder in its ring mode, at one of the classical load, on two cells across."""
-    found = buckled(compressed_cylinder("quad", (2, 16)), tmp_path)
+    """Of a cylinder in its ring mode, at one of the classical load, on one cell across."""
+    found = buckled(compressed_cylinder("tri", (1, 24)), tmp_path)
     (sentence,) = found.warnings
-    assert sentence.startswith("modes 1, 2 are of single elements of shell 'sector'")
-    # of the quadratic forms themselves 0.4112 and 0.2555
-    assert "up to 41 % of the energy" in sentence
-    assert found.factors[1] < 0.9 < found.factors[2] == pytest.approx(1.0, rel=0.01)
+    assert sentence.startswith("modes 1, 3, 4 are of single elements of shell 'sector'")
+    # of the quadratic forms themselves 0.3891 at most
+    assert "up to 39 % of the energy" in sentence
+    assert found.factors[0] < 0.9
+
+
+@pytest.mark.parametrize("mesh", [(1, 8), (1, 24), (2, 8), (2, 16), (4, 16)])
+def test_quadrilaterals_do_not(mesh: tuple[int, int], tmp_path) -> None:
+    """Ring modes of four, and of three and five half-waves, in every shape of element."""
+    found = buckled(compressed_cylinder("quad", mesh), tmp_path)
+    # 1.000, 1.112 on eight elements along four half-waves, 0.996, 1.091 on 24
+    assert found.factors[:2] == pytest.approx([0.998, 1.10], rel=0.02)
+    assert found.warnings == []
 
 
 DAMPING = ShellDamping(membrane=1e-3, bending=2e-3, shear=3e-3)
@@ -58,18 +66,10 @@ RUBBER = Hyperelastic(quadratic, STIFF, thickness=0.01, density=1.0, stiffness=7
 )
 def test_they_are_said_of_any_section(change, tmp_path) -> None:
     """Whatever the form of the section's energy is."""
-    scene = compressed_cylinder("quad", (2, 16))
+    scene = compressed_cylinder("tri", (1, 16))
     found = buckled(replace(scene, shells=(change(scene.shells[0]),)), tmp_path)
-    assert found.factors[0] < 0.4
+    assert found.factors[0] < 0.9
     assert len(found.warnings) == 1
-
-
-def test_elements_across_the_whole_sector_are_said(tmp_path) -> None:
-    """They bend most of the way: what is hidden is a small part, and the load 17 % too low."""
-    found = buckled(compressed_cylinder("quad", (1, 24)), tmp_path)
-    (sentence,) = found.warnings
-    assert sentence.startswith("modes 1, 2, 3, 4 are of single elements")
-    assert np.all(found.factors < 0.93)
 
 
 @pytest.mark.parametrize(

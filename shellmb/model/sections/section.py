@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 import ufl
+from basix import CellType
 from dolfinx import fem, la, mesh
 from ufl.core.expr import Expr
 
@@ -21,11 +22,9 @@ from shellmb.native.kernels import compiled
 from shellmb.scene import Hyperelastic, LinearSection, Shell
 from shellmb.scene.shells.lamination import Layup
 
-# Share of the transverse shear energy that displacements have, per square of an element's
-# slenderness: it resists what the forces do not see. With ten times as much strips and clamped
-# plates bend less freely (by 0.03/n^2 and 1 %); with less than that, elements of compressed curved
-# shells may buckle one by one on coarse meshes (docs/limits.md)
-SHARES = {"quadrilateral": 0.1, "triangle": 4.0}
+# Share of the transverse shear energy that displacements of triangles have, per square of an
+# element's slenderness: it resists what the forces, which have one value an edge, do not see
+SHARE = 4.0
 
 # compliance of constrained strains relative to that of the section for shear: on many meshes
 # constraints imply one another, and their forces would not be unique
@@ -160,9 +159,11 @@ def _shear(at: Layup) -> Floats:
     return np.asarray(np.diagonal(at.G, axis1=-2, axis2=-1).max(axis=-1))
 
 
-def _share(domain: mesh.Mesh, thickness: float | Floats) -> fem.Function:
-    """Share of the shear energy that displacements have, below one for any thickness."""
-    x = SHARES[domain.topology.cell_name()] * thickness**2 / cell_squares(domain)
+def _share(domain: mesh.Mesh, thickness: float | Floats) -> Expr:
+    """Share of the shear energy that displacements have: below one, and none of quadrilaterals."""
+    if domain.basix_cell() == CellType.quadrilateral:
+        return ufl.as_ufl(0.0)
+    x = SHARE * thickness**2 / cell_squares(domain)
     function = fem.Function(space_on(domain, ("DG", 0)))
     function.x.array[:] = x / (1 + x)
     return function

@@ -24,7 +24,7 @@ from shellmb.native import library as native
 from shellmb.native.assembler import is_native
 from shellmb.native.derivatives import derivative
 from shellmb.native.kernels import compile_each, together
-from shellmb.system.assembly.entries import most_entries
+from shellmb.system.assembly.entries import most_entries, of_cells
 from shellmb.system.assembly.fields import Field, Followers
 from shellmb.system.assembly.following import following
 from shellmb.system.assembly.numbering import Numbering
@@ -404,7 +404,8 @@ class BlockSystem:
     ) -> None:
         """Assemble with states and parameters in general position: nothing is zero by chance.
 
-        So the pattern is the same at all times, of a load that begins at zero, too.
+        So the pattern is the same at all times, of a load that begins at zero, too. Forces of cells
+        are orthogonal to one another, up to round-off or exactly, as it happens: they have places.
         """
         most = most_entries(self.comm, self.numbering, self.fields, forms)
         if most is not None:
@@ -416,7 +417,11 @@ class BlockSystem:
         # keep a full structural diagonal: fixed rows and zero blocks of multipliers need one
         n = self.numbering
         rows = np.arange(n.start, n.start + n.owned, dtype=PETSc.IntType)[:, None]
-        A.setValuesRCV(rows, rows, np.zeros(rows.shape), addv=PETSc.InsertMode.ADD)
+        A.setOption(PETSc.Mat.Option.IGNORE_ZERO_ENTRIES, False)
+        for these, those in ((rows, rows), *of_cells(n, self.fields, forms)):
+            zeros = np.zeros((len(these), these.shape[1] * those.shape[1]))
+            A.setValuesRCV(these, those, zeros, addv=PETSc.InsertMode.ADD)
+        A.setOption(PETSc.Mat.Option.IGNORE_ZERO_ENTRIES, True)
         A.assemble()
 
     def _add(
