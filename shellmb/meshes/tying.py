@@ -151,11 +151,10 @@ def _quadrilateral(degree: int) -> Forces:
         rules.append(Rule(points, np.ones(len(points)), (number, number + 3)))
     both = _grid(inner, inner)
     rules.append(Rule(both, np.outer(weights, weights).ravel(), (2,)))
-    cell = CellType.quadrilateral
-    twist = _tensor(list(np.ndindex(k, k))[1:])
-    membrane.append(_custom(cell, twist, 1, k - 1))
+    twist, cell = _tensor(list(np.ndindex(k, k))[1:]), CellType.quadrilateral
     constant = basix.ufl.element("DG", cell, 0, shape=(3,))
-    element = basix.ufl.mixed_element([*membrane, constant, *shear])
+    membrane += [_custom(cell, twist, 1, k - 1), constant]
+    element = basix.ufl.mixed_element([*membrane, *shear])
     return Forces(element, (0, 2, 4, 8, 10), (1, 3, 4, 9, 11), (5, 6, 7), tuple(rules))
 
 

@@ -421,8 +421,8 @@ class BlockSystem:
         for these, those in ((rows, rows), *of_cells(n, self.fields, forms)):
             zeros = np.zeros((len(these), these.shape[1] * those.shape[1]))
             A.setValuesRCV(these, those, zeros, addv=PETSc.InsertMode.ADD)
-        A.setOption(PETSc.Mat.Option.IGNORE_ZERO_ENTRIES, True)
         A.assemble()
+        A.setOption(PETSc.Mat.Option.IGNORE_ZERO_ENTRIES, True)
 
     def _add(
         self,

@@ -62,7 +62,7 @@ def of_cells(
         own = cell_dofs(space)[: space.mesh.topology.index_map(space.mesh.topology.dim).size_local]
         inner = np.isin(own, field.elementwise).all(axis=0) & (len(own) > 0)
         numbers = numbering.local_to_global[own[:, inner] + offset]
-        found.append(np.ascontiguousarray(numbers, dtype=PETSc.IntType))
+        found.append(np.ascontiguousarray(numbers, PETSc.IntType))
     for i, j in places:
         if found[i].size and found[j].size and len(found[i]) == len(found[j]):
             yield found[i], found[j]
