@@ -141,7 +141,7 @@ def test_high_frequencies_after_an_impulsive_start(plate, worst) -> None:
     """All points but the clamp begin to move at once: waves far above the step, in EP for ever."""
     ep, ed = (_high(*scheme, plate) for scheme in (("ep", 0.0), ("ed", 1.0)))
     # means over a step, as resultants are, leave little of what alternates from step to step
-    assert ep["membrane"][1] > 0.5 and ep["shear"][1] > 0.05
+    assert ep["membrane"][1] > 0.5 and ep["shear"][1] > 0.03
     for name in ep:
         worst(f"{name}, energy above half Nyquist: ED over EP", ed[name][0] / ep[name][0], 0.02)
         worst(f"{name}, share above half Nyquist: ED over EP", ed[name][1] / ep[name][1], 0.1)

@@ -33,8 +33,8 @@ def part(scheme: str, **body: Shell | Beam) -> MeshReduction:
 
 @pytest.mark.parametrize(("scheme", "stages"), [("ep", 1), ("ed", 2)])
 def test_membrane_and_shear_forces_of_a_plate_are_apart(scheme, stages) -> None:
-    """Two at each of four points; thirteen without and three with a mean; of both stages."""
-    assert sorted(part(scheme, shells=plate(RUBBER)).chunks.widths) == stages * [8] + stages * [16]
+    """Five of either shear; thirteen without and three with a mean; of both stages."""
+    assert sorted(part(scheme, shells=plate(RUBBER)).chunks.widths) == stages * [10] + stages * [16]
 
 
 def test_forces_of_a_beam() -> None:
