@@ -412,6 +412,8 @@ class BlockSystem:
             # without it PETSc collects entries in a hash table, which takes three times as long
             A.setPreallocationNNZ(most)
             A.setOption(PETSc.Mat.Option.NEW_NONZERO_ALLOCATION_ERR, False)
+        # and what is zero up to round-off now
+        self._add(A, forms, dropped_columns)
         with general_position(self.forms):
             self._add(A, forms, dropped_columns)
         # keep a full structural diagonal: fixed rows and zero blocks of multipliers need one
