@@ -138,8 +138,7 @@ def _lobatto(n: int) -> Floats:
 
 def _quadrilateral(degree: int) -> Forces:
     k = degree
-    inner, weights = _gauss(k)
-    edges = _lobatto(k + 1)
+    (inner, weights), edges = _gauss(k), _lobatto(k + 1)
     membrane, shear, rules = [], [], []
     for number, lines in enumerate(((inner, edges), (edges, inner))):
         points = _grid(*lines)
