@@ -64,15 +64,16 @@ class CellSystem:
     def _factors(self) -> Any:
         from scipy.sparse.linalg import splu  # it loads much, which most runs do without
 
-        return splu(fem.assemble_matrix(compiled(self._matrix)).to_scipy().tocsc())
+        A = fem.assemble_matrix(compiled(self._matrix)).to_scipy()
+        # columns of cells of other ranks are empty
+        return splu(A[:, : A.shape[0]].tocsc())
 
     def solve(self) -> fem.Function:
         """Solution, ghosts included; collective."""
         f, vector = self.function, fem.assemble_vector(self._given)
         local = f.function_space.dofmap.index_map.size_local * f.function_space.dofmap.bs
         # what another rank owns comes from there
-        f.x.array[:] = self._factors.solve(np.asarray(vector.array))
-        f.x.array[local:] = 0.0
+        f.x.array[:local] = self._factors.solve(np.asarray(vector.array)[:local])
         f.x.scatter_forward()
         return f
 
