@@ -24,9 +24,9 @@ TIMES = 3
 # for errors of 1, 0.25 and 0.1 %
 COMMANDS = {
     OURS: (
-        "--scheme ed --alpha 1 --mesh 3x1 --dt 0.02",
-        "--scheme ep4 --mesh 4x1 --dt 0.02",
-        "--scheme ep4 --mesh 8x2 --dt 0.0078125",
+        "--scheme ed3 --alpha 0.5 --mesh 8x1 --dt 0.02",
+        "--scheme ed3 --alpha 0.5 --mesh 8x1 --dt 0.01",
+        "--scheme ep4 --mesh 8x1 --dt 0.0078125",
     ),
     EXUDYN: (
         "ExudynPlate((8, 1), 2.5e-3, spectral_radius=0.9)",
