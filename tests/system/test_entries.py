@@ -33,7 +33,7 @@ def test_rows_have_no_more_entries_than_are_counted(scheme) -> None:
     assert np.all(rows <= most)
     # and not far more: each cell's matrix has zeros, and cells share their sides
     assert np.sum(most) < 5 * np.sum(rows)
-    # forces of a cell are orthogonal to one another up to round-off, or exactly: both have places
+    # forces of a cell are orthogonal to one another up to round-off, or exactly
     assert A.getInfo()["mallocs"] == 0
     system.symmetric_jacobian()
     assert A.getInfo()["mallocs"] == 0

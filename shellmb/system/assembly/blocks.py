@@ -24,7 +24,7 @@ from shellmb.native import library as native
 from shellmb.native.assembler import is_native
 from shellmb.native.derivatives import derivative
 from shellmb.native.kernels import compile_each, together
-from shellmb.system.assembly.entries import most_entries, of_cells
+from shellmb.system.assembly.entries import most_entries
 from shellmb.system.assembly.fields import Field, Followers
 from shellmb.system.assembly.following import following
 from shellmb.system.assembly.numbering import Numbering
@@ -404,27 +404,22 @@ class BlockSystem:
     ) -> None:
         """Assemble with states and parameters in general position: nothing is zero by chance.
 
-        So the pattern is the same at all times, of a load that begins at zero, too. Forces of cells
-        are orthogonal to one another, up to round-off or exactly, as it happens: they have places.
+        So the pattern is the same at all times, of a load that begins at zero, too.
         """
         most = most_entries(self.comm, self.numbering, self.fields, forms)
         if most is not None:
             # without it PETSc collects entries in a hash table, which takes three times as long
             A.setPreallocationNNZ(most)
             A.setOption(PETSc.Mat.Option.NEW_NONZERO_ALLOCATION_ERR, False)
-        # and what is zero up to round-off now
+        # and once as they are: what is zero up to round-off may be zero exactly in another state
         self._add(A, forms, dropped_columns)
         with general_position(self.forms):
             self._add(A, forms, dropped_columns)
         # keep a full structural diagonal: fixed rows and zero blocks of multipliers need one
         n = self.numbering
         rows = np.arange(n.start, n.start + n.owned, dtype=PETSc.IntType)[:, None]
-        A.setOption(PETSc.Mat.Option.IGNORE_ZERO_ENTRIES, False)
-        for these, those in ((rows, rows), *of_cells(n, self.fields, forms)):
-            zeros = np.zeros((len(these), these.shape[1] * those.shape[1]))
-            A.setValuesRCV(these, those, zeros, addv=PETSc.InsertMode.ADD)
+        A.setValuesRCV(rows, rows, np.zeros(rows.shape), addv=PETSc.InsertMode.ADD)
         A.assemble()
-        A.setOption(PETSc.Mat.Option.IGNORE_ZERO_ENTRIES, True)
 
     def _add(
         self,

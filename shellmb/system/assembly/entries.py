@@ -1,6 +1,6 @@
 """Bounds on the entries in the rows of a block matrix, whose memory is then requested once."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 
 from mpi4py import MPI
 from petsc4py import PETSc
@@ -8,7 +8,6 @@ from petsc4py import PETSc
 import numpy as np
 import numpy.typing as npt
 
-from shellmb.arrays import Int32s
 from shellmb.native.library import cell_dofs
 from shellmb.system.assembly.fields import Field
 from shellmb.system.assembly.numbering import Numbering
@@ -44,25 +43,3 @@ def most_entries(
         numbers = n.local_to_global[rows.ravel() + n.offsets[i]]
         found += columns.shape[1] * np.bincount(numbers, minlength=n.owned)
     return np.minimum(found, n.owned).astype(PETSc.IntType)
-
-
-def of_cells(
-    numbering: Numbering, fields: Sequence[Field], places: Iterable[tuple[int, int]]
-) -> Iterator[tuple[Int32s, Int32s]]:
-    """Rows and columns of unknowns that are of one cell only, shape (cells, n) both, of each block.
-
-    Args:
-        numbering: Numbers of the unknowns.
-        fields: The fields.
-        places: Blocks that are not empty, by row and column field.
-    """
-    found = []
-    for field, offset in zip(fields, numbering.offsets, strict=False):
-        space = field.function.function_space
-        own = cell_dofs(space)[: space.mesh.topology.index_map(space.mesh.topology.dim).size_local]
-        inner = np.isin(own, field.elementwise).all(axis=0) & (len(own) > 0)
-        numbers = numbering.local_to_global[own[:, inner] + offset]
-        found.append(np.ascontiguousarray(numbers, PETSc.IntType))
-    for i, j in places:
-        if found[i].size and found[j].size and len(found[i]) == len(found[j]):
-            yield found[i], found[j]
