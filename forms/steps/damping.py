@@ -139,7 +139,7 @@ class ViscousShell(_WithoutGap):
         if self.bend is not None:
             m = self.bend * (elastic.D * kap)
         if self.shear is not None:
-            Q = elastic.a * self.shear * (elastic.G * gam)
+            Q = self.shear * elastic.shared_shear(gam)
         if self.membrane is not None:
             coupled = elastic.coupled_moments(N, e)
             m = m if coupled is None else m + self.membrane * coupled

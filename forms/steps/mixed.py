@@ -1,9 +1,9 @@
 """Internal virtual work of the shell with forces of its own (no locking, large Newton steps).
 
 Membrane and transverse shear energy are written with independent forces `N` of each cell, which
-work on strains where these are taken (`forms.tying`); a fraction `a` of the shear energy and all of
-the bending energy are those of the displacements (partial selective reduced integration,
-D. N. Arnold and F. Brezzi, Math. Comp. 66 (1997) 1-14):
+work on strains where these are taken (`forms.tying`); all of the bending energy, and on triangles a
+fraction `a` of the shear energy, are those of the displacements (partial selective reduced
+integration, D. N. Arnold and F. Brezzi, Math. Comp. 66 (1997) 1-14):
 
     W = 1/2 kap.D.kap + a/2 gam.G.gam + <N, eps> - 1/2 n.A^-1.n + (1 - a) [<N, gam> - 1/2 Q.G^-1.Q]
 
@@ -32,7 +32,7 @@ from shellmb.forms.measure import Measure
 from shellmb.forms.shell import ShellStrains
 from shellmb.forms.state import Layout
 from shellmb.forms.steps.discrete import stress_average
-from shellmb.forms.tying import PLANE, Tying
+from shellmb.forms.tying import Tying
 
 Densities = Sequence[Expr]
 
@@ -73,10 +73,6 @@ class Formulation(Protocol):
 
     def jump(self, strain: Measure, layout: Layout, a: Expr, b: Expr) -> Densities:
         """Half the work of the stress jump on the strain jump, elastic part of eq. (34)."""
-        ...
-
-    def unseen(self, strain: Measure, layout: Layout, q: Expr) -> Expr:
-        """Energy of the shear that displacements have beyond the cells."""
         ...
 
     @property
@@ -130,27 +126,23 @@ def not_assumed(strain: Measure, layout: Layout, q: Expr) -> Expr:
 
 @dataclass(frozen=True)
 class LinearMixed:
-    """Hellinger-Reissner form of a linear section, forces in closed form.
+    """Hellinger-Reissner form of a linear section of quadrilaterals, forces in closed form.
 
     Without bending-stretching coupling `B` is None and none of its terms exists.
 
     Args:
         D: Bending stiffness.
-        G: Shear stiffness.
         A_inv: Inverse of the membrane stiffness.
         G_inv: Inverse of the shear stiffness.
         N0: Scale of the forces.
-        a: Share of the shear energy that displacements have.
         tying: Maps of the forces.
         B: Coupling.
     """
 
     D: Expr
-    G: Expr
     A_inv: Expr
     G_inv: Expr
     N0: Expr
-    a: Expr
     tying: Tying
     B: Expr | None = None
 
@@ -182,24 +174,23 @@ class LinearMixed:
     def stress(self, e: Expr, N: Expr) -> tuple[Expr, ...]:
         """Generalised stresses by rule, shape (8,) each; linear in strains and forces."""
         n, _ = split(self.tying.force(N))
-        _, gam = split(membrane_shear(e))
-        whole = [*self.uniform(N), *self._moments(n, e), *(self.a * (self.G * gam))]
-        return ufl.as_vector(whole), *self.taken(N)
+        return ufl.as_vector([*self.uniform(N), *self._moments(n, e), 0, 0]), *self.taken(N)
 
     def gap(self, mean: Expr, end: Expr, N: Expr, dN: Expr) -> list[Expr]:
         """Work of virtual forces on the strains at the end less those of the forces, by rule."""
         (n, Q), (dn, dQ) = (split(self.tying.force(f)) for f in (N, dN))
-        own = ufl.dot(dn, self.stretch(n, end)) + (1 - self.a) * ufl.dot(dQ, self.G_inv * Q)
+        own = ufl.dot(dn, self.stretch(n, end)) + ufl.dot(dQ, self.G_inv * Q)
         eps, _ = split(membrane_shear(end))
         whole = ufl.dot(self.tying.constant(dN), eps) - own
         return [whole, *(ufl.dot(stress, end) for stress in self.taken(dN))]
 
     def taken(self, N: Expr) -> list[Expr]:
-        """Stresses where strains are taken, of the share that forces have, shape (8,) each."""
-        return [
-            ufl.as_vector([s[k] if k in PLANE else (1 - self.a) * s[k] for k in range(8)])
-            for s in self.tying.works(N)
-        ]
+        """Stresses where strains are taken, shape (8,) each."""
+        return self.tying.works(N)
+
+    def shared_shear(self, gam: Expr) -> Expr:
+        """Displacements have no share of shear forces."""
+        return 0 * gam
 
     def energy(self, strain: Measure, layout: Layout, q: Expr) -> Densities:
         """Mixed strain energy `W(q, N)`; equal to the strain energy where compatibility holds."""
@@ -208,24 +199,16 @@ class LinearMixed:
     def stored(self, e: Expr, N: Expr) -> Densities:
         """Stored energy of any strains, shape (8,), and forces of the cells."""
         n, Q = split(self.tying.force(N))
-        eps, gam = split(membrane_shear(e))
-        kap = bending(e)
+        eps, kap = split(membrane_shear(e))[0], bending(e)
         stretch = self.stretch(n, e)
         own = n if self.B is None else n - self.B * kap
         whole = [
             ufl.dot(kap, self.D * kap) / 2,
-            self.a * ufl.dot(gam, self.G * gam) / 2,
             ufl.dot(self.tying.constant(N), eps),
             -ufl.dot(own, stretch) / 2,
-            -(1 - self.a) * ufl.dot(Q, self.G_inv * Q) / 2,
+            -ufl.dot(Q, self.G_inv * Q) / 2,
         ]
         return [sum(whole), *(ufl.dot(stress, e) for stress in self.taken(N))]
-
-    def unseen(self, strain: Measure, layout: Layout, q: Expr) -> Expr:
-        """Energy of the shear of displacements that forces do not see."""
-        _, gam = split(membrane_shear(strain.value(q)))
-        rest = gam - self.G_inv * split(self.tying.force(self.forces(layout, q)))[1]
-        return self.a * ufl.dot(rest, self.G * rest) / 2
 
     def resultants(self, strain: Measure, layout: Layout, q: Expr) -> Expr:
         """Resultants N/m and moments N of a state, shape (8,)."""
@@ -313,12 +296,15 @@ class LinearOwn:
         """Stresses where strains are taken, shape (8,) each."""
         return self.tying.works(self._forces(N))
 
+    def shared_shear(self, gam: Expr) -> Expr:
+        """Shear forces of the share that displacements have, shape (2,)."""
+        return self.a * (self.shared * gam)
+
     def stress(self, e: Expr, N: Expr) -> tuple[Expr, ...]:
         """Generalised stresses by rule, shape (8,) each; linear in strains and forces."""
         _, gam = split(membrane_shear(e))
         _, m, _ = self.stresses(self._strain(N), e)
-        whole = [*self.uniform(N), *m, *(self.a * (self.shared * gam))]
-        return ufl.as_vector(whole), *self.taken(N)
+        return ufl.as_vector([*self.uniform(N), *m, *self.shared_shear(gam)]), *self.taken(N)
 
     def gap(self, mean: Expr, end: Expr, N: Expr, dN: Expr) -> list[Expr]:
         """Work of virtual forces and strains on what strains and forces differ by, by rule."""
@@ -342,13 +328,13 @@ class LinearOwn:
         S = self._strain(N)
         (n, m, Q), (eps, gam) = self.stresses(S, e), split(self.tying.strain(S))
         _, moved = split(membrane_shear(e))
-        shear = (1 - self.a) * ufl.dot(Q, gam) + self.a * ufl.dot(self.shared * moved, moved)
+        shear = (1 - self.a) * ufl.dot(Q, gam) + ufl.dot(self.shared_shear(moved), moved)
         return [(ufl.dot(n, eps) + ufl.dot(m, bending(e)) + shear) / 2]
 
     def unseen(self, strain: Measure, layout: Layout, q: Expr) -> Expr:
         """Energy of the shear of displacements that strains of the cells do not have."""
         _, rest = split(membrane_shear(not_assumed(strain, layout, q)))
-        return self.a * ufl.dot(self.shared * rest, rest) / 2
+        return ufl.dot(self.shared_shear(rest), rest) / 2
 
     def resultants(self, strain: Measure, layout: Layout, q: Expr) -> Expr:
         """Resultants N/m and moments N of a state, shape (8,)."""
@@ -364,7 +350,7 @@ class LinearOwn:
         """All resultants, shape (8,)."""
         n, m, Q = self.stresses(self._strain(N), e)
         _, moved = split(membrane_shear(e))
-        return ufl.as_vector([*n, *m, *((1 - self.a) * Q + self.a * (self.shared * moved))])
+        return ufl.as_vector([*n, *m, *((1 - self.a) * Q + self.shared_shear(moved))])
 
     def jump(self, strain: Measure, layout: Layout, a: Expr, b: Expr) -> Densities:
         """Elastic part of `c^2`, eq. (34)."""

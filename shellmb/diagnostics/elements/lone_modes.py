@@ -16,6 +16,8 @@ from basix import CellType
 from dolfinx import fem
 
 from shellmb.arrays import Floats
+from shellmb.forms.steps.mixed import LinearOwn
+from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed
 from shellmb.model.model import Model
 from shellmb.system.assembly.functionals import functionals
 
@@ -41,6 +43,7 @@ def lone_modes(model: Model, modes: Iterable[Callable[[str], Floats]]) -> list[s
         thickness = body.section.sizes.thickness
         at = body.strain, body.layout, mode
         formulation = body.section.formulation
+        assert isinstance(formulation, LinearOwn | NonlinearMixed)
         unseen, stored = formulation.unseen(*at), formulation.energy(*at)
         energies = functionals([[body.integrate([unseen])], [body.integrate(stored)]], model.comm)
         found = []

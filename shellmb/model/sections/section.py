@@ -128,7 +128,6 @@ def _bind_linear(
     else:
         membrane, shear = like.sizes.stiffness, float(like.force.value)
     N0, force = _constant(domain, membrane), _constant(domain, shear)
-    a = _share(domain, fields.by_cell(lambda at: at.thickness))
     sizes = Sizes(
         fields.mean(lambda at: at.thickness), membrane, fields.mean(lambda at: at.mass[0])
     )
@@ -137,7 +136,8 @@ def _bind_linear(
     if not has_own_strains(shell, domain):
         A_inv = fields.of(lambda at: np.linalg.inv(at.A))
         G_inv = fields.of(lambda at: np.linalg.inv(at.G))
-        return BoundSection(LinearMixed(D, G, A_inv, G_inv, N0, a, tying, B), force, sizes)
+        return BoundSection(LinearMixed(D, A_inv, G_inv, N0, tying, B), force, sizes)
+    a = _share(domain, fields.by_cell(lambda at: at.thickness))
     if B is not None and _damps_unlike(shell, section):
         psi, thickness = Quadratic(fields.of(lambda at: at.A), B, D, G), sizes.thickness
         mixed = NonlinearMixed(psi, N0, a, _constant(domain, thickness))
