@@ -14,6 +14,7 @@ from shellmb.rotating.campbell import campbell
 
 # first true frequency along a free square, Hz (Rayleigh-Ritz; `tests/model/test_triangles.py`)
 TRUE = 1971.0
+FLAT, CURVED = sm.Rectangle(1.0, 0.7), sm.Cylinder(1.0, 0.7, angles=(0.0, 60.0))
 
 
 @pytest.mark.parametrize("cell", ["quad", "tri"])
@@ -33,6 +34,25 @@ def test_no_frequency_is_below_the_first_true_one(cell: str, n: int, thickness: 
     # two per cent: the first true one on 2x2 elements is one per cent high
     assert not np.any(along & (frequencies < 0.98 * TRUE) & (frequencies > 1.0))
     assert not found.warnings
+
+
+@pytest.mark.parametrize("surface", [FLAT, CURVED])
+@pytest.mark.parametrize(("cell", "degree"), [("quad", 2), ("quad", 3), ("tri", 2)])
+def test_six_motions_are_free_and_all_others_bend(cell, degree, surface) -> None:
+    """Kind: bending that forces do not see is soft, strains that they see twice lock.
+
+    Other frequencies go with the thickness, on one element too. 0.2 % of those of thick ones are
+    curvature and shear.
+    """
+    found = []
+    for thickness in (1e-2, 1e-4):
+        section = sm.Isotropic(1.0, 0.3, thickness=thickness, density=1.0)
+        piece = sm.Shell("piece", surface, section, mesh=(1, 1), cell=cell, degree=degree)
+        scene = sm.Scene("piece", piece, scheme="ep", dt=1.0, t_end=1.0)
+        found.append(np.array(sm.modes(scene, count=8).frequencies) / thickness)
+    assert np.all(np.abs(np.array(found)[:, :6]) < 1e-6)
+    assert found[0][6:] == pytest.approx(found[1][6:], rel=5e-3)
+    assert np.all(found[1][6:] > 0.7)
 
 
 @pytest.mark.parametrize("mesh", [(4, 16), (3, 9)])
