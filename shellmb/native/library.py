@@ -1,15 +1,12 @@
-"""The loops in C over cells and nodes, compiled at first use."""
+"""The loops in C over cells and nodes, compiled at installation, or else at first use."""
 
 from __future__ import annotations
 
 import ctypes
-import hashlib
 import importlib.machinery
 import importlib.util
 import logging
-import os
 import sys
-import sysconfig
 from collections.abc import Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from functools import cache
@@ -20,20 +17,18 @@ from typing import Any
 from mpi4py import MPI
 from petsc4py import PETSc
 
-import cffi  # type: ignore[import-untyped]
 import numpy as np
 import numpy.typing as npt
 
 from shellmb.arrays import Floats, Int32s, Ints
 from shellmb.errors import RunError
-from shellmb.native.compiling.compiler import run_compiler
 from shellmb.native.compiling.flags import COMPILER_FLAGS, FORCED_LANES, FORCED_LEVEL
 from shellmb.native.compiling.folder import cache_folder, raise_together
-from shellmb.native.compiling.store import is_whole, loading, writing
+from shellmb.native.compiling.source import INSTALLED, compile_c, named_source, write_c
+from shellmb.native.compiling.store import is_whole, loading
 
 _log = logging.getLogger(__name__)
 
-HERE = Path(__file__).parent / "c"
 # bytes that vectors of any processor begin at multiples of
 LINE = 64
 KINDS = {"float64": "double *", "int32": "int *", "int64": "int64_t *"}
@@ -214,49 +209,28 @@ def begin(comm: MPI.Comm) -> None:
 @cache
 def _compiled() -> tuple[Path, Future[None] | None]:
     """Path where the module is, or will be."""
-    first = ("cells.h", "apart.c", "kernels.c", "cells.c", "passes.c")
-    last = ("bases.c", "nodes.c", "banded.c", "unknowns.c", "sums.c", "transposed.c", "sides.c")
-    header, *others = ((HERE / name).read_text() for name in (*first, *last))
-    header += (HERE / "programs.h").read_text()
-    common, both = ((HERE / name).read_text() for name in ("programs.c", "program.c"))
-    ends = "#undef V\n#undef NAME\n#undef FIXED\n#undef INLINED"
-    inlined = "inline __attribute__((always_inline))"
-    for kind, name, fixed, how in (("double", "one", 0, ""), ("lanes", "lanes", 1, inlined)):
-        both_names = f"#define V {kind}\n#define NAME(f) f##_of_{name}\n#define FIXED {fixed}"
-        both_names += f"\n#define INLINED {how}"
-        others += [common, both_names, both, ends]
-        common = ""
-    source = "\n".join([*others, (HERE / "interpret.c").read_text()])
-    key = "\n".join([header, source, sys.version, cffi.__version__, *COMPILER_FLAGS])
-    name = f"shellmb_cells_{hashlib.sha256(key.encode()).hexdigest()[:16]}"
+    name, *_ = named_source()
+    if is_whole(INSTALLED, name) and _loads(INSTALLED):
+        return INSTALLED, None
     where = cache_folder()
     target = where / f"{name}.so"
-    if is_whole(target):
+    if is_whole(target, name):
         return target, None
     _log.warning("the loops in C are compiled, once on this machine, which takes about 10 s")
-    ffi = cffi.FFI()
-    ffi.cdef(header)
-    headers = "#include <math.h>\n#include <stdint.h>\n" + header
-    ffi.set_source(name, headers + source, compiler_verbose=False)
-    scratch = where / f"{name}.{os.getpid()}.c"
-    with writing(where):
-        ffi.emit_c_code(str(scratch))
+    scratch = write_c(where)
     pool = ThreadPoolExecutor(max_workers=1)
-    done = pool.submit(_compile, scratch, target)
+    done = pool.submit(compile_c, scratch, target)
     pool.shutdown(wait=False)
     return target, done
 
 
-def _compile(source: Path, target: Path) -> None:
-    made = source.with_suffix(".so")
+def _loads(library: Path) -> bool:
+    """Decide whether this system can load it: what was installed may come from a newer one."""
     try:
-        include = f"-I{sysconfig.get_path('include')}"
-        with writing(target.parent):
-            run_compiler([*COMPILER_FLAGS, include, str(source)], made, [f"PyInit_{target.stem}"])
-            # at once: another process may look for it at any moment
-            made.replace(target)
-    finally:
-        source.unlink()
+        ctypes.CDLL(str(library))
+    except OSError:
+        return False
+    return True
 
 
 @cache
@@ -264,7 +238,7 @@ def _build() -> ModuleType:
     target, compiling = _compiled()
     if compiling is not None:
         compiling.result()
-    name = target.stem
+    name, *_ = named_source()
     spec = importlib.util.spec_from_file_location(name, target)
     assert spec is not None and spec.loader is not None
     with loading(target):

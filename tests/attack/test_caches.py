@@ -16,6 +16,7 @@ import pytest
 from shellmb.errors import RunError
 from shellmb.guarding import permissions
 from shellmb.native import library as native
+from shellmb.native.compiling import source as making
 from shellmb.native.compiling import store
 from shellmb.native.compiling.folder import cache_folder
 
@@ -40,7 +41,7 @@ def built(folder: Path) -> Path:
     """A small library in a cache, made as that of the loops is."""
     source = folder / "loops.1.c"
     source.write_text("int PyInit_loops(void) { return 3; }\n")
-    native._compile(source, folder / "loops.so")
+    making.compile_c(source, folder / "loops.so")
     return folder / "loops.so"
 
 
@@ -82,8 +83,8 @@ import logging, os, subprocess, sys
 from pathlib import Path
 from mpi4py import MPI
 from shellmb.errors import RunError
-from shellmb.native import library
 from shellmb.native.compiling.folder import cache_folder
+from shellmb.native.compiling.source import compile_c
 logging.basicConfig(format="%(message)s", stream=sys.stdout)
 
 def mount(name, options, *more):
@@ -100,7 +101,7 @@ full = mount("full", "size=2m,mode=700")
 source = full / "loops.1.c"
 source.write_text("int PyInit_loops[30000] = {1};")
 try:
-    library._compile(source, full / "loops.so")
+    compile_c(source, full / "loops.so")
 except RunError as error:
     print(error)
 """
@@ -227,7 +228,7 @@ def test_what_we_make_is_ours_alone_whatever_is_usual(tmp_path, monkeypatch) -> 
     before = store.os.umask(0)
     try:
         library = built(cache_folder())
-        assert store.is_whole(library)
+        assert store.is_whole(library, "loops")
         for path in (library, library.parent, library.parent.parent):
             assert not path.stat().st_mode & 0o022
     finally:
@@ -250,13 +251,13 @@ DAMAGE = {
 def test_a_damaged_library_is_made_anew(how, cache) -> None:
     """The kind: whatever is not as it was written, before the system loads (or maps) any of it."""
     library = built(cache)
-    assert store.is_whole(library)
+    assert store.is_whole(library, "loops")
     content = library.read_bytes()
     library.unlink()
     library.write_bytes(DAMAGE[how](content))
-    assert not store.is_whole(library)
+    assert not store.is_whole(library, "loops")
     # and made anew
-    assert store.is_whole(built(cache)) and library.stat().st_size == len(content)
+    assert store.is_whole(built(cache), "loops") and library.stat().st_size == len(content)
 
 
 @pytest.mark.parametrize("what", ["writable", "shared", "another library", "another machine"])
@@ -274,14 +275,15 @@ def test_whole_libraries_that_are_not_ours_are_made_anew(what, cache, grouped) -
     store.seal(library)
     grouped(*SHARED["members"])
     library.chmod({"writable": 0o666, "shared": 0o664}.get(what, 0o644))
-    assert not store.is_whole(library)
-    assert store.is_whole(built(cache))
+    assert not store.is_whole(library, "loops")
+    assert store.is_whole(built(cache), "loops")
     assert library.read_bytes() == content and not library.stat().st_mode & 0o022
 
 
 def test_the_loops_are_made_anew_where_they_are_damaged(cache, monkeypatch) -> None:
     library = built(cache)
-    monkeypatch.setattr(native, "_compile", lambda source, target: source.unlink())
+    monkeypatch.setattr(native, "INSTALLED", cache / "none")
+    monkeypatch.setattr(native, "compile_c", lambda source, target: source.unlink())
     target, compiling = native._compiled.__wrapped__()
     assert compiling is not None
     compiling.result()
@@ -328,7 +330,7 @@ def test_a_compiler_that_fails_or_is_not_there_is_told(cache, monkeypatch) -> No
     with pytest.raises(RunError, match=r"no C compiler '/nowhere/cc'.*install"):
         built(cache)
     monkeypatch.delenv("CC")
-    assert store.is_whole(built(cache))
+    assert store.is_whole(built(cache), "loops")
 
 
 @pytest.mark.parametrize("named", ["gcc '", " ", '"'])

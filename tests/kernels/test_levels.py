@@ -1,18 +1,26 @@
 """Levels of x86-64 and numbers of lanes: chosen by the processor, forced, or refused."""
 
+import ctypes
 import json
 import os
+import shutil
 import subprocess
 import sys
+import tomllib
+from pathlib import Path
 
 import pytest
+from setuptools import Distribution, Extension
 
 from shellmb.errors import RunError
 from shellmb.native import library as native
-from shellmb.native.compiling import flags
+from shellmb.native.compiling import flags, source
 from shellmb.native.compiling.flags import FORCED_LANES, FORCED_LEVEL, LEVELS, level_and_lanes
+from shellmb.native.compiling.installing import BuildLoops
 
 NAMES = list(LEVELS)
+PROJECT = Path(__file__).parents[2] / "pyproject.toml"
+SETUPTOOLS = tomllib.loads(PROJECT.read_text())["tool"]["setuptools"]
 
 
 def features(highest: str) -> set[str]:
@@ -107,8 +115,58 @@ def test_the_cache_does_not_mix_levels(tmp_path, monkeypatch) -> None:
     lanes, compiler = json.loads(said)
     assert lanes == 1 and {"-march=x86-64-v2", "-DLANES=1"} <= set(compiler)
     monkeypatch.setattr(native, "cache_folder", lambda: tmp_path)
-    monkeypatch.setattr(native, "_compile", lambda *_: None)
+    monkeypatch.setattr(native, "INSTALLED", tmp_path / "none")
+    monkeypatch.setattr(native, "compile_c", lambda *_: None)
     before, _ = native._compiled.__wrapped__()
-    monkeypatch.setattr(native, "COMPILER_FLAGS", compiler)
+    monkeypatch.setattr(source, "COMPILER_FLAGS", compiler)
     after, _ = native._compiled.__wrapped__()
     assert before.name != after.name
+
+
+def installed(folder: Path) -> Path:
+    """The library as setuptools compiles it into a folder when the package is installed."""
+    (module,) = SETUPTOOLS["ext-modules"]
+    command = BuildLoops(Distribution({"ext_modules": [Extension(**module)]}))
+    command.build_lib, command.build_temp = str(folder), str(folder / "temp")
+    command.ensure_finalized()
+    command.run()
+    return folder / "shellmb" / "native" / source.INSTALLED.name
+
+
+def test_an_installed_library_is_used_where_it_fits(tmp_path, monkeypatch) -> None:
+    """Kind: another processor, other C, a damaged file, one that does not load: compiled anew."""
+    assert SETUPTOOLS["cmdclass"]["build_ext"] == f"{BuildLoops.__module__}.{BuildLoops.__name__}"
+    quick = ["-O0", *source.COMPILER_FLAGS[1:]]
+    for module in (source, flags):
+        monkeypatch.setattr(module, "COMPILER_FLAGS", quick)
+    library = installed(tmp_path)
+    monkeypatch.setattr(native, "cache_folder", lambda: tmp_path / "empty")
+    monkeypatch.setattr(native, "compile_c", lambda *_: None)
+    monkeypatch.setattr(native, "write_c", lambda *_: None)
+    monkeypatch.setattr(native, "INSTALLED", library)
+
+    def used() -> bool:
+        return native._compiled.__wrapped__()[0] == library
+
+    assert used()
+    with monkeypatch.context() as patch:
+        patch.setattr(source, "COMPILER_FLAGS", [*quick, "-march=x86-64-v2"])
+        assert not used()
+    with monkeypatch.context() as patch:
+        shutil.copytree(source.NATIVE / "c", tmp_path / "c")
+        patch.setattr(source, "NATIVE", tmp_path)
+        assert used()
+        with (tmp_path / "c" / "nodes.c").open("a") as file:
+            file.write("/* edited */")
+        assert not used()
+    with monkeypatch.context() as patch:
+        patch.setattr(ctypes, "CDLL", lambda *_: (_ for _ in ()).throw(OSError("GLIBC_2.99")))
+        assert not used()
+    library.write_bytes(library.read_bytes()[:-1])
+    assert not used()
+
+
+def test_an_installation_without_a_compiler_succeeds(tmp_path, monkeypatch, caplog) -> None:
+    monkeypatch.setenv("CC", "/nowhere/cc")
+    assert not installed(tmp_path).exists()
+    assert "there is no C compiler '/nowhere/cc'" in caplog.text

@@ -17,8 +17,6 @@ from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
 
-from mpi4py import MPI
-
 from shellmb.errors import RunError
 from shellmb.guarding.permissions import OTHERS, other_writers
 
@@ -61,6 +59,9 @@ def usable(folder: Path) -> Path:
             f"({beside}); {SAY}",
             alone=True,
         )
+    # the installation writes libraries where there is no MPI yet
+    from mpi4py import MPI
+
     if MPI.COMM_WORLD.rank == 0:
         _log.warning(
             "the cache of loops, %s, cannot be used (%s), and %s is used instead; to choose, %s",
@@ -218,11 +219,12 @@ def seal(library: Path) -> None:
         os.fchmod(file.fileno(), stat.S_IMODE(os.fstat(file.fileno()).st_mode) & ~OTHERS)
 
 
-def is_whole(library: Path) -> bool:
+def is_whole(library: Path, name: str) -> bool:
     """Decide whether a library is there, ours, and as it was written.
 
     Args:
         library: Its file.
+        name: What it has to be called inside.
     """
     try:
         found = library.stat()
@@ -234,4 +236,4 @@ def is_whole(library: Path) -> bool:
         return False
     checksum = MARK + b"%08x" % zlib.crc32(memoryview(content)[: -len(MARK) - 8])
     # a file without a cut may hold code for another machine
-    return is_library(content) and library.stem.encode() in content and content.endswith(checksum)
+    return is_library(content) and name.encode() in content and content.endswith(checksum)
