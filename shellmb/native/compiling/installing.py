@@ -9,7 +9,7 @@ from setuptools.command.build_ext import build_ext
 from setuptools.errors import CompileError
 
 
-class BuildLoops(build_ext):
+class BuildLoops(build_ext):  # type: ignore[misc]
     """Compiles for this processor and Python; what is not made here is made by the first run."""
 
     def build_extension(self, ext: Extension) -> None:
