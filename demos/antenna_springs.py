@@ -8,7 +8,7 @@ the overshoot with all eight derivatives. All hinges must be open at the end.
 
 # KIND: vibrations and motion
 # CI: shellmb run antenna_springs --check --no-pictures
-# CI: python -m shellmb.demos.antenna_springs
+# CI --all: python -m shellmb.demos.antenna_springs
 
 import numpy as np
 from scipy.optimize import minimize

@@ -7,7 +7,7 @@ fit can be judged. Derivatives through friction are exact as long as the flap do
 
 # KIND: mechanisms
 # CI: shellmb run identify_joint --check --no-pictures
-# CI: python -m shellmb.demos.identify_joint
+# CI --all: python -m shellmb.demos.identify_joint
 
 import math
 

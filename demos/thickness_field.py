@@ -7,7 +7,7 @@ through each run.
 
 # KIND: vibrations and motion
 # CI: shellmb run thickness_field --check --no-pictures
-# CI: python -m shellmb.demos.thickness_field
+# CI --all: python -m shellmb.demos.thickness_field
 
 import numpy as np
 from scipy.optimize import minimize

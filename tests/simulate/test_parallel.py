@@ -39,7 +39,8 @@ cases = {
                            supports=SymmetryPlane("left", (1, 1, 0.5)), **motion),
 }
 found = {}
-for name, scene in cases.items():
+for name in sys.argv[2:]:
+    scene = cases[name]
     simulation, account = Simulation(scene), EnergyAccount()
     simulation.run([account])
     # norms over the owned unknowns of each part: the same whatever the partition
@@ -56,19 +57,20 @@ if MPI.COMM_WORLD.rank == 0:
     with open(sys.argv[1], "w") as file:
         json.dump(found, file)
 """
-CASES = ("static-quad", "ep-quad", "ed-quad", "ep-tri", "kink", "oblique plane")
+CASES = ("static-quad", "ed-quad", "oblique plane"), ("ep-quad", "ep-tri", "kink")
 
 
 @pytest.mark.mpi
-def test_one_and_two_ranks_agree(mpirun, tmp_path: Path) -> None:
+@pytest.mark.parametrize("names", CASES)
+def test_one_and_two_ranks_agree(names, mpirun, tmp_path: Path) -> None:
     results = []
     for ranks in (1, 2):
         file = tmp_path / f"{ranks}.json"
-        mpirun(ranks, "-c", PROGRAM, file)
+        mpirun(ranks, "-c", PROGRAM, file, *names)
         results.append(json.loads(file.read_text()))
     one, two = results
-    assert tuple(one) == tuple(two) == CASES
-    for name in CASES:
+    assert tuple(one) == tuple(two) == names
+    for name in names:
         # the sums of a parallel run differ in their order: round-off, amplified by conditioning
         expected = pytest.approx(one[name], rel=1e-10, abs=1e-12)
         assert two[name] == expected, name
