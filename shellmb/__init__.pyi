@@ -30,8 +30,8 @@ from shellmb.errors import RunError as RunError
 from shellmb.errors import SceneError as SceneError
 from shellmb.errors import ShellmbError as ShellmbError
 from shellmb.errors import ShellmbWarning as ShellmbWarning
-from shellmb.model.own.body import Hold as Hold
-from shellmb.model.own.body import OwnBody as OwnBody
+from shellmb.model.user_bodies.body import Hold as Hold
+from shellmb.model.user_bodies.body import OwnBody as OwnBody
 from shellmb.scene import *
 from shellmb.scene import Scene as Scene
 from shellmb.sensitivity.adjoint.objective import Objective
