@@ -25,7 +25,7 @@ from shellmb.errors import RunError
 from shellmb.native.compiling.flags import COMPILER_FLAGS, FORCED_LANES, FORCED_LEVEL
 from shellmb.native.compiling.folder import cache_folder, raise_together
 from shellmb.native.compiling.source import INSTALLED, compile_c, named_source, write_c
-from shellmb.native.compiling.store import is_whole, loading
+from shellmb.native.compiling.store import is_intact, loading
 
 _log = logging.getLogger(__name__)
 
@@ -210,11 +210,11 @@ def begin(comm: MPI.Comm) -> None:
 def _compiled() -> tuple[Path, Future[None] | None]:
     """Path where the module is, or will be."""
     name, *_ = named_source()
-    if is_whole(INSTALLED, name) and _loads(INSTALLED):
+    if is_intact(INSTALLED, name) and _loads(INSTALLED):
         return INSTALLED, None
     where = cache_folder()
     target = where / f"{name}.so"
-    if is_whole(target, name):
+    if is_intact(target, name):
         return target, None
     _log.warning("the loops in C are compiled, once on this machine, which takes about 10 s")
     scratch = write_c(where)
