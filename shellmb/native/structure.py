@@ -1,4 +1,4 @@
-"""What forms have in common that are read alike: UFL's signature in half of its time."""
+"""Structure of forms, which those share that are read alike: half the time of UFL's signature."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ from hashlib import blake2b
 from typing import Any
 
 from ufl import Form
-from ufl.algorithms.domain_analysis import canonicalize_metadata
 from ufl.classes import Argument, FixedIndex, GeometricQuantity, Label, MultiIndex
 from ufl.domain import extract_unique_domain
+from ufl.utils.sorting import canonicalize_metadata
 
 
 def structure(form: Form) -> bytes:
@@ -42,7 +42,7 @@ def structure(form: Form) -> bytes:
 
 
 class _Seen:
-    """What a form is made of, each thing once and with a number of its own, the first one first.
+    """Numbers of all that a form is made of, each thing once, the first one first.
 
     Attributes:
         places: Of coefficients and Constants.
@@ -62,17 +62,17 @@ class _Seen:
 
     def node(self, root: Any) -> int:
         """The number of a node; those below it have theirs then."""
-        numbers, rows, waiting = self._numbers, self.rows, [root]
-        while waiting:
-            node = waiting[-1]
+        numbers, rows, stack = self._numbers, self.rows, [root]
+        while stack:
+            node = stack[-1]
             if id(node) in numbers:
-                waiting.pop()
+                stack.pop()
                 continue
             operands = node.ufl_operands
             if missing := [o for o in operands if id(o) not in numbers]:
-                waiting += missing
+                stack += missing
                 continue
-            waiting.pop()
+            stack.pop()
             below = [numbers[id(o)] for o in operands] if operands else [self._leaf(node)]
             row = (node._ufl_typecode_, *below)
             numbers[id(node)] = rows.setdefault(row, len(rows))
