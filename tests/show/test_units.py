@@ -105,6 +105,7 @@ FIELD_UNITS = {
     "principal_stress": "Pa",
     "principal_strain": "-",
     "ply_stress": "Pa",
+    "interlaminar": "Pa",
     "force": "N",
     "moment": "N m",
 }

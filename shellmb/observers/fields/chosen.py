@@ -15,8 +15,9 @@ from shellmb.model.frames.beam import BeamModel
 from shellmb.model.shells.shell import ShellModel
 from shellmb.observers.fields import by_section as section
 from shellmb.observers.fields.modal import modal_members
-from shellmb.observers.fields.modalresultants import ModalResultants, ModalStrained
+from shellmb.observers.fields.modalresultants import ModalStrained, resultants_of
 from shellmb.observers.fields.resultants import Resultants, Strained
+from shellmb.observers.fields.through import Slopes, interlaminar, ply_rows
 from shellmb.scene import Laminate, LinearSection, Scene, Shell
 from shellmb.scene.checks.fields import kinds_of, wanted_fields
 from shellmb.scene.fields import FIELDS, STATE
@@ -64,14 +65,14 @@ class ChosenFields:
         self.components: dict[str, tuple[str, ...]] = {}
         self._derived: dict[str, Read] = {}
         self._own: dict[str, Read] = {}
+        # from the resultants with their derivatives along the surface
+        self._steep: dict[str, Read] = {}
         for name in names:
             self._add(body, name)
         modal = body.name in modal_members(simulation.model)
         self._resultants: Resultants | None = None
-        if self._derived and modal:
-            self._resultants = ModalResultants(simulation, body.name)
-        elif self._derived:
-            self._resultants = Resultants(simulation, body)
+        if self._derived or self._steep:
+            self._resultants = resultants_of(simulation, body)
         self._strained: Resultants | None = None
         if self._own and modal:
             self._strained = ModalStrained(simulation, body.name)
@@ -79,6 +80,10 @@ class ChosenFields:
             assert isinstance(body, ShellModel)
             self._strained = Strained(simulation, body)
         self._nodes = NodalMeans(body)
+        self._slopes: Slopes | None = None
+        if self._steep:
+            assert isinstance(body, ShellModel)
+            self._slopes = Slopes(body)
 
     def _add(self, body: ShellModel | BeamModel, name: str) -> None:
         kind = "beam" if isinstance(body, BeamModel) else "shell"
@@ -100,6 +105,12 @@ class ChosenFields:
                 self._derived[f"{name}_{k + 1}"] = section.ply_stress(
                     body.shell, section.layup(body), k
                 )
+        elif name == "interlaminar":
+            assert isinstance(body, ShellModel)
+            six = self.components.pop(name)
+            for k, rows in enumerate(ply_rows(body.shell, section.layup(body)), start=1):
+                self.components[f"{name}_{k}"] = six
+                self._steep[f"{name}_{k}"] = partial(interlaminar, rows)
         elif isinstance(body, ShellModel) and not isinstance(body.shell.section, LinearSection):
             first, last = (0, 8) if name == "strains" else (8, 9)
             self._own[name] = partial(_columns, first, last)
@@ -120,11 +131,14 @@ class ChosenFields:
             self._resultants.solved()
 
     def values(self) -> dict[str, Floats]:
-        """Values at the nodes of this rank (owned ones are right), shape (n, k); collective."""
+        """Values at the nodes of this rank, shape (n, k); collective."""
         found: dict[str, Floats] = {}
         if self._resultants is not None:
             R = self._nodes.mean(self._resultants.elements())
             found |= {name: read(R) for name, read in self._derived.items()}
+            if self._slopes is not None:
+                both = self._nodes.with_slopes(R, self._slopes)
+                found |= {name: read(both) for name, read in self._steep.items()}
         if self._strained is not None:
             E = self._nodes.mean(self._strained.elements())
             found |= {name: read(E) for name, read in self._own.items()}
@@ -151,7 +165,7 @@ class NodalMeans:
         self._count = self._sum(np.ones((len(self._nodes), 1)))
 
     def mean(self, values: Floats) -> Floats:
-        """Means at the nodes of this rank, shape (n, k), right at those it owns.
+        """Means at the nodes of this rank, shape (n, k).
 
         Args:
             values: Values of the cells of this rank at their nodes, shape (c, nodes, k).
@@ -159,12 +173,22 @@ class NodalMeans:
         flat = values.reshape(-1, values.shape[-1])
         return self._sum(flat) / np.maximum(self._count, 1.0)
 
+    def with_slopes(self, R: Floats, slopes: Slopes) -> Floats:
+        """Resultants of a shell with the derivatives of N and M along 1 and along 2, (n, 20).
+
+        Args:
+            R: N, M and Q at the nodes of this rank, shape (n, 8).
+            slopes: What differentiates them.
+        """
+        return np.concatenate([R, self.mean(slopes.elements(R[:, :6]))], axis=1)
+
     def _sum(self, flat: Floats) -> Floats:
         vector = la.vector(self._map, flat.shape[1])
         table = vector.array.reshape(-1, flat.shape[1])
         np.add.at(table, self._nodes, flat)
         # cells of other ranks add to nodes of this one
         vector.scatter_reverse(la.InsertMode.add)
+        vector.scatter_forward()
         return table
 
 
