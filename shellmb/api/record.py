@@ -127,6 +127,24 @@ class Run:
         return pd.DataFrame.from_dict({**results, **probes}, orient="index")
 
     @property
+    def reserves(self) -> pd.DataFrame:
+        """Least reserve factors against failure over the run, a row for each `Reserve`.
+
+        Columns: factor, its error (with ``errors=True``), step, t, criterion, body, the reference
+        place x, y, z, ply (1 is the lowest), side, mode of failure.
+        """
+        import pandas as pd
+
+        probes, rows = self.summary.get("errors", {}).get("probes", {}), {}
+        for name, found in self.summary.get("reserves", {}).items():
+            place = dict(found)
+            u = place.pop("utilisation")
+            error = (probes.get(f"{name}:max") or {}).get("error")
+            off = float("nan") if error is None or not u else error / u**2
+            rows[name] = {"factor": 1 / u if u else float("inf"), "error": off, **place}
+        return pd.DataFrame.from_dict(rows, orient="index")
+
+    @property
     def accuracy(self) -> pd.DataFrame:
         """Costs of accuracy: a row for each level of a run with ``accuracy``, and predictions.
 

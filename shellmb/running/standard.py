@@ -14,6 +14,7 @@ from shellmb.observers.account.rotations import BodyRotations
 from shellmb.observers.account.step_error import StepError
 from shellmb.observers.booking import Booked
 from shellmb.observers.control import ControlColumns
+from shellmb.observers.fields.reserves import Reserves
 from shellmb.observers.files.checkpoint import Checkpoint, Written
 from shellmb.observers.forces.blows import BlowColumns
 from shellmb.observers.forces.contacts import ContactForces
@@ -31,7 +32,7 @@ if TYPE_CHECKING:
     from shellmb.observers.files.frames import Frames
 
 # what is measured where only probes, paths and controllers count
-BARE = ("probes", "path", "control")
+BARE = ("probes", "reserves", "path", "control")
 # names in a run directory
 SUMMARY, HISTORY, FIELDS, STATE = "summary.json", "history.csv", "fields", "state"
 
@@ -76,6 +77,7 @@ class StandardObservers:
             "volumes": Volumes(),
             "end forces": EndForceColumns(),
             "impulses": BlowColumns(),
+            "reserves": Reserves(),
             "path": PathRecord(),
             "step error": StepError(),
             "control": ControlColumns(),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-__all__ = ["DEFAULT", "FIELDS", "MANY", "STATE", "FieldKind"]
+__all__ = ["DEFAULT", "FIELDS", "JUDGED", "MANY", "STATE", "FieldKind"]
 
 XYZ, PLANE, SHEAR = ("x", "y", "z"), ("11", "22", "12"), ("13", "23")
 FRAME = ("1", "2", "3")
@@ -79,12 +79,16 @@ FIELDS: dict[str, FieldKind] = {
     ),
     "ply_stress": _kind("stresses along the fibres", "stress", LOWER_UPPER, "face", "laminate"),
     "interlaminar": _kind("shear stresses between plies", "stress", SIX, "side", "linear"),
+    "utilisation": _kind("utilisation, 1 at failure", "number", (), "", "linear"),
+    "reserve": _kind("reserve factor against failure", "number", (), "", "linear"),
+    "critical_ply": _kind("ply with the least reserve factor", "number", (), "", "linear"),
     "force": _kind("forces", "force", FRAME, "frame", "beam joint"),
     "moment": _kind("moments", "moment", FRAME, "frame", "beam joint"),
 }
 
 # of which a body has several, with a number or a name behind theirs
-MANY = ("ply_stress", "interlaminar")
+JUDGED = ("utilisation", "reserve", "critical_ply")
+MANY = ("ply_stress", "interlaminar", *JUDGED)
 # written if nothing is named
 DEFAULT = ("displacement", "director", "velocity")
 # of which nothing has to be computed

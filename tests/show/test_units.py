@@ -106,6 +106,9 @@ FIELD_UNITS = {
     "principal_strain": "-",
     "ply_stress": "Pa",
     "interlaminar": "Pa",
+    "utilisation": "-",
+    "reserve": "-",
+    "critical_ply": "-",
     "force": "N",
     "moment": "N m",
 }

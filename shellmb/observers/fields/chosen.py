@@ -14,13 +14,14 @@ from shellmb.arrays import Floats
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.shells.shell import ShellModel
 from shellmb.observers.fields import by_section as section
+from shellmb.observers.fields.judging import judged
 from shellmb.observers.fields.modal import modal_members
 from shellmb.observers.fields.modalresultants import ModalStrained, resultants_of
 from shellmb.observers.fields.resultants import Resultants, Strained
-from shellmb.observers.fields.through import Slopes, interlaminar, ply_rows
+from shellmb.observers.fields.through import Slopes, interlaminar, ply_rows, stresses
 from shellmb.scene import Laminate, LinearSection, Scene, Shell
 from shellmb.scene.checks.fields import kinds_of, wanted_fields
-from shellmb.scene.fields import FIELDS, STATE
+from shellmb.scene.fields import FIELDS, JUDGED, STATE
 from shellmb.scene.shells.lamination import Layup
 from shellmb.simulate.simulation import Simulation
 
@@ -67,11 +68,14 @@ class ChosenFields:
         self._own: dict[str, Read] = {}
         # from the resultants with their derivatives along the surface
         self._steep: dict[str, Read] = {}
+        self._judging: Callable[[Floats], dict[str, Floats]] | None = None
         for name in names:
-            self._add(body, name)
+            if name not in JUDGED:
+                self._add(body, name)
+        self._judge(simulation.scene, body, tuple(name for name in names if name in JUDGED))
         modal = body.name in modal_members(simulation.model)
         self._resultants: Resultants | None = None
-        if self._derived or self._steep:
+        if self._derived or self._steep or self._judging:
             self._resultants = resultants_of(simulation, body)
         self._strained: Resultants | None = None
         if self._own and modal:
@@ -81,7 +85,7 @@ class ChosenFields:
             self._strained = Strained(simulation, body)
         self._nodes = NodalMeans(body)
         self._slopes: Slopes | None = None
-        if self._steep:
+        if self._steep or self._judging:
             assert isinstance(body, ShellModel)
             self._slopes = Slopes(body)
 
@@ -125,6 +129,25 @@ class ChosenFields:
                     section.shell_compliance(body.shell, section.layup(body))
                 )
 
+    def _judge(self, scene: Scene, body: ShellModel | BeamModel, names: tuple[str, ...]) -> None:
+        """Fields of each reserve factor of the body."""
+        on = [r for r in scene.reserves if names and r.body in (None, body.name)]
+        if not on:
+            return
+        assert isinstance(body, ShellModel)
+        rows = ply_rows(body.shell, section.layup(body))
+        each = {reserve.name: judged(reserve, body.shell) for reserve in on}
+        self.components |= {f"{name}_{reserve}": () for reserve in each for name in names}
+
+        def read(both: Floats) -> dict[str, Floats]:
+            state, found = stresses(rows, both), dict[str, Floats]()
+            for reserve, judge in each.items():
+                fields = judge.fields(*state)
+                found |= {f"{name}_{reserve}": fields[name] for name in names}
+            return found
+
+        self._judging = read
+
     def solved(self) -> None:
         """Keep what means over the step need of its start."""
         if self._resultants is not None:
@@ -139,6 +162,7 @@ class ChosenFields:
             if self._slopes is not None:
                 both = self._nodes.with_slopes(R, self._slopes)
                 found |= {name: read(both) for name, read in self._steep.items()}
+                found |= self._judging(both) if self._judging else {}
         if self._strained is not None:
             E = self._nodes.mean(self._strained.elements())
             found |= {name: read(E) for name, read in self._own.items()}

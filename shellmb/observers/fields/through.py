@@ -96,7 +96,7 @@ def _shears(compliance: Floats, at: Layup) -> list[Floats]:
         face = upper
     # what is left at the upper face acts in the surface: loads and inertia, even over the thickness
     whole = np.asarray(at.thickness)[..., None, None]
-    integral, below, balanced = np.zeros((2, 12)), 0.0, []
+    integral, below, balanced = np.zeros((2, 12)), np.zeros((1, 1)), []
     for layer, side in zip(at.layers, sides, strict=True):
         h = np.asarray(layer.thickness)[..., None, None]
         shares = np.stack([(below + part * h) / whole for part in (0.0, 0.5, 1.0)], axis=-3)
@@ -160,7 +160,7 @@ def stresses(rows: Sequence[PlyRows], both: Floats) -> tuple[Floats, Floats]:
         rows: Rows of the plies.
         both: Resultants and their derivatives, shape (n, 20).
     """
-    stress, strain = [], []
+    stress, strain = list[Floats](), list[Floats]()
     for ply in rows:
         across = np.einsum("...sij,...j->...si", ply.shear, both[:, 6:])
         slip = np.einsum("...ij,...sj->...si", ply.slip, across)

@@ -42,6 +42,7 @@ class Layer:
         density: Mass density [kg/m^3].
         thickness: Thickness, shape (...) [m].
         angle: From the shell's 1-direction to the layer's own, shape (...) [degrees].
+        strength: Strengths of its material (`Strength`), if there are any.
     """
 
     plane: Matrix
@@ -49,6 +50,7 @@ class Layer:
     density: float
     thickness: Any
     angle: Any = 0.0
+    strength: Any = None
 
     def turned(self, degrees: Any) -> Layer:
         """The layer with its axes turned about the normal by an angle, shape (...) [degrees]."""
