@@ -153,9 +153,10 @@ class Sensitivities:
         or plies that are equally critical, it is the mean of the derivatives to both sides.
         """
         found = self.run.reserves[["factor"]].copy()
-        steps = self.run.reserves["step"]
+        critical = self.run.summary.get("reserves", {})
         for p in self.parameters:
-            slopes = [self.history[p.name][name].iloc[step] for name, step in steps.items()]
+            table = self.history[p.name]
+            slopes = [table[name].iloc[each["step"]] for name, each in critical.items()]
             found[p.name] = -(found["factor"] ** 2) * slopes
         return found
 

@@ -22,7 +22,7 @@ from shellmb.simulate.simulation import Silent, Simulation
 
 
 class Critical(NamedTuple):
-    """Where a utilisation is largest.
+    """Largest utilisation, and its place.
 
     Args:
         utilisation: It.
