@@ -33,7 +33,6 @@ from shellmb.locks import is_temporary
 from shellmb.native.assembler import assembled_as
 from shellmb.observers.account.energy import EnergyAccount
 from shellmb.observers.control import control_summary
-from shellmb.observers.fields.reserves import Reserves
 from shellmb.observers.files.checkpoint import Saved
 from shellmb.observers.files.described import describe
 from shellmb.observers.path import path_points
@@ -282,9 +281,7 @@ def _result(
     found = (*before, *(cautions(standard.watches, simulation) if rows else ()))
     summary = summarise(simulation, standard.sources, wall, failed)
     summary |= path_points(simulation) | control_summary(simulation)
-    reserves = standard.named["reserves"]
-    assert isinstance(reserves, Reserves)
-    summary |= reserves.summary() | {"warnings": [c.to_dict() for c in found]}
+    summary |= {"warnings": [c.to_dict() for c in found]}
     energy = standard.sources.energy
     return RunResult(simulation.scene, simulation, rows, summary, energy, directory, found, measure)
 

@@ -63,6 +63,7 @@ class StandardObservers:
     ) -> None:
         energy, constraints = EnergyAccount(), Constraints()
         momentum, rotations, joints = Momentum(energy), BodyRotations(), JointForces()
+        reserves = Reserves()
         later: dict[str, Booked] = {
             "energy": energy,
             "constraints": constraints,
@@ -77,7 +78,7 @@ class StandardObservers:
             "volumes": Volumes(),
             "end forces": EndForceColumns(),
             "impulses": BlowColumns(),
-            "reserves": Reserves(),
+            "reserves": reserves,
             "path": PathRecord(),
             "step error": StepError(),
             "control": ControlColumns(),
@@ -89,7 +90,7 @@ class StandardObservers:
         measuring = [o for o in self.named.values() if isinstance(o, Measuring)]
         history = History(measuring, None if directory is None else directory / HISTORY)
         self.named["history"] = history
-        self.sources = Sources(energy, momentum, constraints, history, rotations)
+        self.sources = Sources(energy, momentum, constraints, history, rotations, reserves)
         # behind the observers that they ask
         self.watches = watches(self.sources) if watched else []
         self.named |= {f"watch of {watch.name}": watch for watch in self.watches}

@@ -145,6 +145,22 @@ def test_places_and_plies_can_be_left_out() -> None:
         sm.run(blade("static", reserves=nowhere))
 
 
+@pytest.mark.parametrize("at", ["right-top", (0.15, 0.05, 0.0)])
+def test_a_factor_under_a_point_force_is_no_number(at) -> None:
+    """At a named point and at a node; elsewhere nothing is said."""
+    force = sm.PointForce(at, (0, 0, 100.0))
+    held = (sm.Clamped("left"), sm.Fixed("right", (None, None, 0)))
+    supports = held[:1] if at == "right-top" else held
+    near = (lambda x: x[0] > 0.2) if at == "right-top" else (lambda x: abs(x[0] - 0.15) < 0.08)
+    under = sm.Reserve("under", "tsai-wu", where=near)
+    away = sm.Reserve("away", "interlaminar", where=lambda x: x[0] < 0.06)
+    scene = blade("linear-statics", loads=force, supports=supports, reserves=[under, away])
+    found = execute(scene).summary["warnings"]
+    (caution,) = (each for each in found if each["watch"] == "singular stress")
+    assert "reserve 'under' is least where a point force acts on shell 'blade'" in caution["says"]
+    assert caution["body"] == "blade"
+
+
 class Stops(Silent):
     """Ends a run in the middle, behind its largest stress."""
 

@@ -82,6 +82,12 @@ EXACT = "Pagano, J. Compos. Mater. 4 (1970) 20: exact elasticity"
 NAFEMS = "NAFEMS R0031, Composites benchmarks (1995)"
 
 
+def _sides(run: sm.Run, at: tuple[float, float, float]) -> dict[tuple[int, str], dict[str, float]]:
+    """Stresses and strains at a place, by ply and side."""
+    found: dict[tuple[int, str], dict[str, float]] = run.plies(at=at).to_dict("index")  # type: ignore[assignment]
+    return found
+
+
 @case("laminates/Pagano")
 def exact_stresses() -> Iterator[Check]:
     """Largest interlaminar shear of a simply supported square, in both directions."""
@@ -130,10 +136,10 @@ def composite_benchmarks() -> Iterator[Check]:
         output=PLIES,
     )
     run = sm.run(strip)
-    middle, inside = run.plies(at=(15.0, 5.0, 0.0)), run.plies(at=(7.5, 5.0, 0.0))
+    middle, inside = (_sides(run, (x, 5.0, 0.0)) for x in (15.0, 7.5))
     rows = (
-        ("stress 11 at E", middle.loc[(1, "bottom"), "stress 11"], 683.9),
-        ("stress 13 at D", inside.loc[(1, "top"), "stress 13"], -4.1),
+        ("stress 11 at E", middle[1, "bottom"]["stress 11"], 683.9),
+        ("stress 13 at D", inside[1, "top"]["stress 13"], -4.1),
         ("deflection at E", run.history["w"].iloc[-1], -1.06),
     )
     for name, value, reference in rows:
@@ -162,7 +168,9 @@ def composite_benchmarks() -> Iterator[Check]:
         output=PLIES,
     )
     run = sm.run(sandwich)
-    centre, quarter = (run.plies(at=at).loc[(3, "top")] for at in ((5.0, 5.0, 0.0), (2.5, 2.5, 0.0)))
+    # in the upper face, in the middle of the plate and of a quarter
+    centre = _sides(run, (5.0, 5.0, 0.0))[3, "top"]
+    quarter = _sides(run, (2.5, 2.5, 0.0))[3, "top"]
     for name, value, reference in (
         ("deflection at C", run.history["w"].iloc[-1], -0.123),
         ("stress 11 at C", -centre["stress 11"], 34449.0),

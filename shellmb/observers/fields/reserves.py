@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -9,6 +10,7 @@ import numpy as np
 from shellmb.arrays import Floats, Ints
 from shellmb.errors import SceneError
 from shellmb.meshes.edges_where import true_at
+from shellmb.model.locations.nodes import local_point
 from shellmb.model.shells.shell import ShellModel
 from shellmb.observers.fields.by_section import layup
 from shellmb.observers.fields.chosen import NodalMeans
@@ -16,6 +18,7 @@ from shellmb.observers.fields.judging import Judged, judged
 from shellmb.observers.fields.modal import modal_members
 from shellmb.observers.fields.modalresultants import resultants_of
 from shellmb.observers.fields.through import SIDES, Slopes, ply_rows, stresses
+from shellmb.scene.loads.loads import PointLoad
 from shellmb.scene.lookup import find_shell, said
 from shellmb.scene.shells.strength import CRITERIA
 from shellmb.simulate.simulation import Silent, Simulation
@@ -98,6 +101,8 @@ class Reserves(Silent):
         self._comm = model.comm
         self._judged: list[tuple[Judged, Ints, Floats]] = []
         bodies: dict[str, tuple[ShellModel, bool]] = {}
+        # labels of point loads on a shell, and the nodes of elements that they act on
+        self._loads: dict[str, list[tuple[str, Floats]]] = defaultdict(list)
         for reserve in scene.reserves:
             shell = find_shell(scene, reserve.body, said(reserve))
             modal = modal_members(model).get(shell.name)
@@ -117,6 +122,9 @@ class Reserves(Silent):
                     "at some"
                 )
             self._judged.append((each, chosen, nodes[chosen] + 0.0))
+            for load in scene.loads:
+                if isinstance(load, PointLoad) and shell in scene.bodies_of(load):
+                    self._loads[shell.name].append((load.label, _places(body, load)))
         self._stresses = {name: NodalStresses(simulation, *b) for name, b in bodies.items()}
         self._take(simulation)
 
@@ -152,8 +160,30 @@ class Reserves(Silent):
         """Columns of the history: utilisations by name."""
         return dict(self._now)
 
+    def critical(self, name: str) -> Critical:
+        """Largest utilisation so far of a reserve factor, and its place."""
+        return Critical(*self._least[name])
+
+    def at_loads(self) -> dict[str, str]:
+        """Point loads on elements where a reserve factor is least, by its name."""
+        found = {}
+        for name in self._least:
+            at = self.critical(name)
+            for label, places in self._loads[at.body]:
+                if at.utilisation and (places == (at.x, at.y, at.z)).all(axis=1).any():
+                    found[name] = label
+        return found
+
     def summary(self) -> dict[str, Any]:
         """Least reserve factors over the run by name, as `reserves` of the summary."""
-        if not self._least:
-            return {}
-        return {"reserves": {n: Critical(*one)._asdict() for n, one in self._least.items()}}
+        found = {name: self.critical(name)._asdict() for name in self._least}
+        return {"reserves": found} if found else {}
+
+
+def _places(body: ShellModel, load: PointLoad) -> Floats:
+    """Nodes of the elements that a point load acts on, shape (n, 3); collective."""
+    space = body.mixed.subspaces["u"]
+    cells = np.asarray(space.dofmap.list)
+    touched = np.isin(cells, local_point(body, load.at, load.label)[0]).any(axis=1)
+    mine = body.mixed.nodes("u")[np.unique(cells[touched])]
+    return np.concatenate(space.mesh.comm.allgather(mine))
