@@ -12,8 +12,8 @@ from shellmb.observers.account.energy import EnergyAccount
 from shellmb.observers.account.momentum import Momentum
 from shellmb.observers.account.rotations import BodyRotations
 from shellmb.observers.account.step_error import StepError
-from shellmb.observers.booking import Booked
 from shellmb.observers.control import ControlColumns
+from shellmb.observers.deferred_observer import DeferredObserver
 from shellmb.observers.fields.reserves import Reserves
 from shellmb.observers.files.checkpoint import Checkpoint, Written
 from shellmb.observers.forces.blows import BlowColumns
@@ -64,7 +64,7 @@ class StandardObservers:
         energy, constraints = EnergyAccount(), Constraints()
         momentum, rotations, joints = Momentum(energy), BodyRotations(), JointForces()
         reserves = Reserves()
-        later: dict[str, Booked] = {
+        later: dict[str, DeferredObserver] = {
             "energy": energy,
             "constraints": constraints,
             "momentum": momentum,

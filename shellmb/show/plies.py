@@ -79,7 +79,7 @@ def _surrounding(fields: Fields, name: str, at: Any, who: str) -> tuple[Floats, 
     import pyvista as pv
     from vtkmodules.vtkCommonCore import mutable
 
-    from shellmb.guarding.grids import read_grid
+    from shellmb.files.grids import read_grid
 
     try:
         point = np.asarray(at, dtype=float).reshape(3)

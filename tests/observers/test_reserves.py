@@ -14,7 +14,7 @@ import shellmb as sm
 from shellmb.running.execute import execute
 from shellmb.running.resuming.resume import resume
 from shellmb.scene.shells.strength import CRITERIA
-from shellmb.simulate.simulation import Silent
+from shellmb.simulate.simulation import BaseObserver
 
 STRENGTH = sm.Strength(Xt=2e9, Xc=1.1e9, Yt=60e6, Yc=200e6, S12=80e6, S13=80e6, S23=50e6)
 CARBON = sm.PlyMaterial(
@@ -161,7 +161,7 @@ def test_a_factor_under_a_point_force_is_no_number(at) -> None:
     assert caution["body"] == "blade"
 
 
-class Stops(Silent):
+class Stops(BaseObserver):
     """Ends a run in the middle, behind its largest stress."""
 
     def accepted(self, simulation) -> None:

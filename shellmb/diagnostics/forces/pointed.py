@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from shellmb.diagnostics.base import Caution, said_of
+from shellmb.diagnostics.base import RunWarning, said_of
 from shellmb.observers.summary import Sources
-from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.simulate.simulation import BaseObserver, Simulation
 
 
-class Pointed(Silent):
+class Pointed(BaseObserver):
     """Watches where reserve factors are least.
 
     Args:
@@ -21,10 +21,10 @@ class Pointed(Silent):
     def __init__(self, sources: Sources) -> None:
         self._reserves = sources.reserves
 
-    def cautions(self, simulation: Simulation) -> Iterator[Caution]:
+    def cautions(self, simulation: Simulation) -> Iterator[RunWarning]:
         """A sentence for each that is least at a point load."""
         for name, load in self._reserves.at_loads().items():
-            yield Caution(
+            yield RunWarning(
                 self.name,
                 self._reserves.critical(name).body,
                 None,

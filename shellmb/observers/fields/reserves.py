@@ -21,7 +21,7 @@ from shellmb.observers.fields.through import SIDES, Slopes, ply_rows, stresses
 from shellmb.scene.loads.loads import PointLoad
 from shellmb.scene.lookup import find_shell, said
 from shellmb.scene.shells.strength import CRITERIA
-from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.simulate.simulation import BaseObserver, Simulation
 
 
 class Critical(NamedTuple):
@@ -77,7 +77,7 @@ class NodalStresses:
         return stresses(self._rows, np.concatenate([R[:, :6], np.zeros((len(R), 14))], axis=1))
 
 
-class Reserves(Silent):
+class Reserves(BaseObserver):
     """Records the largest utilisation of each reserve factor of the scene; the same on all ranks.
 
     Stresses are means over the step, in statics values, as probes of resultants have them.
