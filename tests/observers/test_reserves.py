@@ -119,6 +119,15 @@ def test_factors_know_no_axes_and_no_units(scheme: str) -> None:
         np.testing.assert_allclose(halved["factor"], 2 * plain["factor"], rtol=1e-9)
 
 
+def test_a_run_ends_at_failure() -> None:
+    """An event reads utilisations; a mean over a short step is near the value at its end."""
+    fails = sm.Event("fails", sm.Sensor("hashin") >= 0.1, ends=True)
+    run = sm.run(blade(events=fails))
+    assert run.summary["ended_by"] == "fails"
+    before, last = run.history["hashin"].iloc[-2:]
+    assert before < 0.1 < last < 0.105
+
+
 def test_a_body_in_modes_and_one_about_a_frame_have_factors() -> None:
     """Beside the exact one, whose deflections are small."""
     gentle = replace(blade().loads[0], force=(0, 0, 20.0))
