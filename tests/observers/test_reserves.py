@@ -171,10 +171,10 @@ def test_a_factor_under_a_point_force_is_no_number(at) -> None:
 
 
 class Stops(BaseObserver):
-    """Ends a run in the middle, behind its largest stress."""
+    """Ends a run in the step of its largest stress: states have others than means over steps."""
 
     def accepted(self, simulation) -> None:
-        if simulation.step == 28:
+        if simulation.step == 26:
             raise KeyboardInterrupt
 
 
@@ -190,7 +190,7 @@ def test_a_resumed_run_remembers_the_least(tmp_path) -> None:
         other = resumed.summary["reserves"][name]
         assert other.pop("utilisation") == pytest.approx(found.pop("utilisation"), rel=1e-9)
         assert found == other
-    assert min(found["step"] for found in straight.summary["reserves"].values()) < 28
+    assert min(found["step"] for found in straight.summary["reserves"].values()) == 26
 
 
 @pytest.mark.mpi

@@ -83,7 +83,7 @@ class Reserves(BaseObserver):
     Stresses are means over the step, in statics values, as probes of resultants have them.
     """
 
-    remembered = ("_least",)
+    remembered = ("_least", "_now")
 
     def __init__(self) -> None:
         self._least: dict[str, Any] = {}
@@ -126,7 +126,9 @@ class Reserves(BaseObserver):
                 if isinstance(load, PointLoad) and shell in scene.bodies_of(load):
                     self._loads[shell.name].append((load.label, _places(body, load)))
         self._stresses = {name: NodalStresses(simulation, *b) for name, b in bodies.items()}
-        self._take(simulation)
+        # a run that goes on has those of its last step, which are means over it
+        if not self._now:
+            self._take(simulation)
 
     def solved(self, simulation: Simulation) -> None:
         """Keep what means over the step need of its start."""
