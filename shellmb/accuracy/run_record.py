@@ -104,7 +104,7 @@ class RunRecord:
         Args:
             scene: The scene.
         """
-        names = [probe.name for probe in scene.probes]
+        names = [*(p.name for p in scene.probes), *(r.name for r in scene.reserves)]
         return [
             str(c)
             for c in self.history.columns

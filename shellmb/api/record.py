@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import fields
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypedDict
+from typing import TYPE_CHECKING, Any, Literal, TypedDict
 
 from pydantic import TypeAdapter, ValidationError
 
@@ -127,6 +127,24 @@ class Run:
         return pd.DataFrame.from_dict({**results, **probes}, orient="index")
 
     @property
+    def reserves(self) -> pd.DataFrame:
+        """Least reserve factors against failure over the run, a row for each `Reserve`.
+
+        Columns: factor, its error (with ``errors=True``), step, t, criterion, body, the reference
+        place x, y, z, ply (1 is the lowest), side, mode of failure.
+        """
+        import pandas as pd
+
+        probes, rows = self.summary.get("errors", {}).get("probes", {}), {}
+        for name, found in self.summary.get("reserves", {}).items():
+            place = dict(found)
+            u = place.pop("utilisation")
+            error = (probes.get(f"{name}:max") or {}).get("error")
+            off = float("nan") if error is None or not u else error / u**2
+            rows[name] = {"factor": 1 / u if u else float("inf"), "error": off, **place}
+        return pd.DataFrame.from_dict(rows, orient="index")
+
+    @property
     def accuracy(self) -> pd.DataFrame:
         """Costs of accuracy: a row for each level of a run with ``accuracy``, and predictions.
 
@@ -161,6 +179,35 @@ class Run:
             t: The time; None: the last state.
         """
         return self.fields.frame(t)
+
+    def plies(
+        self,
+        body: str | None = None,
+        *,
+        at: tuple[float, float, float],
+        t: float | None = None,
+        axes: Literal["ply", "shell"] = "ply",
+    ) -> pd.DataFrame:
+        """Stresses and strains of each ply at its bottom, middle and top at one place of a shell.
+
+        The scene needs ``Output(fields=("N", "M", "interlaminar"))``.
+
+        Args:
+            body: Name of the shell; None: the only one.
+            at: The place on the shell at rest [m].
+            t: Time; None: the last state.
+            axes: Along the fibres of each "ply", or along the material axes of the "shell".
+
+        Returns:
+            Rows by ply (1 is the lowest) and side; columns z, "stress 11" to "stress 23", and
+            "strain 11" to "strain 23" with engineering shears.
+
+        Raises:
+            SceneError: If the place is not on the shell, or the run lacks the fields.
+        """
+        from shellmb.show.plies import plies
+
+        return plies(self.scene, self.fields, body, at, t, axes)
 
     def plot(self, columns: str | Sequence[str] | None = None) -> matplotlib.figure.Figure:
         """Histories over time.

@@ -15,6 +15,7 @@ from shellmb.diagnostics.forces.alternating import Alternating
 from shellmb.diagnostics.forces.between import Between
 from shellmb.diagnostics.forces.contacts import Contacts
 from shellmb.diagnostics.forces.faces import TouchingFaces
+from shellmb.diagnostics.forces.pointed import Pointed
 from shellmb.diagnostics.forces.rolling import Lifting, Slipping
 from shellmb.diagnostics.forces.undetermined import Undetermined
 from shellmb.diagnostics.forces.unresolved import Unresolved
@@ -49,6 +50,7 @@ WATCHES: tuple[type[Watch], ...] = (
     Between,
     Unresolved,
     TouchingFaces,
+    Pointed,
     Alternating,
     Drift,
     Dissipation,

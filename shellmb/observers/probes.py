@@ -17,7 +17,7 @@ from shellmb.model.locations.nodes import local_nodes, local_point
 from shellmb.model.locations.surrounding import is_point, surrounding
 from shellmb.observers.deferred_observer import STEPS, DeferredObserver, Row
 from shellmb.observers.fields.modal import ModalNodes, modal_members
-from shellmb.observers.fields.modalresultants import ModalResultants
+from shellmb.observers.fields.modalresultants import resultants_of
 from shellmb.observers.fields.nodal import Nodes, Reading, rotation_vectors
 from shellmb.observers.fields.resultants import Resultants, has_resultants
 from shellmb.observers.relative_motion import packed, seen, unpacked
@@ -131,11 +131,7 @@ class Probes(DeferredObserver):
             body = modal.members[given.name].body
         if body is not None and has_resultants(body, probe.quantity):
             if body.name not in self._resultants:
-                self._resultants[body.name] = (
-                    Resultants(simulation, body)
-                    if modal is None
-                    else ModalResultants(simulation, body.name)
-                )
+                self._resultants[body.name] = resultants_of(simulation, body)
             nodes = local_nodes(body, cast(Any, probe.at), who)
             return partial(self._resultants[body.name].sums, nodes, probe.quantity)
         spot = _spot(simulation, given.name, probe.at, who)

@@ -20,6 +20,7 @@ from shellmb.observers.account.jumps import jump_error
 from shellmb.observers.account.momentum import Momentum
 from shellmb.observers.account.rotations import BodyRotations
 from shellmb.observers.account.step_error import controlled
+from shellmb.observers.fields.reserves import Reserves
 from shellmb.observers.history import History
 from shellmb.simulate.simulation import Simulation
 
@@ -35,6 +36,7 @@ class Sources:
     constraints: Constraints
     history: History
     rotations: BodyRotations
+    reserves: Reserves
 
 
 def summarise(
@@ -84,6 +86,7 @@ def summarise(
         "failed": failed,
         "warnings": [],
         "results": {},
+        **sources.reserves.summary(),
     }
 
 

@@ -14,6 +14,7 @@ from shellmb.observers.account.rotations import BodyRotations
 from shellmb.observers.account.step_error import StepError
 from shellmb.observers.control import ControlColumns
 from shellmb.observers.deferred_observer import DeferredObserver
+from shellmb.observers.fields.reserves import Reserves
 from shellmb.observers.files.checkpoint import Checkpoint, Written
 from shellmb.observers.forces.blows import BlowColumns
 from shellmb.observers.forces.contacts import ContactForces
@@ -31,7 +32,7 @@ if TYPE_CHECKING:
     from shellmb.observers.files.frames import Frames
 
 # what is measured where only probes, paths and controllers count
-BARE = ("probes", "path", "control")
+BARE = ("probes", "reserves", "path", "control")
 # names in a run directory
 SUMMARY, HISTORY, FIELDS, STATE = "summary.json", "history.csv", "fields", "state"
 
@@ -62,6 +63,7 @@ class StandardObservers:
     ) -> None:
         energy, constraints = EnergyAccount(), Constraints()
         momentum, rotations, joints = Momentum(energy), BodyRotations(), JointForces()
+        reserves = Reserves()
         later: dict[str, DeferredObserver] = {
             "energy": energy,
             "constraints": constraints,
@@ -76,6 +78,7 @@ class StandardObservers:
             "volumes": Volumes(),
             "end forces": EndForceColumns(),
             "impulses": BlowColumns(),
+            "reserves": reserves,
             "path": PathRecord(),
             "step error": StepError(),
             "control": ControlColumns(),
@@ -87,7 +90,7 @@ class StandardObservers:
         measuring = [o for o in self.named.values() if isinstance(o, Measuring)]
         history = History(measuring, None if directory is None else directory / HISTORY)
         self.named["history"] = history
-        self.sources = Sources(energy, momentum, constraints, history, rotations)
+        self.sources = Sources(energy, momentum, constraints, history, rotations, reserves)
         # behind the observers that they ask
         self.watches = watches(self.sources) if watched else []
         self.named |= {f"watch of {watch.name}": watch for watch in self.watches}

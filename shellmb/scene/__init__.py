@@ -83,7 +83,7 @@ from shellmb.scene.multibody.offsets import Offset
 from shellmb.scene.multibody.rigid import RigidBody
 from shellmb.scene.multibody.rolling import KnifeEdge, Rolling
 from shellmb.scene.paths import PathFollowing
-from shellmb.scene.probes import Probe
+from shellmb.scene.probes import Probe, Reserve
 from shellmb.scene.scene import Scene
 from shellmb.scene.settings import Output, Solver, StepControl
 from shellmb.scene.shells.gmsh_surfaces import GmshFile, GmshModel, MeshFile
@@ -97,6 +97,7 @@ from shellmb.scene.shells.sections import (
     Section,
 )
 from shellmb.scene.shells.shell import Join, Shell
+from shellmb.scene.shells.strength import Strength
 from shellmb.scene.shells.surfaces import Parametric, Rectangle, Surface
 from shellmb.scene.shells.thermal import thermal_strain
 from shellmb.scene.values.damping import BeamDamping, ShellDamping
@@ -207,6 +208,7 @@ __all__ = [
     "Ramp",
     "Rectangle",
     "RectangularSection",
+    "Reserve",
     "Revolute",
     "RigidBody",
     "Rod",
@@ -226,6 +228,7 @@ __all__ = [
     "Spring",
     "Step",
     "StepControl",
+    "Strength",
     "Support",
     "Surface",
     "SurfaceForce",

@@ -25,7 +25,7 @@ from shellmb.scene.multibody.joints import Joint
 from shellmb.scene.multibody.own_bodies import UserBody
 from shellmb.scene.multibody.rigid import RigidBody
 from shellmb.scene.paths import PathFollowing
-from shellmb.scene.probes import Probe
+from shellmb.scene.probes import Probe, Reserve
 from shellmb.scene.schemes import LINEAR, Scheme, dissipation, is_static
 from shellmb.scene.settings import Output, Solver, StepControl
 from shellmb.scene.shells.shell import Join, Shell
@@ -82,6 +82,7 @@ class Description:
     errors: bool = False
     couplings: Several[Relation] = NONE
     own_bodies: Several[UserBody] = NONE
+    reserves: Several[Reserve] = NONE
 
     @property
     def scheme_name(self) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-__all__ = ["DEFAULT", "FIELDS", "STATE", "FieldKind"]
+__all__ = ["DEFAULT", "FIELDS", "JUDGED", "MANY", "STATE", "FieldKind"]
 
 XYZ, PLANE, SHEAR = ("x", "y", "z"), ("11", "22", "12"), ("13", "23")
 FRAME = ("1", "2", "3")
@@ -49,6 +49,7 @@ def _kind(
 
 EVERY, SHELL, BEAM = "shell beam rigid joint", "shell", "beam"
 LOWER_UPPER = tuple(f"{face} {c}" for face in ("lower", "upper") for c in PLANE)
+SIX = tuple(f"{side} {c}" for side in ("bottom", "middle", "top") for c in SHEAR)
 EXTREMES = tuple(f"{face} {which}" for face in ("lower", "upper") for which in ("first", "second"))
 
 FIELDS: dict[str, FieldKind] = {
@@ -77,10 +78,17 @@ FIELDS: dict[str, FieldKind] = {
         "principal strains at both faces", "number", EXTREMES, "extreme", "linear"
     ),
     "ply_stress": _kind("stresses along the fibres", "stress", LOWER_UPPER, "face", "laminate"),
+    "interlaminar": _kind("shear stresses between plies", "stress", SIX, "side", "linear"),
+    "utilisation": _kind("utilisation, 1 at failure", "number", (), "", "linear"),
+    "reserve": _kind("reserve factor against failure", "number", (), "", "linear"),
+    "critical_ply": _kind("ply with the least reserve factor", "number", (), "", "linear"),
     "force": _kind("forces", "force", FRAME, "frame", "beam joint"),
     "moment": _kind("moments", "moment", FRAME, "frame", "beam joint"),
 }
 
+# of which a body has several, with a number or a name behind theirs
+JUDGED = ("utilisation", "reserve", "critical_ply")
+MANY = ("ply_stress", "interlaminar", *JUDGED)
 # written if nothing is named
 DEFAULT = ("displacement", "director", "velocity")
 # of which nothing has to be computed

@@ -2,13 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Annotated, Any, Literal
 
 from shellmb.errors import SceneError
 from shellmb.scene.multibody.offsets import Point
-from shellmb.scene.values.validate import Held, Name, Spot, Untrue, described, show
+from shellmb.scene.values.validate import (
+    NONE,
+    Held,
+    Listed,
+    Name,
+    PositiveInt,
+    Spot,
+    Untrue,
+    described,
+    show,
+)
 
-__all__ = ["MOTIONS", "RESULTANTS", "Probe"]
+__all__ = ["MOTIONS", "RESULTANTS", "Probe", "Reserve"]
 
 Quantity = Literal[
     "displacement",
@@ -88,3 +99,37 @@ class Probe:
                 f"probe '{self.name}': frame is {show(self.frame)} and quantity "
                 f"{show(self.quantity)}, which has the axes of its own body; frame must be left out"
             )
+
+
+@described("reserve")
+class Reserve:
+    """Least reserve factor of a shell against failure in each step, and over all of them.
+
+    The reserve factor is the factor by which all stresses may grow until the criterion is met. The
+    column NAME of the history has its inverse, the utilisation: zero without load, 1 at failure.
+    ``run.reserves`` has the least factor of all steps with its place, ply, side, time and mode.
+
+    Args:
+        name: Its column in ``history.csv``.
+        criterion: Criterion; the materials of the plies need its strengths (`Strength`).
+            ``"interlaminar"`` is of the shear between plies.
+        body: Name of the shell; None: the only one.
+        where: Vectorised function of positions (3, n) that is true at the nodes to look at; None:
+            all. Where stresses are singular, as at point forces, they are better left out.
+        plies: Numbers of the plies to look at, 1 is the lowest; none: all.
+    """
+
+    name: Name
+    criterion: Literal[
+        "max-stress",
+        "max-strain",
+        "tsai-hill",
+        "tsai-wu",
+        "hashin",
+        "puck",
+        "interlaminar",
+        "von-mises",
+    ]
+    body: Name | None = None
+    where: Callable[[Any], Any] | None = None
+    plies: Listed[PositiveInt] = NONE

@@ -9,7 +9,7 @@ from shellmb.errors import SceneError
 from shellmb.scene import lookup
 from shellmb.scene.beams.beam import Beam
 from shellmb.scene.checks import whole as checks
-from shellmb.scene.checks.fields import check_fields, has_field
+from shellmb.scene.checks.fields import check_fields, check_reserves, has_field
 from shellmb.scene.checks.linear import check_path
 from shellmb.scene.description import Body, Description
 from shellmb.scene.initial import FromRun, FromShape, InitialVelocity
@@ -85,6 +85,7 @@ class Scene(Description):
             comparison runs with larger steps and more elements (`docs/howto/errors.md`).
         couplings: Gears, belts, differentials, and other sums of coordinates of joints.
         own_bodies: Bodies of the user's own, described in UFL (`sm.OwnBody`).
+        reserves: Reserve factors against failure that are recorded.
 
     Raises:
         SceneError: If the scene is invalid; the message says how to correct it.
@@ -101,6 +102,7 @@ class Scene(Description):
         checks.check(self)
         check_path(self)
         check_fields(self)
+        check_reserves(self)
 
     def __repr__(self) -> str:
         kinds: dict[str, tuple[Any, ...]] = {"shell": self.shells, "beam": self.beams}
@@ -168,7 +170,8 @@ class Scene(Description):
 
         What a new scheme cannot have is left out: the path of a static scene, initial velocities,
         the start and the step error of a dynamic one, the dissipation; and of a new model of all
-        bodies fields of resultants. A load step that exceeds a new end becomes the default one.
+        bodies fields of resultants and reserve factors. A load step that exceeds a new end becomes
+        the default one.
 
         Args:
             scheme: Scheme.
@@ -195,7 +198,7 @@ class Scene(Description):
         if both["model"] == "rigid" and body is None:
             # bodies without resultants have no fields of them
             left = tuple(f for f in self.output.fields if has_field(f, {"rigid", "joint"}))
-            changes["output"] = replace(self.output, fields=left)
+            changes |= {"output": replace(self.output, fields=left), "reserves": ()}
         new = changes.get("scheme", self.scheme)
         dropped = _without_effect(self, new)
         if alpha is not None or scheme is None:

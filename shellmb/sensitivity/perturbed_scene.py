@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from shellmb.observers.control import control_summary
+from shellmb.observers.fields.reserves import Reserves
 from shellmb.observers.files.described import describe
 from shellmb.observers.history import History, Measuring
 from shellmb.observers.path import PathRecord, path_points
@@ -97,6 +98,6 @@ class PerturbedScene:
 def _only_probes(folder: Path) -> dict[str, Observer]:
     """Observers of the probes, and of the load factor of a path, and the history of these."""
     probes: Measuring = Probes()
-    path = PathRecord()
-    history = History([probes, path], folder / HISTORY)
-    return {"probes": probes, "path": path, "history": history}  # type: ignore[dict-item]
+    reserves, path = Reserves(), PathRecord()
+    history = History([probes, reserves, path], folder / HISTORY)
+    return {"probes": probes, "reserves": reserves, "path": path, "history": history}  # type: ignore[dict-item]

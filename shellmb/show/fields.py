@@ -13,7 +13,7 @@ import numpy as np
 from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.files.reading import read_json
-from shellmb.scene.fields import FIELDS
+from shellmb.scene.fields import FIELDS, MANY, FieldKind
 from shellmb.scene.lookup import listed
 from shellmb.scene.units import Units
 
@@ -190,7 +190,7 @@ class Fields(Mapping[str, "xr.Dataset"]):
             shape: tuple[int, ...] = (grid.n_points,)
             if count > 1:
                 named = [array.GetComponentName(k) or str(k + 1) for k in range(count)]
-                axis = "axis" if named == ["1", "2", "3"] and key not in FIELDS else _axis(key)
+                axis = "axis" if named == ["1", "2", "3"] and _kind(key) is None else _axis(key)
                 coordinates[axis] = (axis, list(XYZ) if axis == "axis" else named)
                 dims, shape = (*dims, axis), (*shape, count)
             data = indexing.LazilyIndexedArray(OnFiles(files, key, shape))
@@ -200,15 +200,18 @@ class Fields(Mapping[str, "xr.Dataset"]):
         return xr.Dataset(variables, coordinates, {"body": name})
 
     def _unit(self, key: str) -> str:
-        known = FIELDS.get(key)
+        known = _kind(key)
         if known is None:
             return self._units.of("length") if key == "position" else ""
         return self._units.of(known.quantity)
 
 
+def _kind(key: str) -> FieldKind | None:
+    """Kind of a field, also of one of many: those of plies have a number behind the name."""
+    return FIELDS.get(key) or FIELDS.get(next((k for k in MANY if key.startswith(f"{k}_")), ""))
+
+
 def _axis(key: str) -> str:
-    """Name of the dimension of a field's components."""
-    if key in FIELDS:
-        return FIELDS[key].axis
-    # directors d1, d2, d3 are vectors; plies are numbered
-    return "face" if key.startswith("ply_stress") else "axis"
+    """Name of the dimension of a field's components; directors d1, d2, d3 are vectors."""
+    kind = _kind(key)
+    return "axis" if kind is None else kind.axis

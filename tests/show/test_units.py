@@ -105,6 +105,10 @@ FIELD_UNITS = {
     "principal_stress": "Pa",
     "principal_strain": "-",
     "ply_stress": "Pa",
+    "interlaminar": "Pa",
+    "utilisation": "-",
+    "reserve": "-",
+    "critical_ply": "-",
     "force": "N",
     "moment": "N m",
 }

@@ -1,16 +1,19 @@
-"""Deflections of laminated squares against first-order shear deformation theory."""
+"""Laminated plates: deflections of first-order theory, stresses of plies of exact theory."""
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
+import shellmb as sm
 from shellmb.arrays import Floats
+from shellmb.demos.references.pagano import Solid, pagano
 from shellmb.demos.verification import tables
 from shellmb.demos.verification.cases import Check, case
-from shellmb.demos.verification.setups import CENTRE, Cell, Edges, square
+from shellmb.demos.verification.setups import ALL, CENTRE, Cell, Edges, square
 from shellmb.demos.verification.solve import linear_displacement
-from shellmb.scene import Laminate, PlyMaterial, SurfaceForce
+from shellmb.scene import Laminate, Ply, PlyMaterial, SurfaceForce
 
 FSDT = "FSDT, kappa=5/6, exact for the sinusoidal load"
 
@@ -72,3 +75,106 @@ def angle_ply() -> Iterator[Check]:
                 tables.angle_ply_deflection(1.0, a_over_h),
                 FSDT,
             )
+
+
+PLIES = sm.Output(fields=("N", "M", "interlaminar"))
+EXACT = "Pagano, J. Compos. Mater. 4 (1970) 20: exact elasticity"
+NAFEMS = "NAFEMS R0031, Composites benchmarks (1995)"
+
+
+def _sides(run: sm.Run, at: tuple[float, float, float]) -> dict[tuple[int, str], dict[str, float]]:
+    """Stresses and strains at a place, by ply and side."""
+    found: dict[tuple[int, str], dict[str, float]] = run.plies(at=at).to_dict("index")  # type: ignore[assignment]
+    return found
+
+
+@case("laminates/Pagano")
+def exact_stresses() -> Iterator[Check]:
+    """Largest interlaminar shear of a simply supported square, in both directions."""
+    solid = Solid((25.0, 1.0, 1.0), (0.25, 0.25, 0.25), (0.5, 0.5, 0.2))
+    places = [(k, s) for k in range(4) for s in (0.0, 0.5, 1.0)]
+    for a_over_h in (20, 50, 100):
+        section = laminate(CROSS_PLY, [0.0, 90.0, 90.0, 0.0], 1 / a_over_h)
+        section = replace(section, shear_correction="energy")
+        scene = square("SS-1", section, sinusoidal(1.0), mesh=(16, 16))
+        run = sm.run(replace(scene, output=PLIES))
+        plies = [(0.25 / a_over_h, turned) for turned in (False, True, True, False)]
+        waves = pagano(solid, plies, 1.0, 1.0, 1.0, places)
+        for k, at in enumerate(((0.0, 0.5, 0.0), (0.5, 0.0, 0.0))):
+            name = f"stress {k + 1}3"
+            yield Check(
+                f"[0/90/90/0] largest {name}, a/h={a_over_h}, quad 16x16",
+                float(run.plies(at=at, axes="shell")[name].abs().max()),
+                max(abs(float(wave.transverse[k])) for wave in waves),
+                EXACT,
+                0.02,
+            )
+
+
+@case("laminates/NAFEMS R0031")
+def composite_benchmarks() -> Iterator[Check]:
+    """R0031/1, a strip in three-point bending (mm, MPa), and R0031/3, a sandwich (in, psi)."""
+    material = PlyMaterial(100e3, 5e3, nu12=0.4, G12=3e3, G13=3e3, G23=2e3)
+    sizes = zip((0.1, 0.1, 0.1, 0.4, 0.1, 0.1, 0.1), 3 * (0, 90) + (0,), strict=True)
+    strip = sm.Scene(
+        "strip",
+        sm.Shell(
+            "strip",
+            sm.Rectangle(15.0, 10.0),
+            Laminate([Ply(material, h, a) for h, a in sizes], shear_correction="energy"),
+            mesh=(12, 4),
+            direction=(1, 0, 0),
+        ),
+        supports=(
+            sm.Fixed("left", (None, None, 0.0)),
+            sm.SymmetryPlane("right", normal=(1, 0, 0)),
+            sm.Fixed("left-bottom", (None, 0.0, None)),
+        ),
+        loads=sm.EdgeForce("right", (0.0, 0.0, -5.0)),
+        probes=sm.Probe("w", (15.0, 5.0, 0.0)),
+        scheme="linear-statics",
+        output=PLIES,
+    )
+    run = sm.run(strip)
+    middle, inside = (_sides(run, (x, 5.0, 0.0)) for x in (15.0, 7.5))
+    rows = (
+        ("stress 11 at E", middle[1, "bottom"]["stress 11"], 683.9),
+        ("stress 13 at D", inside[1, "top"]["stress 13"], -4.1),
+        ("deflection at E", run.history["w"].iloc[-1], -1.06),
+    )
+    for name, value, reference in rows:
+        yield Check(f"strip, {name}, quad 12x4", float(value), reference, NAFEMS, 0.02)
+    face = PlyMaterial(1e7, 4e6, nu12=0.3, G12=1.875e6, G13=1.875e6, G23=1.875e6)
+    core = PlyMaterial(10.0, 10.0, nu12=0.0, G12=10.0, G13=3e4, G23=1.2e4)
+    sandwich = sm.Scene(
+        "sandwich",
+        sm.Shell(
+            "plate",
+            sm.Rectangle(10.0, 10.0),
+            Laminate(
+                [Ply(face, 0.028), Ply(core, 0.75), Ply(face, 0.028)], shear_correction="energy"
+            ),
+            mesh=(16, 16),
+            direction=(1, 0, 0),
+        ),
+        supports=(
+            sm.HardSupport(ALL),
+            sm.Fixed("left-bottom", (0.0, 0.0, None)),
+            sm.Fixed("right-bottom", (None, 0.0, None)),
+        ),
+        loads=sm.Pressure(-100.0),
+        probes=sm.Probe("w", (5.0, 5.0, 0.0)),
+        scheme="linear-statics",
+        output=PLIES,
+    )
+    run = sm.run(sandwich)
+    # in the upper face, in the middle of the plate and of a quarter
+    centre = _sides(run, (5.0, 5.0, 0.0))[3, "top"]
+    quarter = _sides(run, (2.5, 2.5, 0.0))[3, "top"]
+    for name, value, reference in (
+        ("deflection at C", run.history["w"].iloc[-1], -0.123),
+        ("stress 11 at C", -centre["stress 11"], 34449.0),
+        ("stress 22 at C", -centre["stress 22"], 13350.0),
+        ("stress 12 at E", -quarter["stress 12"], -5068.0),
+    ):
+        yield Check(f"sandwich, {name}, quad 16x16", float(value), reference, NAFEMS, 0.05)

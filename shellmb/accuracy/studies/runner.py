@@ -200,8 +200,9 @@ def means_of(result: RunResult) -> set[str]:
     # schemes with a single state have forces at the ends of steps, and no means
     if all(stage is not None and stage.single for stage in stages):
         return set()
-    history, probes = result.history, result.simulation.scene.probes
-    sections = {probe.name for probe in probes if probe.quantity in RESULTANTS}
+    history, scene = result.history, result.simulation.scene
+    sections = {probe.name for probe in scene.probes if probe.quantity in RESULTANTS}
+    sections |= {reserve.name for reserve in scene.reserves}
     return sections | {str(name) for name in history if math.isnan(history[name].iloc[0])}
 
 

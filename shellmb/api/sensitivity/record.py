@@ -146,6 +146,21 @@ class Sensitivities:
         return pd.DataFrame(found)
 
     @cached_property
+    def reserves(self) -> pd.DataFrame:
+        """Least reserve factors over the run with their derivatives, a row for each `Reserve`.
+
+        Columns are the factor, and its derivative by each parameter at the critical step. At places
+        or plies that are equally critical, it is the mean of the derivatives to both sides.
+        """
+        found = self.run.reserves[["factor"]].copy()
+        critical = self.run.summary.get("reserves", {})
+        for p in self.parameters:
+            table = self.history[p.name]
+            slopes = [table[name].iloc[each["step"]] for name, each in critical.items()]
+            found[p.name] = -(found["factor"] ** 2) * slopes
+        return found
+
+    @cached_property
     def path(self) -> pd.DataFrame:
         """Limit points and bifurcations of a static path, a row for each.
 

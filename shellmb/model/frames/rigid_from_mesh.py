@@ -210,6 +210,8 @@ def rigidified(scene: Scene, comm: MPI.Comm) -> tuple[Scene, RigidMeshes]:
         # on the meshes of what is rigid: bound from the scene as it was given
         potentials=(),
         contacts=(),
+        # stresses are those of the scene as it was given
+        reserves=(),
     )
     return changed, meshes
 

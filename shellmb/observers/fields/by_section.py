@@ -10,7 +10,7 @@ import numpy as np
 from shellmb.arrays import Floats
 from shellmb.model.shells.shell import ShellModel
 from shellmb.scene import Beam, LinearSection, Shell
-from shellmb.scene.shells.lamination import Layer, Layup, cos_sin, matrix
+from shellmb.scene.shells.lamination import Layer, Layup, strain_turn
 
 # values at points, shape (n, k), from resultants there, shape (n, 8) or (n, 6)
 type Derived = Callable[[Floats], Floats]
@@ -154,11 +154,7 @@ def ply_stress(shell: Shell, at: Layup, number: int) -> Derived:
         number: Which ply, from 0 at the lower face of the laminate.
     """
     ply = at.layers[number]
-    c, s = cos_sin(ply.angle)
-    turn = matrix(
-        [[c * c, s * s, 2 * c * s], [s * s, c * c, -2 * c * s], [-c * s, c * s, c * c - s * s]]
-    )
-    turn = turn * (np.asarray(ply.thickness)[..., None, None] > 0)
+    turn = strain_turn(-ply.angle).mT * (np.asarray(ply.thickness)[..., None, None] > 0)
     both = [turn @ _stress_at(shell, at, ply.plane, at.heights[number + k]) for k in (0, 1)]
     return strains_by(np.concatenate(both, axis=-2))
 

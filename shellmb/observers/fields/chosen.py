@@ -14,12 +14,14 @@ from shellmb.arrays import Floats
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.shells.shell import ShellModel
 from shellmb.observers.fields import by_section as section
+from shellmb.observers.fields.judging import judged
 from shellmb.observers.fields.modal import modal_members
-from shellmb.observers.fields.modalresultants import ModalResultants, ModalStrained
+from shellmb.observers.fields.modalresultants import ModalStrained, resultants_of
 from shellmb.observers.fields.resultants import Resultants, Strained
+from shellmb.observers.fields.through import Slopes, interlaminar, ply_rows, stresses
 from shellmb.scene import Laminate, LinearSection, Scene, Shell
 from shellmb.scene.checks.fields import kinds_of, wanted_fields
-from shellmb.scene.fields import FIELDS, STATE
+from shellmb.scene.fields import FIELDS, JUDGED, STATE
 from shellmb.scene.shells.lamination import Layup
 from shellmb.simulate.simulation import Simulation
 
@@ -64,14 +66,17 @@ class ChosenFields:
         self.components: dict[str, tuple[str, ...]] = {}
         self._derived: dict[str, Read] = {}
         self._own: dict[str, Read] = {}
+        # from the resultants with their derivatives along the surface
+        self._steep: dict[str, Read] = {}
+        self._judging: Callable[[Floats], dict[str, Floats]] | None = None
         for name in names:
-            self._add(body, name)
+            if name not in JUDGED:
+                self._add(body, name)
+        self._judge(simulation.scene, body, tuple(name for name in names if name in JUDGED))
         modal = body.name in modal_members(simulation.model)
         self._resultants: Resultants | None = None
-        if self._derived and modal:
-            self._resultants = ModalResultants(simulation, body.name)
-        elif self._derived:
-            self._resultants = Resultants(simulation, body)
+        if self._derived or self._steep or self._judging:
+            self._resultants = resultants_of(simulation, body)
         self._strained: Resultants | None = None
         if self._own and modal:
             self._strained = ModalStrained(simulation, body.name)
@@ -79,6 +84,10 @@ class ChosenFields:
             assert isinstance(body, ShellModel)
             self._strained = Strained(simulation, body)
         self._nodes = NodalMeans(body)
+        self._slopes: Slopes | None = None
+        if self._steep or self._judging:
+            assert isinstance(body, ShellModel)
+            self._slopes = Slopes(body)
 
     def _add(self, body: ShellModel | BeamModel, name: str) -> None:
         kind = "beam" if isinstance(body, BeamModel) else "shell"
@@ -100,6 +109,12 @@ class ChosenFields:
                 self._derived[f"{name}_{k + 1}"] = section.ply_stress(
                     body.shell, section.layup(body), k
                 )
+        elif name == "interlaminar":
+            assert isinstance(body, ShellModel)
+            six = self.components.pop(name)
+            for k, rows in enumerate(ply_rows(body.shell, section.layup(body)), start=1):
+                self.components[f"{name}_{k}"] = six
+                self._steep[f"{name}_{k}"] = partial(interlaminar, rows)
         elif isinstance(body, ShellModel) and not isinstance(body.shell.section, LinearSection):
             first, last = (0, 8) if name == "strains" else (8, 9)
             self._own[name] = partial(_columns, first, last)
@@ -114,17 +129,40 @@ class ChosenFields:
                     section.shell_compliance(body.shell, section.layup(body))
                 )
 
+    def _judge(self, scene: Scene, body: ShellModel | BeamModel, names: tuple[str, ...]) -> None:
+        """Fields of each reserve factor of the body."""
+        on = [r for r in scene.reserves if names and r.body in (None, body.name)]
+        if not on:
+            return
+        assert isinstance(body, ShellModel)
+        rows = ply_rows(body.shell, section.layup(body))
+        each = {reserve.name: judged(reserve, body.shell) for reserve in on}
+        self.components |= {f"{name}_{reserve}": () for reserve in each for name in names}
+
+        def read(both: Floats) -> dict[str, Floats]:
+            state, found = stresses(rows, both), dict[str, Floats]()
+            for reserve, judge in each.items():
+                fields = judge.fields(*state)
+                found |= {f"{name}_{reserve}": fields[name] for name in names}
+            return found
+
+        self._judging = read
+
     def solved(self) -> None:
         """Keep what means over the step need of its start."""
         if self._resultants is not None:
             self._resultants.solved()
 
     def values(self) -> dict[str, Floats]:
-        """Values at the nodes of this rank (owned ones are right), shape (n, k); collective."""
+        """Values at the nodes of this rank, shape (n, k); collective."""
         found: dict[str, Floats] = {}
         if self._resultants is not None:
             R = self._nodes.mean(self._resultants.elements())
             found |= {name: read(R) for name, read in self._derived.items()}
+            if self._slopes is not None:
+                both = self._nodes.with_slopes(R, self._slopes)
+                found |= {name: read(both) for name, read in self._steep.items()}
+                found |= self._judging(both) if self._judging else {}
         if self._strained is not None:
             E = self._nodes.mean(self._strained.elements())
             found |= {name: read(E) for name, read in self._own.items()}
@@ -151,7 +189,7 @@ class NodalMeans:
         self._count = self._sum(np.ones((len(self._nodes), 1)))
 
     def mean(self, values: Floats) -> Floats:
-        """Means at the nodes of this rank, shape (n, k), right at those it owns.
+        """Means at the nodes of this rank, shape (n, k).
 
         Args:
             values: Values of the cells of this rank at their nodes, shape (c, nodes, k).
@@ -159,12 +197,22 @@ class NodalMeans:
         flat = values.reshape(-1, values.shape[-1])
         return self._sum(flat) / np.maximum(self._count, 1.0)
 
+    def with_slopes(self, R: Floats, slopes: Slopes) -> Floats:
+        """Resultants of a shell with the derivatives of N and M along 1 and along 2, (n, 20).
+
+        Args:
+            R: N, M and Q at the nodes of this rank, shape (n, 8).
+            slopes: What differentiates them.
+        """
+        return np.concatenate([R, self.mean(slopes.elements(R[:, :6]))], axis=1)
+
     def _sum(self, flat: Floats) -> Floats:
         vector = la.vector(self._map, flat.shape[1])
         table = vector.array.reshape(-1, flat.shape[1])
         np.add.at(table, self._nodes, flat)
         # cells of other ranks add to nodes of this one
         vector.scatter_reverse(la.InsertMode.add)
+        vector.scatter_forward()
         return table
 
 

@@ -98,6 +98,18 @@ class ModalResultants(Resultants):
         return np.asarray(self._table @ self._mean.now())
 
 
+def resultants_of(simulation: Simulation, body: ShellModel | BeamModel) -> Resultants:
+    """Reader of the resultants of a shell or beam, also in modes; making it is collective.
+
+    Args:
+        simulation: The simulation.
+        body: The shell or beam.
+    """
+    if body.name in modal_members(simulation.model):
+        return ModalResultants(simulation, body.name)
+    return Resultants(simulation, body)
+
+
 class ModalStrained(ModalResultants):
     """Strains of a shell in modes with a nonlinear section, and its energy per area, shape (9,).
 

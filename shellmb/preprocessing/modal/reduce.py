@@ -95,6 +95,8 @@ def reduce_bodies(scene: Scene, comm: MPI.Comm) -> tuple[Scene, tuple[ModalBody,
         output=replace(scene.output, fields=fields),
         potentials=tuple(map(made.acting, scene.potentials)),
         contacts=tuple(map(made.acting, scene.contacts)),
+        # stresses are those of the scene as it was given
+        reserves=(),
     )
     return changed, tuple(bodies)
 

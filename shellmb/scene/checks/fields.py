@@ -6,15 +6,17 @@ from typing import TYPE_CHECKING
 
 from shellmb.errors import SceneError
 from shellmb.scene.beams.beam import Beam
-from shellmb.scene.fields import DEFAULT, FIELDS
+from shellmb.scene.fields import DEFAULT, FIELDS, JUDGED
+from shellmb.scene.lookup import find_shell, listed, said
 from shellmb.scene.shells.laminate import Laminate
 from shellmb.scene.shells.sections import LinearSection
 from shellmb.scene.shells.shell import Shell
+from shellmb.scene.shells.strength import CRITERIA
 
 if TYPE_CHECKING:
     from shellmb.scene.description import Body, Description
 
-__all__ = ["check_fields", "has_field", "kinds_of", "wanted_fields"]
+__all__ = ["check_fields", "check_reserves", "has_field", "kinds_of", "wanted_fields"]
 
 # what there has to be for a field, in words
 OWNERS = {
@@ -78,6 +80,10 @@ def check_fields(scene: Description) -> None:
     if scene.joints:
         there.add("joint")
     for name in scene.output.fields:
+        if name in JUDGED and not scene.reserves:
+            raise SceneError(
+                f"scene '{scene.name}': output: fields has '{name}'; the scene must have a Reserve"
+            )
         if has_field(name, there):
             continue
         owners = " or ".join(OWNERS[kind] for kind in OWNERS if kind in FIELDS[name].bodies)
@@ -85,3 +91,38 @@ def check_fields(scene: Description) -> None:
             f"scene '{scene.name}': output: fields has '{name}'; it must be left out, as there is "
             f"no {owners}"
         )
+
+
+def check_reserves(scene: Description) -> None:
+    """Refuse reserve factors of shells that have no stresses, plies or strengths for them.
+
+    Raises:
+        SceneError: At the first.
+    """
+    for reserve in scene.reserves:
+        shell = find_shell(scene, reserve.body, said(reserve))
+        who = f"{said(reserve)}: {said(shell)}"
+        if "linear" not in kinds_of(shell):
+            raise SceneError(f"{who} has no stresses of plies; it must be a {OWNERS['linear']}")
+        criterion, layers = CRITERIA[reserve.criterion], shell.section.generic.layers  # type: ignore[attr-defined]
+        if max(reserve.plies, default=1) > len(layers):
+            raise SceneError(
+                f"{who} has {len(layers)} plies, and plies has {max(reserve.plies)}; numbers must "
+                f"be from 1 to {len(layers)}"
+            )
+        for number in reserve.plies or range(1, len(layers) + 1):
+            strength = layers[number - 1].strength
+            material = f"{who}: the material of ply {number}"
+            missing = [n for n in criterion.needs if getattr(strength, n, None) is None]
+            if missing:
+                raise SceneError(
+                    f"{material} has no {listed(missing)}; '{reserve.criterion}' needs "
+                    f"Strength({', '.join(f'{n}=...' for n in criterion.needs)}), or plies must "
+                    "leave it out"
+                )
+            wrong = criterion.wrong(strength)
+            if wrong:
+                raise SceneError(
+                    f"{material} {wrong}, of which '{reserve.criterion}' is no closed envelope; "
+                    "another criterion must be used"
+                )

@@ -38,6 +38,7 @@ def check_names(scene: Description) -> None:
         *scene.contacts,
         *scene.volumes,
         *scene.probes,
+        *scene.reserves,
         *scene.controllers,
         *scene.events,
     )
@@ -59,11 +60,11 @@ def check_names(scene: Description) -> None:
                 "another name"
             )
         files[stem] = body.name
-    for probe in scene.probes:
-        if probe.name in COLUMNS:
+    columns: tuple[Any, ...] = (*scene.probes, *scene.reserves)
+    for item in columns:
+        if item.name in COLUMNS:
             raise SceneError(
-                f"{said(probe)}: every history has a column '{probe.name}'; it must have another "
-                "name"
+                f"{said(item)}: every history has a column '{item.name}'; it must have another name"
             )
 
 

@@ -197,6 +197,7 @@ def coordinate_read(scene: Description, column: str) -> tuple[str, str] | None:
 def _columns(scene: Description) -> Iterator[str]:
     """Columns of the history that sensors may read, besides those of single joints' coordinates."""
     yield from (probe.name for probe in scene.probes)
+    yield from (reserve.name for reserve in scene.reserves)
     for driver in scene.drivers:
         yield from (f"{driver.name}.{_EFFORT[name]}" for name in driver.coordinates)
     for element in scene.force_elements:

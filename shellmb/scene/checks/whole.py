@@ -86,6 +86,7 @@ def _names(scene: Description) -> None:
         "force_elements",
         "couplings",
         "probes",
+        "reserves",
         "controllers",
     )
     for what in (*named, "controllers"):

@@ -14,6 +14,7 @@ from shellmb.errors import SceneError, warn
 from shellmb.scene.shells import lamination
 from shellmb.scene.shells.lamination import Layer, Layup
 from shellmb.scene.shells.sections import FiniteAt, LinearSection, PositiveAt, Value, check_stable
+from shellmb.scene.shells.strength import Strength
 from shellmb.scene.values.damping import ShellTimes
 from shellmb.scene.values.validate import Finite, Listed, NonNegative, Positive, described, show
 
@@ -36,6 +37,7 @@ class PlyMaterial:
         G13: Transverse shear modulus of axis 1 [Pa].
         G23: Transverse shear modulus of axis 2 [Pa].
         density: Mass density [kg/m^3].
+        strength: Strengths, for reserve factors against failure.
     """
 
     E1: Positive
@@ -46,6 +48,7 @@ class PlyMaterial:
     G13: Positive
     G23: Positive
     density: NonNegative = 0.0
+    strength: Strength | None = None
 
     def __post_init__(self) -> None:
         """Check that the strain energy is positive."""
@@ -172,7 +175,7 @@ def _layer(ply: Ply, name: str, value: Value) -> Layer:
     m = ply.material
     plane = lamination.plane_stress(m.E1, m.E2, m.nu12, m.G12)
     thickness = value(f"{name}.thickness", ply.thickness, "not negative")
-    layer = Layer(plane, np.diag([m.G13, m.G23]), m.density, thickness)
+    layer = Layer(plane, np.diag([m.G13, m.G23]), m.density, thickness, strength=m.strength)
     return layer.turned(value(f"{name}.angle", ply.angle, None))
 
 

@@ -14,9 +14,22 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Layer", "Layup", "cos_sin", "matrix", "plane_stress"]
+__all__ = [
+    "PURE",
+    "Layer",
+    "Layup",
+    "cos_sin",
+    "matrix",
+    "plane_stress",
+    "shear_step",
+    "strain_turn",
+    "vector_turn",
+]
 
 type Matrix = NDArray[np.float64]
+
+# columns of `shear_step` in cylindrical bending along 1 and along 2: M_11,1 and M_22,2
+PURE = [3, 10]
 
 
 @dataclass(frozen=True)
@@ -29,6 +42,7 @@ class Layer:
         density: Mass density [kg/m^3].
         thickness: Thickness, shape (...) [m].
         angle: From the shell's 1-direction to the layer's own, shape (...) [degrees].
+        strength: Strengths of its material (`Strength`), if there are any.
     """
 
     plane: Matrix
@@ -36,15 +50,11 @@ class Layer:
     density: float
     thickness: Any
     angle: Any = 0.0
+    strength: Any = None
 
     def turned(self, degrees: Any) -> Layer:
         """The layer with its axes turned about the normal by an angle, shape (...) [degrees]."""
-        c, s = cos_sin(degrees)
-        # strains in the layer's axes from those in the shell's axes
-        t = matrix(
-            [[c * c, s * s, c * s], [s * s, c * c, -c * s], [-2 * c * s, 2 * c * s, c * c - s * s]]
-        )
-        r = matrix([[c, s], [-s, c]])
+        t, r = strain_turn(degrees), vector_turn(degrees)
         return replace(
             self,
             plane=t.mT @ self.plane @ t,
@@ -59,6 +69,23 @@ def cos_sin(degrees: Any) -> tuple[Matrix, Matrix]:
     c, s = np.cos(np.radians(rest)), np.sin(np.radians(rest))
     turn = np.asarray(quarter, dtype=int) % 4
     return np.choose(turn, (c, -s, -c, s)), np.choose(turn, (s, c, -s, -c))
+
+
+def strain_turn(degrees: Any) -> Matrix:
+    """Turn strains 11, 22, 2*12 into axes turned by an angle, shape (..., 3, 3).
+
+    Stresses turn by the transpose of the opposite turn.
+    """
+    c, s = cos_sin(degrees)
+    return matrix(
+        [[c * c, s * s, c * s], [s * s, c * c, -c * s], [-2 * c * s, 2 * c * s, c * c - s * s]]
+    )
+
+
+def vector_turn(degrees: Any) -> Matrix:
+    """Turn vectors, as transverse shear 13, 23, into axes turned by an angle, (..., 2, 2)."""
+    c, s = cos_sin(degrees)
+    return matrix([[c, s], [-s, c]])
 
 
 def matrix(rows: Sequence[Sequence[Any]]) -> Matrix:
@@ -188,27 +215,33 @@ def shear_by_energy(
         Stiffness in the order 13, 23, shape (..., 2, 2) [N/m].
     """
     compliance = np.linalg.inv(np.block([[A, B], [B, D]]))
-    # columns: unit M_11,1 and unit M_22,2
-    eps, kappa = compliance[..., :3, 3:5], compliance[..., 3:, 3:5]
     points, weights = np.polynomial.legendre.leggauss(3)  # f is quadratic in a layer, f.f quartic
     S = np.zeros((2, 2))
     face = np.zeros((2, 2))
     for layer, low, high in zip(layers, z, z[1:], strict=False):
         half = (high - low) / 2
         for x, w in zip(points, weights, strict=True):
-            f = face + _shear_step(layer, eps, kappa, low, low + half * (1 + x))
+            f = face + shear_step(layer, compliance, low, low + half * (1 + x))[..., PURE]
             share = f.mT @ np.linalg.solve(layer.transverse, f)
             S = S + np.asarray(half * w)[..., None, None] * share
-        face = face + _shear_step(layer, eps, kappa, low, high)
+        face = face + shear_step(layer, compliance, low, high)[..., PURE]
     stiff = np.linalg.inv(S)
     return _clean((stiff + stiff.mT) / 2, np.abs(stiff).max(axis=(-2, -1), keepdims=True))
 
 
-def _shear_step(layer: Layer, eps: Matrix, kappa: Matrix, low: Any, z: Any) -> Matrix:
-    """Change of ``[f_1, f_2]`` between two heights of a layer, shape (..., 2, 2)."""
+def shear_step(layer: Layer, compliance: Matrix, low: Any, z: Any) -> Matrix:
+    """Change of `tau_13, tau_23` between two heights by equilibrium, shape (..., 2, 12).
+
+    Columns: derivatives of N and M (11, 22, 12) along 1, and along 2.
+
+    Args:
+        layer: The layer that both heights are in.
+        compliance: Membrane strains and curvatures from N and M, shape (..., 6, 6).
+        low: The lower height, shape (...) [m].
+        z: The other one.
+    """
     first, second = (np.asarray((z**k - low**k) / k)[..., None, None] for k in (1, 2))
-    slope = layer.plane @ (eps * first + kappa * second)
-    # rows of slope: 11, 22, 12; a force along 1 differentiates along 1, one along 2 along 2
-    along_1 = [slope[..., 0, 0], slope[..., 2, 1]]
-    along_2 = [slope[..., 2, 0], slope[..., 1, 1]]
-    return -matrix([along_1, along_2])
+    slope = layer.plane @ (compliance[..., :3, :] * first + compliance[..., 3:, :] * second)
+    # rows of slope: 11, 22, 12; tau_13 balances 11 along 1 and 12 along 2
+    along_1, along_2 = slope[..., [0, 2], :], slope[..., [2, 1], :]
+    return np.asarray(-np.concatenate([along_1, along_2], axis=-1))

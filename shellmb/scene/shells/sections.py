@@ -15,6 +15,7 @@ from pydantic import Field
 from shellmb.errors import SceneError
 from shellmb.scene.shells import lamination
 from shellmb.scene.shells.lamination import Layer, Layup
+from shellmb.scene.shells.strength import Strength
 from shellmb.scene.values.damping import ShellDamping, ShellTimes
 from shellmb.scene.values.positions import OfPosition, check_sign, values_at
 from shellmb.scene.values.validate import Finite, NonNegative, Positive, described, show
@@ -241,6 +242,7 @@ class Isotropic(LinearSection):
             function of the position; half the thickness where the surface is the lower face.
         stiffness_damping: Kelvin and Voigt's damping: a time [s], or a ``ShellDamping``.
         mass_damping: Damping in proportion to the mass, a rate [1/s].
+        strength: Strengths, for reserve factors against failure.
     """
 
     E: Positive
@@ -252,13 +254,15 @@ class Isotropic(LinearSection):
     offset: FiniteAt = 0.0
     stiffness_damping: ShellTimes = 0.0
     mass_damping: NonNegative = 0.0
+    strength: Strength | None = None
 
     def layers_by(self, value: Value) -> tuple[Layer, ...]:
         """The single layer."""
         shear = self.E / (2 * (1 + self.nu))
         plane = lamination.plane_stress(self.E, self.E, self.nu, shear)
         thickness = value("thickness", self.thickness, "positive")
-        return (Layer(plane, shear * np.eye(2), self.density, thickness),)
+        layer = Layer(plane, shear * np.eye(2), self.density, thickness, strength=self.strength)
+        return (layer,)
 
 
 def check_stable(what: str, E1: float, E2: float, nu12: float) -> None:
@@ -295,6 +299,7 @@ class Orthotropic(LinearSection):
             function of the position; half the thickness where the surface is the lower face.
         stiffness_damping: Kelvin and Voigt's damping: a time [s], or a ``ShellDamping``.
         mass_damping: Damping in proportion to the mass, a rate [1/s].
+        strength: Strengths, for reserve factors against failure.
     """
 
     E1: Positive
@@ -311,6 +316,7 @@ class Orthotropic(LinearSection):
     offset: FiniteAt = 0.0
     stiffness_damping: ShellTimes = 0.0
     mass_damping: NonNegative = 0.0
+    strength: Strength | None = None
 
     def __post_init__(self) -> None:
         """Check that the strain energy is positive."""
@@ -321,7 +327,7 @@ class Orthotropic(LinearSection):
         plane = lamination.plane_stress(self.E1, self.E2, self.nu12, self.G12)
         transverse = np.diag([self.G13, self.G23])
         thickness = value("thickness", self.thickness, "positive")
-        layer = Layer(plane, transverse, self.density, thickness)
+        layer = Layer(plane, transverse, self.density, thickness, strength=self.strength)
         return (layer.turned(value("angle", self.angle, None)),)
 
 

@@ -1,0 +1,191 @@
+"""Reserve factors against failure: the least in each step, and of all steps."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from shellmb.arrays import Floats, Ints
+from shellmb.errors import SceneError
+from shellmb.meshes.edges_where import true_at
+from shellmb.model.locations.nodes import local_point
+from shellmb.model.shells.shell import ShellModel
+from shellmb.observers.fields.by_section import layup
+from shellmb.observers.fields.chosen import NodalMeans
+from shellmb.observers.fields.judging import Judged, judged
+from shellmb.observers.fields.modal import modal_members
+from shellmb.observers.fields.modalresultants import resultants_of
+from shellmb.observers.fields.through import SIDES, Slopes, ply_rows, stresses
+from shellmb.scene.loads.loads import PointLoad
+from shellmb.scene.lookup import find_shell, said
+from shellmb.scene.shells.strength import CRITERIA
+from shellmb.simulate.simulation import BaseObserver, Simulation
+
+
+class Critical(NamedTuple):
+    """Largest utilisation, and its place.
+
+    Args:
+        utilisation: It.
+        step: Number of the step.
+        t: Time at its end.
+        criterion: The criterion.
+        body: Name of the shell.
+        x: Reference place, m.
+        y: The same along y.
+        z: The same along z.
+        ply: Number of the ply, 1 is the lowest.
+        side: One of `SIDES`.
+        mode: Mode of failure.
+    """
+
+    utilisation: float
+    step: int
+    t: float
+    criterion: str
+    body: str
+    x: float
+    y: float
+    z: float
+    ply: int
+    side: str
+    mode: str
+
+
+class NodalStresses:
+    """Stresses and strains of the plies of a shell at its nodes.
+
+    Args:
+        simulation: The simulation.
+        body: The shell; making it is collective.
+        across: Whether stresses 13 and 23 are needed, which follow from derivatives.
+    """
+
+    def __init__(self, simulation: Simulation, body: ShellModel, across: bool) -> None:
+        self.resultants = resultants_of(simulation, body)
+        self._nodes = NodalMeans(body)
+        self._rows = ply_rows(body.shell, layup(body))
+        self._slopes = Slopes(body) if across else None
+
+    def now(self) -> tuple[Floats, Floats]:
+        """Stresses and strains, shape (n, plies, 3, 5); collective."""
+        R = self._nodes.mean(self.resultants.elements())
+        if self._slopes is not None:
+            return stresses(self._rows, self._nodes.with_slopes(R, self._slopes))
+        return stresses(self._rows, np.concatenate([R[:, :6], np.zeros((len(R), 14))], axis=1))
+
+
+class Reserves(BaseObserver):
+    """Records the largest utilisation of each reserve factor of the scene; the same on all ranks.
+
+    Stresses are means over the step, in statics values, as probes of resultants have them.
+    """
+
+    remembered = ("_least", "_now")
+
+    def __init__(self) -> None:
+        self._least: dict[str, Any] = {}
+        self._now: dict[str, float] = {}
+        self._stresses: dict[str, NodalStresses] = {}
+
+    def start(self, simulation: Simulation) -> None:
+        """Find the nodes and take the values at the start.
+
+        Raises:
+            SceneError: If there is no node where a reserve factor looks.
+        """
+        scene, model = simulation.scene, simulation.model
+        self.idle = not scene.reserves
+        self._comm = model.comm
+        self._judged: list[tuple[Judged, Ints, Floats]] = []
+        bodies: dict[str, tuple[ShellModel, bool]] = {}
+        # labels of point loads on a shell, and the nodes of elements that they act on
+        self._loads: dict[str, list[tuple[str, Floats]]] = defaultdict(list)
+        for reserve in scene.reserves:
+            shell = find_shell(scene, reserve.body, said(reserve))
+            modal = modal_members(model).get(shell.name)
+            body: Any = (
+                model.shells[shell.name] if modal is None else modal.members[shell.name].body
+            )
+            each = judged(reserve, shell)
+            bodies[shell.name] = body, each.across or bodies.get(shell.name, (body, False))[1]
+            nodes = body.mixed.nodes("u")[: body.mixed.subspaces["u"].dofmap.index_map.size_local]
+            chosen = np.arange(len(nodes))
+            if reserve.where is not None:
+                there = true_at(reserve.where, nodes[None], f"{said(reserve)}: where")
+                chosen = np.flatnonzero(there[0])
+            if not self._comm.allreduce(len(chosen)):
+                raise SceneError(
+                    f"{said(reserve)}: where is true at no node of {said(shell)}; it must be true "
+                    "at some"
+                )
+            self._judged.append((each, chosen, nodes[chosen] + 0.0))
+            for load in scene.loads:
+                if isinstance(load, PointLoad) and shell in scene.bodies_of(load):
+                    self._loads[shell.name].append((load.label, _places(body, load)))
+        self._stresses = {name: NodalStresses(simulation, *b) for name, b in bodies.items()}
+        # a run that goes on has those of its last step, which are means over it
+        if not self._now:
+            self._take(simulation)
+
+    def solved(self, simulation: Simulation) -> None:
+        """Keep what means over the step need of its start."""
+        for each in self._stresses.values():
+            each.resultants.solved()
+
+    def accepted(self, simulation: Simulation) -> None:
+        """Take the largest utilisations of the step."""
+        self._take(simulation)
+
+    def _take(self, simulation: Simulation) -> None:
+        now = {name: each.now() for name, each in self._stresses.items()}
+        for each, nodes, places in self._judged:
+            stress, strain = now[each.shell.name]
+            found = each.utilisations(stress[nodes], strain[nodes])
+            mine: Critical | None = None
+            if found.size:
+                node, ply, side, mode = np.unravel_index(found.argmax(), found.shape)
+                who = each.reserve.criterion, each.shell.name
+                names = SIDES[side], CRITERIA[who[0]].modes[mode]
+                x, y, z = places[node].tolist()
+                when = simulation.step, float(simulation.t)
+                mine = Critical(float(found.max()), *when, *who, x, y, z, int(ply) + 1, *names)
+            every = [one for one in self._comm.allgather(mine) if one is not None]
+            largest, name = max(every), each.reserve.name
+            self._now[name] = largest.utilisation
+            if name not in self._least or largest.utilisation > self._least[name][0]:
+                self._least[name] = tuple(largest)
+
+    def measure(self) -> dict[str, float]:
+        """Columns of the history: utilisations by name."""
+        return dict(self._now)
+
+    def critical(self, name: str) -> Critical:
+        """Largest utilisation so far of a reserve factor, and its place."""
+        return Critical(*self._least[name])
+
+    def at_loads(self) -> dict[str, str]:
+        """Point loads on elements where a reserve factor is least, by its name."""
+        found = {}
+        for name in self._least:
+            at = self.critical(name)
+            for label, places in self._loads[at.body]:
+                if at.utilisation and (places == (at.x, at.y, at.z)).all(axis=1).any():
+                    found[name] = label
+        return found
+
+    def summary(self) -> dict[str, Any]:
+        """Least reserve factors over the run by name, as `reserves` of the summary."""
+        found = {name: self.critical(name)._asdict() for name in self._least}
+        return {"reserves": found} if found else {}
+
+
+def _places(body: ShellModel, load: PointLoad) -> Floats:
+    """Nodes of the elements that a point load acts on, shape (n, 3); collective."""
+    space = body.mixed.subspaces["u"]
+    cells = np.asarray(space.dofmap.list)
+    touched = np.isin(cells, local_point(body, load.at, load.label)[0]).any(axis=1)
+    mine = body.mixed.nodes("u")[np.unique(cells[touched])]
+    return np.concatenate(space.mesh.comm.allgather(mine))

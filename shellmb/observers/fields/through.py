@@ -1,0 +1,170 @@
+"""Stresses and strains of plies through the thickness, from resultants and their derivatives.
+
+Stresses in the surface follow from lamination theory. Those across it follow from equilibrium: the
+derivatives of the resultants along the surface give those of the stresses of each ply, whose
+integral from the lower face is `tau_13, tau_23`. What is left of the shear forces Q (errors of the
+derivatives, loads in the surface, curvature, inertia) has the shape of cylindrical bending, so
+that the integral of the stresses is Q, and both faces are free of them (Rolfes & Rohwer, Int. J.
+Numer. Meth. Engng 40 (1997) 51-60, take this shape for all of Q).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import ufl
+
+from shellmb.arrays import Floats
+from shellmb.model.shells.shell import ShellModel
+from shellmb.native.expressions import compiled_expression
+from shellmb.observers.fields.by_section import shell_compliance
+from shellmb.scene import Shell
+from shellmb.scene.shells.lamination import PURE, Layup, shear_step, strain_turn, vector_turn
+
+SIDES = ("bottom", "middle", "top")
+
+
+@dataclass(frozen=True)
+class PlyRows:
+    """Matrices that give what a ply has at its bottom, middle and top; zero where it is dropped.
+
+    Args:
+        angle: From the shell's 1-direction to the fibres, shape (...) [degrees].
+        heights: Above the reference surface, shape (..., 3) [m].
+        stress: Stresses 11, 22, 12 in the ply's axes from (N, M, Q), shape (..., 3, 3, 8).
+        strain: Strains 11, 22, 2*12 in the ply's axes from (N, M, Q), shape (..., 3, 3, 8).
+        shear: Stresses 13, 23 in the ply's axes from Q and the derivatives of N and M along 1 and
+            along 2, shape (..., 3, 2, 14).
+        slip: Shear strains from the stresses 13, 23, shape (..., 2, 2).
+    """
+
+    angle: Any
+    heights: Floats
+    stress: Floats
+    strain: Floats
+    shear: Floats
+    slip: Floats
+
+
+def ply_rows(shell: Shell, at: Layup) -> tuple[PlyRows, ...]:
+    """Rows of each ply from the lower to the upper face; of one where there are no plies.
+
+    Args:
+        shell: The shell, with a linear section.
+        at: Its section at points (...).
+    """
+    free, held = shell_compliance(shell, at, held=False), shell_compliance(shell, at)
+    found = []
+    shears = _shears(free[..., :6, :6], at)
+    for k, (layer, shear) in enumerate(zip(at.layers, shears, strict=True)):
+        low, high = (np.asarray(z, dtype=float) for z in at.heights[k : k + 2])
+        heights = np.stack([low, (low + high) / 2, high], axis=-1)
+        there = np.asarray(layer.thickness)[..., None, None, None] > 0
+        into = strain_turn(layer.angle)[..., None, :, :]
+        stress_into = strain_turn(-layer.angle).mT[..., None, :, :]
+        across = vector_turn(layer.angle)
+        turned = across @ layer.transverse @ across.mT
+        found.append(
+            PlyRows(
+                layer.angle,
+                heights,
+                there * (stress_into @ layer.plane[..., None, :, :] @ _strain(free, heights)),
+                there * (into @ _strain(held, heights)),
+                there * (across[..., None, :, :] @ shear),
+                np.linalg.inv(turned),
+            )
+        )
+    return tuple(found)
+
+
+def _strain(compliance: Floats, heights: Floats) -> Floats:
+    """Strains at three heights from resultants, shape (..., 3, 3, 8)."""
+    z, every = heights[..., None, None], compliance[..., None, :, :]
+    return np.asarray(every[..., :3, :] + z * every[..., 3:6, :])
+
+
+def _shears(compliance: Floats, at: Layup) -> list[Floats]:
+    """Stresses 13, 23 of each layer at three heights, in the axes of the shell (..., 3, 2, 14)."""
+    face, sides = np.zeros((2, 12)), []
+    for layer, low, high in zip(at.layers, at.heights, at.heights[1:], strict=False):
+        inner = face + shear_step(layer, compliance, low, (low + high) / 2)
+        upper = face + shear_step(layer, compliance, low, high)
+        sides.append(np.stack([np.broadcast_to(face, upper.shape), inner, upper], axis=-3))
+        face = upper
+    # what is left at the upper face acts in the surface: loads and inertia, even over the thickness
+    whole = np.asarray(at.thickness)[..., None, None]
+    integral, below, balanced = np.zeros((2, 12)), np.zeros((1, 1)), []
+    for layer, side in zip(at.layers, sides, strict=True):
+        h = np.asarray(layer.thickness)[..., None, None]
+        shares = np.stack([(below + part * h) / whole for part in (0.0, 0.5, 1.0)], axis=-3)
+        balanced.append(side - shares * face[..., None, :, :])
+        bottom, middle, top = np.moveaxis(balanced[-1], -3, 0)
+        integral, below = integral + h * (bottom + 4 * middle + top) / 6, below + h
+    found = []
+    for side in balanced:
+        shape = side[..., PURE]
+        found.append(np.concatenate([shape, side - shape @ integral[..., None, :, :]], axis=-1))
+    return found
+
+
+class Slopes:
+    """Derivatives of what is known at the nodes of a shell, along its material axes.
+
+    Args:
+        body: The shell; making it is collective.
+    """
+
+    def __init__(self, body: ShellModel) -> None:
+        space = body.mixed.subspaces["u"]
+        at = np.asarray(space.element.interpolation_points)
+        element: Any = space.element.basix_element
+        # by the coordinates of the reference element, of each function at each node
+        table = np.asarray(element.tabulate(1, at))[1:, :, :, 0]
+        topology = space.mesh.topology
+        cells = np.arange(topology.index_map(topology.dim).size_local, dtype=np.int32)
+        self._nodes = space.dofmap.list[: len(cells)]
+        tangents = np.einsum("dpf,cfi->cpid", table, body.mixed.nodes("u")[self._nodes])
+        axes = compiled_expression(ufl.as_vector([*body.surface.e1, *body.surface.e2]), at)
+        along = np.asarray(axes.eval(space.mesh, cells)).reshape(len(cells), len(at), 2, 3)
+        inverse = np.linalg.pinv(tangents)
+        self._weights: Floats = np.einsum("cpdi,cpai,dpf->cpaf", inverse, along, table)
+
+    def elements(self, values: Floats) -> Floats:
+        """Derivatives along 1 and 2 in each element at its nodes, shape (cells, nodes, 2 k).
+
+        Args:
+            values: At the nodes of this rank, owned and ghost, shape (n, k).
+        """
+        found = np.einsum("cpaf,cfk->cpak", self._weights, values[self._nodes])
+        return np.asarray(found.reshape(*found.shape[:2], -1))
+
+
+def interlaminar(rows: PlyRows, both: Floats) -> Floats:
+    """Stresses 13, 23 of a ply at its bottom, middle and top, shape (n, 6).
+
+    Args:
+        rows: Rows of the ply, of all points or of each.
+        both: Resultants and their derivatives, shape (n, 20).
+    """
+    found = np.einsum("...sij,...j->...si", rows.shear, both[:, 6:])
+    return np.asarray(found.reshape(len(both), -1))
+
+
+def stresses(rows: Sequence[PlyRows], both: Floats) -> tuple[Floats, Floats]:
+    """Stresses 11, 22, 12, 13, 23 and strains of all plies at their sides, (n, plies, 3, 5).
+
+    Args:
+        rows: Rows of the plies.
+        both: Resultants and their derivatives, shape (n, 20).
+    """
+    stress, strain = list[Floats](), list[Floats]()
+    for ply in rows:
+        across = np.einsum("...sij,...j->...si", ply.shear, both[:, 6:])
+        slip = np.einsum("...ij,...sj->...si", ply.slip, across)
+        for kept, plane, shear in ((stress, ply.stress, across), (strain, ply.strain, slip)):
+            inner = np.einsum("...sij,...j->...si", plane, both[:, :8])
+            kept.append(np.concatenate([inner, shear], axis=-1))
+    return np.stack(stress, axis=1), np.stack(strain, axis=1)
