@@ -34,6 +34,7 @@ _API = {
     "Study": "shellmb.api.studies",
     "sweep": "shellmb.api.sweeps",
     "Motion": "shellmb.api.motion",
+    "SceneMotion": "shellmb.exchange.motion",
     "OwnBody": "shellmb.model.own.body",
     "Hold": "shellmb.model.own.body",
     "sensitivities": "shellmb.sensitivity.run",

@@ -11,6 +11,7 @@ from mpi4py import MPI
 from dolfinx import fem
 
 from shellmb.errors import SceneError
+from shellmb.exchange.trials import Trials
 from shellmb.model.body import Body, constraint_error
 from shellmb.model.model import Model
 from shellmb.model.own.body import OwnBody
@@ -73,7 +74,7 @@ class _Last:
     dt: float
 
 
-class Motion:
+class Motion(Trials):
     """Motion of bodies of the user's own, by any dynamic scheme.
 
     Example::
@@ -82,6 +83,8 @@ class Motion:
         motion.take("plate", v=lambda x: ...)
         motion.step(100)
         motion.u("plate"), motion.energies
+
+    A step can be tried first: `motion.trial(dt)`, then `motion.accept()` or `motion.reject()`.
 
     Args:
         bodies: The bodies.
@@ -194,6 +197,31 @@ class Motion:
             self.problem.accept(self.dt)
             self.time = self._count.after(self.time, self.dt)
             self.account.accepted(self)  # type: ignore[arg-type]
+
+    def _save(self) -> Any:
+        if not self._started:
+            self.start()
+        predictor = self.problem.predictor
+        return (
+            {name: array.copy() for name, array in self.problem.live().items()},
+            (predictor.arrays(), predictor.state()),
+            self.account.state(),
+            (self.dt, self.time, self._count.state(), self.last),
+            self.problem.iteration.linear.factors,
+        )
+
+    def _restore(self, saved: Any) -> None:
+        arrays, (past, guesses), account, (self.dt, self.time, count, self.last), factors = saved
+        for name, array in self.problem.live().items():
+            array[:] = arrays[name]
+        self.problem.predictor.restore(past, guesses, self.problem.switches)
+        self.account.restore(account)
+        self._count.restore(count)
+        self.problem.iteration.forget(factors)
+
+    def _advance(self, dt: float) -> None:
+        self.dt = dt
+        self.step()
 
     @property
     def energies(self) -> dict[str, float]:

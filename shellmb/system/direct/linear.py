@@ -11,7 +11,7 @@ from shellmb.arrays import Floats
 from shellmb.clock import now
 from shellmb.system.assembly.blocks import BlockSystem
 from shellmb.system.direct.mumps import NO_OPTIONS
-from shellmb.system.direct.solver import SMALL_COST, DirectSolver, Purpose
+from shellmb.system.direct.solver import SMALL_COST, DirectSolver, Factors, Purpose
 
 
 class Linear(Protocol):
@@ -34,6 +34,19 @@ class Linear(Protocol):
     def factorisations(self) -> int: ...  # noqa: D102
     @property
     def cost(self) -> float: ...  # noqa: D102
+
+    @property
+    def factors(self) -> Factors | None:
+        """Maker of the factors; None before the first ones."""
+        ...
+
+    def forget(self, factors: Factors | None) -> None:
+        """The next solution depends on nothing but its matrix and who factorises it.
+
+        Args:
+            factors: Who does.
+        """
+        ...
 
     def renew(self) -> None:
         """Couplings have got other entries."""
@@ -132,6 +145,16 @@ class Unreduced:
     def cost(self) -> float:
         """Cost of a new factorisation in iterations with an old one."""
         return SMALL_COST if self._solver is None else refresh_cost(self._solver, self.system)
+
+    @property
+    def factors(self) -> Factors | None:
+        """Maker of the factors; None before the first ones."""
+        return None if self._solver is None else self._solver.factors
+
+    def forget(self, factors: Factors | None) -> None:
+        """Make new factors next time."""
+        if self._solver is not None and factors is not None:
+            self._solver.forget(factors)
 
     def renew(self) -> None:
         """PETSc allocates entries as they come."""

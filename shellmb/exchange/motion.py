@@ -1,0 +1,207 @@
+"""A scene in motion that a partner steps: trials, inputs and outputs by name."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, MutableMapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from shellmb.errors import SceneError
+from shellmb.exchange.trials import Trials
+from shellmb.exchange.work import PartnerWork
+from shellmb.observers.fields.nodal import NodalValues, nodal_bodies, nodal_values
+from shellmb.observers.history import Measuring
+from shellmb.running.standard import StandardObservers
+from shellmb.scene import Scene
+from shellmb.scene.control.inputs import Input, named_inputs
+from shellmb.scene.lookup import listed
+from shellmb.scene.values.validate import show
+from shellmb.simulate.simulation import Observer, Simulation
+from shellmb.simulate.stepsize.landing import near
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
+
+# observers whose memory grows, or that say what a run is like as a whole
+OF_RUNS = ("history", "stop")
+
+
+class Inputs(MutableMapping[str, float]):
+    """Values that the inputs of a scene have at the end of the next step, by name.
+
+    Args:
+        known: The inputs by name.
+    """
+
+    def __init__(self, known: dict[str, list[Input]]) -> None:
+        self._values = {name: some[0].default for name, some in known.items()}
+
+    def __getitem__(self, name: str) -> float:
+        self._check(name)
+        return self._values[name]
+
+    def __setitem__(self, name: str, value: float) -> None:
+        self._check(name)
+        number = isinstance(value, int | float | np.floating | np.integer)
+        if isinstance(value, bool) or not number or not math.isfinite(value):
+            raise SceneError(f"input '{name}': it is {show(value)}; it must be a finite number")
+        self._values[name] = float(value)
+
+    def __delitem__(self, name: str) -> None:
+        raise SceneError(f"input '{name}': inputs cannot be removed; set it to its default")
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._values)
+
+    def __len__(self) -> int:
+        return len(self._values)
+
+    def _check(self, name: str) -> None:
+        if name not in self._values:
+            raise SceneError(
+                f"there is no input '{name}'; the scene has {listed(self._values) or 'none'}"
+            )
+
+
+class Outputs(dict[str, float]):
+    """Numbers of a motion at its present state, by name."""
+
+    def __missing__(self, name: str) -> float:
+        raise SceneError(f"there is no output '{name}'; the motion has {listed(self)}")
+
+
+class SceneMotion(Trials):
+    """A scene that a partner steps, and may take back.
+
+    Example::
+
+        motion = sm.SceneMotion(scene)
+        motion.inputs["push"] = 3.0
+        motion.trial(0.01)
+        motion.outputs["tip"]
+        motion.accept()                       # or motion.reject(), and another trial
+
+    A trial that is longer than the scene's `dt` takes several steps. Scenes follow inputs in motion
+    only, so that the scheme must be dynamic.
+
+    Args:
+        scene: The scene; the `sm.Input`s in it are what a partner may set.
+        comm: Communicator; None: all ranks, which call everything together.
+
+    Attributes:
+        inputs: Values of the inputs at the end of the next trial; they stay until they are set.
+        simulation: The simulation.
+
+    Raises:
+        SceneError: If the scene is impossible, static, or has laws that cannot be taken back.
+    """
+
+    def __init__(self, scene: Scene, *, comm: MPI.Comm | None = None) -> None:
+        if not isinstance(scene, Scene):
+            raise SceneError(f"SceneMotion: scene is {show(scene)}; it must be a Scene")
+        if scene.static:
+            raise SceneError(
+                f"scene '{scene.name}': scheme is {show(scene.scheme_name)}, which has no time; a "
+                "motion needs a dynamic one, as 'ep4'"
+            )
+        from mpi4py import MPI
+
+        self.simulation = Simulation(scene, MPI.COMM_WORLD if comm is None else comm)
+        if not self.simulation.repeatable:
+            raise SceneError(
+                f"scene '{scene.name}': one of its functions may keep a memory of its own (an "
+                "object, a default argument), which no rejected step could take back; a controller "
+                "must keep it in its state, and a function of time must have none"
+            )
+        own = self.simulation.scene
+        self._inputs = named_inputs(own)
+        self.inputs = Inputs(self._inputs)
+        self._last = dict(self.inputs)
+        self.t_end = float(own.t_end or 0.0)
+        every = [one for some in self._inputs.values() for one in some]
+        named = StandardObservers(None, watched=False).named
+        self._observers: dict[str, Observer] = {k: o for k, o in named.items() if k not in OF_RUNS}
+        self._observers["inputs"] = PartnerWork(every)
+        self._list = list(self._observers.values())
+        for observer in self._list:
+            observer.start(self.simulation)
+
+    @property
+    def time(self) -> float:  # type: ignore[override]
+        """The time, s."""
+        return self.simulation.t
+
+    @property
+    def ended(self) -> str | None:
+        """Name of the event that has ended the motion; None: it goes on."""
+        return self.simulation.control.ended
+
+    @property
+    def outputs(self) -> Outputs:
+        """Columns of the history now, with `t`, and the `work_inputs` since the start, J."""
+        found = Outputs(t=self.time)
+        for observer in self._list:
+            if isinstance(observer, Measuring):
+                found |= {name: float(value) for name, value in observer.measure().items()}
+        return found
+
+    def nodes(self, body: str) -> NodalValues:
+        """Positions, displacements, directors and velocities at the nodes of a body on this rank.
+
+        Args:
+            body: Name of a shell or a beam.
+
+        Raises:
+            SceneError: If there is none.
+        """
+        known = nodal_bodies(self.simulation.model)
+        if body not in known:
+            raise SceneError(f"nodes: there is no body '{body}' with nodes; there are {listed(known)}")
+        return nodal_values(self.simulation, body)
+
+    def _save(self) -> Any:
+        simulation = self.simulation
+        return (
+            simulation.arrays(),
+            simulation.state(),
+            {name: observer.state() for name, observer in self._observers.items()},
+            simulation.last,
+            dict(self._last),
+            [one.line for some in self._inputs.values() for one in some],
+            simulation.problem.iteration.linear.factors,
+        )
+
+    def _restore(self, saved: Any) -> None:
+        arrays, state, observers, last, before, lines, factors = saved
+        simulation = self.simulation
+        simulation.restore(arrays, state)
+        for name, observer in self._observers.items():
+            observer.restore(observers[name])
+        simulation.last, self._last = last, dict(before)
+        every = [one for some in self._inputs.values() for one in some]
+        for one, line in zip(every, lines, strict=True):
+            one.take(*line)
+        simulation.model.mechanism.command(simulation.model.signals)
+        simulation.problem.iteration.forget(factors)
+
+    def _advance(self, dt: float) -> None:
+        simulation = self.simulation
+        t, end = simulation.t, simulation.t + dt
+        if self.ended is not None:
+            raise SceneError(f"trial: event '{self.ended}' has ended the motion at t = {t:g}")
+        if end > self.t_end + near(self.t_end, simulation.scene.dt or 0.0):
+            raise SceneError(
+                f"trial: a step of {dt:g} s from t = {t:g} ends after t_end of the scene, which is "
+                f"{self.t_end:g}; it must be at most {self.t_end - t:g}, or t_end be later"
+            )
+        for name, some in self._inputs.items():
+            for one in some:
+                last = self.inputs[name]
+                one.take(t, dt, self._last[name] if one.linear else last, last)
+        self._last = dict(self.inputs)
+        simulation.model.mechanism.command(simulation.model.signals)
+        simulation.t_end = end
+        while not simulation.over and not simulation.finished:
+            simulation.advance(self._list)
