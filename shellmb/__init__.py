@@ -35,6 +35,7 @@ _API = {
     "sweep": "shellmb.api.sweeps",
     "Motion": "shellmb.api.motion",
     "SceneMotion": "shellmb.exchange.motion",
+    "export_fmu": "shellmb.exchange.export",
     "OwnBody": "shellmb.model.own.body",
     "Hold": "shellmb.model.own.body",
     "sensitivities": "shellmb.sensitivity.run",

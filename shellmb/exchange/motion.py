@@ -11,6 +11,7 @@ import numpy as np
 from shellmb.errors import SceneError
 from shellmb.exchange.trials import Trials
 from shellmb.exchange.work import PartnerWork
+from shellmb.observers.booking import Booked
 from shellmb.observers.fields.nodal import NodalValues, nodal_bodies, nodal_values
 from shellmb.observers.history import Measuring
 from shellmb.running.standard import StandardObservers
@@ -122,11 +123,14 @@ class SceneMotion(Trials):
         self.t_end = float(own.t_end or 0.0)
         every = [one for some in self._inputs.values() for one in some]
         named = StandardObservers(None, watched=False).named
-        self._observers: dict[str, Observer] = {k: o for k, o in named.items() if k not in OF_RUNS}
-        self._observers["inputs"] = PartnerWork(every)
-        self._list = list(self._observers.values())
+        self._list: list[Observer] = [o for k, o in named.items() if k not in OF_RUNS]
+        self._list.append(PartnerWork(every))
         for observer in self._list:
             observer.start(self.simulation)
+        # what controllers read at the start is saved with the first state
+        self.simulation.control.attach(self.simulation, self._list)
+        # columns of a state that was taken up again: some observers know those of the last step
+        self._columns: Outputs | None = None
 
     @property
     def time(self) -> float:  # type: ignore[override]
@@ -141,6 +145,8 @@ class SceneMotion(Trials):
     @property
     def outputs(self) -> Outputs:
         """Columns of the history now, with `t`, and the `work_inputs` since the start, J."""
+        if self._columns is not None:
+            return Outputs(self._columns)
         found = Outputs(t=self.time)
         for observer in self._list:
             if isinstance(observer, Measuring):
@@ -158,15 +164,18 @@ class SceneMotion(Trials):
         """
         known = nodal_bodies(self.simulation.model)
         if body not in known:
-            raise SceneError(f"nodes: there is no body '{body}' with nodes; there are {listed(known)}")
+            raise SceneError(
+                f"nodes: there is no body '{body}' with nodes; there are {listed(known)}"
+            )
         return nodal_values(self.simulation, body)
 
     def _save(self) -> Any:
         simulation = self.simulation
         return (
+            self.outputs,
             simulation.arrays(),
             simulation.state(),
-            {name: observer.state() for name, observer in self._observers.items()},
+            [(o.state(), o.mark if isinstance(o, Booked) else None) for o in self._list],
             simulation.last,
             dict(self._last),
             [one.line for some in self._inputs.values() for one in some],
@@ -174,11 +183,13 @@ class SceneMotion(Trials):
         )
 
     def _restore(self, saved: Any) -> None:
-        arrays, state, observers, last, before, lines, factors = saved
+        self._columns, arrays, state, observers, last, before, lines, factors = saved
         simulation = self.simulation
         simulation.restore(arrays, state)
-        for name, observer in self._observers.items():
-            observer.restore(observers[name])
+        for observer, (kept, mark) in zip(self._list, observers, strict=True):
+            if isinstance(observer, Booked):
+                observer.mark = mark
+            observer.restore(kept)
         simulation.last, self._last = last, dict(before)
         every = [one for some in self._inputs.values() for one in some]
         for one, line in zip(every, lines, strict=True):
@@ -203,5 +214,6 @@ class SceneMotion(Trials):
         self._last = dict(self.inputs)
         simulation.model.mechanism.command(simulation.model.signals)
         simulation.t_end = end
+        self._columns = None
         while not simulation.over and not simulation.finished:
             simulation.advance(self._list)

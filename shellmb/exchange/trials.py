@@ -66,6 +66,19 @@ class Trials:
         self._restore(self._saved)
         self._tried = False
 
+    def state(self) -> Any:
+        """Copy of the present state, for `take_up`."""
+        return self._save()
+
+    def take_up(self, state: Any) -> None:
+        """Be at a state again, as often as wanted, bit for bit.
+
+        Args:
+            state: As from `state`.
+        """
+        self._restore(state)
+        self._saved, self._tried = None, False
+
     def _need_trial(self, what: str) -> None:
         if not self._tried:
             raise SceneError(f"{what}: there is no trial; call trial(dt) first, which must succeed")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from shellmb.errors import SceneError
 from shellmb.scene.control.controllers import Law
-from shellmb.scene.control.inputs import Input, inputs_of, named_inputs
+from shellmb.scene.control.inputs import inputs_of, named_inputs
 from shellmb.scene.control.signals import Acceleration, Commanded, Signal, Switched
 from shellmb.scene.loads.supports import Driven, Fixed
 from shellmb.scene.lookup import coordinates_of, find_joint, listed, said
