@@ -12,6 +12,7 @@ from typer.core import TyperGroup
 from shellmb import __version__
 from shellmb.cli.checkout import of_checkout
 from shellmb.cli.effects import effects
+from shellmb.cli.export import export
 from shellmb.cli.failures import App, failures_reported, first_rank, run_check, tell
 from shellmb.cli.options import (
     CheckOption,
@@ -351,6 +352,7 @@ def verify(
 app.command()(failures_reported(effects))
 app.command()(failures_reported(study))
 app.command()(failures_reported(sensitivities))
+app.command()(failures_reported(export))
 for shows in (plot, view, report):
     app.command()(failures_reported(shows))
 

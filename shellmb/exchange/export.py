@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib.util
-import json
 import re
 import shutil
 import sys
@@ -15,7 +14,7 @@ from typing import Any
 
 from shellmb.errors import SceneError
 from shellmb.exchange.motion import SceneMotion
-from shellmb.exchange.slave import DESCRIPTION, KINDS, PACKAGES
+from shellmb.exchange.slave import KINDS, PACKAGES, TIME
 from shellmb.running.loader import SceneModule, is_file_name, load
 from shellmb.scene import Scene
 from shellmb.scene.control.inputs import named_inputs
@@ -36,18 +35,26 @@ PACKAGE_FOLDERS = {"site-packages", "dist-packages"}
 # the module that PythonFMU loads: it finds the environment that the FMU was made in, if it is there
 SLAVE = '''"""An FMU of shellmb."""
 
+import ctypes
 import site
 import sys
 from pathlib import Path
+
+# PythonFMU 0.7.0 executes this file at each instantiation and then releases its globals once more
+# than it took them
+ctypes.pythonapi.Py_IncRef(ctypes.py_object(globals()))
 
 for folder in {paths!r}:
     if Path(folder).is_dir() and folder not in sys.path:
         site.addsitedir(folder)
 
+from {package} import Fmi{version}Slave
 from shellmb.exchange.slave import slave
 
+Scene = slave({version}, {described!r})
 
-class {name}(slave({version}, Path(__file__).parent)):
+
+class {name}(Scene, Fmi{version}Slave):
     """The scene."""
 '''
 
@@ -88,12 +95,12 @@ def export_fmu(
     outputs = {column: unit_of(column, built) for column in motion.outputs}
     inputs = {k: (some[0].default, some[0].unit) for k, some in named_inputs(built).items()}
     values = _start_values(module, parameters or {})
-    names = [*outputs, *inputs, *values]
+    names = [TIME, *outputs, *inputs, *values]
     for one in names:
         if names.count(one) > 1:
             raise SceneError(
-                f"export: '{one}' names two of the inputs, outputs and parameters of scene "
-                f"'{built.name}'; each must have a name of its own"
+                f"export: '{one}' names two of the time, inputs, outputs and parameters of "
+                f"scene '{built.name}'; each must have a name of its own"
             )
     described = {
         "scene": Path(scene).name if is_file_name(scene) else module.name,
@@ -108,26 +115,26 @@ def export_fmu(
     with tempfile.TemporaryDirectory() as folder:
         # Python knows modules of all FMUs of a process by their names
         token = uuid.uuid4().hex[:8]
-        script, data = Path(folder, f"{name}_{token}.py"), Path(folder, DESCRIPTION)
-        text = SLAVE.format(
-            paths=[p for p in sys.path if Path(p).name in PACKAGE_FOLDERS],
-            name=name,
-            version=version,
-        )
-        script.write_text(text)
-        data.write_text(json.dumps(described))
-        files = [data]
-        if is_file_name(scene):
-            files.append(Path(shutil.copy2(scene, folder)))
+        script = Path(folder, f"{name}_{token}.py")
+        paths = [p for p in sys.path if Path(p).name in PACKAGE_FOLDERS]
+        how = {"paths": paths, "name": name, "version": version, "package": package}
+        how["described"] = described
+        script.write_text(SLAVE.format(**how))
+        files = [Path(scene).resolve()] if is_file_name(scene) else []
         wanted = {"canGetAndSetFMUstate": True, "canSerializeFMUstate": True}
         wanted |= {"canGetAndSetFMUState": True, "canSerializeFMUState": True}
+        wanted["canHandleVariableCommunicationStepSize"] = True
         before = list(sys.path)
         try:
-            made = builder.build_FMU(script, dest=out or Path(), project_files=files, **wanted)
+            made = Path(builder.build_FMU(script, dest=folder, project_files=files, **wanted))
         finally:
             sys.path[:] = before
             sys.modules.pop(script.stem, None)
-    return Path(made)
+        target = Path() if out is None else out
+        if target.suffix != ".fmu":
+            target = target / f"{name}.fmu"
+        target.parent.mkdir(parents=True, exist_ok=True)
+        return Path(shutil.copy2(made, target))
 
 
 def _start_values(module: SceneModule, given: Mapping[str, str]) -> dict[str, Any]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import json
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 from xml.etree.ElementTree import Element, SubElement
@@ -19,22 +20,21 @@ KINDS = {
     2: {float: "Real", int: "Integer", bool: "Boolean", str: "String"},
     3: {float: "Float64", int: "Int32", bool: "Boolean", str: "String"},
 }
-DESCRIPTION = "exchange.json"
+TIME = "time"
 
 
-def slave(version: int, folder: Path) -> type:
+def slave(version: int, described: Mapping[str, Any]) -> type:
     """Class of an FMU.
 
     Args:
         version: Of FMI, 2 or 3.
-        folder: Its resources, with its description.
+        described: What its scene is, with inputs, outputs and parameters.
     """
     package = importlib.import_module(PACKAGES[version])
     base: Any = getattr(package, f"Fmi{version}Slave")
     enums = importlib.import_module(f"{PACKAGES[version]}.enums")
     kinds = ("Causality", "Variability", "Status")
     causalities, variabilities, status = (getattr(enums, f"Fmi{version}{kind}") for kind in kinds)
-    described = json.loads((folder / DESCRIPTION).read_text())
 
     class Slave(base):  # type: ignore[misc]
         """A scene that a master steps."""
@@ -47,6 +47,8 @@ def slave(version: int, folder: Path) -> type:
             self._values: dict[str, Any] = {k: v for k, (v, _) in described["inputs"].items()}
             self._parameters: dict[str, Any] = dict(described["parameters"])
             self._motion: SceneMotion | None = None
+            if version == 3:
+                self._register(TIME, float, "independent", "continuous")
             for name, value in self._parameters.items():
                 self._register(name, type(value), "parameter", "fixed")
             for name in self._values:
@@ -56,7 +58,7 @@ def slave(version: int, folder: Path) -> type:
 
         def _register(self, name: str, kind: type, causality: str, variability: str) -> None:
             ways: dict[str, Any] = {"getter": lambda: self._get(name)}
-            if causality != "output":
+            if causality in ("parameter", "input"):
                 ways["setter"] = lambda value: self._set(name, value)
             made = getattr(package, KINDS[version][kind])
             ways |= {"causality": causalities[causality], "variability": variabilities[variability]}
@@ -66,7 +68,7 @@ def slave(version: int, folder: Path) -> type:
             for known in (self._parameters, self._values):
                 if name in known:
                     return known[name]
-            return self._now().outputs[name]
+            return self._now().outputs["t" if name == TIME else name]
 
         def _set(self, name: str, value: Any) -> None:
             if name in self._values:
@@ -83,7 +85,7 @@ def slave(version: int, folder: Path) -> type:
             """The motion, which is made when it is first needed."""
             if self._motion is None:
                 scene = described["scene"]
-                name = str(folder / scene) if scene.endswith(".py") else scene
+                name = str(Path(self.resources, scene)) if scene.endswith(".py") else scene
                 make, who = load(name).module.scene, f"scene '{scene}'"
                 self._motion = SceneMotion(scene_of(make, self._parameters, who, "scene()"))
             return self._motion
