@@ -12,7 +12,7 @@ lists them), `shellmb.scene` and `shellmb.forms` are usable without DOLFINx.
 import importlib
 from typing import Any
 
-from shellmb.guarding.surroundings import heed
+from shellmb.guarding.library_options import isolate
 
 __version__ = "0.1.0"
 
@@ -36,8 +36,8 @@ _API = {
     "Motion": "shellmb.api.motion",
     "SceneMotion": "shellmb.exchange.motion",
     "export_fmu": "shellmb.exchange.export",
-    "OwnBody": "shellmb.model.own.body",
-    "Hold": "shellmb.model.own.body",
+    "OwnBody": "shellmb.model.user_bodies.body",
+    "Hold": "shellmb.model.user_bodies.body",
     "sensitivities": "shellmb.sensitivity.run",
     "Sensitivities": "shellmb.sensitivity.record",
     "adjoint": "shellmb.sensitivity.adjoint.run",
@@ -58,7 +58,7 @@ _ERRORS = (
 )
 
 
-heed()
+isolate()
 
 
 def __getattr__(name: str) -> Any:

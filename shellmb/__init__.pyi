@@ -32,8 +32,8 @@ from shellmb.errors import ShellmbError as ShellmbError
 from shellmb.errors import ShellmbWarning as ShellmbWarning
 from shellmb.exchange.export import export_fmu as export_fmu
 from shellmb.exchange.motion import SceneMotion as SceneMotion
-from shellmb.model.own.body import Hold as Hold
-from shellmb.model.own.body import OwnBody as OwnBody
+from shellmb.model.user_bodies.body import Hold as Hold
+from shellmb.model.user_bodies.body import OwnBody as OwnBody
 from shellmb.scene import *
 from shellmb.scene import Scene as Scene
 from shellmb.sensitivity.adjoint.objective import Objective

@@ -9,8 +9,8 @@ from mpi4py import MPI
 from shellmb.constraint_analysis.mobility import refuse_mechanisms
 from shellmb.constraint_analysis.redundancy import Redundant, look_through
 from shellmb.modal.reduce import reduce_bodies
-from shellmb.model.alike import same_on_all
 from shellmb.model.model import Model, build_model
+from shellmb.model.rank_consistency import same_on_all
 from shellmb.model.reduced.alignment import aligned
 from shellmb.model.reduced.data import ModalBody
 from shellmb.scene import Scene

@@ -10,7 +10,7 @@ import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 
-from shellmb.api.requested import requested
+from shellmb.api.resolve_scene import requested
 from shellmb.arrays import Floats, Ints
 from shellmb.errors import SceneError
 from shellmb.options.described import options_of, takes

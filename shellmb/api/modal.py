@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, overload
 
 from shellmb.api.modeshapes import ModeShapes
 from shellmb.api.record import Run
-from shellmb.api.requested import requested
+from shellmb.api.resolve_scene import requested
 from shellmb.api.rotating import RotatingModes, StateModes
 from shellmb.errors import SceneError
 from shellmb.options.accuracy import AccuracyOptions, take_accuracy
@@ -161,9 +161,9 @@ def modes(
     frame = (chosen.axis, chosen.about)
     made: ModeShapes | RotatingModes | StateModes
     if accuracy is not None:
-        from shellmb.accuracy.request.place import run_to_accuracy
+        from shellmb.accuracy.request.directory import run_to_accuracy
         from shellmb.accuracy.request.search import Running
-        from shellmb.accuracy.request.wanted import wanted_of
+        from shellmb.accuracy.request.target import wanted_of
 
         of = replace(wanted_of(accuracy), modes=True, loaded=loaded, count=count)
         how = Running(world, request=wanted.request, mode_results=measure)

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from shellmb.api.folders import path_of
-from shellmb.api.requested import as_text
+from shellmb.api.resolve_scene import as_text
 from shellmb.errors import SceneError
 from shellmb.options.described import options_of, takes
 from shellmb.options.run import Options

@@ -11,7 +11,7 @@ from shellmb.cli.options import default_directory, requested
 from shellmb.cli.report import announce, print_mode_errors, print_summary, say
 
 if TYPE_CHECKING:
-    from shellmb.accuracy.request.wanted import Wanted
+    from shellmb.accuracy.request.target import Target
     from shellmb.options.accuracy import RequestedAccuracy
     from shellmb.running.loader import SceneModule
     from shellmb.running.request import Request
@@ -22,7 +22,7 @@ def run_accurately(
     scene: Scene,
     module: SceneModule,
     request: Request,
-    wanted: Wanted,
+    wanted: Target,
     directory: Path,
     *,
     quiet: bool,
@@ -43,7 +43,7 @@ def run_accurately(
     """
     from mpi4py import MPI
 
-    from shellmb.accuracy.request.place import run_to_accuracy
+    from shellmb.accuracy.request.directory import run_to_accuracy
     from shellmb.accuracy.request.search import Running
 
     how = Running(
@@ -93,7 +93,7 @@ def modes_accurately(
     """
     from mpi4py import MPI
 
-    from shellmb.accuracy.request.wanted import wanted_of
+    from shellmb.accuracy.request.target import wanted_of
 
     request = requested(scene, parameters, **elements)
     built, module = request.build()

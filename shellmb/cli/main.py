@@ -149,7 +149,7 @@ def run(
     from mpi4py import MPI
 
     if accuracy is not None:
-        from shellmb.accuracy.request.wanted import wanted_of
+        from shellmb.accuracy.request.target import wanted_of
         from shellmb.cli.accuracy import run_accurately
 
         directory = MPI.COMM_WORLD.bcast(out or default_directory(f"{module.name}-accuracy"))

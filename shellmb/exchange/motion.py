@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, MutableMapping
+from collections import UserDict
+from collections.abc import Mapping
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,7 +13,7 @@ import numpy as np
 from shellmb.errors import SceneError
 from shellmb.exchange.trials import Trials
 from shellmb.exchange.work import PartnerWork
-from shellmb.observers.booking import Booked
+from shellmb.observers.deferred_observer import DeferredObserver
 from shellmb.observers.fields.nodal import NodalValues, nodal_bodies, nodal_values
 from shellmb.observers.history import Measuring
 from shellmb.running.standard import StandardObservers
@@ -20,50 +22,39 @@ from shellmb.scene.control.inputs import Input, named_inputs
 from shellmb.scene.lookup import listed
 from shellmb.scene.values.validate import show
 from shellmb.simulate.simulation import Observer, Simulation
-from shellmb.simulate.stepsize.landing import near
+from shellmb.simulate.stepping import Arrays, StepInfo
+from shellmb.simulate.stepsize.target_times import near
+from shellmb.system.direct.solver import Factors
 
 if TYPE_CHECKING:
     from mpi4py import MPI
+
+# arrays, and what JSON knows
+type State = tuple[Arrays, dict[str, Any]]
 
 # observers whose memory grows, or that say what a run is like as a whole
 OF_RUNS = ("history", "stop")
 
 
-class Inputs(MutableMapping[str, float]):
+class Inputs(UserDict[str, float]):
     """Values that the inputs of a scene have at the end of the next step, by name.
 
     Args:
         known: The inputs by name.
     """
 
-    def __init__(self, known: dict[str, list[Input]]) -> None:
-        self._values = {name: some[0].default for name, some in known.items()}
+    def __init__(self, known: Mapping[str, list[Input]]) -> None:
+        self.data = {name: some[0].default for name, some in known.items()}
 
-    def __getitem__(self, name: str) -> float:
-        self._check(name)
-        return self._values[name]
+    def __missing__(self, name: str) -> float:
+        raise SceneError(f"there is no input '{name}'; the scene has {listed(self.data) or 'none'}")
 
     def __setitem__(self, name: str, value: float) -> None:
-        self._check(name)
+        self[name]
         number = isinstance(value, int | float | np.floating | np.integer)
         if isinstance(value, bool) or not number or not math.isfinite(value):
             raise SceneError(f"input '{name}': it is {show(value)}; it must be a finite number")
-        self._values[name] = float(value)
-
-    def __delitem__(self, name: str) -> None:
-        raise SceneError(f"input '{name}': inputs cannot be removed; set it to its default")
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._values)
-
-    def __len__(self) -> int:
-        return len(self._values)
-
-    def _check(self, name: str) -> None:
-        if name not in self._values:
-            raise SceneError(
-                f"there is no input '{name}'; the scene has {listed(self._values) or 'none'}"
-            )
+        self.data[name] = float(value)
 
 
 class Outputs(dict[str, float]):
@@ -117,18 +108,18 @@ class SceneMotion(Trials):
                 "must keep it in its state, and a function of time must have none"
             )
         own = self.simulation.scene
-        self._inputs = named_inputs(own)
-        self.inputs = Inputs(self._inputs)
+        known = named_inputs(own)
+        self.inputs = Inputs(known)
         self._last = dict(self.inputs)
         self.t_end = float(own.t_end or 0.0)
-        every = [one for some in self._inputs.values() for one in some]
+        self._places = [one for some in known.values() for one in some]
         named = StandardObservers(None, watched=False).named
-        self._list: list[Observer] = [o for k, o in named.items() if k not in OF_RUNS]
-        self._list.append(PartnerWork(every))
-        for observer in self._list:
+        self._observers: list[Observer] = [o for k, o in named.items() if k not in OF_RUNS]
+        self._observers.append(PartnerWork(self._places))
+        for observer in self._observers:
             observer.start(self.simulation)
         # what controllers read at the start is saved with the first state
-        self.simulation.control.attach(self.simulation, self._list)
+        self.simulation.control.attach(self.simulation, self._observers)
         # columns of a state that was taken up again: some observers know those of the last step
         self._columns: Outputs | None = None
 
@@ -148,7 +139,7 @@ class SceneMotion(Trials):
         if self._columns is not None:
             return Outputs(self._columns)
         found = Outputs(t=self.time)
-        for observer in self._list:
+        for observer in self._observers:
             if isinstance(observer, Measuring):
                 found |= {name: float(value) for name, value in observer.measure().items()}
         return found
@@ -169,33 +160,35 @@ class SceneMotion(Trials):
             )
         return nodal_values(self.simulation, body)
 
-    def _save(self) -> Any:
-        simulation = self.simulation
-        return (
-            self.outputs,
-            simulation.arrays(),
-            simulation.state(),
-            [(o.state(), o.mark if isinstance(o, Booked) else None) for o in self._list],
-            simulation.last,
-            dict(self._last),
-            [one.line for some in self._inputs.values() for one in some],
-            simulation.problem.iteration.linear.factors,
-        )
+    def _save(self) -> State:
+        simulation, observers = self.simulation, self._observers
+        factors = simulation.problem.iteration.linear.factors
+        return simulation.arrays(), {
+            "outputs": self.outputs,
+            "simulation": simulation.state(),
+            "observers": [o.state() for o in observers],
+            "marks": [o.mark if isinstance(o, DeferredObserver) else None for o in observers],
+            "last": None if simulation.last is None else asdict(simulation.last),
+            "inputs": dict(self._last),
+            "lines": [one.line for one in self._places],
+            "factors": None if factors is None else factors.value,
+        }
 
-    def _restore(self, saved: Any) -> None:
-        self._columns, arrays, state, observers, last, before, lines, factors = saved
-        simulation = self.simulation
-        simulation.restore(arrays, state)
-        for observer, (kept, mark) in zip(self._list, observers, strict=True):
-            if isinstance(observer, Booked):
+    def _restore(self, saved: State) -> None:
+        arrays, rest = saved
+        simulation, last, factors = self.simulation, rest["last"], rest["factors"]
+        simulation.restore(arrays, rest["simulation"])
+        every = zip(self._observers, rest["observers"], rest["marks"], strict=True)
+        for observer, state, mark in every:
+            if isinstance(observer, DeferredObserver):
                 observer.mark = mark
-            observer.restore(kept)
-        simulation.last, self._last = last, dict(before)
-        every = [one for some in self._inputs.values() for one in some]
-        for one, line in zip(every, lines, strict=True):
+            observer.restore(state)
+        simulation.last = None if last is None else StepInfo(**last)
+        self._columns, self._last = Outputs(rest["outputs"]), dict(rest["inputs"])
+        for one, line in zip(self._places, rest["lines"], strict=True):
             one.take(*line)
         simulation.model.mechanism.command(simulation.model.signals)
-        simulation.problem.iteration.forget(factors)
+        simulation.problem.iteration.forget(None if factors is None else Factors(factors))
 
     def _advance(self, dt: float) -> None:
         simulation = self.simulation
@@ -207,13 +200,12 @@ class SceneMotion(Trials):
                 f"trial: a step of {dt:g} s from t = {t:g} ends after t_end of the scene, which is "
                 f"{self.t_end:g}; it must be at most {self.t_end - t:g}, or t_end be later"
             )
-        for name, some in self._inputs.items():
-            for one in some:
-                last = self.inputs[name]
-                one.take(t, dt, self._last[name] if one.linear else last, last)
+        for one in self._places:
+            last = self.inputs[one.name]
+            one.take(t, dt, self._last[one.name] if one.linear else last, last)
         self._last = dict(self.inputs)
         simulation.model.mechanism.command(simulation.model.signals)
         simulation.t_end = end
         self._columns = None
         while not simulation.over and not simulation.finished:
-            simulation.advance(self._list)
+            simulation.advance(self._observers)

@@ -11,14 +11,14 @@ import numpy as np
 from shellmb.observers.account.energy import present, work_forms
 from shellmb.scene.control.inputs import Input
 from shellmb.scene.multibody.elements import Motor
-from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.simulate.simulation import BaseObserver, Simulation
 from shellmb.system.assembly.functionals import functionals
 
 # what inputs are set to for a moment, at both ends of a step
 NOTHING, SOMETHING = (0.0, 0.0), (1.0, 2.0)
 
 
-class PartnerWork(Silent):
+class PartnerWork(BaseObserver):
     """Sums the work that inputs do through loads, motors, supports and drivers.
 
     It is that of the same step without them taken from the work that is done: loads and motors are

@@ -12,8 +12,8 @@ from vtkmodules.vtkCommonDataModel import vtkUnstructuredGrid
 from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
 
 from shellmb.errors import SceneError
+from shellmb.guarding.checksums import checksum
 from shellmb.guarding.reading import read_bytes
-from shellmb.guarding.seal import checksum
 
 
 def seal_grid(content: bytes) -> bytes:

@@ -20,7 +20,7 @@ from shellmb.observers.progress import ProgressReport
 from shellmb.running.directory import make_directory
 from shellmb.running.standard import StandardObservers
 from shellmb.scene import Scene
-from shellmb.simulate.simulation import Observer, Silent, Simulation
+from shellmb.simulate.simulation import BaseObserver, Observer, Simulation
 
 # steps before those that are measured: the predictor needs four, an observer may load its library
 WARM = 5
@@ -51,7 +51,7 @@ def observers_of_run(folder: Path) -> dict[str, Observer]:
     return StandardObservers(folder, [progress]).named
 
 
-class Timed(Silent):
+class Timed(BaseObserver):
     """Observers as one.
 
     Args:

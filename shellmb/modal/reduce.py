@@ -16,7 +16,7 @@ from shellmb.modal.basis import Attachment, reduced_body
 from shellmb.modal.supports import edges, stays_rigid
 from shellmb.model.frames.glue import line_along
 from shellmb.model.frames.linear import build_beam
-from shellmb.model.frames.rigidify import about_director, hinged
+from shellmb.model.frames.rigid_from_mesh import about_director, hinged
 from shellmb.model.frames.rigidpoints import RigidMeshes
 from shellmb.model.locations.nodes import ON_NODE, shared_nodes
 from shellmb.model.reduced.data import ModalBody

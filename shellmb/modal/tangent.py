@@ -14,14 +14,14 @@ from shellmb.bodyfields import body_field
 from shellmb.model.body import TimeFunction, added
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.model import Model
-from shellmb.model.reduced.onframe import InertiaPoints
+from shellmb.model.reduced.floating_body import InertiaPoints
 from shellmb.model.shells.shell import ShellModel
 from shellmb.native.derivatives import derivative
 from shellmb.schemes.interval import at_state
 from shellmb.schemes.residuals.forces import sub_forces
 from shellmb.schemes.residuals.rows import Span
 from shellmb.system.assembly.blocks import BlockSystem
-from shellmb.system.assembly.fields import Field, Followers
+from shellmb.system.assembly.fields import DependentFunctions, Field
 
 # forms that add up to each block of a matrix
 Blocks = dict[tuple[int, int], list[Form]]
@@ -41,7 +41,7 @@ def tangent(
         factor: Factors of the loads at that state by their time functions; None: no loads.
     """
     fields: list[Field] = []
-    followers: list[Followers] = []
+    followers: list[DependentFunctions] = []
     absent: list[tuple[InertiaPoints, Floats]] = []
     stiffness: Blocks = {}
     mass: Blocks = {}
@@ -57,7 +57,7 @@ def tangent(
         sub = Span(at_state(q), [q], 0)
         form, terms = sub_forces(body, sub, dq, trial)
         if sub.states is not None:
-            followers.append(Followers(**vars(sub.states)))
+            followers.append(DependentFunctions(**vars(sub.states)))
         forms = [form]
         loads = body.loads() if factor is not None else None
         if loads is not None and factor is not None:

@@ -21,7 +21,7 @@ from shellmb.errors import ConvergenceError, SceneError
 from shellmb.model.body import Body, added
 from shellmb.model.frames.frame import FrameBody
 from shellmb.model.model import Model
-from shellmb.model.reduced.onframe import InertiaPoints
+from shellmb.model.reduced.floating_body import InertiaPoints
 from shellmb.native.assembler import assembled_as
 from shellmb.rotating.axis import Axis, bearing, check_steady, three
 from shellmb.rotating.frame import RotatingFrame

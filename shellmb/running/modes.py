@@ -17,8 +17,8 @@ from shellmb.errors import petsc_in_words
 from shellmb.guarding.writing import make_folder, write_text
 from shellmb.model.model import Model
 from shellmb.observers.files.described import describe
-from shellmb.observers.files.drawn import drawn_bodies
 from shellmb.observers.files.gridfiles import GridFiles
+from shellmb.observers.files.output_parts import drawn_bodies
 from shellmb.observers.summary import versions, write_json
 from shellmb.rotating.loaded import modes_at_rest
 from shellmb.running.directory import claimed, written

@@ -176,12 +176,12 @@ def _execute(
     from shellmb.running.execute import execute
     from shellmb.running.resuming.resume import resume
     from shellmb.sensitivity.paths.tangent import PathTangents
+    from shellmb.sensitivity.perturbed_scene import PerturbedScene
     from shellmb.sensitivity.saved import SavedSide
-    from shellmb.sensitivity.sides import Side
     from shellmb.sensitivity.tangent import Pair, Tangents
 
     begin = clock.perf_counter()
-    sides: dict[Parameter, list[Side]] = {}
+    sides: dict[Parameter, list[PerturbedScene]] = {}
     saved: list[SavedSide] = []
 
     def make(run: Simulation) -> list[Pair]:
@@ -189,7 +189,9 @@ def _execute(
             _check_room(run, len(sides), len(scenes))
             with next_to(p):
                 sides[p] = [
-                    Side(scene, directory / side_folder(p.name, side), columns, fields, run)
+                    PerturbedScene(
+                        scene, directory / side_folder(p.name, side), columns, fields, run
+                    )
                     for scene, side in zip(both, SIDES, strict=True)
                 ]
             saved.extend(side.saved for side in sides[p])

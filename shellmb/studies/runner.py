@@ -19,7 +19,7 @@ from shellmb.running.execute import RunResult, execute
 from shellmb.running.loader import SceneModule
 from shellmb.scene.fingerprint import fingerprint
 from shellmb.scene.probes import RESULTANTS
-from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.simulate.simulation import BaseObserver, Simulation
 from shellmb.studies.choice import Choice
 from shellmb.studies.quantity import Quantity, default_quantity
 from shellmb.studies.records import Record, Store
@@ -28,7 +28,7 @@ from shellmb.studies.sweep import Grid, Sweep, chain, make_grid
 type Tell = Callable[[str], None]
 
 
-class ProcessorTime(Silent):
+class ProcessorTime(BaseObserver):
     """Processor time between the start and the end of a run.
 
     Attributes:

@@ -12,8 +12,8 @@ import pytest
 
 import shellmb as sm
 from shellmb.accuracy.companions import Change
+from shellmb.accuracy.error_estimate import Errors
 from shellmb.accuracy.errors import estimate_errors, execute_with_errors
-from shellmb.accuracy.found import Errors
 from shellmb.accuracy.repeat import Beginning, Steps, kept, run_again
 from shellmb.cli.main import app
 from shellmb.running.execute import Companion, RunResult, execute

@@ -11,7 +11,7 @@ from scipy.integrate import quad
 import shellmb as sm
 from shellmb.errors import SceneError, ShellmbWarning
 from shellmb.model.model import build_model
-from shellmb.observers.files.drawn import DrawnMesh
+from shellmb.observers.files.output_parts import DrawnMesh
 from shellmb.running.execute import execute
 from shellmb.scene import (
     Clamped,

@@ -121,7 +121,7 @@ FAULTS: tuple[Fault, ...] = (
     # rotations of joints
     Fault(
         "starts from another run modulo whole turns",
-        "shellmb/simulate/start/given.py",
+        "shellmb/simulate/start/initial_state.py",
         "group.begin(q)",
         "pass",
         ("tests/simulate/test_start_turns.py::test_one_more_spring_leaves_the_other_wound",),
@@ -136,21 +136,21 @@ FAULTS: tuple[Fault, ...] = (
     ),
     Fault(
         "a joint may turn by half a turn in a step",
-        "shellmb/simulate/turns.py",
+        "shellmb/simulate/rotation_per_step.py",
         "if rate * dt >= math.pi:",
         "if rate * dt >= 9 * math.pi:",
         (f"{TURNS}::test_half_a_turn_a_step_is_cut[ep-0.0]",),
     ),
     Fault(
         "turns of probes that are counted one way only",
-        "shellmb/observers/whole_rotations.py",
+        "shellmb/observers/unwrap.py",
         "along = -1 if self._turns and way @ self._axis < 0 else 1",
         "along = 1",
         (f"{WHOLE}::test_turns_about_an_axis_that_stays[-0.7]",),
     ),
     Fault(
         "rotation vectors of what tumbles that are those of another rotation",
-        "shellmb/observers/whole_rotations.py",
+        "shellmb/observers/unwrap.py",
         "round(float(axis @ counted - size) / TURN) * axis",
         "self._turns * self._axis",
         (f"{WHOLE}::test_a_rotation_vector_is_that_of_three_points[ep4-turned0]",),
@@ -228,7 +228,7 @@ FAULTS: tuple[Fault, ...] = (
     Fault(
         "doubts about a scene are on stderr only",
         "shellmb/running/execute.py",
-        "before = doubted([*effect.doubts(scene), *simulation.doubts])",
+        "before = setup_warnings([*ignored_settings.doubts(scene), *simulation.doubts])",
         "before = doubted(simulation.doubts)",
         (
             "tests/diagnostics/test_run_warnings.py::"
@@ -291,7 +291,7 @@ FAULTS: tuple[Fault, ...] = (
     ),
     Fault(
         "ranks have functions of time of their own",
-        "shellmb/model/alike.py",
+        "shellmb/model/rank_consistency.py",
         "apart = most - least > CLOSE",
         "apart = most - least > 1 / CLOSE",
         (
@@ -337,7 +337,7 @@ FAULTS: tuple[Fault, ...] = (
     ),
     Fault(
         "volumes of another scheme are no start",
-        "shellmb/simulate/start/given.py",
+        "shellmb/simulate/start/initial_state.py",
         "body not in following",
         "body not in model.mechanism.bodies",
         (f"{VOLUMES}::test_a_motion_goes_on_in_another_scheme_or_filled_anew[ep4-ep]",),
@@ -351,7 +351,7 @@ FAULTS: tuple[Fault, ...] = (
     ),
     Fault(
         "edges that move as frames are held over any distance",
-        "shellmb/model/frames/rigidify.py",
+        "shellmb/model/frames/rigid_from_mesh.py",
         "        edges_together(joint, first, second)",
         "        pass",
         ("tests/mechanisms/test_edge_hinges.py::test_edges_of_frames_apart[models0]",),

@@ -27,7 +27,7 @@ from shellmb.scene import (
     Scene,
     Shell,
 )
-from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.simulate.simulation import BaseObserver, Simulation
 from shellmb.vibration import natural_modes
 from tests.reduced.conftest import Kept, kept
 
@@ -153,7 +153,7 @@ def test_its_path_by_arc_length_is_that_by_load_steps(kind) -> None:
     assert (along["unstable"] == 0).all()
 
 
-class Stop(Silent):
+class Stop(BaseObserver):
     """Stops a run after some steps."""
 
     def accepted(self, simulation: Simulation) -> None:

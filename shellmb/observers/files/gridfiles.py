@@ -15,9 +15,9 @@ from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridWriter
 
 from shellmb.arrays import Floats
 from shellmb.errors import SceneError
+from shellmb.guarding.checksums import checksum
 from shellmb.guarding.grids import read_grid, seal_grid
 from shellmb.guarding.reading import read_bytes
-from shellmb.guarding.seal import checksum
 from shellmb.guarding.writing import write_bytes
 from shellmb.observers.files.grid import Grid
 from shellmb.observers.files.growingfile import GrowingFile
