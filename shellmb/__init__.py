@@ -36,6 +36,7 @@ _API = {
     "Motion": "shellmb.api.motion",
     "SceneMotion": "shellmb.exchange.motion",
     "export_fmu": "shellmb.exchange.export",
+    "couple_precice": "shellmb.exchange.precice",
     "OwnBody": "shellmb.model.user_bodies.body",
     "Hold": "shellmb.model.user_bodies.body",
     "sensitivities": "shellmb.sensitivity.run",

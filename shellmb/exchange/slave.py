@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib
-import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -14,7 +13,7 @@ from shellmb.exchange.motion import SceneMotion
 from shellmb.exchange.states import from_bytes, to_bytes
 from shellmb.running.loader import load, scene_of
 
-# kinds of numbers in both versions of FMI: packages, base classes, and names of variables
+# packages of both versions of FMI, and how they call kinds of variables
 PACKAGES = {2: "pythonfmu", 3: "pythonfmu3"}
 KINDS = {
     2: {float: "Real", int: "Integer", bool: "Boolean", str: "String"},
@@ -108,64 +107,35 @@ def slave(version: int, described: Mapping[str, Any]) -> type:
             return True
 
         def _get_fmu_state(self) -> Any:
-            motion = self._motion
-            return {
-                "values": dict(self._values),
-                "parameters": dict(self._parameters),
-                "motion": None if motion is None else motion.state(),
-            }
+            arrays, motion = self._now().state()
+            kept = {"values": dict(self._values), "parameters": dict(self._parameters)}
+            return arrays, {**kept, "motion": motion}
 
         def _set_fmu_state(self, state: Any) -> None:
-            self._values, parameters = dict(state["values"]), dict(state["parameters"])
+            arrays, rest = state
+            self._values, parameters = dict(rest["values"]), dict(rest["parameters"])
             if parameters != self._parameters:
                 self._parameters, self._motion = parameters, None
-            if state["motion"] is None:
-                self._motion = None
-            else:
-                self._now().take_up(state["motion"])
+            self._now().take_up((arrays, rest["motion"]))
 
-        @staticmethod
-        def _fmu_state_to_bytes(state: Any) -> bytes:
-            motion = b"" if state["motion"] is None else to_bytes(state["motion"])
-            head = json.dumps({k: state[k] for k in ("values", "parameters")}).encode()
-            return len(head).to_bytes(8, "little") + head + motion
+        _fmu_state_to_bytes = staticmethod(to_bytes)
+        _fmu_state_from_bytes = staticmethod(from_bytes)
 
-        @staticmethod
-        def _fmu_state_from_bytes(given: bytes) -> Any:
-            end = 8 + int.from_bytes(given[:8], "little")
-            motion = None if end == len(given) else from_bytes(given[end:])
-            return {**json.loads(given[8:end]), "motion": motion}
-
-        def to_xml(self, model_options: Any = {}) -> Element:  # noqa: B006
+        def to_xml(self, model_options: Any = None) -> Element:
             """Describe the model; add what the packages leave out: units."""
-            root: Element = super().to_xml(model_options)
+            root: Element = super().to_xml(model_options or {})
             # names are those of the history, which may have any letters
             root.set("variableNamingConvention", "flat")
             units = dict(described["outputs"]) | {k: u for k, (_, u) in described["inputs"].items()}
-            with_units(root, {name: unit for name, unit in units.items() if unit})
+            definitions = Element("UnitDefinitions")
+            for unit in sorted({*units.values()} - {""}):
+                SubElement(definitions, "Unit", name=unit)
+            for variable in root.iterfind("ModelVariables/*"):
+                if unit := units.get(variable.get("name", "")):
+                    # of FMI 2 a part of the variable has its type, of FMI 3 it itself
+                    (variable if version == 3 else variable[0]).set("unit", unit)
+            if len(definitions):
+                root.insert([child.tag for child in root].index("CoSimulation") + 1, definitions)
             return root
 
     return Slave
-
-
-def with_units(root: Element, units: dict[str, str]) -> None:
-    """Give variables of a model description their units.
-
-    Args:
-        root: The description.
-        units: Units by variables.
-    """
-    variables = root.find("ModelVariables")
-    assert variables is not None
-    for variable in variables:
-        unit = units.get(variable.get("name", ""))
-        if unit is not None:
-            # of FMI 2 a part of the variable has its type, of FMI 3 it itself
-            (variable if variable.tag == "Float64" else variable[0]).set("unit", unit)
-    if not units:
-        return
-    definitions = Element("UnitDefinitions")
-    for unit in sorted(set(units.values())):
-        SubElement(definitions, "Unit", name=unit)
-    place = [child.tag for child in root].index("CoSimulation") + 1
-    root.insert(place, definitions)
