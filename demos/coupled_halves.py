@@ -26,7 +26,7 @@ DT, SPRING = 5e-3, 100.0  # [s], [N/m]
 
 def plate(scheme="ep", begin=0.0, elements=2, cut=False):
     """The plate or a half of it, clamped at x = 0, with forces and moments at the cut."""
-    loads = [sm.Gravity((0.0, 1.0, -9.81))]
+    loads: list[sm.Load] = [sm.Gravity((0.0, 1.0, -9.81))]
     for k, node in enumerate(NODES if cut else ()):
         loads += [sm.PointForce(node, e, time=sm.Input(f"F{k}{c}")) for c, e in AXES.items()]
         # a shell has no moment about its director

@@ -52,6 +52,7 @@ TOP = (
     "rotating",
     "options",
     "running",
+    "exchange",
     "api",
     "demos",
     "studies",

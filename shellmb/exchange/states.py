@@ -19,7 +19,8 @@ def to_bytes(state: Any) -> bytes:
     """
     arrays, rest = state
     file, text = io.BytesIO(), np.frombuffer(json.dumps(rest).encode(), dtype=np.uint8)
-    np.savez(file, **{f"/{name}": array for name, array in arrays.items()}, **{REST: text})
+    found: dict[str, Any] = {f"/{name}": array for name, array in arrays.items()}
+    np.savez(file, **found, **{REST: text})
     return file.getvalue()
 
 

@@ -7,7 +7,7 @@ or not, longer than the scene's steps or not.
 import sys
 import types
 from dataclasses import replace
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import pytest
@@ -20,7 +20,7 @@ STIFFNESS = 3.0
 class Participant:
     """A partner that holds each node by a spring, by fixed-point iterations in each window."""
 
-    made: "list[Participant]" = []
+    made: ClassVar[list["Participant"]] = []
     repeats, window, end = 4, 0.02, 0.08
 
     def __init__(self, name: str, configuration: str, rank: int, size: int) -> None:
@@ -120,7 +120,5 @@ def test_the_shell_is_stepped_as_the_partner_says(monkeypatch: Any, repeats: int
 
 def test_without_the_library(monkeypatch: Any) -> None:
     monkeypatch.setitem(sys.modules, "precice", None)
-    with pytest.raises(
-        sm.SceneError, match=r"pyprecice cannot be imported .*pip install pyprecice"
-    ):
+    with pytest.raises(sm.SceneError, match=r"pyprecice cannot be imported .*pip install"):
         sm.couple_precice(scene(), "precice-config.xml", "strip")

@@ -59,7 +59,7 @@ class Input:
 
     @property
     def line(self) -> tuple[float, float, float, float]:
-        """What it has taken last."""
+        """Start and length of the last step [s], and the values at its ends."""
         t, dt, first, last = vars(self)["_line"]
         return t, dt, first, last
 
