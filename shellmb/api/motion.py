@@ -20,6 +20,7 @@ from shellmb.options.described import takes
 from shellmb.scene import Solver
 from shellmb.scene.schemes import dissipation
 from shellmb.scene.values.messages import show
+from shellmb.schemes.base import live_arrays
 from shellmb.schemes.registry import make_scheme
 from shellmb.simulate.problem import Problem
 from shellmb.simulate.start.endforces import EndForces, begin_accelerations
@@ -203,16 +204,16 @@ class Motion(Trials):
             self.start()
         predictor = self.problem.predictor
         return (
-            {name: array.copy() for name, array in self.problem.live().items()},
+            {name: array.copy() for name, array in live_arrays(self.problem.levels).items()},
             (predictor.arrays(), predictor.state()),
             self.account.state(),
             (self.dt, self.time, self._count.state(), self.last),
-            self.problem.iteration.linear.factors,
+            self.problem.iteration.factors,
         )
 
     def _restore(self, saved: Any) -> None:
         arrays, (past, guesses), account, (self.dt, self.time, count, self.last), factors = saved
-        for name, array in self.problem.live().items():
+        for name, array in live_arrays(self.problem.levels).items():
             array[:] = arrays[name]
         self.problem.predictor.restore(past, guesses, self.problem.switches)
         self.account.restore(account)

@@ -22,14 +22,13 @@ from shellmb.scene.units import parse_units
 from shellmb.show.plots import ENERGIES, QUANTITIES
 
 # quantities of columns by what their names end with
-COLUMNS = {
-    **dict.fromkeys(("rotation",), "angle"),
-    **dict.fromkeys(("translation", "length"), "length"),
-    **dict.fromkeys(("force", "F1", "F2", "F3", "Fx", "Fy", "Fz"), "force"),
-    **dict.fromkeys(("torque", "M1", "M2", "M3"), "moment"),
-    **dict.fromkeys((*ENERGIES, "work_inputs", "energy_balance", "energy"), "energy"),
-    "t": "time",
-}
+COLUMNS = {"rotation": "angle", "translation": "length", "length": "length", "t": "time"}
+COLUMNS |= dict.fromkeys(("force", "F1", "F2", "F3", "Fx", "Fy", "Fz"), "force")
+COLUMNS |= dict.fromkeys(("torque", "M1", "M2", "M3"), "moment")
+COLUMNS |= dict.fromkeys((*ENERGIES, "work_inputs", "energy_balance", "energy"), "energy")
+# what masters may do, in the words of both versions of FMI
+ABILITIES = ("canGetAndSetFMUstate", "canSerializeFMUstate", "canGetAndSetFMUState")
+ABILITIES += ("canSerializeFMUState", "canHandleVariableCommunicationStepSize")
 PACKAGE_FOLDERS = {"site-packages", "dist-packages"}
 
 # the module that PythonFMU loads: it finds the environment that the FMU was made in, if it is there
@@ -121,9 +120,7 @@ def export_fmu(
         how["described"] = described
         script.write_text(SLAVE.format(**how))
         files = [Path(scene).resolve()] if is_file_name(scene) else []
-        wanted = {"canGetAndSetFMUstate": True, "canSerializeFMUstate": True}
-        wanted |= {"canGetAndSetFMUState": True, "canSerializeFMUState": True}
-        wanted["canHandleVariableCommunicationStepSize"] = True
+        wanted = dict.fromkeys(ABILITIES, True)
         before = list(sys.path)
         try:
             made = Path(builder.build_FMU(script, dest=folder, project_files=files, **wanted))
@@ -155,5 +152,5 @@ def unit_of(column: str, scene: Scene) -> str:
     for probe in scene.probes:
         if probe.name == column:
             return units.of(QUANTITIES[probe.quantity])
-    last = column.rpartition(".")[2]
-    return units.of(COLUMNS.get(last, "")) if last in COLUMNS else ""
+    quantity = COLUMNS.get(column.rpartition(".")[2])
+    return units.of(quantity) if quantity else ""

@@ -162,7 +162,7 @@ class SceneMotion(Trials):
 
     def _save(self) -> State:
         simulation, observers = self.simulation, self._observers
-        factors = simulation.problem.iteration.linear.factors
+        factors = simulation.problem.iteration.factors
         return simulation.arrays(), {
             "outputs": self.outputs,
             "simulation": simulation.state(),

@@ -276,14 +276,6 @@ class Problem:
         """Functions of a body's stages."""
         return list(self.levels[body].unknown.values())
 
-    def live(self) -> dict[str, Floats]:
-        """Arrays of the accepted state, by body and function, which the next step changes."""
-        return {
-            f"{body}/{name}": array
-            for body, now in self._arrays.items()
-            for name, array in (("q", now.q), *now.rates.items())
-        }
-
     def number(self, body: str, stage: str) -> int:
         """Number of that field in the system."""
         return self._index[body, stage]
@@ -501,13 +493,8 @@ class Problem:
         return np.asarray((now.unknown[self.last] - now.q) / 2)
 
     def support_work(self, part: Bools | slice = slice(None)) -> float:
-        """Work of the forces that hold or move the fixed dofs, over the step just solved, J.
-
-        Args:
-            part: Which of them, in the order of the system's reactions.
-        """
+        """Work of forces that hold or move fixed dofs, or a part of them, over the last step, J."""
         found = {n: self.scheme.moved(a.q, a.scaled, a.unknown) for n, a in self._arrays.items()}
         moved = [found[name][stage] for name, stage in self._index]
-        path = self.system.global_values(moved)[self.system.fixed]
-        work = float(np.dot(self.system.reactions[part], path[part]))
-        return float(self.model.comm.allreduce(work))
+        path = self.system.global_values(moved)[self.system.fixed][part]
+        return float(self.model.comm.allreduce(float(np.dot(self.system.reactions[part], path))))

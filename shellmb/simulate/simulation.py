@@ -25,7 +25,7 @@ from shellmb.prefixes import below
 from shellmb.restart import Restartable
 from shellmb.scene import Scene
 from shellmb.scene.checks.ignored_settings import check_begin
-from shellmb.schemes.base import Scheme
+from shellmb.schemes.base import Scheme, live_arrays
 from shellmb.schemes.registry import make_scheme
 from shellmb.simulate.control.control import Control
 from shellmb.simulate.paths.arclength import ArcSize, PathSteps
@@ -387,7 +387,7 @@ class Simulation:
 
     def live(self) -> Arrays:
         """The first part of it, the bodies' own arrays, which the next step changes."""
-        return self.problem.live()
+        return live_arrays(self.problem.levels)
 
     def numbering(self) -> dict[str, Ints]:
         """Numbering of the values of `live` in the meshes, on any number of ranks."""

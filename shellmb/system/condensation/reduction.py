@@ -34,7 +34,7 @@ from shellmb.system.condensation.meshreduction import MeshReduction, SingularCel
 from shellmb.system.condensation.substitution import SerialPasses, SeveralPasses, passes
 from shellmb.system.couplings import CoupledEntries
 from shellmb.system.direct.linear import one_by_one, refresh_cost
-from shellmb.system.direct.solver import DirectSolver, Factors, Purpose
+from shellmb.system.direct.solver import DirectSolver, Purpose
 from shellmb.system.generic_values import general_position
 from shellmb.system.newton.convergence import unknown_scales
 from shellmb.system.nullspace.directornodes import DirectorNodes
@@ -99,16 +99,6 @@ class Reduction:
     def cost(self) -> float:
         """Cost of a new factorisation in iterations with an old one."""
         return refresh_cost(self.solver, self.system)
-
-    @property
-    def factors(self) -> Factors | None:
-        """Maker of the factors."""
-        return self.solver.factors
-
-    def forget(self, factors: Factors | None) -> None:
-        """Make new factors next time."""
-        assert factors is not None
-        self.solver.forget(factors)
 
     @property
     def size(self) -> int:

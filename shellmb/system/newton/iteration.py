@@ -96,15 +96,21 @@ class Iteration:
         """Number of factorisations so far."""
         return self.linear.factorisations
 
+    @property
+    def factors(self) -> Factors | None:
+        """Maker of the factors; None before the first ones."""
+        return None if self.linear.solver is None else self.linear.solver.factors
+
     def forget(self, factors: Factors | None) -> None:
         """Keep nothing of earlier solutions: the next one depends on the state alone.
 
         Args:
-            factors: Who makes the factors, as from `linear.factors`.
+            factors: Who makes the factors, as from `factors`.
         """
         self._refresh = self.refresh = REFRESH[self.settings.newton]()
         self.convergence.widen(0.0)
-        self.linear.forget(factors)
+        if self.linear.solver is not None and factors is not None:
+            self.linear.solver.forget(factors)
 
     def begin(self, key: Hashable, full: bool, guess: PETSc.Vec | None = None) -> None:
         """Before the first iteration; arguments as of `Nonlinear.solve`."""
