@@ -363,9 +363,8 @@ def export(
 
     if not fmu:
         raise SceneError("export: the format is missing; it must be --fmu")
-    say(
-        f"written {export_fmu(scene, out, version=fmi, parameters=parse_parameters(parameters or []))}"
-    )
+    given = parse_parameters(parameters or [])
+    say(f"written {export_fmu(scene, out, version=fmi, parameters=given)}")
 
 
 app.command()(failures_reported(effects))

@@ -19,6 +19,7 @@ from shellmb.running.loader import SceneModule, is_file_name, load
 from shellmb.scene import Scene
 from shellmb.scene.control.inputs import named_inputs
 from shellmb.scene.units import parse_units
+from shellmb.scene.values.validate import show
 from shellmb.show.plots import ENERGIES, QUANTITIES
 
 # quantities of columns by what their names end with
@@ -60,7 +61,7 @@ class {name}(Scene, Fmi{version}Slave):
 
 def export_fmu(
     scene: str,
-    out: Path | None = None,
+    out: Path | str | None = None,
     *,
     version: int = 2,
     parameters: Mapping[str, str] | None = None,
@@ -127,7 +128,7 @@ def export_fmu(
         finally:
             sys.path[:] = before
             sys.modules.pop(script.stem, None)
-        target = Path() if out is None else out
+        target = Path(out or "")
         if target.suffix != ".fmu":
             target = target / f"{name}.fmu"
         target.parent.mkdir(parents=True, exist_ok=True)
@@ -138,7 +139,14 @@ def _start_values(module: SceneModule, given: Mapping[str, str]) -> dict[str, An
     """Values of those parameters of a scene that are plain numbers, truth values or texts."""
     found = {name: p.default for name, p in module.parameters.items()}
     found |= {name: module.value(name, text) for name, text in given.items()}
-    return {name: value for name, value in found.items() if type(value) in KINDS[2]}
+    plain = {name: value for name, value in found.items() if type(value) in KINDS[2]}
+    for name in given:
+        if name not in plain:
+            raise SceneError(
+                f"export: parameter '{name}' is {show(found[name])}; an FMU has numbers, truth "
+                "values and texts only: change the default in the file"
+            )
+    return plain
 
 
 def unit_of(column: str, scene: Scene) -> str:

@@ -242,6 +242,11 @@ def test_refused(files: Path, monkeypatch: Any) -> None:
     name = str(files / "plant.py")
     with pytest.raises(sm.SceneError, match=r"FMI is 1; it must be 2 or 3"):
         sm.export_fmu(name, version=1)
+    (files / "pair.py").write_text(
+        PLANT.replace('scheme: str = "ep"', 'scheme: str = "ep", pair: tuple[int, int] = (1, 2)')
+    )
+    with pytest.raises(sm.SceneError, match=r"'pair' is \(3, 4\); an FMU has numbers, truth"):
+        sm.export_fmu(str(files / "pair.py"), files, parameters={"pair": "3,4"})
     with pytest.raises(sm.SceneError, match=r"there is no parameter 'height'"):
         sm.export_fmu(name, parameters={"height": "1"})
     (files / "clash.py").write_text(PLANT.replace('Probe("tip"', 'Probe("push"'))
