@@ -28,8 +28,9 @@ COLUMNS |= dict.fromkeys(("force", "F1", "F2", "F3", "Fx", "Fy", "Fz"), "force")
 COLUMNS |= dict.fromkeys(("torque", "M1", "M2", "M3"), "moment")
 COLUMNS |= dict.fromkeys((*ENERGIES, "work_inputs", "energy_balance", "energy"), "energy")
 # what masters may do, in the words of both versions of FMI
-ABILITIES = ("canGetAndSetFMUstate", "canSerializeFMUstate", "canGetAndSetFMUState")
-ABILITIES += ("canSerializeFMUState", "canHandleVariableCommunicationStepSize")
+STATES = "state", "State"
+ABILITIES = [f"can{may}FMU{state}" for may in ("GetAndSet", "Serialize") for state in STATES]
+ABILITIES.append("canHandleVariableCommunicationStepSize")
 PACKAGE_FOLDERS = {"site-packages", "dist-packages"}
 
 # the module that PythonFMU loads: it finds the environment that the FMU was made in, if it is there

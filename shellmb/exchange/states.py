@@ -19,8 +19,8 @@ def to_bytes(state: Any) -> bytes:
     """
     arrays, rest = state
     file, text = io.BytesIO(), np.frombuffer(json.dumps(rest).encode(), dtype=np.uint8)
-    found: dict[str, Any] = {f"/{name}": array for name, array in arrays.items()}
-    np.savez(file, **found, **{REST: text})
+    found: dict[str, Any] = {REST: text, **{f"/{name}": array for name, array in arrays.items()}}
+    np.savez(file, **found)
     return file.getvalue()
 
 
