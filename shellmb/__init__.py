@@ -39,14 +39,14 @@ _API = {
     "couple_precice": "shellmb.exchange.precice",
     "OwnBody": "shellmb.model.user_bodies.body",
     "Hold": "shellmb.model.user_bodies.body",
-    "sensitivities": "shellmb.sensitivity.run",
-    "Sensitivities": "shellmb.sensitivity.record",
+    "sensitivities": "shellmb.api.sensitivity.run",
+    "Sensitivities": "shellmb.api.sensitivity.record",
     "adjoint": "shellmb.sensitivity.adjoint.run",
     "Adjoint": "shellmb.sensitivity.adjoint.run",
-    "frequency_sensitivities": "shellmb.sensitivity.frequencies",
-    "fit": "shellmb.sensitivity.fitting.fit",
-    "Fit": "shellmb.sensitivity.fitting.fitted",
-    "rank": "shellmb.sensitivity.fitting.rank",
+    "frequency_sensitivities": "shellmb.api.sensitivity.frequencies",
+    "fit": "shellmb.api.fitting.fit",
+    "Fit": "shellmb.api.fitting.fitted",
+    "rank": "shellmb.api.fitting.rank",
 }
 _PACKAGES = ("errors", "forms", "scene")
 _ERRORS = (

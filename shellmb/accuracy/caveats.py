@@ -10,9 +10,9 @@ from shellmb.accuracy.companions import SHAPELESS, Change
 from shellmb.accuracy.error_estimate import ErrorEstimate
 from shellmb.accuracy.estimates import RATIO
 from shellmb.accuracy.run_record import RunRecord, difference
+from shellmb.accuracy.studies.quantity import Quantity, parse_quantity
 from shellmb.scene import Scene
 from shellmb.scene.shells.divided import refined_times
-from shellmb.studies.quantity import Quantity, parse_quantity
 
 # a difference between companions of so many times the quantity: nothing is resolved
 UNRESOLVED = 0.5

@@ -41,6 +41,7 @@ from shellmb.accuracy.estimates import (
 from shellmb.accuracy.family import Family
 from shellmb.accuracy.repeat import Beginning
 from shellmb.accuracy.run_record import RunRecord, difference
+from shellmb.accuracy.studies.quantity import Quantity
 from shellmb.barrier import arrive
 from shellmb.observers.summary import write_json
 from shellmb.running.directory import written
@@ -50,7 +51,6 @@ from shellmb.running.results import Results
 from shellmb.running.standard import SUMMARY
 from shellmb.scene import Scene
 from shellmb.simulate.simulation import Observer
-from shellmb.studies.quantity import Quantity
 
 # norms in which the history of a probe is judged
 NORMS = ("l2", "end", "max", "min")

@@ -15,12 +15,12 @@ from shellmb.accuracy.error_estimate import ErrorEstimate
 from shellmb.accuracy.estimates import NONE, Estimate, mesh_error, model_error
 from shellmb.errors import ShellmbError, Stopped
 from shellmb.observers.summary import write_json
-from shellmb.rotating.loaded import modes_at_rest
 from shellmb.running.directory import written
+from shellmb.running.natural_modes.vibration import Modes
 from shellmb.running.results import measured
+from shellmb.running.rotating.loaded import modes_at_rest
 from shellmb.running.standard import SUMMARY
 from shellmb.scene import Scene
-from shellmb.vibration import Modes
 
 # relative error up to which elements follow the waves of a mode, and the share of it that higher
 # modes have then at least

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from shellmb.accuracy.studies.quantity import Quantity
+from shellmb.accuracy.studies.runner import means_of
 from shellmb.accuracy.unresolved_vibration import alternating, damped
 from shellmb.errors import SceneError
 from shellmb.running.execute import RunResult
 from shellmb.running.results import plain_results
 from shellmb.scene import Scene
-from shellmb.studies.quantity import Quantity
-from shellmb.studies.runner import means_of
 
 if TYPE_CHECKING:
     import pandas as pd

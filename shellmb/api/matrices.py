@@ -197,8 +197,8 @@ def matrices(
     """
     from mpi4py import MPI
 
-    from shellmb.rotating.axis import Axis
-    from shellmb.rotating.steady import SteadyRotation
+    from shellmb.running.rotating.axis import Axis
+    from shellmb.running.rotating.steady import SteadyRotation
 
     if MPI.COMM_WORLD.size > 1:
         raise SceneError(

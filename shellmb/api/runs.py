@@ -21,7 +21,7 @@ from shellmb.scene import Scene
 if TYPE_CHECKING:
     from mpi4py import MPI
 
-    from shellmb.sensitivity.record import Sensitivities
+    from shellmb.api.sensitivity.record import Sensitivities
     from shellmb.simulate.simulation import Observer
 
 # what a directory of sensitivities has
@@ -194,7 +194,7 @@ def load(directory: Path | str) -> Run | ModeShapes | RotatingModes | Sensitivit
     """
     folder = path_of(directory)
     if (folder / SENSITIVITIES).is_file():
-        from shellmb.sensitivity.record import Sensitivities
+        from shellmb.api.sensitivity.record import Sensitivities
 
         return Sensitivities(folder)
     if is_rotating(folder):

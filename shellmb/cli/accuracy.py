@@ -58,7 +58,7 @@ def run_accurately(
     if not quiet:
         print_accuracy(directory)
     if check and module.check is not None:
-        from shellmb.guarding.reading import read_json
+        from shellmb.files.reading import read_json
         from shellmb.running.results import plain_results
 
         run_check(module.check, plain_results(read_json(directory / "summary.json")))
@@ -113,7 +113,7 @@ def print_accuracy(directory: Path) -> None:
     """
     if not first_rank():
         return
-    from shellmb.guarding.reading import read_json
+    from shellmb.files.reading import read_json
     from shellmb.options.accuracy import ACCURACY
 
     summary, about = read_json(directory / "summary.json"), read_json(directory / ACCURACY)

@@ -10,17 +10,18 @@ import numpy as np
 
 from shellmb.arrays import Floats
 from shellmb.diagnostics.base import STIFFENED, RunWarning, said_of
-from shellmb.modal.geometric_stiffness import GeometricStiffness
-from shellmb.modal.lowest import lowest_frequency
-from shellmb.modal.stretched import Parts, stiffening
-from shellmb.modal.tangent import bending_scale
 from shellmb.model.body import strain_energy
 from shellmb.model.frames.rigid import RigidBodies
 from shellmb.observers.account.energy import present
 from shellmb.observers.fields.modal import ModalState
 from shellmb.observers.fields.nodal import nodal_bodies
 from shellmb.observers.summary import Sources
+from shellmb.preprocessing.modal.geometric_stiffness import GeometricStiffness
+from shellmb.preprocessing.modal.lowest import lowest_frequency
+from shellmb.preprocessing.modal.stretched import Parts, stiffening
+from shellmb.preprocessing.modal.tangent import bending_scale
 from shellmb.scene.checks.linear import SMALL_ANGLE
+from shellmb.scene.schemes import SIMPLEST
 from shellmb.simulate.simulation import BaseObserver, Simulation
 from shellmb.system.assembly.functionals import functionals
 
@@ -78,7 +79,7 @@ class SmallDisplacements(BaseObserver):
                     f"{largest:.2g} rad, at t = {when:g}; with scheme "
                     f"'{simulation.scheme.name}' displacements are small, up to {SMALL_ANGLE:g} "
                     "rad: its results are of the size of the square of that off; use --scheme "
-                    f"{'ep' if simulation.scheme.dynamic else 'static'}",
+                    f"{SIMPLEST if simulation.scheme.dynamic else 'static'}",
                 )
 
 

@@ -38,7 +38,7 @@ def isolate() -> None:
 
 
 def petsc_options() -> list[str]:
-    """Arguments of PETSc: no files but the user's, and signals are ours (`shellmb.stopping`)."""
+    """Arguments of PETSc: no files but the user's, signals are ours (`guarding.stopping`)."""
     options = ["shellmb", "-skip_petscrc", "-no_signal_handler"]
     home = Path(os.path.expanduser("~"), ".petscrc")
     return [*options, "-options_file", str(home)] if home.is_file() else options

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, Protocol, runtime_checkable
 
 from shellmb.errors import SceneError
-from shellmb.guarding.reading import read_bytes
+from shellmb.files.reading import read_bytes
 from shellmb.observers.files.batches import Batches
 from shellmb.observers.files.growingfile import GrowingFile
 from shellmb.simulate.simulation import BaseObserver, Simulation

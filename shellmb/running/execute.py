@@ -29,7 +29,7 @@ from shellmb.errors import (
     ShellmbError,
     Stopped,
 )
-from shellmb.locks import is_temporary
+from shellmb.files.locks import is_temporary
 from shellmb.native.assembler import assembled_as
 from shellmb.observers.account.energy import EnergyAccount
 from shellmb.observers.control import control_summary

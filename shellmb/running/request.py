@@ -10,7 +10,7 @@ from typing import Any
 from pydantic import TypeAdapter, ValidationError
 
 from shellmb.errors import SceneError
-from shellmb.guarding.checksums import add_checksum, checksum, is_intact
+from shellmb.files.checksums import add_checksum, checksum, is_intact
 from shellmb.options.described import of_today, parse_mesh
 from shellmb.options.run import Options
 from shellmb.running.loader import SceneModule, demos, is_file_name, load

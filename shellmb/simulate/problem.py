@@ -12,7 +12,12 @@ import numpy as np
 from dolfinx import fem
 
 from shellmb.arrays import Bools, Floats
-from shellmb.bodyfields import (
+from shellmb.errors import ConvergenceError
+from shellmb.model.body import Body, TimeFunction
+from shellmb.model.model import Model
+from shellmb.model.sections.natural import NaturalStress
+from shellmb.native.assembler import Pairs, is_native
+from shellmb.preprocessing.bodyfields import (
     body_directors,
     body_field,
     kinematic_dofs,
@@ -20,11 +25,6 @@ from shellmb.bodyfields import (
     resultant_dofs,
     without_impulse,
 )
-from shellmb.errors import ConvergenceError
-from shellmb.model.body import Body, TimeFunction
-from shellmb.model.model import Model
-from shellmb.model.sections.natural import NaturalStress
-from shellmb.native.assembler import Pairs, is_native
 from shellmb.schemes.base import END, GAUSS_TIMES, GAUSS_WEIGHTS, Levels, Scheme, StepForms
 from shellmb.schemes.linearised import at_reference
 from shellmb.schemes.residuals.residual import StageForms

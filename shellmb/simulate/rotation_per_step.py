@@ -17,10 +17,10 @@ import numpy as np
 from dolfinx import fem
 
 from shellmb.arrays import Floats
-from shellmb.bodyfields import body_directors
 from shellmb.errors import ConvergenceError
 from shellmb.model.body import FixedDofs, PrescribedTurn
 from shellmb.model.joints.coordinates import CoordinateGroup, gathered
+from shellmb.preprocessing.bodyfields import body_directors
 from shellmb.schemes.base import END, Levels
 from shellmb.simulate.problem import Problem
 

@@ -11,9 +11,7 @@ from mpi4py import MPI
 import numpy as np
 
 from shellmb.arrays import Ints
-from shellmb.checked_model import checked_model
 from shellmb.clock import now
-from shellmb.constraint_analysis.redundancy import singular
 from shellmb.errors import ConvergenceError, petsc_in_words
 from shellmb.forms.steps.discrete import taken_once
 from shellmb.meshes.lifetime import uncollected
@@ -22,6 +20,8 @@ from shellmb.model.model import Model
 from shellmb.model.rank_consistency import same_on_all
 from shellmb.native.assembler import assembled_as
 from shellmb.prefixes import below
+from shellmb.preprocessing.checked_model import checked_model
+from shellmb.preprocessing.constraint_analysis.redundancy import singular
 from shellmb.restart import Restartable
 from shellmb.scene import Scene
 from shellmb.scene.checks.ignored_settings import check_begin

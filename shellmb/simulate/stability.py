@@ -18,8 +18,8 @@ from petsc4py import PETSc
 import numpy as np
 
 from shellmb.arrays import Bools, Floats
-from shellmb.bodyfields import NONE
 from shellmb.model.model import Model
+from shellmb.preprocessing.bodyfields import NONE
 from shellmb.system.assembly.blocks import BlockSystem
 from shellmb.system.direct.inertia import Inertia
 from shellmb.system.direct.mumps import new_prefix

@@ -17,11 +17,11 @@ from shellmb.accuracy.modes import frequencies, mode_errors
 from shellmb.accuracy.request.levels import Store
 from shellmb.accuracy.request.search import Running, Search
 from shellmb.accuracy.request.target import Target
+from shellmb.accuracy.studies.quantity import Quantity
 from shellmb.running.execute import execute
+from shellmb.running.natural_modes.vibration import natural_modes
 from shellmb.scene import Scene
 from shellmb.show.account import with_error
-from shellmb.studies.quantity import Quantity
-from shellmb.vibration import natural_modes
 from tests.bench.errors.points import double_pendulum, pushed
 
 SECTION = sm.RectangularSection(210e9, 0.3, width=0.02, height=0.01, density=7850)

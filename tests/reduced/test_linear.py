@@ -10,6 +10,7 @@ import pytest
 
 from shellmb.errors import SceneError
 from shellmb.running.execute import RunResult, execute
+from shellmb.running.natural_modes.vibration import natural_modes
 from shellmb.running.resuming.resume import resume
 from shellmb.scene import (
     Beam,
@@ -28,7 +29,6 @@ from shellmb.scene import (
     Shell,
 )
 from shellmb.simulate.simulation import BaseObserver, Simulation
-from shellmb.vibration import natural_modes
 from tests.reduced.conftest import Kept, kept
 
 PLATE = Isotropic(E=70e9, nu=0.3, thickness=5e-3, density=2700.0)

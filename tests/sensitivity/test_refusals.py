@@ -284,6 +284,6 @@ def test_derivatives_that_are_round_off_are_said() -> None:
 
 def test_more_parameters_than_mpi_has_communicators_for(monkeypatch: pytest.MonkeyPatch) -> None:
     """MPI would end the program."""
-    monkeypatch.setattr("shellmb.sensitivity.run.OWN", 2000)
+    monkeypatch.setattr("shellmb.api.sensitivity.run.OWN", 2000)
     with pytest.raises(sm.SceneError, match=r"1 parameters are too many .* beside it of 0; free"):
         sm.sensitivities(scenes.plate, ("force",), values={"steps": 1})

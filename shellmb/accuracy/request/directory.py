@@ -14,8 +14,8 @@ from shellmb.accuracy.request.levels import KEPT, LEVELS, Store
 from shellmb.accuracy.request.search import Outcome, Running, Search
 from shellmb.accuracy.request.target import Target, UnknownQuantity, frequency_number
 from shellmb.errors import SceneError, Stopped
-from shellmb.guarding.reading import read_json
-from shellmb.locks import is_temporary
+from shellmb.files.locks import is_temporary
+from shellmb.files.reading import read_json
 from shellmb.observers.summary import write_json
 from shellmb.options.accuracy import ACCURACY
 from shellmb.running.directory import LOCK, claimed, refuse_used, written

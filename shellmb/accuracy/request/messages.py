@@ -8,9 +8,9 @@ from math import isfinite
 from shellmb.accuracy.companions import Change
 from shellmb.accuracy.request.choose import Choice
 from shellmb.accuracy.request.levels import Level
+from shellmb.accuracy.studies.quantity import Quantity
 from shellmb.scene import Scene, Shell
 from shellmb.scene.shells.divided import refined_times
-from shellmb.studies.quantity import Quantity
 
 
 def mesh_label(scene: Scene) -> str:

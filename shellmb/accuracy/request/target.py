@@ -6,10 +6,10 @@ import re
 from dataclasses import dataclass
 
 from shellmb.accuracy.run_record import RunRecord
+from shellmb.accuracy.studies.quantity import NORMS, Quantity, default_quantity, parse_quantity
 from shellmb.errors import SceneError
 from shellmb.options.accuracy import RequestedAccuracy
 from shellmb.scene import Scene
-from shellmb.studies.quantity import NORMS, Quantity, default_quantity, parse_quantity
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ import numpy as np
 
 from shellmb.arrays import Floats, Ints
 from shellmb.errors import SceneError
-from shellmb.guarding.read_timeout import reading
+from shellmb.files.read_timeout import reading
 from shellmb.meshes.files.file_content import FileContent
 from shellmb.scene.values.validate import in_words
 

@@ -13,8 +13,8 @@ import numpy as np
 
 from shellmb.arrays import Floats, Ints
 from shellmb.errors import ControlError, ConvergenceError, Stopped
-from shellmb.guarding.checksums import add_checksum, checksum
-from shellmb.guarding.writing import drafted, make_folder, write_text
+from shellmb.files.checksums import add_checksum, checksum
+from shellmb.files.writing import drafted, make_folder, write_text
 from shellmb.scene.fingerprint import Fingerprint, fingerprint
 from shellmb.simulate.simulation import BaseObserver, Observer, Simulation
 

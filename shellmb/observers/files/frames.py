@@ -14,7 +14,7 @@ import numpy as np
 
 from shellmb.arrays import Floats
 from shellmb.errors import ConvergenceError
-from shellmb.guarding.writing import make_folder
+from shellmb.files.writing import make_folder
 from shellmb.observers.fields.field_selection import RequestedFields
 from shellmb.observers.fields.nodal import nodal_values
 from shellmb.observers.files.batches import Batches

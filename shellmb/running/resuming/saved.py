@@ -11,8 +11,8 @@ from pydantic import BaseModel, ConfigDict, Field, StringConstraints, Validation
 
 from shellmb.barrier import first_found
 from shellmb.errors import SceneError
-from shellmb.guarding.checksums import checksum, is_intact
-from shellmb.guarding.reading import read_bytes
+from shellmb.files.checksums import checksum, is_intact
+from shellmb.files.reading import read_bytes
 from shellmb.observers.files.checkpoint import FORMAT, STATE_FILE, Saved
 from shellmb.observers.history import read_rows
 from shellmb.running.standard import HISTORY, STATE, SUMMARY

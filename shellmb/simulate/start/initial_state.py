@@ -14,13 +14,13 @@ import numpy as np
 from shellmb.arrays import Floats, Int32s, Ints
 from shellmb.barrier import first_found
 from shellmb.errors import SceneError, warn
-from shellmb.modal.tangent import tangent
 from shellmb.model.body import Body
 from shellmb.model.joints.columns import COLUMN
 from shellmb.model.model import Model
 from shellmb.model.sanity_checks import refuse_folded
 from shellmb.model.shells.shell import ShellModel
 from shellmb.prefixes import below
+from shellmb.preprocessing.modal.tangent import tangent
 from shellmb.scene import Beam, FromMode, FromRun, FromShape, Scene, Shell
 from shellmb.scene.fingerprint import fingerprint
 from shellmb.scene.lookup import find_body, listed, said

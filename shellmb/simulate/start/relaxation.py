@@ -21,10 +21,10 @@ from dolfinx import fem
 from ufl import Form
 from ufl.core.expr import Expr
 
-from shellmb.bodyfields import NONE, body_field, residual_terms
 from shellmb.errors import ConvergenceError
 from shellmb.model.body import LoadFactors, Rates, TimeFunction
 from shellmb.model.model import Model
+from shellmb.preprocessing.bodyfields import NONE, body_field, residual_terms
 from shellmb.schemes.base import Levels
 from shellmb.schemes.interval import at_state
 from shellmb.schemes.residuals.forces import sub_forces

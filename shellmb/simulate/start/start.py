@@ -8,12 +8,12 @@ from functools import cached_property
 import numpy as np
 from ufl import Form
 
-from shellmb.bodyfields import NONE, kinematic_dofs
-from shellmb.constraint_analysis.redundancy import RATE_STEP, largest_gap
 from shellmb.errors import ConvergenceError, SceneError, warn
 from shellmb.model.body import Body, kinetic_energy
 from shellmb.model.joints.contact_slip import refuse_slip
 from shellmb.model.joints.rolling import ContactGroup
+from shellmb.preprocessing.bodyfields import NONE, kinematic_dofs
+from shellmb.preprocessing.constraint_analysis.redundancy import RATE_STEP, largest_gap
 from shellmb.scene import FromMode, Scene
 from shellmb.schemes.base import Levels
 from shellmb.schemes.linearised import strain_energy

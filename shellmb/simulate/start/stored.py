@@ -15,8 +15,8 @@ from mpi4py import MPI
 from shellmb.arrays import Floats
 from shellmb.barrier import first_found
 from shellmb.errors import SceneError
-from shellmb.guarding.checksums import checksum, is_intact
-from shellmb.guarding.reading import read_bytes, read_json, unpacked
+from shellmb.files.checksums import checksum, is_intact
+from shellmb.files.reading import read_bytes, read_json, unpacked
 from shellmb.prefixes import below
 from shellmb.scene.schemes import is_static
 

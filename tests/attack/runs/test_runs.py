@@ -17,7 +17,7 @@ from typer.testing import CliRunner
 
 from shellmb.cli import app
 from shellmb.errors import RunError, SceneError, Stopped
-from shellmb.locks import FileLock
+from shellmb.files.locks import FileLock
 from shellmb.observers.files.gridfiles import GridFiles
 from shellmb.observers.files.growingfile import GrowingFile
 from shellmb.running import execute as executing

@@ -11,15 +11,15 @@ from typing import Any
 from mpi4py import MPI
 
 from shellmb.accuracy.errors import execute_with_errors
+from shellmb.accuracy.measuring.stepping import free
 from shellmb.accuracy.modes import frequencies, mode_errors
 from shellmb.accuracy.run_record import RunRecord, keep
-from shellmb.measuring.stepping import free
+from shellmb.accuracy.studies.quantity import Quantity, parse_quantity
 from shellmb.running.execute import execute
 from shellmb.running.loader import demos, load
+from shellmb.running.natural_modes.vibration import natural_modes
 from shellmb.running.results import Results
 from shellmb.scene import Scene
-from shellmb.studies.quantity import Quantity, parse_quantity
-from shellmb.vibration import natural_modes
 from tests.bench.errors.case import Case
 
 # below this part of the size of the quantity errors are of Newton's method and of round-off
