@@ -37,6 +37,7 @@ PACKAGE_FOLDERS = {"site-packages", "dist-packages"}
 SLAVE = '''"""An FMU of shellmb."""
 
 import ctypes
+import os
 import site
 import sys
 from pathlib import Path
@@ -48,6 +49,10 @@ ctypes.pythonapi.Py_IncRef(ctypes.py_object(globals()))
 for folder in {paths!r}:
     if Path(folder).is_dir() and folder not in sys.path:
         site.addsitedir(folder)
+for library in {libraries!r}:
+    # another Python looks for it in its own folders
+    if Path(library).is_file():
+        os.environ.setdefault("MPI4PY_LIBMPI", library)
 
 from {package} import Fmi{version}Slave
 from shellmb.exchange.slave import slave
@@ -120,6 +125,7 @@ def export_fmu(
         paths = [p for p in sys.path if Path(p).name in PACKAGE_FOLDERS]
         how = {"paths": paths, "name": name, "version": version, "package": package}
         how["described"] = described
+        how["libraries"] = [str(p) for p in Path(sys.prefix, "lib").glob("libmpi.so.*")]
         script.write_text(SLAVE.format(**how))
         files = [Path(scene).resolve()] if is_file_name(scene) else []
         wanted = dict.fromkeys(ABILITIES, True)

@@ -4,6 +4,8 @@ The kind: any program that steps FMUs of FMI 2 or 3, with its own step, and take
 """
 
 import importlib.util
+import subprocess
+import sys
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -266,3 +268,30 @@ def test_refused(files: Path, monkeypatch: Any) -> None:
     )
     with pytest.raises(sm.SceneError, match=r"pythonfmu is missing.*pip install 'shellmb.exchange"):
         sm.export_fmu(name, files)
+
+
+OTHER = """
+import sys
+sys.path.insert(0, {folder!r})
+import fmpy
+assert not any("exchange" in path or "venv" in path for path in sys.path[1:])
+found = fmpy.simulate_fmu({unit!r}, stop_time=0.02, step_size=0.02, output=["tip"])
+print("tip", found["tip"][-1])
+"""
+
+
+@pytest.mark.skipif(sys.prefix == sys.base_prefix, reason="not in a virtual environment")
+def test_another_python_finds_the_environment(
+    plant: Path, tmp_path: Path, loaded: Callable[..., Unit]
+) -> None:
+    """One that has fmpy only, as a program that embeds Python would."""
+    here = Path(fmpy.__file__).parents[1]
+    for name in ("fmpy", "lxml", "lark", "msgpack", "attr", "attrs", "numpy", "numpy.libs"):
+        if (here / name).exists():
+            (tmp_path / name).symlink_to(here / name)
+    text = OTHER.format(folder=str(tmp_path), unit=str(plant))
+    python = Path(sys.executable).resolve()
+    run = subprocess.run([python, "-I", "-c", text], capture_output=True, text=True, check=False)
+    unit = loaded(plant)
+    unit.step(0.0, 0.02)
+    assert run.stdout.split() == ["tip", str(unit.get("tip")[0])], run.stderr
