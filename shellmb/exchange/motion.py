@@ -200,6 +200,9 @@ class SceneMotion(Trials):
                 f"trial: a step of {dt:g} s from t = {t:g} ends after t_end of the scene, which is "
                 f"{self.t_end:g}; it must be at most {self.t_end - t:g}, or t_end be later"
             )
+        if any(not one.linear and one.line[3] != self.inputs[one.name] for one in self._places):
+            # forces jump: errors of steps are not to be foreseen from those before
+            simulation.stepping.forget(velocities=False)
         for one in self._places:
             last = self.inputs[one.name]
             one.take(t, dt, self._last[one.name] if one.linear else last, last)

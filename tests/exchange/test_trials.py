@@ -290,6 +290,21 @@ def test_refused() -> None:
             t_end=1.0,
         )
 
+    with pytest.raises(sm.SceneError, match=r"input 'heat': it stands where nothing takes it"):
+        sm.Scene(
+            "hot",
+            sm.Shell(
+                "strip",
+                sm.Rectangle(1.0, 0.2),
+                STEEL,
+                mesh=(1, 1),
+                natural=sm.NaturalStrain((1e-4, 1e-4, 0.0), time=sm.Input("heat")),
+            ),
+            scheme="ep",
+            dt=0.1,
+            t_end=1.0,
+        )
+
     class Law:
         """A function of time with a memory."""
 

@@ -15,7 +15,8 @@ from shellmb.scene.values.validate import Finite, Name, described, show
 
 __all__ = ["PARTS", "Input", "inputs_of", "named_inputs"]
 
-# parts of a scene that have functions of time
+# parts of a scene in which inputs may stand, and others with functions of the user's
+OTHERS = ("contacts", "potentials", "couplings", "volumes", "joints", "initial", "own_bodies")
 PARTS = ("supports", "loads", "drivers", "force_elements", "controllers", "events", "locks")
 
 
@@ -43,7 +44,7 @@ class Input:
 
     def __post_init__(self) -> None:
         """Begin with the default at all times."""
-        # a list, so that each run has its own copy (`simulate.own`): start, length, both values
+        # a list: each run has its own copy (`simulate.scene_copy`); start, length, both values
         vars(self)["_line"] = [0.0, 0.0, self.default, self.default]
 
     def take(self, t: float, dt: float, first: float, last: float) -> None:
@@ -102,14 +103,19 @@ def named_inputs(scene: Any) -> dict[str, list[Input]]:
         SceneError: If two of one name differ.
     """
     found: dict[str, list[Input]] = {}
-    natural = tuple(body.natural for body in scene.meshed)
-    for one in inputs_of((*(getattr(scene, what) for what in PARTS), natural)):
-        others = found.setdefault(one.name, [])
-        if others and others[0] != one:
+    others = tuple(getattr(scene, what) for what in OTHERS)
+    for one in inputs_of((others, tuple(body.natural for body in scene.meshed))):
+        raise SceneError(
+            f"input '{one.name}': it stands where nothing takes it; it must be the time of a load, "
+            "a motion of a support or driver, the command of a motor, or in a controller or event"
+        )
+    for one in inputs_of(tuple(getattr(scene, what) for what in PARTS)):
+        same = found.setdefault(one.name, [])
+        if same and same[0] != one:
             raise SceneError(
-                f"input '{one.name}': it is {show(others[0])} at one place and {show(one)} at "
+                f"input '{one.name}': it is {show(same[0])} at one place and {show(one)} at "
                 "another; inputs of one name must be equal"
             )
-        if not any(other is one for other in others):
-            others.append(one)
+        if not any(other is one for other in same):
+            same.append(one)
     return found
