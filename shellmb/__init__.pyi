@@ -33,6 +33,9 @@ from shellmb.errors import RunError as RunError
 from shellmb.errors import SceneError as SceneError
 from shellmb.errors import ShellmbError as ShellmbError
 from shellmb.errors import ShellmbWarning as ShellmbWarning
+from shellmb.exchange.export import export_fmu as export_fmu
+from shellmb.exchange.motion import SceneMotion as SceneMotion
+from shellmb.exchange.precice import couple_precice as couple_precice
 from shellmb.model.user_bodies.body import Hold as Hold
 from shellmb.model.user_bodies.body import OwnBody as OwnBody
 from shellmb.scene import *

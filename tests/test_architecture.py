@@ -30,8 +30,8 @@ EVIDENCE += tuple(f"shellmb.demos.{name}" for name in ("effects", "studies", "ve
 FIRST = ("errors", "arrays", "prefixes", "restart", "clock", "barrier", "guarding", "files")
 FIRST += ("stopping",)
 FLOW = ("scene", "options", "native", "meshes", "forms", "system", "model", "schemes")
-FLOW += ("preprocessing", "simulate", "observers", "diagnostics", "show", "running", "accuracy")
-FLOW += ("sensitivity", "api", "cli", "demos")
+FLOW += ("preprocessing", "simulate", "observers", "diagnostics", "show", "running", "exchange")
+FLOW += ("accuracy", "sensitivity", "api", "cli", "demos")
 RANK = {name: rank for rank, name in enumerate((*FIRST, *FLOW))}
 # a floor stands above all that it imports; the demos are the highest one
 MOST_FLOORS = 14

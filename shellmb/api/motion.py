@@ -11,6 +11,7 @@ from mpi4py import MPI
 from dolfinx import fem
 
 from shellmb.errors import SceneError
+from shellmb.exchange.trials import Trials
 from shellmb.model.body import Body, constraint_error
 from shellmb.model.model import Model
 from shellmb.model.user_bodies.body import OwnBody
@@ -19,6 +20,7 @@ from shellmb.options.described import takes
 from shellmb.scene import Solver
 from shellmb.scene.schemes import SIMPLEST, dissipation
 from shellmb.scene.values.messages import show
+from shellmb.schemes.base import live_arrays
 from shellmb.schemes.registry import make_scheme
 from shellmb.simulate.problem import Problem
 from shellmb.simulate.start.endforces import EndForces, begin_accelerations
@@ -73,7 +75,7 @@ class _Last:
     dt: float
 
 
-class Motion:
+class Motion(Trials):
     """Motion of bodies of the user's own, by any dynamic scheme.
 
     Example::
@@ -82,6 +84,8 @@ class Motion:
         motion.take("plate", v=lambda x: ...)
         motion.step(100)
         motion.u("plate"), motion.energies
+
+    A step can be tried first: `motion.trial(dt)`, then `motion.accept()` or `motion.reject()`.
 
     Args:
         bodies: The bodies.
@@ -194,6 +198,31 @@ class Motion:
             self.problem.accept(self.dt)
             self.time = self._count.after(self.time, self.dt)
             self.account.accepted(self)  # type: ignore[arg-type]
+
+    def _save(self) -> Any:
+        if not self._started:
+            self.start()
+        predictor = self.problem.predictor
+        return (
+            {name: array.copy() for name, array in live_arrays(self.problem.levels).items()},
+            (predictor.arrays(), predictor.state()),
+            self.account.state(),
+            (self.dt, self.time, self._count.state(), self.last),
+            self.problem.iteration.factors,
+        )
+
+    def _restore(self, saved: Any) -> None:
+        arrays, (past, guesses), account, (self.dt, self.time, count, self.last), factors = saved
+        for name, array in live_arrays(self.problem.levels).items():
+            array[:] = arrays[name]
+        self.problem.predictor.restore(past, guesses, self.problem.switches)
+        self.account.restore(account)
+        self._count.restore(count)
+        self.problem.iteration.forget(factors)
+
+    def _advance(self, dt: float) -> None:
+        self.dt = dt
+        self.step()
 
     @property
     def energies(self) -> dict[str, float]:

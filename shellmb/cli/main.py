@@ -348,6 +348,25 @@ def verify(
         raise typer.Exit(1)
 
 
+@app.command()
+@failures_reported
+def export(
+    scene: SceneArgument,
+    fmu: Annotated[bool, typer.Option("--fmu", help="Write an FMU for co-simulation.")] = False,
+    fmi: Annotated[int, typer.Option(metavar="2|3", help="Version of FMI.")] = 2,
+    parameters: SetOption = None,
+    out: Annotated[Path | None, typer.Option(help="NAME.fmu, or a folder for it.")] = None,
+) -> None:
+    """Export a scene for other programs: as an FMU, which they step by its inputs and outputs."""
+    from shellmb.exchange.export import export_fmu
+    from shellmb.running.request import parse_parameters
+
+    if not fmu:
+        raise SceneError("export: the format is missing; it must be --fmu")
+    given = parse_parameters(parameters or [])
+    say(f"written {export_fmu(scene, out, version=fmi, parameters=given)}")
+
+
 app.command()(failures_reported(effects))
 app.command()(failures_reported(study))
 app.command()(failures_reported(sensitivities))

@@ -9,6 +9,7 @@ from typing import Any
 
 from shellmb.scene import Scene
 from shellmb.scene.checks.locations import numbers_at
+from shellmb.scene.control.inputs import Input
 from shellmb.scene.control.signals import Acceleration, Commanded, Off, Signal, Switched
 from shellmb.scene.lookup import said
 
@@ -104,6 +105,14 @@ class Signals:
         assert isinstance(function, Commanded)
         key = self.key(function)
         return self.ways[key].at(t) if isinstance(function, Acceleration) else self.commands[key]
+
+    def held(self, function: Any) -> float:
+        """Value that a motor holds over a step.
+
+        Args:
+            function: A command, or an input.
+        """
+        return function.mean if isinstance(function, Input) else self(function, 0.0)
 
     def bound(self, function: TimeFunction, who: str) -> TimeFunction:
         """A function of time that gives numbers, whatever is given.

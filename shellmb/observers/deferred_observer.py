@@ -23,6 +23,7 @@ from shellmb.simulate.simulation import BaseObserver, Simulation
 STEPS = 64
 
 type Row = dict[str, float]
+type Mark = tuple[int, int, bool, Row]
 
 
 class DeferredNumbers:
@@ -52,6 +53,7 @@ class DeferredObserver(BaseObserver):
 
     Attributes:
         count: Number of steps taken so far.
+        mark: Rows, steps, whether something was switched, and columns, when a state was taken.
     """
 
     def __init__(self) -> None:
@@ -63,8 +65,7 @@ class DeferredObserver(BaseObserver):
         # the state before the last step that is booked, or before something was switched
         self._before: dict[str, Any] = {}
         self._looks_back = self._switched = False
-        # rows, steps, and whether something was switched, when a state was taken
-        self._mark = 0, 0, False
+        self.mark: Mark = 0, 0, False, {}
 
     def take_solved(self, simulation: Simulation, row: int) -> None:
         """Take numbers of a step that is solved: both of its ends are at hand."""
@@ -158,7 +159,7 @@ class DeferredObserver(BaseObserver):
     def state(self) -> dict[str, Any]:
         """State that must survive a restart."""
         self.book()
-        self._mark = len(self._rows or ()), self.count, self._switched
+        self.mark = len(self._rows or ()), self.count, self._switched, self._now
         return self.kept()
 
     def look_back(self) -> None:
@@ -178,7 +179,7 @@ class DeferredObserver(BaseObserver):
     def restore(self, state: dict[str, Any]) -> None:
         """Take up a saved state; what was taken since then does not count."""
         self._taken = 0
-        rows, self.count, self._switched = self._mark
+        rows, self.count, self._switched, self._now = self.mark
         if self._rows is not None:
             del self._rows[rows:]
         self.take_up(state)

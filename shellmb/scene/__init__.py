@@ -14,6 +14,7 @@ from shellmb.scene.beams.sections import BeamSection, GeneralSection
 from shellmb.scene.beams.shapes import CircularSection, RectangularSection, TubularSection
 from shellmb.scene.control.controllers import PID, Controller
 from shellmb.scene.control.events import Event
+from shellmb.scene.control.inputs import Input
 from shellmb.scene.control.sensors import Condition, Formula, Sensor
 from shellmb.scene.control.signals import Acceleration, Command, Off, On
 from shellmb.scene.description import Body
@@ -167,6 +168,7 @@ __all__ = [
     "Hyperelastic",
     "InPlane",
     "InitialVelocity",
+    "Input",
     "Isotropic",
     "Join",
     "Joint",

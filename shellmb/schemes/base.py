@@ -17,6 +17,7 @@ from dolfinx import fem
 from ufl import Form
 from ufl.core.expr import Expr
 
+from shellmb.arrays import Floats
 from shellmb.forms.constraints.velocity_jump import VelocityJump
 from shellmb.forms.steps.mixed import Interval
 from shellmb.forms.steps.path import Step
@@ -63,6 +64,19 @@ class Levels:
     scaled: Mapping[str, fem.Function] = MappingProxyType({})
     reference: "Levels | None" = None
     slides: bool = False
+
+
+def live_arrays(levels: Mapping[str, Levels]) -> dict[str, Floats]:
+    """Arrays of the state at the start of a step, by body and function, which steps change.
+
+    Args:
+        levels: Functions of the bodies by name.
+    """
+    return {
+        f"{body}/{name}": function.x.array
+        for body, each in levels.items()
+        for name, function in (("q", each.q), *each.rates.items())
+    }
 
 
 @dataclass(frozen=True)

@@ -492,9 +492,9 @@ class Problem:
         now = self._arrays[body]
         return np.asarray((now.unknown[self.last] - now.q) / 2)
 
-    def support_work(self) -> float:
-        """Work of the forces that hold or move the fixed dofs, over the step just solved, J."""
+    def support_work(self, part: Bools | slice = slice(None)) -> float:
+        """Work of forces that hold or move fixed dofs, or a part of them, over the last step, J."""
         found = {n: self.scheme.moved(a.q, a.scaled, a.unknown) for n, a in self._arrays.items()}
         moved = [found[name][stage] for name, stage in self._index]
-        path = self.system.global_values(moved)[self.system.fixed]
-        return float(self.model.comm.allreduce(float(np.dot(self.system.reactions, path))))
+        path = self.system.global_values(moved)[self.system.fixed][part]
+        return float(self.model.comm.allreduce(float(np.dot(self.system.reactions[part], path))))

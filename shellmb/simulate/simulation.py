@@ -25,7 +25,7 @@ from shellmb.preprocessing.constraint_analysis.redundancy import singular
 from shellmb.restart import Restartable
 from shellmb.scene import Scene
 from shellmb.scene.checks.ignored_settings import check_begin
-from shellmb.schemes.base import Scheme
+from shellmb.schemes.base import Scheme, live_arrays
 from shellmb.schemes.registry import make_scheme
 from shellmb.simulate.control.control import Control
 from shellmb.simulate.paths.arclength import ArcSize, PathSteps
@@ -387,12 +387,7 @@ class Simulation:
 
     def live(self) -> Arrays:
         """The first part of it, the bodies' own arrays, which the next step changes."""
-        found = {}
-        for body, levels in self.problem.levels.items():
-            found[f"{body}/q"] = levels.q.x.array
-            for rate, function in levels.rates.items():
-                found[f"{body}/{rate}"] = function.x.array
-        return found
+        return live_arrays(self.problem.levels)
 
     def numbering(self) -> dict[str, Ints]:
         """Numbering of the values of `live` in the meshes, on any number of ranks."""
@@ -435,10 +430,8 @@ class Simulation:
             arrays: As from `arrays`, on the same number of ranks.
             state: As from `state`.
         """
-        for body, levels in self.problem.levels.items():
-            levels.q.x.array[:] = arrays[f"{body}/q"]
-            for rate, function in levels.rates.items():
-                function.x.array[:] = arrays[f"{body}/{rate}"]
+        for name, array in self.live().items():
+            array[:] = arrays[name]
         self.t, self.step = float(state["t"]), int(state["step"])
         self._count.restore(state["count"])
         self.problem.arrive(self.t)

@@ -114,7 +114,7 @@ def direct_solver(linear: Linear) -> DirectSolver:
     Args:
         linear: The linear solution of a problem that has been solved once.
     """
-    found = linear._solver if isinstance(linear, Unreduced) else None
+    found = linear.solver if isinstance(linear, Unreduced) else None
     if isinstance(linear, Reduction):
         found = linear.solver
     assert found is not None

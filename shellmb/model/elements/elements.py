@@ -185,7 +185,7 @@ class Motors(ElementGroup):
         """Set the torques and forces that are commanded."""
         if self.law is None:
             motors: list[Any] = [item.element for item in self.items]
-            given = np.array([[signals(motor.command, 0.0)] for motor in motors])
+            given = np.array([[signals.held(motor.command)] for motor in motors])
             set_constants(self.parameter, self.nodes, given)
 
     def applied(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:

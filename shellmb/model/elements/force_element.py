@@ -8,6 +8,7 @@ from typing import Any
 
 from shellmb.model.joints.coordinates import Coordinate
 from shellmb.scene import Scene
+from shellmb.scene.control.inputs import Input
 from shellmb.scene.multibody import elements as scene_elements
 from shellmb.scene.multibody.elements import Element, JointElement
 
@@ -58,7 +59,8 @@ def bind_element(element: Any, coordinate: Coordinate) -> BoundElement:
         case scene_elements.JointStop():
             return BoundElement(element, coordinate, element.stiffness, None)
         case scene_elements.Motor():
-            return BoundElement(element, coordinate, 0.0, element.law)
+            held = element.command.default if isinstance(element.command, Input) else 0.0
+            return BoundElement(element, coordinate, held, element.law)
         case _:
             raise NotImplementedError(f"no form for {element.label}")
 

@@ -52,7 +52,7 @@ def present(forms: Sequence[Form | None]) -> list[Form]:
 
 
 # sums that a restart needs, and what they are compared with
-_SUMS = ("_values", "_error", "_exchanged", "_dissipated", "_initial")
+_SUMS = ("_values", "_error", "_exchanged", "_dissipated", "_initial", "_shift")
 _SIZES = ("_largest", "_lowest", "_fastest", "_floor", "_there")
 
 
@@ -78,6 +78,8 @@ class EnergyAccount(DeferredObserver):
         self._dissipated: dict[str, float] = {}
         self._there = self._lowest = 0.0
         self._initial: float | None = None
+        # what of the energy is by natural strains
+        self._shift = 0.0
 
     @property
     def values(self) -> dict[str, float]:
@@ -146,12 +148,10 @@ class EnergyAccount(DeferredObserver):
         self._natural = bool(natural)
         ends = [present(kinetic), present(strain), *stored, *inert.values()]
         ends += [natural] if natural else []
-        # what of the energy is by natural strains
-        self._shift = 0.0
         self._ends = functionals_of_steps(ends, comm, STEPS)
-        loads, terms = (present(self._work(simulation, kind, others)) for kind in WORKS)
+        loads, terms = (present(work_forms(simulation, kind, others)) for kind in WORKS)
         self._resisting = [b for b in self._potentials if b.resists]
-        losses = [present(self._work(simulation, "terms", [b])) for b in self._resisting]
+        losses = [present(work_forms(simulation, "terms", [b])) for b in self._resisting]
         steps = [loads, terms, *losses, *elastic.values()]
         if self._potentials or self._faces:
             self._values.setdefault("potential_energy", 0.0)
@@ -185,29 +185,6 @@ class EnergyAccount(DeferredObserver):
             self._initial = self._values["total_energy"]
             self._sizes([self._values])
         self.begin(dict(self._values))
-
-    def _work(self, simulation: Simulation, kind: str, bodies: list[Body]) -> list[Form | None]:
-        """Virtual work of each stage in the direction in which the state moves over it.
-
-        In statics the load step is not followed inside, so its work is not known.
-        """
-        forms: list[Form | None] = []
-        if not simulation.scheme.dynamic:
-            return forms
-        for body in bodies:
-            levels = simulation.problem.levels[body.name]
-            moved = simulation.scheme.moved(levels.q, levels.scaled, levels.unknown)
-            for name, stage in simulation.problem.forms[body.name].items():
-                for sample in stage.samples:
-                    form = (
-                        sample.of_loads(moved[name])
-                        if kind == "loads"
-                        else sample.of_terms(body, moved[name])
-                    )
-                    forms.append(form)
-                if kind == "terms":
-                    forms.append(stage.damping)
-        return forms
 
     def _dissipation(self, simulation: Simulation) -> tuple[dict[str, list[Form]], ...]:
         """Dissipation over alpha by body, eqs. (34), (Q5): by states, and by velocities."""
@@ -387,6 +364,30 @@ class EnergyAccount(DeferredObserver):
         """
         losses = sum(self.dissipated.values())
         return losses / max(self._there - self._lowest, self.floor) if losses > 0 else 0.0
+
+
+def work_forms(simulation: Simulation, kind: str, bodies: Sequence[Body]) -> list[Form | None]:
+    """Virtual work of each stage in the direction in which the state moves over it.
+
+    In statics the load step is not followed inside, so its work is not known.
+    """
+    forms: list[Form | None] = []
+    if not simulation.scheme.dynamic:
+        return forms
+    for body in bodies:
+        levels = simulation.problem.levels[body.name]
+        moved = simulation.scheme.moved(levels.q, levels.scaled, levels.unknown)
+        for name, stage in simulation.problem.forms[body.name].items():
+            for sample in stage.samples:
+                form = (
+                    sample.of_loads(moved[name])
+                    if kind == "loads"
+                    else sample.of_terms(body, moved[name])
+                )
+                forms.append(form)
+            if kind == "terms":
+                forms.append(stage.damping)
+    return forms
 
 
 def _natural(body: Body, levels: Levels) -> Form | None:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from shellmb.errors import SceneError
 from shellmb.scene.control.controllers import Law
+from shellmb.scene.control.inputs import inputs_of, named_inputs
 from shellmb.scene.control.signals import Acceleration, Commanded, Signal, Switched
 from shellmb.scene.loads.supports import Driven, Fixed
 from shellmb.scene.lookup import coordinates_of, find_joint, listed, said
@@ -52,6 +53,7 @@ def check_signals(scene: Description) -> None:
                 f"scene '{scene.name}': {count} events are named '{name}' (a lock with a condition "
                 "has one of its own); each must have a name of its own"
             )
+    named_inputs(scene)
     for signal, who in _signals(scene):
         _known(scene, signal, who)
     for lock in scene.locks:
@@ -77,7 +79,7 @@ def _signals(scene: Description) -> Iterator[tuple[Any, str]]:
             if isinstance(getattr(driver, name), Signal):
                 yield getattr(driver, name), f"{said(driver)}: {name}"
     for element in scene.force_elements:
-        if isinstance(element, Motor) and element.command is not None:
+        if isinstance(element, Motor) and isinstance(element.command, Commanded):
             yield element.command, f"{said(element)}: command"
 
 
@@ -89,6 +91,7 @@ def _places(scene: Description) -> None:
             values = (*support.displacement, *support.director)
         elif isinstance(support, Driven):
             values = (support.rotation, support.translation)
+        _moves_on(support)
         for value in values:
             if isinstance(value, Signal):
                 raise SceneError(
@@ -102,6 +105,7 @@ def _places(scene: Description) -> None:
                 "no coordinate to accelerate"
             )
     for driver in scene.drivers:
+        _moves_on(driver)
         for name in driver.coordinates:
             value = getattr(driver, name)
             if isinstance(value, Signal) and not isinstance(value, Acceleration):
@@ -109,6 +113,16 @@ def _places(scene: Description) -> None:
                     f"{said(driver)}: {name} is {show(value)}, which jumps, and a coordinate cannot"
                     "; it must be Acceleration(...), whose second derivative is commanded"
                 )
+
+
+def _moves_on(item: Any) -> None:
+    """Check that inputs that prescribe a motion do not jump."""
+    for one in inputs_of(item):
+        if not one.linear or one.default:
+            raise SceneError(
+                f"{said(item)}: {show(one)} prescribes a motion, which begins at 0 and cannot jump;"
+                " it must be linear=True with the default 0"
+            )
 
 
 def _known(scene: Description, signal: Any, who: str) -> None:

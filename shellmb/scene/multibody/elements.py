@@ -10,6 +10,7 @@ from typing import Any, ClassVar
 from pydantic import InstanceOf
 
 from shellmb.errors import SceneError
+from shellmb.scene.control.inputs import Input
 from shellmb.scene.control.signals import Command
 from shellmb.scene.multibody.drivers import Coordinate
 from shellmb.scene.multibody.offsets import Point
@@ -190,14 +191,14 @@ class Motor(JointElement):
         law: ``law(coordinate, rate, time)`` gives the torque [N m] or force [N], written with
             operators and UFL functions.
         coordinate: ``"rotation"`` or ``"translation"``; None: the joint's only one.
-        command: In place of a law what a controller commands [N m or N].
+        command: In place of a law what a controller commands, or an ``Input`` [N m or N].
     """
 
     name: Name
     joint: Name
     law: Callable[[Any, Any, Any], Any] | None = None
     coordinate: Coordinate | None = None
-    command: InstanceOf[Command] | None = None
+    command: InstanceOf[Command] | InstanceOf[Input] | None = None
 
     def __post_init__(self) -> None:
         """Check that it has one law."""

@@ -18,6 +18,7 @@ class Linear(Protocol):
     """Solves the linear systems of Newton's method.
 
     Attributes:
+        solver: Its factors; None before the first ones.
         size: Number of its unknowns.
         seconds: Time spent in each of its parts so far.
         jacobians: Number of Jacobians assembled so far.
@@ -28,6 +29,8 @@ class Linear(Protocol):
     seconds: dict[str, float]
     jacobians: int
 
+    @property
+    def solver(self) -> DirectSolver | None: ...  # noqa: D102
     @property
     def size(self) -> int: ...  # noqa: D102
     @property
@@ -115,7 +118,7 @@ class Unreduced:
         self.system, self._prefix, self._options = system, prefix, options
         self.seconds = {"jacobian": 0.0, "reduction": 0.0, "factor": 0.0, "solve": 0.0}
         self.jacobians = 0
-        self._solver: DirectSolver | None = None
+        self.solver: DirectSolver | None = None
         self._solution = system.x.duplicate()
 
     @property
@@ -126,12 +129,12 @@ class Unreduced:
     @property
     def factorisations(self) -> int:
         """Number of factorisations so far."""
-        return 0 if self._solver is None else self._solver.factorisations
+        return 0 if self.solver is None else self.solver.factorisations
 
     @property
     def cost(self) -> float:
         """Cost of a new factorisation in iterations with an old one."""
-        return SMALL_COST if self._solver is None else refresh_cost(self._solver, self.system)
+        return SMALL_COST if self.solver is None else refresh_cost(self.solver, self.system)
 
     def renew(self) -> None:
         """PETSc allocates entries as they come."""
@@ -141,10 +144,10 @@ class Unreduced:
         system, start = self.system, now()
         system.jacobian(system.x, system.A)
         self.jacobians += 1
-        if self._solver is None:
-            self._solver = DirectSolver(system.A, self._prefix, options=self._options)
+        if self.solver is None:
+            self.solver = DirectSolver(system.A, self._prefix, options=self._options)
         middle = now()
-        failure = self._solver.factorise()
+        failure = self.solver.factorise()
         self.seconds["jacobian"] += middle - start
         self.seconds["factor"] += now() - middle
         return failure
@@ -152,8 +155,8 @@ class Unreduced:
     def solve(self, b: PETSc.Vec, dx: PETSc.Vec, fresh: bool) -> str | None:
         """Solve with the last factorisation."""
         start = now()
-        assert self._solver is not None
-        failure = self._solver.solve(b, dx)
+        assert self.solver is not None
+        failure = self.solver.solve(b, dx)
         self.seconds["solve"] += now() - start
         return failure
 
@@ -171,8 +174,8 @@ class Unreduced:
         Args:
             b: Right-hand side; `multipliers` gets the solution.
         """
-        assert self._solver is not None
-        failure = self._solver.solve_transposed(b, self._solution)
+        assert self.solver is not None
+        failure = self.solver.solve_transposed(b, self._solution)
         self.multipliers = self.system.local_values(self._solution)
         return failure
 

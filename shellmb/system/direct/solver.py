@@ -148,6 +148,16 @@ class DirectSolver:
         more = SYMMETRIC_OPTIONS if symmetric else NO_OPTIONS
         use_mumps(pc, kind, self._prefix, {**self._options, **more})
 
+    def forget(self, factors: Factors) -> None:
+        """Make factors anew with the next matrix, none of which is taken from an earlier one.
+
+        Args:
+            factors: Who makes them.
+        """
+        self._paying = False
+        if self.factors is not factors:
+            self._use(factors)
+
     def factorise(self, purpose: Purpose = Purpose.EXACT) -> str | None:
         """Factorise the matrix as it is; returns why that failed, if it did.
 

@@ -13,7 +13,7 @@ from shellmb.clock import now
 from shellmb.errors import ConvergenceError
 from shellmb.system.assembly.blocks import BlockSystem
 from shellmb.system.direct.linear import Linear, Unreduced
-from shellmb.system.direct.solver import Purpose
+from shellmb.system.direct.solver import Factors, Purpose
 from shellmb.system.newton.convergence import Convergence
 from shellmb.system.newton.refactorisation import REFRESH, Full, Refresh
 from shellmb.system.newton.roundoff import RoundOff
@@ -95,6 +95,22 @@ class Iteration:
     def factorisations(self) -> int:
         """Number of factorisations so far."""
         return self.linear.factorisations
+
+    @property
+    def factors(self) -> Factors | None:
+        """Maker of the factors; None before the first ones."""
+        return None if self.linear.solver is None else self.linear.solver.factors
+
+    def forget(self, factors: Factors | None) -> None:
+        """Keep nothing of earlier solutions: the next one depends on the state alone.
+
+        Args:
+            factors: Who makes the factors, as from `factors`.
+        """
+        self._refresh = self.refresh = REFRESH[self.settings.newton]()
+        self.convergence.widen(0.0)
+        if self.linear.solver is not None and factors is not None:
+            self.linear.solver.forget(factors)
 
     def begin(self, key: Hashable, full: bool, guess: PETSc.Vec | None = None) -> None:
         """Before the first iteration; arguments as of `Nonlinear.solve`."""

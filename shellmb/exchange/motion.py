@@ -1,0 +1,214 @@
+"""A scene in motion that a partner steps: trials, inputs and outputs by name."""
+
+from __future__ import annotations
+
+import math
+from collections import UserDict
+from collections.abc import Mapping
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from shellmb.errors import SceneError
+from shellmb.exchange.trials import Trials
+from shellmb.exchange.work import PartnerWork
+from shellmb.observers.deferred_observer import DeferredObserver
+from shellmb.observers.fields.nodal import NodalValues, nodal_bodies, nodal_values
+from shellmb.observers.history import Measuring
+from shellmb.running.standard import StandardObservers
+from shellmb.scene import Scene
+from shellmb.scene.control.inputs import Input, named_inputs
+from shellmb.scene.lookup import listed
+from shellmb.scene.values.validate import show
+from shellmb.simulate.simulation import Observer, Simulation
+from shellmb.simulate.stepping import Arrays, StepInfo
+from shellmb.simulate.stepsize.target_times import near
+from shellmb.system.direct.solver import Factors
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
+
+# arrays, and what JSON knows
+type State = tuple[Arrays, dict[str, Any]]
+
+# observers whose memory grows, or that say what a run is like as a whole
+OF_RUNS = ("history", "stop")
+
+
+class Inputs(UserDict[str, float]):
+    """Values that the inputs of a scene have at the end of the next step, by name.
+
+    Args:
+        known: The inputs by name.
+    """
+
+    def __init__(self, known: Mapping[str, list[Input]]) -> None:
+        self.data = {name: some[0].default for name, some in known.items()}
+
+    def __missing__(self, name: str) -> float:
+        raise SceneError(f"there is no input '{name}'; the scene has {listed(self.data) or 'none'}")
+
+    def __setitem__(self, name: str, value: float) -> None:
+        self[name]
+        number = isinstance(value, int | float | np.floating | np.integer)
+        if isinstance(value, bool) or not number or not math.isfinite(value):
+            raise SceneError(f"input '{name}': it is {show(value)}; it must be a finite number")
+        self.data[name] = float(value)
+
+
+class Outputs(dict[str, float]):
+    """Numbers of a motion at its present state, by name."""
+
+    def __missing__(self, name: str) -> float:
+        raise SceneError(f"there is no output '{name}'; the motion has {listed(self)}")
+
+
+class SceneMotion(Trials):
+    """A scene that a partner steps, and may take back.
+
+    Example::
+
+        motion = sm.SceneMotion(scene)
+        motion.inputs["push"] = 3.0
+        motion.trial(0.01)
+        motion.outputs["tip"]
+        motion.accept()                       # or motion.reject(), and another trial
+
+    A trial that is longer than the scene's `dt` takes several steps. Scenes follow inputs in motion
+    only, so that the scheme must be dynamic.
+
+    Args:
+        scene: The scene; the `sm.Input`s in it are what a partner may set.
+        comm: Communicator; None: all ranks, which call everything together.
+
+    Attributes:
+        inputs: Values of the inputs at the end of the next trial; they stay until they are set.
+        simulation: The simulation.
+
+    Raises:
+        SceneError: If the scene is impossible, static, or has laws that cannot be taken back.
+    """
+
+    def __init__(self, scene: Scene, *, comm: MPI.Comm | None = None) -> None:
+        if not isinstance(scene, Scene):
+            raise SceneError(f"SceneMotion: scene is {show(scene)}; it must be a Scene")
+        if scene.static:
+            raise SceneError(
+                f"scene '{scene.name}': scheme is {show(scene.scheme_name)}, which has no time; a "
+                "motion needs a dynamic one, as 'ep4'"
+            )
+        from mpi4py import MPI
+
+        self.simulation = Simulation(scene, MPI.COMM_WORLD if comm is None else comm)
+        if not self.simulation.repeatable:
+            raise SceneError(
+                f"scene '{scene.name}': one of its functions may keep a memory of its own (an "
+                "object, a default argument), which no rejected step could take back; a controller "
+                "must keep it in its state, and a function of time must have none"
+            )
+        own = self.simulation.scene
+        known = named_inputs(own)
+        self.inputs = Inputs(known)
+        self._last = dict(self.inputs)
+        self.t_end = float(own.t_end or 0.0)
+        self._places = [one for some in known.values() for one in some]
+        named = StandardObservers(None, watched=False).named
+        self._observers: list[Observer] = [o for k, o in named.items() if k not in OF_RUNS]
+        self._observers.append(PartnerWork(self._places))
+        for observer in self._observers:
+            observer.start(self.simulation)
+        # what controllers read at the start is saved with the first state
+        self.simulation.control.attach(self.simulation, self._observers)
+        # columns of a state that was taken up again: some observers know those of the last step
+        self._columns: Outputs | None = None
+
+    @property
+    def time(self) -> float:  # type: ignore[override]
+        """The time, s."""
+        return self.simulation.t
+
+    @property
+    def ended(self) -> str | None:
+        """Name of the event that has ended the motion; None: it goes on."""
+        return self.simulation.control.ended
+
+    @property
+    def outputs(self) -> Outputs:
+        """Columns of the history now, with `t`, and the `work_inputs` since the start, J."""
+        if self._columns is not None:
+            return Outputs(self._columns)
+        found = Outputs(t=self.time)
+        for observer in self._observers:
+            if isinstance(observer, Measuring):
+                found |= {name: float(value) for name, value in observer.measure().items()}
+        return found
+
+    def nodes(self, body: str) -> NodalValues:
+        """Positions, displacements, directors and velocities at the nodes of a body on this rank.
+
+        Args:
+            body: Name of a shell or a beam.
+
+        Raises:
+            SceneError: If there is none.
+        """
+        known = nodal_bodies(self.simulation.model)
+        if body not in known:
+            raise SceneError(
+                f"nodes: there is no body '{body}' with nodes; there are {listed(known)}"
+            )
+        return nodal_values(self.simulation, body)
+
+    def _save(self) -> State:
+        simulation, observers = self.simulation, self._observers
+        factors = simulation.problem.iteration.factors
+        return simulation.arrays(), {
+            "outputs": self.outputs,
+            "simulation": simulation.state(),
+            "observers": [o.state() for o in observers],
+            "marks": [o.mark if isinstance(o, DeferredObserver) else None for o in observers],
+            "last": None if simulation.last is None else asdict(simulation.last),
+            "inputs": dict(self._last),
+            "lines": [one.line for one in self._places],
+            "factors": None if factors is None else factors.value,
+        }
+
+    def _restore(self, saved: State) -> None:
+        arrays, rest = saved
+        simulation, last, factors = self.simulation, rest["last"], rest["factors"]
+        simulation.restore(arrays, rest["simulation"])
+        every = zip(self._observers, rest["observers"], rest["marks"], strict=True)
+        for observer, state, mark in every:
+            if isinstance(observer, DeferredObserver):
+                observer.mark = mark
+            observer.restore(state)
+        simulation.last = None if last is None else StepInfo(**last)
+        self._columns, self._last = Outputs(rest["outputs"]), dict(rest["inputs"])
+        for one, line in zip(self._places, rest["lines"], strict=True):
+            one.take(*line)
+        simulation.model.mechanism.command(simulation.model.signals)
+        simulation.problem.iteration.forget(None if factors is None else Factors(factors))
+
+    def _advance(self, dt: float) -> None:
+        simulation = self.simulation
+        t, end = simulation.t, simulation.t + dt
+        if self.ended is not None:
+            raise SceneError(f"trial: event '{self.ended}' has ended the motion at t = {t:g}")
+        if end > self.t_end + near(self.t_end, simulation.scene.dt or 0.0):
+            raise SceneError(
+                f"trial: a step of {dt:g} s from t = {t:g} ends after t_end of the scene, which is "
+                f"{self.t_end:g}; it must be at most {self.t_end - t:g}, or t_end be later"
+            )
+        if any(not one.linear and one.line[3] != self.inputs[one.name] for one in self._places):
+            # forces jump: errors of steps are not to be foreseen from those before
+            simulation.stepping.forget(velocities=False)
+        for one in self._places:
+            last = self.inputs[one.name]
+            one.take(t, dt, self._last[one.name] if one.linear else last, last)
+        self._last = dict(self.inputs)
+        simulation.model.mechanism.command(simulation.model.signals)
+        simulation.t_end = end
+        self._columns = None
+        while not simulation.over and not simulation.finished:
+            simulation.advance(self._observers)

@@ -1,0 +1,141 @@
+"""A scene as an FMU: what its Python side does when a master calls it."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+from xml.etree.ElementTree import Element, SubElement
+
+from shellmb.errors import SceneError, ShellmbError
+from shellmb.exchange.motion import SceneMotion
+from shellmb.exchange.states import from_bytes, to_bytes
+from shellmb.running.loader import load, scene_of
+
+# packages of both versions of FMI, and how they call kinds of variables
+PACKAGES = {2: "pythonfmu", 3: "pythonfmu3"}
+KINDS = {
+    2: {float: "Real", int: "Integer", bool: "Boolean", str: "String"},
+    3: {float: "Float64", int: "Int32", bool: "Boolean", str: "String"},
+}
+TIME = "time"
+
+
+def slave(version: int, described: Mapping[str, Any]) -> type:
+    """Class of an FMU.
+
+    Args:
+        version: Of FMI, 2 or 3.
+        described: What its scene is, with inputs, outputs and parameters.
+    """
+    package = importlib.import_module(PACKAGES[version])
+    base: Any = getattr(package, f"Fmi{version}Slave")
+    enums = importlib.import_module(f"{PACKAGES[version]}.enums")
+    kinds = ("Causality", "Variability", "Status")
+    causalities, variabilities, status = (getattr(enums, f"Fmi{version}{kind}") for kind in kinds)
+
+    class Slave(base):  # type: ignore[misc]
+        """A scene that a master steps."""
+
+        def __init__(self, **how: Any) -> None:
+            super().__init__(**how)
+            self.description = described["description"]
+            times = {"start_time": 0.0, "stop_time": described["t_end"]}
+            self.default_experiment = package.DefaultExperiment(**times, step_size=described["dt"])
+            self._values: dict[str, Any] = {k: v for k, (v, _) in described["inputs"].items()}
+            self._parameters: dict[str, Any] = dict(described["parameters"])
+            self._motion: SceneMotion | None = None
+            if version == 3:
+                self._register(TIME, float, "independent", "continuous")
+            for name, value in self._parameters.items():
+                self._register(name, type(value), "parameter", "fixed")
+            for name in self._values:
+                self._register(name, float, "input", "continuous")
+            for name in described["outputs"]:
+                self._register(name, float, "output", "continuous")
+
+        def _register(self, name: str, kind: type, causality: str, variability: str) -> None:
+            ways: dict[str, Any] = {"getter": lambda: self._get(name)}
+            if causality in ("parameter", "input"):
+                ways["setter"] = lambda value: self._set(name, value)
+            made = getattr(package, KINDS[version][kind])
+            ways |= {"causality": causalities[causality], "variability": variabilities[variability]}
+            self.register_variable(made(name, **ways), nested=False)
+
+        def _get(self, name: str) -> Any:
+            for known in (self._parameters, self._values):
+                if name in known:
+                    return known[name]
+            return self._now().outputs["t" if name == TIME else name]
+
+        def _set(self, name: str, value: Any) -> None:
+            if name in self._values:
+                self._values[name] = value
+            elif self._motion is None:
+                self._parameters[name] = value
+            elif value != self._parameters[name]:
+                raise SceneError(
+                    f"parameter '{name}': it is set to {value} after the initialisation; it must "
+                    "be set before"
+                )
+
+        def _now(self) -> SceneMotion:
+            """The motion, which is made when it is first needed."""
+            if self._motion is None:
+                scene = described["scene"]
+                name = str(Path(self.resources, scene)) if scene.endswith(".py") else scene
+                make, who = load(name).module.scene, f"scene '{scene}'"
+                self._motion = SceneMotion(scene_of(make, self._parameters, who, "scene()"))
+            return self._motion
+
+        def exit_initialization_mode(self) -> None:
+            """Build the scene."""
+            self._now()
+
+        def do_step(self, current_time: float, step_size: float) -> bool:
+            """Step; a step that fails is discarded, and the motion stays where it is."""
+            motion = self._now()
+            try:
+                for name, value in self._values.items():
+                    motion.inputs[name] = value
+                motion.trial(step_size)
+                motion.accept()
+            except ShellmbError as failure:
+                self.log(str(failure), status.error)
+                return False
+            return True
+
+        def _get_fmu_state(self) -> Any:
+            arrays, motion = self._now().state()
+            kept = {"values": dict(self._values), "parameters": dict(self._parameters)}
+            return arrays, {**kept, "motion": motion}
+
+        def _set_fmu_state(self, state: Any) -> None:
+            arrays, rest = state
+            self._values, parameters = dict(rest["values"]), dict(rest["parameters"])
+            if parameters != self._parameters:
+                self._parameters, self._motion = parameters, None
+            self._now().take_up((arrays, rest["motion"]))
+
+        _fmu_state_to_bytes = staticmethod(to_bytes)
+        _fmu_state_from_bytes = staticmethod(from_bytes)
+
+        def to_xml(self, model_options: Any = None) -> Element:
+            """Describe the model; add what the packages leave out: units."""
+            root: Element = super().to_xml(model_options or {})
+            # names are those of the history, which may have any letters
+            root.set("variableNamingConvention", "flat")
+            units = dict(described["outputs"]) | {k: u for k, (_, u) in described["inputs"].items()}
+            definitions = Element("UnitDefinitions")
+            for unit in sorted({*units.values()} - {""}):
+                SubElement(definitions, "Unit", name=unit)
+            for variable in root.iterfind("ModelVariables/*"):
+                if unit := units.get(variable.get("name", "")):
+                    # of FMI 2 a part of the variable has its type, of FMI 3 it itself
+                    (variable if version == 3 else variable[0]).set("unit", unit)
+            if len(definitions):
+                root.insert([child.tag for child in root].index("CoSimulation") + 1, definitions)
+            return root
+
+    return Slave
