@@ -22,6 +22,8 @@ _API = {
     "modes": "shellmb.api.modal",
     "matrices": "shellmb.api.matrices",
     "Matrices": "shellmb.api.matrices",
+    "linearise": "shellmb.response.linearise",
+    "LinearSystem": "shellmb.response.system",
     "study": "shellmb.api.studies",
     "load": "shellmb.api.runs",
     "resume": "shellmb.api.runs",

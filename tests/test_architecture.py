@@ -50,6 +50,7 @@ TOP = (
     "show",
     "vibration",
     "rotating",
+    "response",
     "options",
     "running",
     "api",

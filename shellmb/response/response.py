@@ -1,0 +1,263 @@
+"""Responses of linear systems: harmonic, random, and the largest ones to spectra of shocks."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import scipy.signal
+import scipy.sparse as sp
+import scipy.sparse.linalg as spla
+
+from shellmb.arrays import Floats
+from shellmb.errors import SceneError
+from shellmb.options.response import ResponseOptions, at_frequencies
+from shellmb.response.inputs import AXES
+from shellmb.response.system import Complex, LinearSystem, lowest_modes
+
+ORDERS = {"displacement": 0, "velocity": 1, "acceleration": 2}
+# frequencies beside a resonance at which densities are integrated: tangents of angles, in half
+# widths; and between those of the user so many more
+ANGLES, BETWEEN = 161, 4
+
+
+@dataclass(frozen=True)
+class Found:
+    """Response at frequencies.
+
+    Args:
+        frequencies: Frequencies, shape (n,), Hz.
+        inputs: Names of the inputs.
+        outputs: Names of the outputs.
+        frf: Frequency responses, outputs by inputs, complex, shape (outputs, inputs, n).
+        psd: One-sided densities of the outputs, shape (outputs, n) [unit^2/Hz]; None: none.
+        rms: Root mean squares in the range of the frequencies, shape (outputs,).
+        largest: Largest outputs by spectra of shocks, shape (outputs,).
+    """
+
+    frequencies: Floats
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+    frf: Complex
+    psd: Floats | None = None
+    rms: Floats | None = None
+    largest: Floats | None = None
+
+    @property
+    def numbers(self) -> dict[str, float]:
+        """Peaks of frequency responses, root mean squares and largest outputs by name."""
+        found = {}
+        for o, output in enumerate(self.outputs):
+            for i, name in enumerate(self.inputs):
+                found[f"peak {output} / {name}"] = float(np.abs(self.frf[o, i]).max())
+            if self.rms is not None:
+                found[f"rms {output}"] = float(self.rms[o])
+            if self.largest is not None:
+                found[f"largest {output}"] = float(self.largest[o])
+        return found
+
+
+def find(system: LinearSystem, chosen: ResponseOptions) -> Found:
+    """Response of a system.
+
+    Args:
+        system: The system.
+        chosen: What is wanted.
+
+    Raises:
+        SceneError: If there are no such inputs, outputs or modes.
+    """
+    densities, spectra = chosen.psd or {}, chosen.spectrum or {}
+    names = chosen.inputs
+    if names is None:
+        acting = [n for n in system.inputs if not n.startswith(("base.", "support"))]
+        names = list(dict.fromkeys([*densities, *spectra])) or acting
+    if not names:
+        raise SceneError(
+            f"response: {system.about.split(' about ')[0]} has no load and no motor; give inputs, "
+            f"of {', '.join(system.inputs)}"
+        )
+    for name in densities:
+        if name not in names:
+            raise SceneError(f"response: psd is given for {name!r}, which is none of the inputs")
+    part = system.select(names, chosen.outputs)
+    if not part.outputs:
+        raise SceneError("response: the scene has no probes and no joints; add probes")
+    if chosen.absolute:
+        part = part.absolute()
+    order, f = ORDERS[chosen.quantity], np.asarray(chosen.frequencies, dtype=float)
+    if chosen.modes is not None:
+        part = _damped(part.modal(chosen.modes, static=True), chosen.damping)
+    frf = response_at(part, f, order)
+    if chosen.absolute:
+        frf *= _of_acceleration(part, f)
+    found = Found(f, part.inputs, part.outputs, frf)
+    if densities:
+        psd = _densities(frf, f, part.inputs, densities)
+        fine = _finer(part, f) if chosen.modes is not None else f
+        inner = response_at(part, fine, order)
+        if chosen.absolute:
+            inner *= _of_acceleration(part, fine)
+        # in logarithms, densities are nearly linear
+        squares = np.trapezoid(_densities(inner, fine, part.inputs, densities), fine, axis=1)
+        found = replace(found, psd=psd, rms=np.sqrt(squares))
+    if spectra:
+        found = replace(found, largest=_largest(system, chosen))
+    return found
+
+
+def response_at(system: LinearSystem, f: Floats, order: int = 0) -> Complex:
+    """Frequency responses, outputs by inputs, shape (outputs, inputs, frequencies).
+
+    Args:
+        system: The system.
+        f: Frequencies, Hz.
+        order: Number of derivatives of the outputs.
+    """
+    found = np.empty((len(system.outputs), len(system.inputs), len(f)), dtype=np.complex128)
+    M, C, K = system.M.tocsc(), system.C.tocsc(), system.K.tocsc()
+    diagonal = all(A.nnz == np.count_nonzero(A.diagonal()) for A in (M, C, K))
+    m, c, k = (A.diagonal() for A in (M, C, K))
+    for n, frequency in enumerate(f):
+        s = 2j * np.pi * frequency
+        powers = 1.0, s, s * s
+        force, row, direct = (
+            sum(power * part for power, part in zip(powers, parts, strict=True))
+            for parts in (system.F, system.Y, system.D)
+        )
+        if diagonal:
+            x = force / (k + s * c + s * s * m)[:, None]
+        else:
+            inner = sp.csc_array(K + s * C + s * s * M, dtype=np.complex128)
+            x = spla.splu(inner).solve(np.asarray(force, dtype=np.complex128))
+        found[..., n] = s**order * (row @ x + direct)
+    return found
+
+
+def _of_acceleration(system: LinearSystem, f: Floats) -> Complex:
+    """What makes a response to displacements of ground one to accelerations, (inputs, n)."""
+    base = np.array([name.startswith("base.") for name in system.inputs])
+    s = 2j * np.pi * np.where(f > 0, f, np.nan)
+    return np.where(base[:, None], 1 / s**2, 1.0)
+
+
+def _damped(system: LinearSystem, ratios: Sequence[float] | float | None) -> LinearSystem:
+    """A system of modes with given damping ratios, in place of its own."""
+    if ratios is None:
+        return system
+    omega = np.sqrt(np.maximum(system.K.diagonal(), 0.0))
+    return replace(system, C=sp.csr_array(np.diag(2 * omega * np.asarray(ratios, dtype=float))))
+
+
+def _densities(frf: Complex, f: Floats, names: Sequence[str], given: Mapping[str, Any]) -> Floats:
+    """Densities of outputs, whose inputs do not depend on one another, shape (outputs, n)."""
+    of = [
+        at_frequencies(given[n], f, f"psd of '{n}'") if n in given else 0 * f for n in names
+    ]
+    return np.asarray(np.einsum("oif,if->of", np.abs(frf) ** 2, np.array(of)))
+
+
+def _finer(system: LinearSystem, f: Floats) -> Floats:
+    """Frequencies that resolve all resonances of modes, within the range of others."""
+    omega = np.sqrt(np.abs(system.K.diagonal()))
+    ratio = system.C.diagonal() / np.maximum(2 * omega, 1e-300)
+    width = np.maximum(ratio, 1e-6) * omega / (2 * np.pi)
+    angles = np.tan(np.linspace(-0.4995 * np.pi, 0.4995 * np.pi, ANGLES))
+    near = (omega[:, None] / (2 * np.pi) + width[:, None] * angles).ravel()
+    shares = np.linspace(0, 1, BETWEEN, endpoint=False)
+    between = (f[:-1, None] + np.diff(f)[:, None] * shares).ravel()
+    every = np.unique(np.concatenate([f, near, between]))
+    return np.asarray(every[(every >= f[0]) & (every <= f[-1])])
+
+
+def _largest(system: LinearSystem, chosen: ResponseOptions) -> Floats:
+    """Largest outputs by spectra: of modes combined, of axes as squares add up."""
+    assert chosen.modes is not None
+    values, V = lowest_modes(system.K, system.M, chosen.modes)
+    omega = np.sqrt(np.maximum(values, 0.0))
+    ratio = _ratios(system, V, omega, chosen.damping)
+    spectra, total = chosen.spectrum or {}, 0.0
+    for name, curve in spectra.items():
+        part = system.select(name, chosen.outputs)
+        # all modes move relative to ground by what it accelerates
+        size = at_frequencies(curve, omega / (2 * np.pi), f"spectrum of '{name}'")
+        moved = size * (V.T @ part.F[0])[:, 0] / np.maximum(values, 1e-300)
+        each = sum(y @ V * w**k for k, (y, w) in enumerate(zip(part.Y[:1], (1.0,), strict=True)))
+        each = each * moved * omega ** ORDERS[chosen.quantity]
+        total = total + np.einsum("om,mn,on->o", each, _alike(omega, ratio, chosen.rule), each)
+    return np.sqrt(np.asarray(total))
+
+
+def _ratios(system: LinearSystem, V: Floats, omega: Floats, given: Any) -> Floats:
+    """Damping ratios of modes."""
+    if given is not None:
+        return np.broadcast_to(np.asarray(given, dtype=float), omega.shape)
+    return np.einsum("nm,nm->m", V, system.C @ V) / np.maximum(2 * omega, 1e-300)
+
+
+def _alike(omega: Floats, ratio: Floats, rule: str) -> Floats:
+    """Correlation of modes: none, or that of Der Kiureghian (1981), shape (modes, modes)."""
+    if rule == "srss":
+        return np.eye(len(omega))
+    a, b = ratio[:, None], ratio[None]
+    r = omega[None] / np.maximum(omega[:, None], 1e-300)
+    above = 8 * np.sqrt(a * b) * (a + r * b) * r**1.5
+    below = (1 - r**2) ** 2 + 4 * a * b * r * (1 + r**2) + 4 * (a**2 + b**2) * r**2
+    found = np.divide(above, below, out=np.zeros_like(below), where=below > 0)
+    np.fill_diagonal(found, 1.0)
+    return np.asarray(found)
+
+
+def shock_spectrum(
+    times: Sequence[float] | Floats,
+    acceleration: Sequence[float] | Floats,
+    frequencies: Sequence[float] | Floats,
+    damping: float = 0.05,
+) -> Floats:
+    """Shock response spectrum: largest absolute accelerations of oscillators on shaken ground.
+
+    Between two times the acceleration is linear, and the oscillators move exactly (Smallwood
+    1981). What they do after the last time, with ground at rest, counts, too.
+
+    Args:
+        times: Times at equal distances, shape (n,) [s].
+        acceleration: Acceleration of ground, shape (n,).
+        frequencies: Natural frequencies of the oscillators, positive [Hz].
+        damping: Damping ratio of the oscillators, from 0 to below 1.
+
+    Returns:
+        Shape (frequencies,), in the unit of the acceleration.
+
+    Raises:
+        SceneError: If times do not increase by equal steps, or a number makes no sense.
+    """
+    t, a, f = (np.atleast_1d(np.asarray(v, dtype=float)) for v in (times, acceleration, frequencies))
+    h = np.diff(t)
+    if len(t) < 2 or len(t) != len(a) or h[0] <= 0 or np.ptp(h) > 1e-6 * h[0]:
+        raise SceneError(
+            f"shock_spectrum: there are {len(t)} times and {len(a)} accelerations; times must be as "
+            "many, at least two, and increase by equal steps"
+        )
+    if np.any(f <= 0) or not 0 <= damping < 1:
+        raise SceneError(
+            f"shock_spectrum: frequencies begin at {f.min():g} and damping is {damping:g}; "
+            "frequencies must be positive, and damping from 0 to below 1"
+        )
+    found = np.empty(len(f))
+    for k, frequency in enumerate(f):
+        w, step = 2 * np.pi * frequency, float(h.mean())
+        # a period more, in which ground is at rest
+        more = np.zeros(int(np.ceil(1 / (frequency * step))) + 1)
+        decay, turn = damping * w * step, w * step * np.sqrt(1 - damping**2)
+        e, sine, cosine = np.exp(-decay), np.sin(turn), np.cos(turn)
+        share = sine / turn
+        b = [
+            1 - e * share,
+            2 * e * (share - cosine),
+            e**2 - e * share,
+        ]
+        response = scipy.signal.lfilter(b, [1.0, -2 * e * cosine, e**2], [*a, *more])
+        found[k] = np.abs(response).max()
+    return found
