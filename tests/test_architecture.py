@@ -50,7 +50,7 @@ TOP = (
     "show",
     "vibration",
     "rotating",
-    "response",
+    "responding",
     "options",
     "running",
     "api",

@@ -14,8 +14,8 @@ from shellmb.arrays import Floats, Ints
 from shellmb.errors import SceneError
 from shellmb.options.described import options_of, takes
 from shellmb.options.run import ELEMENTS, Options
-from shellmb.response.reduction import unknowns_of
-from shellmb.response.system import LinearSystem, StateSpace, lowest_modes
+from shellmb.responding.reduction import unknowns_of
+from shellmb.responding.system import LinearSystem, StateSpace, lowest_modes
 from shellmb.scene import Scene
 from shellmb.scene.lookup import find_body, said
 from shellmb.scene.values.validate import show

@@ -38,6 +38,7 @@ from shellmb.cli.report import (
     print_state_modes,
     say,
 )
+from shellmb.cli.response import response
 from shellmb.cli.sensitivities import sensitivities
 from shellmb.cli.study import study
 from shellmb.errors import SceneError
@@ -351,6 +352,7 @@ def verify(
 app.command()(failures_reported(effects))
 app.command()(failures_reported(study))
 app.command()(failures_reported(sensitivities))
+app.command()(failures_reported(response))
 for shows in (plot, view, report):
     app.command()(failures_reported(shows))
 

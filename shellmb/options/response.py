@@ -17,6 +17,7 @@ from shellmb.scene.values.validate import show
 
 Quantity = Literal["displacement", "velocity", "acceleration"]
 Rule = Literal["srss", "cqc"]
+STATES = ("rest", "equilibrium")
 RANGE = "frequencies: FROM:TO:COUNT has three numbers, as 1:100:200"
 
 
@@ -64,12 +65,72 @@ def curves(text: str) -> dict[str, Any]:
     return found
 
 
+def moment(text: str) -> str | float:
+    """A state that a text means: `rest`, `equilibrium`, or a time."""
+    return text if text in STATES else numbers("--at")(text)[0]
+
+
+@dataclass(frozen=True)
+class LinearOptions:
+    """Choices of what a scene is linearised about; without any of them that is rest."""
+
+    at: Literal["rest", "equilibrium"] | float | None = option(
+        "State: 'rest' is the reference without loads, 'equilibrium' the static one under the "
+        "loads, a number the time of a state [s], up to which the scene is run. Default: rest, or "
+        "the last state of the run that is given.",
+        metavar="STATE",
+        parse=moment,
+    )
+    state: Path | str | None = option(  # noqa: RUF009 - a field, as the others
+        "Directory of a run of the scene, whose state is meant.", metavar="RUN_DIR"
+    )
+    rate: float | None = option(
+        "Rate of a steady rotation [rad/s]; with a state of a run that of its frame, in whose axes "
+        "inputs and outputs are.",
+        metavar="RATE",
+    )
+    axis: Sequence[float] | None = option(
+        "Direction of the axis of rotation; default: that about which the scene turns.",
+        metavar="X,Y,Z",
+        parse=numbers("--axis"),
+    )
+    about: Sequence[float] | None = option(
+        "A point of the axis of rotation [m].", metavar="X,Y,Z", parse=numbers("--about")
+    )
+
+    def check(self, what: str) -> None:
+        """Refuse what does not go together.
+
+        Args:
+            what: Who asks, for the error.
+
+        Raises:
+            SceneError: Names the options.
+        """
+        if self.at is not None and not self.timed and self.at not in STATES:
+            raise SceneError(
+                f"{what}: at is {show(self.at)}; it must be 'rest', 'equilibrium' or a time"
+            )
+        if self.state is not None and isinstance(self.at, str):
+            raise SceneError(
+                f"{what}: at is {show(self.at)} and a state is given; give one of them"
+            )
+        still = self.rate is None and self.state is None and not self.timed
+        if still and (self.axis is not None or self.about is not None):
+            raise SceneError(f"{what}: axis and about are given without rate; give rate, too")
+
+    @property
+    def timed(self) -> bool:
+        """Decide whether a time is given."""
+        return isinstance(self.at, int | float) and not isinstance(self.at, bool)
+
+
 @dataclass(frozen=True)
 class ResponseOptions:
     """Choices of a response: of what, to what, and how it is found."""
 
-    frequencies: Sequence[float] = option(
-        "Frequencies [Hz], increasing: numbers, or FROM:TO:COUNT.",
+    frequencies: Sequence[float] | None = option(
+        "Frequencies [Hz], increasing: numbers, or FROM:TO:COUNT. They have to be given.",
         metavar="FREQUENCIES",
         parse=grid,
     )
@@ -124,11 +185,11 @@ class ResponseOptions:
         Raises:
             SceneError: Names the option, its value, and what would be right.
         """
-        given = _floats("frequencies", self.frequencies)
+        given = _floats("frequencies", () if self.frequencies is None else self.frequencies)
         if not len(given) or given[0] < 0 or np.any(np.diff(given) <= 0):
             raise SceneError(
-                f"response: frequencies are {_some(given)}; they must be one or more numbers in "
-                "Hz, from 0 on, each larger than the one before"
+                f"response: frequencies are {_some(given) or None}; they must be one or more "
+                "numbers in Hz, from 0 on, each larger than the one before"
             )
         if self.damping is not None:
             ratios = np.atleast_1d(_floats("damping", self.damping))
@@ -204,22 +265,18 @@ def at_frequencies(curve: Any, f: Floats, said: str) -> Floats:
     return np.where(inside, np.exp(logs), 0.0)
 
 
-def take_response(options: dict[str, Any]) -> ResponseOptions:
-    """Take the choices of a response out of the options of a command or function.
+def take[T](kind: type[T], options: dict[str, Any]) -> T:
+    """Take the choices of one kind out of the options of a command or function.
 
     Args:
+        kind: The kind.
         options: The options, by their names.
 
     Raises:
-        SceneError: If a text means no value, or something makes no sense.
+        SceneError: If a text means no value.
     """
-    found = {one.name: options.pop(one.name, None) for one in options_of(ResponseOptions)}
-    if found["frequencies"] is None:
-        raise SceneError("response: frequencies are missing; give them in Hz, such as 1:100:200")
-    given = {k: v for k, v in read(ResponseOptions, found).items() if v is not None}
-    made = ResponseOptions(**given)
-    made.check()
-    return made
+    given = read(kind, {one.name: options.pop(one.name, None) for one in options_of(kind)})
+    return kind(**{k: v for k, v in given.items() if v is not None})
 
 
 def _floats(name: str, given: Any) -> Floats:
@@ -236,8 +293,3 @@ def _some(values: Floats) -> str:
     """Values for a message, not more than a few."""
     few = ", ".join(f"{v:g}" for v in np.ravel(values)[:6])
     return few + (", ..." if np.size(values) > 6 else "")
-
-
-def directory_of(state: Any) -> Path | None:
-    """Directory of a run that is given as one, or by its name."""
-    return None if state is None else Path(getattr(state, "directory", state))

@@ -242,7 +242,7 @@ def joints_of(group: JointGroup) -> Joints:
 def parts_of(
     group: JointGroup | CoordinateGroup, joints: Joints, number: Mapping[str, int]
 ) -> list[Acting]:
-    """What finds the forces of a group's joints, by the ends that are on the second bodies.
+    """Parts of a group that find forces of its joints, by the ends that are on the second bodies.
 
     Args:
         group: The group.

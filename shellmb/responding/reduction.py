@@ -12,7 +12,7 @@ import scipy.sparse.linalg as spla
 
 from shellmb.arrays import Floats, Ints
 from shellmb.errors import SceneError
-from shellmb.response.system import Orders
+from shellmb.responding.system import Orders
 
 if TYPE_CHECKING:
     from petsc4py import PETSc
@@ -178,7 +178,7 @@ def unknowns_of(
 
 
 def _places(numbers: Ints, size: int) -> sp.csr_array:
-    """What puts entries at some places of a vector, shape (size, numbers)."""
+    """Matrix that puts entries at some places of a vector, shape (size, numbers)."""
     ones = np.ones(len(numbers))
     return sp.csr_array((ones, (numbers, np.arange(len(numbers)))), (size, len(numbers)))
 

@@ -33,21 +33,21 @@ class Output(NamedTuple):
     order: int
 
 
-def outputs(state: Linearised, scene: Scene, K: sp.csr_array, stressed: bool) -> dict[str, Output]:
+def outputs(state: Linearised, scene: Scene, K: sp.csr_array, joints: bool) -> dict[str, Output]:
     """Outputs of a scene: its probes, and forces of joints as histories have them.
 
     Args:
         state: The state.
         scene: The scene.
         K: Stiffness with the columns of fixed unknowns.
-        stressed: Whether joints carry forces at the state. Those of the turned joint change, too,
-            as it turns, and are left out.
+        joints: Whether forces of joints are among them: where joints carry forces at the state,
+            these turn along, too.
 
     Raises:
         SceneError: If a probe is of what is not linear in small motions.
     """
     found = {probe.name: _probe(state, probe) for probe in scene.probes}
-    return found if stressed else found | _joints(state, K)
+    return found | _joints(state, K) if joints else found
 
 
 def _probe(state: Linearised, probe: Probe) -> Output:

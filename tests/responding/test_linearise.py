@@ -13,7 +13,7 @@ import scipy.sparse.linalg as spla
 
 import shellmb as sm
 from shellmb.errors import SceneError
-from shellmb.response.system import LinearSystem
+from shellmb.responding.system import LinearSystem
 from tests.rotating.test_spinning import rotor
 
 MOTION: dict[str, Any] = {"scheme": "ep", "dt": 1e-3, "t_end": 1.0}

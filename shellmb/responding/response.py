@@ -4,28 +4,34 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from pathlib import Path
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import scipy.signal
 import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 
 from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.options.response import ResponseOptions, at_frequencies
-from shellmb.response.inputs import AXES
-from shellmb.response.system import Complex, LinearSystem, lowest_modes
+from shellmb.responding.system import Complex, LinearSystem, lowest_modes
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.figure import Figure
 
 ORDERS = {"displacement": 0, "velocity": 1, "acceleration": 2}
 # frequencies beside a resonance at which densities are integrated: tangents of angles, in half
 # widths; and between those of the user so many more
 ANGLES, BETWEEN = 161, 4
+# a frequency in place of zero, Hz
+STILL = 1e-6
 
 
 @dataclass(frozen=True)
-class Found:
-    """Response at frequencies.
+class Response:
+    """Response of a linear system at frequencies.
 
     Args:
         frequencies: Frequencies, shape (n,), Hz.
@@ -35,6 +41,8 @@ class Found:
         psd: One-sided densities of the outputs, shape (outputs, n) [unit^2/Hz]; None: none.
         rms: Root mean squares in the range of the frequencies, shape (outputs,).
         largest: Largest outputs by spectra of shocks, shape (outputs,).
+        about: What the state is.
+        errors: Errors of `numbers` by the mesh, by their names, where they are asked for.
     """
 
     frequencies: Floats
@@ -44,22 +52,73 @@ class Found:
     psd: Floats | None = None
     rms: Floats | None = None
     largest: Floats | None = None
+    about: str = ""
+    errors: Mapping[str, float] = MappingProxyType({})
 
     @property
     def numbers(self) -> dict[str, float]:
         """Peaks of frequency responses, root mean squares and largest outputs by name."""
-        found = {}
-        for o, output in enumerate(self.outputs):
-            for i, name in enumerate(self.inputs):
-                found[f"peak {output} / {name}"] = float(np.abs(self.frf[o, i]).max())
-            if self.rms is not None:
-                found[f"rms {output}"] = float(self.rms[o])
-            if self.largest is not None:
-                found[f"largest {output}"] = float(self.largest[o])
+        found = {
+            f"peak {output} / {name}": float(np.nanmax(np.abs(self.frf[o, i])))
+            for o, output in enumerate(self.outputs)
+            for i, name in enumerate(self.inputs)
+        }
+        for what, values in (("rms", self.rms), ("largest", self.largest)):
+            if values is not None:
+                found |= {
+                    f"{what} {o}": float(v) for o, v in zip(self.outputs, values, strict=True)
+                }
         return found
 
+    @property
+    def table(self) -> pd.DataFrame:
+        """Complex responses "OUTPUT / INPUT", and densities "psd OUTPUT", by frequency [Hz]."""
+        import pandas as pd
 
-def find(system: LinearSystem, chosen: ResponseOptions) -> Found:
+        columns: dict[str, Any] = {
+            f"{output} / {name}": self.frf[o, i]
+            for o, output in enumerate(self.outputs)
+            for i, name in enumerate(self.inputs)
+        }
+        if self.psd is not None:
+            columns |= {f"psd {o}": v for o, v in zip(self.outputs, self.psd, strict=True)}
+        return pd.DataFrame(columns, index=pd.Index(self.frequencies, name="frequency_hz"))
+
+    def plot(self) -> Figure:
+        """Bode plot of all responses, with densities below where there are some."""
+        from shellmb.show.bode import bode_figure
+
+        return bode_figure(self)
+
+    def save(self, directory: Path | str, pictures: bool = True) -> Path:
+        """Write `response.csv`, `summary.json`, and `bode.png`, to a new or empty directory.
+
+        Args:
+            directory: The directory.
+            pictures: Whether the plot is drawn.
+        """
+        from mpi4py import MPI
+
+        from shellmb.observers.summary import versions, write_json
+        from shellmb.running.directory import claimed, written
+
+        where = Path(directory)
+        with claimed(where, MPI.COMM_SELF, new=True), written(where, MPI.COMM_SELF):
+            columns: dict[str, Any] = {}
+            for name, values in self.table.items():
+                if np.iscomplexobj(values):
+                    columns |= {f"Re {name}": np.real(values), f"Im {name}": np.imag(values)}
+                else:
+                    columns[str(name)] = values
+            type(self.table)(columns, index=self.table.index).to_csv(where / "response.csv")
+            content = {"about": self.about, "results": self.numbers, "errors": dict(self.errors)}
+            write_json(where / "summary.json", content | {"versions": versions()})
+            if pictures:
+                self.plot().savefig(where / "bode.png")
+        return where
+
+
+def find(system: LinearSystem, chosen: ResponseOptions) -> Response:
     """Response of a system.
 
     Args:
@@ -85,23 +144,25 @@ def find(system: LinearSystem, chosen: ResponseOptions) -> Found:
     part = system.select(names, chosen.outputs)
     if not part.outputs:
         raise SceneError("response: the scene has no probes and no joints; add probes")
-    if chosen.absolute:
-        part = part.absolute()
     order, f = ORDERS[chosen.quantity], np.asarray(chosen.frequencies, dtype=float)
     if chosen.modes is not None:
         part = _damped(part.modal(chosen.modes, static=True), chosen.damping)
-    frf = response_at(part, f, order)
     if chosen.absolute:
-        frf *= _of_acceleration(part, f)
-    found = Found(f, part.inputs, part.outputs, frf)
+        part = part.absolute()
+
+    def at(f: Floats) -> Complex:
+        if not chosen.absolute:
+            return response_at(part, f, order)
+        # ground that accelerates evenly moves without end
+        near = np.where(f > 0, f, STILL)
+        return response_at(part, near, order) * _of_acceleration(part, near)
+
+    frf = at(f)
+    found = Response(f, part.inputs, part.outputs, frf, about=system.about)
     if densities:
         psd = _densities(frf, f, part.inputs, densities)
         fine = _finer(part, f) if chosen.modes is not None else f
-        inner = response_at(part, fine, order)
-        if chosen.absolute:
-            inner *= _of_acceleration(part, fine)
-        # in logarithms, densities are nearly linear
-        squares = np.trapezoid(_densities(inner, fine, part.inputs, densities), fine, axis=1)
+        squares = np.trapezoid(_densities(at(fine), fine, part.inputs, densities), fine, axis=1)
         found = replace(found, psd=psd, rms=np.sqrt(squares))
     if spectra:
         found = replace(found, largest=_largest(system, chosen))
@@ -139,7 +200,7 @@ def response_at(system: LinearSystem, f: Floats, order: int = 0) -> Complex:
 def _of_acceleration(system: LinearSystem, f: Floats) -> Complex:
     """What makes a response to displacements of ground one to accelerations, (inputs, n)."""
     base = np.array([name.startswith("base.") for name in system.inputs])
-    s = 2j * np.pi * np.where(f > 0, f, np.nan)
+    s = 2j * np.pi * f
     return np.where(base[:, None], 1 / s**2, 1.0)
 
 
@@ -153,9 +214,7 @@ def _damped(system: LinearSystem, ratios: Sequence[float] | float | None) -> Lin
 
 def _densities(frf: Complex, f: Floats, names: Sequence[str], given: Mapping[str, Any]) -> Floats:
     """Densities of outputs, whose inputs do not depend on one another, shape (outputs, n)."""
-    of = [
-        at_frequencies(given[n], f, f"psd of '{n}'") if n in given else 0 * f for n in names
-    ]
+    of = [at_frequencies(given[n], f, f"psd of '{n}'") if n in given else 0 * f for n in names]
     return np.asarray(np.einsum("oif,if->of", np.abs(frf) ** 2, np.array(of)))
 
 
@@ -184,8 +243,7 @@ def _largest(system: LinearSystem, chosen: ResponseOptions) -> Floats:
         # all modes move relative to ground by what it accelerates
         size = at_frequencies(curve, omega / (2 * np.pi), f"spectrum of '{name}'")
         moved = size * (V.T @ part.F[0])[:, 0] / np.maximum(values, 1e-300)
-        each = sum(y @ V * w**k for k, (y, w) in enumerate(zip(part.Y[:1], (1.0,), strict=True)))
-        each = each * moved * omega ** ORDERS[chosen.quantity]
+        each = (part.Y[0] @ V) * moved * omega ** ORDERS[chosen.quantity]
         total = total + np.einsum("om,mn,on->o", each, _alike(omega, ratio, chosen.rule), each)
     return np.sqrt(np.asarray(total))
 
@@ -208,56 +266,3 @@ def _alike(omega: Floats, ratio: Floats, rule: str) -> Floats:
     found = np.divide(above, below, out=np.zeros_like(below), where=below > 0)
     np.fill_diagonal(found, 1.0)
     return np.asarray(found)
-
-
-def shock_spectrum(
-    times: Sequence[float] | Floats,
-    acceleration: Sequence[float] | Floats,
-    frequencies: Sequence[float] | Floats,
-    damping: float = 0.05,
-) -> Floats:
-    """Shock response spectrum: largest absolute accelerations of oscillators on shaken ground.
-
-    Between two times the acceleration is linear, and the oscillators move exactly (Smallwood
-    1981). What they do after the last time, with ground at rest, counts, too.
-
-    Args:
-        times: Times at equal distances, shape (n,) [s].
-        acceleration: Acceleration of ground, shape (n,).
-        frequencies: Natural frequencies of the oscillators, positive [Hz].
-        damping: Damping ratio of the oscillators, from 0 to below 1.
-
-    Returns:
-        Shape (frequencies,), in the unit of the acceleration.
-
-    Raises:
-        SceneError: If times do not increase by equal steps, or a number makes no sense.
-    """
-    t, a, f = (np.atleast_1d(np.asarray(v, dtype=float)) for v in (times, acceleration, frequencies))
-    h = np.diff(t)
-    if len(t) < 2 or len(t) != len(a) or h[0] <= 0 or np.ptp(h) > 1e-6 * h[0]:
-        raise SceneError(
-            f"shock_spectrum: there are {len(t)} times and {len(a)} accelerations; times must be as "
-            "many, at least two, and increase by equal steps"
-        )
-    if np.any(f <= 0) or not 0 <= damping < 1:
-        raise SceneError(
-            f"shock_spectrum: frequencies begin at {f.min():g} and damping is {damping:g}; "
-            "frequencies must be positive, and damping from 0 to below 1"
-        )
-    found = np.empty(len(f))
-    for k, frequency in enumerate(f):
-        w, step = 2 * np.pi * frequency, float(h.mean())
-        # a period more, in which ground is at rest
-        more = np.zeros(int(np.ceil(1 / (frequency * step))) + 1)
-        decay, turn = damping * w * step, w * step * np.sqrt(1 - damping**2)
-        e, sine, cosine = np.exp(-decay), np.sin(turn), np.cos(turn)
-        share = sine / turn
-        b = [
-            1 - e * share,
-            2 * e * (share - cosine),
-            e**2 - e * share,
-        ]
-        response = scipy.signal.lfilter(b, [1.0, -2 * e * cosine, e**2], [*a, *more])
-        found[k] = np.abs(response).max()
-    return found
