@@ -32,6 +32,11 @@ from shellmb.errors import ShellmbError as ShellmbError
 from shellmb.errors import ShellmbWarning as ShellmbWarning
 from shellmb.model.own.body import Hold as Hold
 from shellmb.model.own.body import OwnBody as OwnBody
+from shellmb.responding.linearise import linearise as linearise
+from shellmb.responding.respond import response as response
+from shellmb.responding.response import Response as Response
+from shellmb.responding.shock import shock_spectrum as shock_spectrum
+from shellmb.responding.system import LinearSystem as LinearSystem
 from shellmb.scene import *
 from shellmb.scene import Scene as Scene
 from shellmb.sensitivity.adjoint.objective import Objective

@@ -67,7 +67,10 @@ def curves(text: str) -> dict[str, Any]:
 
 def moment(text: str) -> str | float:
     """A state that a text means: `rest`, `equilibrium`, or a time."""
-    return text if text in STATES else numbers("--at")(text)[0]
+    try:
+        return float(text)
+    except ValueError:
+        return text
 
 
 @dataclass(frozen=True)

@@ -87,6 +87,8 @@ def with_inputs(scene: Scene) -> tuple[Scene, dict[str, Input]]:
     Raises:
         SceneError: If a controller moves a driver.
     """
+    # what has no mass is told before ground accelerates it
+    scene = scene.with_options(scheme="ep", dt=scene.dt or 1.0, t_end=scene.t_end or 1.0)
     found: dict[str, Input] = {}
 
     def new(name: str, given: Any = None, idle: bool = False) -> Input:

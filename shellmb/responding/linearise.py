@@ -211,8 +211,7 @@ def _doubt(state: Linearised, system: LinearSystem) -> None:
     if not isinstance(state, MovingState):
         return
     sizes = np.abs(system.poles(10))
-    slowest = float(np.min(sizes[sizes > NEUTRAL * state.shift], initial=state.shift))
-    drift = state.unsteady.drift(slowest)
+    drift = state.unsteady.drift(min(sizes[sizes > NEUTRAL * state.shift], default=state.shift))
     if drift > STEADY:
         warn(
             f"linearise: the state at t = {state.time:g} is no steady motion: it moves by "

@@ -25,6 +25,8 @@ ORDERS = {"displacement": 0, "velocity": 1, "acceleration": 2}
 # frequencies beside a resonance at which densities are integrated: tangents of angles, in half
 # widths; and between those of the user so many more
 ANGLES, BETWEEN = 161, 4
+# coordinates up to which matrices are dense
+SMALL = 100
 # a frequency in place of zero, Hz
 STILL = 1e-6
 
@@ -101,6 +103,7 @@ class Response:
 
         from shellmb.observers.summary import versions, write_json
         from shellmb.running.directory import claimed, written
+        from shellmb.show.bode import draw_bode
 
         where = Path(directory)
         with claimed(where, MPI.COMM_SELF, new=True), written(where, MPI.COMM_SELF):
@@ -114,7 +117,7 @@ class Response:
             content = {"about": self.about, "results": self.numbers, "errors": dict(self.errors)}
             write_json(where / "summary.json", content | {"versions": versions()})
             if pictures:
-                self.plot().savefig(where / "bode.png")
+                draw_bode(self, where / "bode.png")
         return where
 
 
@@ -180,7 +183,10 @@ def response_at(system: LinearSystem, f: Floats, order: int = 0) -> Complex:
     found = np.empty((len(system.outputs), len(system.inputs), len(f)), dtype=np.complex128)
     M, C, K = system.M.tocsc(), system.C.tocsc(), system.K.tocsc()
     diagonal = all(A.nnz == np.count_nonzero(A.diagonal()) for A in (M, C, K))
-    m, c, k = (A.diagonal() for A in (M, C, K))
+    if diagonal:
+        M, C, K = (A.diagonal()[:, None] for A in (M, C, K))
+    elif system.size <= SMALL:
+        M, C, K = (A.toarray() for A in (M, C, K))
     for n, frequency in enumerate(f):
         s = 2j * np.pi * frequency
         powers = 1.0, s, s * s
@@ -188,11 +194,14 @@ def response_at(system: LinearSystem, f: Floats, order: int = 0) -> Complex:
             sum(power * part for power, part in zip(powers, parts, strict=True))
             for parts in (system.F, system.Y, system.D)
         )
+        inner = K + s * C + s * s * M
         if diagonal:
-            x = force / (k + s * c + s * s * m)[:, None]
+            x = force / inner
+        elif system.size <= SMALL:
+            x = np.linalg.solve(inner, force)
         else:
-            inner = sp.csc_array(K + s * C + s * s * M, dtype=np.complex128)
-            x = spla.splu(inner).solve(np.asarray(force, dtype=np.complex128))
+            factor = spla.splu(sp.csc_array(inner, dtype=np.complex128))
+            x = factor.solve(np.asarray(force, dtype=np.complex128))
         found[..., n] = s**order * (row @ x + direct)
     return found
 

@@ -296,7 +296,7 @@ class LinearSystem:
         return scipy.signal.StateSpace(*self.state_space(modes))
 
     def to_control(self, modes: int | None = None) -> Any:
-        """The state space as one of python-control, with the names of inputs and outputs.
+        """The state space as one of python-control, with the names of inputs and outputs, `_` for `.`.
 
         Args:
             modes: As of `state_space`.
@@ -311,7 +311,9 @@ class LinearSystem:
                 "linearise: python-control is not installed; install it (pip install control), or "
                 "use to_scipy()"
             ) from None
-        names = {"inputs": list(self.input_names), "outputs": list(self.outputs)}
+        every = {"inputs": self.input_names, "outputs": self.outputs}
+        # it takes no names with points
+        names = {k: [name.replace(".", "_") for name in of] for k, of in every.items()}
         return control.ss(*self.state_space(modes), **names)
 
     def save(self, path: Path | str) -> Path:

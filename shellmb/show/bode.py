@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
+from shellmb.guarding.writing import drafted
 from shellmb.observers.drawing import STYLE, figure
 
 if TYPE_CHECKING:
@@ -39,3 +42,20 @@ def bode_figure(found: Response) -> Figure:
                 axes.legend()
         plots[-1].set_xlabel("frequency [Hz]")
     return made
+
+
+def draw_bode(found: Response, file: Path) -> Path:
+    """Draw the plot into a file, on a stack of its own as all pictures (`pictures`).
+
+    Args:
+        found: The response.
+        file: The picture.
+    """
+
+    def draw() -> None:
+        with drafted(file) as draft:
+            bode_figure(found).savefig(draft)
+
+    with ThreadPoolExecutor(max_workers=1) as thread:
+        thread.submit(draw).result()
+    return file
