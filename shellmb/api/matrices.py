@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import scipy.sparse as sp
 
-from shellmb.api.requested import requested
+from shellmb.api.resolve_scene import requested
+from shellmb.api.responding.reduction import unknowns_of
+from shellmb.api.responding.system import LinearSystem, StateSpace, lowest_modes
 from shellmb.arrays import Floats, Ints
 from shellmb.errors import SceneError
 from shellmb.options.described import options_of, takes
 from shellmb.options.run import ELEMENTS, Options
-from shellmb.responding.reduction import unknowns_of
-from shellmb.responding.system import LinearSystem, StateSpace, lowest_modes
 from shellmb.scene import Scene
 from shellmb.scene.lookup import find_body, said
 from shellmb.scene.values.validate import show
@@ -160,8 +160,8 @@ def matrices(
     """
     from mpi4py import MPI
 
-    from shellmb.rotating.axis import Axis
-    from shellmb.rotating.steady import SteadyRotation
+    from shellmb.running.rotating.axis import Axis
+    from shellmb.running.rotating.steady import SteadyRotation
 
     if MPI.COMM_WORLD.size > 1:
         raise SceneError(

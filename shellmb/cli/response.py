@@ -41,7 +41,7 @@ def response(
     `shellmb response my_scene.py --frequencies 1:500:500 --modes 20 --damping 0.02 --psd
     base.z=1e-2`: to random accelerations of ground
     """
-    from shellmb.responding.respond import response as respond
+    from shellmb.api.responding.respond import response as respond
     from shellmb.running.request import parse_parameters
 
     plain = {k: v.value if isinstance(v, StrEnum) else v for k, v in options.items() if v}

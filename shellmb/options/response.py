@@ -16,7 +16,6 @@ from shellmb.options.modes import numbers
 from shellmb.scene.values.validate import show
 
 Quantity = Literal["displacement", "velocity", "acceleration"]
-Rule = Literal["srss", "cqc"]
 STATES = ("rest", "equilibrium")
 RANGE = "frequencies: FROM:TO:COUNT has three numbers, as 1:100:200"
 
@@ -177,9 +176,6 @@ class ResponseOptions:
         "largest outputs.",
         metavar="INPUT=SPECTRUM",
         parse=curves,
-    )
-    rule: Rule = option(  # noqa: RUF009 - a field, as the others
-        "How largest outputs of modes are combined.", default="cqc"
     )
 
     def check(self) -> None:

@@ -12,8 +12,8 @@ import pytest
 import scipy.sparse.linalg as spla
 
 import shellmb as sm
+from shellmb.api.responding.system import LinearSystem
 from shellmb.errors import SceneError
-from shellmb.responding.system import LinearSystem
 from tests.rotating.test_spinning import rotor
 
 MOTION: dict[str, Any] = {"scheme": "ep", "dt": 1e-3, "t_end": 1.0}

@@ -15,11 +15,11 @@ import scipy.linalg as la
 from typer.testing import CliRunner
 
 import shellmb as sm
+from shellmb.api.responding.system import lowest_modes
 from shellmb.cli.main import app
 from shellmb.demos.verification.cases import CASES
 from shellmb.demos.verification.problems import forced  # noqa: F401
 from shellmb.errors import SceneError
-from shellmb.responding.system import lowest_modes
 from tests.responding.test_linearise import MOTION, TIP, strip
 
 F = 1.5

@@ -9,13 +9,13 @@ import scipy.signal
 import scipy.sparse as sp
 from scipy.signal import StateSpace
 
+from shellmb.api.responding.response import response_at
+from shellmb.api.responding.states import about_state
+from shellmb.api.responding.system import LinearSystem
 from shellmb.arrays import Floats
 from shellmb.demos.verification.cases import Check, case
 from shellmb.demos.verification.setups import ALL
 from shellmb.options.response import LinearOptions
-from shellmb.responding.linearise import about_state
-from shellmb.responding.response import response_at
-from shellmb.responding.system import LinearSystem
 from shellmb.scene import (
     Beam,
     Fixed,

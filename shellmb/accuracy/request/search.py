@@ -11,21 +11,21 @@ from math import isfinite
 
 from mpi4py import MPI
 
+from shellmb.accuracy.caveats import NO_LIMIT
 from shellmb.accuracy.companions import Change, degree_of
+from shellmb.accuracy.error_estimate import ErrorEstimate
 from shellmb.accuracy.errors import FEWEST, Companions, find_companions, judged, write_errors
 from shellmb.accuracy.estimates import RATIO, step_error
 from shellmb.accuracy.family import Family, is_large
-from shellmb.accuracy.found import Found
-from shellmb.accuracy.kept import Kept, difference
+from shellmb.accuracy.measuring.stepping import free
+from shellmb.accuracy.measuring.times import slowest
 from shellmb.accuracy.modes import ModeResults
-from shellmb.accuracy.remarks import NO_LIMIT
 from shellmb.accuracy.request.choose import AIM, Choice, choose
 from shellmb.accuracy.request.levels import Level, Store
-from shellmb.accuracy.request.wanted import Wanted
-from shellmb.accuracy.request.words import label, line, percent, seconds
+from shellmb.accuracy.request.messages import label, line, percent, seconds
+from shellmb.accuracy.request.target import Target
+from shellmb.accuracy.run_record import RunRecord, difference
 from shellmb.errors import ConvergenceError, SceneError, ShellmbError, Stopped
-from shellmb.measuring.stepping import free
-from shellmb.measuring.times import slowest
 from shellmb.running.execute import RunResult
 from shellmb.running.request import Request
 from shellmb.running.results import Results
@@ -97,7 +97,7 @@ class Search:
         how: How they are run.
     """
 
-    def __init__(self, scene: Scene, wanted: Wanted, store: Store, how: Running) -> None:
+    def __init__(self, scene: Scene, wanted: Target, store: Store, how: Running) -> None:
         self.scene, self.wanted, self.store, self.how = scene, wanted, store, how
         self.quantity = wanted.quantity(scene, measures=how.results is not None)
         self.levels: list[Level] = []
@@ -241,7 +241,7 @@ class Search:
             self.store.keep(self._family, self.levels)
         return run
 
-    def _see(self, kept: Kept) -> None:
+    def _see(self, kept: RunRecord) -> None:
         """Learn from a run which results there are.
 
         Raises:
@@ -256,7 +256,9 @@ class Search:
         found, mine = companions.find(self.quantity, scene, order_of(scene)), companions.mine
         return self._level_of(change, found, mine.cpu, mine.seconds)
 
-    def _level_of(self, change: Change, found: Found, seconds: float, stepping: float) -> Level:
+    def _level_of(
+        self, change: Change, found: ErrorEstimate, seconds: float, stepping: float
+    ) -> Level:
         """A level with its errors and its processor times."""
         scene = change.apply(self.scene)
         parts = {k: p.error for k, p in found.parts.items()}

@@ -10,7 +10,7 @@ import numpy as np
 
 from shellmb.errors import SceneError
 from shellmb.scene.beams.beam import Beam
-from shellmb.scene.checks import effect as checks_effect
+from shellmb.scene.checks import ignored_settings as checks_effect
 from shellmb.scene.checks import linear as checks_linear
 from shellmb.scene.checks import multibody as checks_multibody
 from shellmb.scene.checks import reduced as checks_reduced

@@ -11,8 +11,8 @@ from shellmb.options.described import options_of, takes
 from shellmb.options.run import Options
 from shellmb.scene import FromMode, Scene
 from shellmb.scene.loads.contacts import Faces
+from shellmb.sensitivity.adjoint.element_fields import ElementField, varying
 from shellmb.sensitivity.adjoint.objective import Objective, check_objective, check_probes
-from shellmb.sensitivity.adjoint.places import Place, varying
 from shellmb.sensitivity.parameters import (
     beside,
     differentiated,
@@ -144,7 +144,7 @@ def adjoint(
     return Adjoint(value, by_parameters, by_fields, run, sentences)
 
 
-def _places(fields: Any) -> tuple[Place, ...]:
+def _places(fields: Any) -> tuple[ElementField, ...]:
     """Fields that are differentiated by.
 
     Raises:
@@ -158,7 +158,7 @@ def _places(fields: Any) -> tuple[Place, ...]:
     return places
 
 
-def _place(given: Any) -> Place:
+def _place(given: Any) -> ElementField:
     """A field that is differentiated by.
 
     Raises:
@@ -169,10 +169,10 @@ def _place(given: Any) -> Place:
             f"adjoint: a field is {given!r}; it must be the name of a shell and of a parameter of "
             "its section, such as ('plate', 'thickness')"
         )
-    return Place(*given)
+    return ElementField(*given)
 
 
-def _refuse(scene: Scene, places: Sequence[Place]) -> None:
+def _refuse(scene: Scene, places: Sequence[ElementField]) -> None:
     """Refuse what has no adjoint here.
 
     Raises:
