@@ -133,8 +133,10 @@ class Matrices:
         F, Y = given["inputs"].T, given["outputs"]
         none = (np.zeros_like(F), np.zeros_like(Y), np.zeros((len(Y), F.shape[1])))
         orders = (F, *none[:1] * 2), (Y, *none[1:2] * 2), none[2:] * 3
-        names = tuple(tuple(map(str, range(n))) for n in none[2].shape[::-1])
-        whole = LinearSystem(self.M, self.C, self.K, *orders, np.zeros((2, *none[2].shape)), *names)
+        outs, ins = (tuple(map(str, range(n))) for n in none[2].shape)
+        whole = LinearSystem(
+            self.M, self.C, self.K, *orders, np.zeros((2, *none[2].shape)), ins, outs
+        )
         return whole.state_space(modes)
 
 

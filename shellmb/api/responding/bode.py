@@ -2,41 +2,42 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
+from shellmb.arrays import Floats
 from shellmb.files.writing import drafted
 from shellmb.observers.drawing import STYLE, figure
 
-if TYPE_CHECKING:
-    from shellmb.api.responding.response import Response
 
-
-def bode_figure(found: Response) -> Figure:
+def bode_figure(
+    f: Floats, frf: Any, psd: Floats | None, inputs: Sequence[str], outputs: Sequence[str]
+) -> Figure:
     """Amplitude and phase over the frequency, and densities below.
 
     Args:
-        found: The response.
+        f: Frequencies, Hz.
+        frf: Frequency responses, shape (outputs, inputs, n).
+        psd: Densities, shape (outputs, n); None: none.
+        inputs: Names of the inputs.
+        outputs: Names of the outputs.
     """
-    densities: Any = () if found.psd is None else found.psd
-    count = 2 + bool(len(densities))
+    labels = ("amplitude", "phase [deg]", *(() if psd is None else ("density [1/Hz]",)))
     with mpl.rc_context(STYLE):
-        made = figure(7.0, 2.2 * count)
-        plots = made.subplots(count, 1, sharex=True)
-        for o, output in enumerate(found.outputs):
-            for i, name in enumerate(found.inputs):
-                values = found.frf[o, i]
-                if np.any(values):
-                    plots[0].semilogy(found.frequencies, np.abs(values), label=f"{output} / {name}")
-                    plots[1].plot(found.frequencies, np.degrees(np.angle(values)))
-        for output, values in zip(found.outputs, densities, strict=False):
-            plots[2].semilogy(found.frequencies, values, label=output)
-        for axes, name in zip(plots, ("amplitude", "phase [deg]", "density [1/Hz]"), strict=False):
+        made = figure(7.0, 2.2 * len(labels))
+        plots = made.subplots(len(labels), 1, sharex=True)
+        for o, i in zip(*np.nonzero(np.any(frf, axis=2)), strict=True):
+            plots[0].semilogy(f, np.abs(frf[o, i]), label=f"{outputs[o]} / {inputs[i]}")
+            plots[1].plot(f, np.degrees(np.angle(frf[o, i])))
+        if psd is not None:
+            plots[2].semilogy(f, psd.T, label=outputs)
+        for axes, name in zip(plots, labels, strict=True):
             axes.set_ylabel(name)
             if axes.get_legend_handles_labels()[1]:
                 axes.legend()
@@ -44,18 +45,17 @@ def bode_figure(found: Response) -> Figure:
     return made
 
 
-def draw_bode(found: Response, file: Path) -> Path:
-    """Draw the plot into a file, on a stack of its own as all pictures (`pictures`).
+def drawn(plot: Callable[[], Figure], file: Path) -> None:
+    """Draw a figure into a file, on a stack of its own as all pictures (`pictures`).
 
     Args:
-        found: The response.
+        plot: Makes the figure.
         file: The picture.
     """
 
     def draw() -> None:
         with drafted(file) as draft:
-            bode_figure(found).savefig(draft)
+            plot().savefig(draft)
 
     with ThreadPoolExecutor(max_workers=1) as thread:
         thread.submit(draw).result()
-    return file

@@ -97,34 +97,34 @@ def with_inputs(scene: Scene) -> tuple[Scene, dict[str, Input]]:
     ]
     drivers = []
     for driver in scene.drivers:
-        given = {c: getattr(driver, c) for c in driver.coordinates}
-        for name, function in given.items():
-            if not callable(function):
+        motions: dict[str, Any] = {}
+        for name in driver.coordinates:
+            if not callable(getattr(driver, name)):
                 raise SceneError(
                     f"linearise: driver '{driver.name}' moves by a controller; give its {name} as "
                     "a function of time, or let a motor take the command"
                 )
-            given[name] = new(f"{driver.name}.{name}", function)
-        drivers.append(replace(driver, **given))
+            motions[name] = new(f"{driver.name}.{name}", getattr(driver, name))
+        drivers.append(replace(driver, **motions))
     supports: list[Any] = []
     for k, support in enumerate(scene.supports, start=1):
         if isinstance(support, Driven):
-            name, parts = f"support{k}", dict[str, Any]()
+            parts: dict[str, Any] = {}
             if support.rotation is not None:
-                parts["rotation"] = new(f"{name}.rotation", support.rotation)
+                parts["rotation"] = new(f"support{k}.rotation", support.rotation)
             if support.translation is not None:
-                moved = [new(f"{name}.{axis}") for axis in AXES]
+                moved = [new(f"support{k}.{axis}") for axis in AXES]
                 parts["translation"] = _moved(support.translation, moved)
             supports.append(replace(support, **parts))
         elif isinstance(support, Fixed):
-            given = {
+            parts = {
                 part: tuple(
                     new(f"support{k}.{prefix}{axis}", c) if callable(c) else c
                     for axis, c in zip(AXES, getattr(support, part), strict=True)
                 )
                 for part, prefix in (("displacement", ""), ("director", "director."))
             }
-            supports.append(replace(support, **given))
+            supports.append(replace(support, **parts))
         else:
             supports.append(support)
     changed = replace(

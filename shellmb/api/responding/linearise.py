@@ -45,7 +45,9 @@ def linearise(
         SceneError: If the scene or the state is impossible, or there are several ranks.
         ConvergenceError: If there is no such state.
     """
-    wanted, chosen = asked("linearise", scene, parameters, options | {"at": at, "state": state})
+    wanted, chosen = scene_and_state(
+        "linearise", scene, parameters, options | {"at": at, "state": state}
+    )
     if constraints not in ("eliminated", "kept"):
         raise SceneError(
             f"linearise: constraints is {show(constraints)}; it must be 'eliminated' or 'kept'"
@@ -55,7 +57,7 @@ def linearise(
     return about_state(wanted, chosen, constraints)
 
 
-def asked(
+def scene_and_state(
     what: str,
     scene: Scene | Run | str,
     parameters: Mapping[str, Any] | None,

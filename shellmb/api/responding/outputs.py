@@ -14,6 +14,8 @@ from shellmb.arrays import Floats, Ints
 from shellmb.errors import SceneError
 from shellmb.model.joints.joints import JointGroup
 from shellmb.model.locations.nodes import local_nodes
+from shellmb.observers.fields.modal import modal_members
+from shellmb.observers.fields.nodal import Nodes
 from shellmb.observers.fields.resultants import RESULTANTS, Resultants, has_resultants
 from shellmb.observers.forces.joints import Span, column_names, joints_of, parts_of
 from shellmb.observers.probes import places_of, plain_spot
@@ -58,6 +60,11 @@ def _probe(state: Linearised, probe: Probe) -> Output:
             "small motions; give a component 0, 1 or 2 along the scene's axes"
         )
     (given,) = state.model.scene.bodies_of(probe)
+    if given.name in modal_members(state.model):
+        raise SceneError(
+            f"{who} is on '{given.name}', which is reduced to modes; linear systems have no "
+            "outputs on such bodies: take model='exact' or 'floating-frame', or leave it out"
+        )
     # of a simulation, these look at the model alone
     simulation: Any = state
     body: Any = state.model.meshed.get(given.name)
@@ -66,10 +73,11 @@ def _probe(state: Linearised, probe: Probe) -> Output:
     row = np.zeros(state.system.size)
     for place, weight in zip(names, weights, strict=True):
         if body is not None and has_resultants(body, probe.quantity):
-            nodes = local_nodes(body, cast(Any, place), who)
-            row += weight * _resultant(state, body, nodes, probe)
+            at = local_nodes(body, cast(Any, place), who)
+            row += weight * _resultant(state, body, at, probe)
             continue
-        name, nodes, arms = plain_spot(simulation, given.name, place, who)
+        name, found, arms = plain_spot(simulation, given.name, place, who)
+        nodes = cast(Nodes, found)
         u, w = (_numbers(state, name)[dofs] for dofs in nodes.dofs)
         share = weight / len(u)
         D = nodes.values(_function(state, name).x.array).directors

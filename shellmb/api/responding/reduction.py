@@ -84,9 +84,8 @@ class Unknowns:
         value, rate = self.rows
         Y = (value[:, free], rate[:, free], np.zeros_like(value[:, free]))
         D = (value @ self.motions, rate @ self.motions, np.zeros((len(value), F[0].shape[1])))
-        return Coordinates(
-            *(sp.csr_array(A[:, free]) for A in (M, C, K)), F, Y, D, _places(free, self.K.shape[0])
-        )
+        M, C, K = (sp.csr_array(A[:, free]) for A in (M, C, K))
+        return Coordinates(M, C, K, F, Y, D, _places(free, self.K.shape[0]))
 
     def free(self) -> Coordinates:
         """Coordinates that no constraint ties: resultants and multipliers follow from them."""
@@ -128,9 +127,9 @@ class Unknowns:
             M,
             C,
             S,
-            tuple(T.T @ f for f in F),  # type: ignore[arg-type]
-            tuple(y @ T for y in Y),  # type: ignore[arg-type]
-            (D[0], D[1], D[2]),
+            tuple(T.T @ f for f in F),
+            tuple(y @ T for y in Y),
+            tuple(D),
             sp.csr_array(_places(q, len(every)) @ T),
         )
         return _with_mass(found)
@@ -224,8 +223,7 @@ def _with_mass(found: Coordinates) -> Coordinates:
         for more, y in enumerate(found.Y[: 3 - order]):
             direct[order + more] = direct[order + more] + y[:, light] @ moved
     F, Y = tuple(T.T @ f for f in found.F), tuple(y @ T for y in found.Y)
-    D = direct[0], direct[1], direct[2]
-    return Coordinates(M, C, K, F, Y, D, sp.csr_array(found.basis @ T))  # type: ignore[arg-type]
+    return Coordinates(M, C, K, F, Y, tuple(direct), sp.csr_array(found.basis @ T))
 
 
 def null_space(rows: sp.csr_array) -> sp.csr_array:

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from shellmb.api.responding.linearise import asked
+from shellmb.api.responding.linearise import scene_and_state
 from shellmb.api.responding.response import Response, find
 from shellmb.api.responding.system import LinearSystem
 from shellmb.errors import SceneError
@@ -61,7 +61,7 @@ def response(
             )
         found = find(scene, chosen)
     else:
-        wanted, about = asked("response", scene, parameters, options | {"state": state})
+        wanted, about = scene_and_state("response", scene, parameters, options | {"state": state})
         from shellmb.api.responding.states import about_state
 
         found = find(about_state(wanted, about), chosen)

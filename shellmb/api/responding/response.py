@@ -90,7 +90,7 @@ class Response:
         """Bode plot of all responses, with densities below where there are some."""
         from shellmb.api.responding.bode import bode_figure
 
-        return bode_figure(self)
+        return bode_figure(self.frequencies, self.frf, self.psd, self.inputs, self.outputs)
 
     def save(self, directory: Path | str, pictures: bool = True) -> Path:
         """Write `response.csv`, `summary.json`, and `bode.png`, to a new or empty directory.
@@ -101,7 +101,7 @@ class Response:
         """
         from mpi4py import MPI
 
-        from shellmb.api.responding.bode import draw_bode
+        from shellmb.api.responding.bode import drawn
         from shellmb.observers.summary import versions, write_json
         from shellmb.running.directory import claimed, written
 
@@ -117,7 +117,7 @@ class Response:
             content = {"about": self.about, "results": self.numbers, "errors": dict(self.errors)}
             write_json(where / "summary.json", content | {"versions": versions()})
             if pictures:
-                draw_bode(self, where / "bode.png")
+                drawn(self.plot, where / "bode.png")
         return where
 
 
@@ -207,7 +207,7 @@ def response_at(system: LinearSystem, f: Floats, order: int = 0) -> Complex:
 
 
 def _of_acceleration(system: LinearSystem, f: Floats) -> Complex:
-    """What makes a response to displacements of ground one to accelerations, (inputs, n)."""
+    """Factors from responses to displacements of ground to those to accelerations, (inputs, n)."""
     base = np.array([name.startswith("base.") for name in system.inputs])
     s = 2j * np.pi * f
     return np.where(base[:, None], 1 / s**2, 1.0)

@@ -79,8 +79,9 @@ def _of_run(scene: Scene, chosen: LinearOptions) -> Made:
     meant = state_of_run(scene, run, time, comm)
     check_state(scene, meant.scheme)
     changed, inputs = with_inputs(scene)
-    frame = chosen.rate, chosen.axis, chosen.about
-    state = MovingState(changed, *meant.reach(comm), comm, *frame)
+    arrays, counters = meant.reach(comm)
+    frame = {"rate": chosen.rate, "axis": chosen.axis, "about": chosen.about}
+    state = MovingState(changed, arrays, counters, comm, **frame)  # type: ignore[arg-type]
     seen = f"in a frame that turns by {state.rate:g} rad/s" if state.rate else "in space"
     return state, inputs, f"the state at t = {state.time:g}, {seen}"
 

@@ -21,7 +21,7 @@ from shellmb.scene.lookup import listed
 
 type Complex = npt.NDArray[np.complex128]
 # of a quantity, of its first and of its second derivative
-type Orders = tuple[Floats, Floats, Floats]
+type Orders = tuple[Floats, ...]
 
 # of the state space without sparse matrices
 DENSE = 3000
@@ -175,8 +175,7 @@ class LinearSystem:
         reduced = (np.eye(count), V.T @ (self.C @ V), np.diag(values) + skew)
         M, C, K = (sp.csr_array(A) for A in reduced)
         F, Y = [V.T @ f for f in F], [y @ V for y in self.Y]
-        of = {name: (a, b, c) for name, (a, b, c) in (("F", F), ("Y", Y), ("D", D))}
-        return replace(self, M=M, C=C, K=K, **of)
+        return replace(self, M=M, C=C, K=K, F=tuple(F), Y=tuple(Y), D=tuple(D))
 
     def descriptor(self) -> Descriptor:
         """The first-order form with sparse matrices, of coordinates and their rates.
@@ -365,7 +364,7 @@ class LinearSystem:
                 entries = A if matlab else (A[2], A[:2].astype(int))
                 found[name] = sp.csr_array(entries, shape=(size, size))
             inputs, outputs, about = str(np.ravel(content["names"])[0]).split("\n")
-            names = (tuple(of.split("\t")) if of else () for of in (inputs, outputs))
+            names = [tuple(of.split("\t")) if of else () for of in (inputs, outputs)]
             kept, shift = np.ravel(content["numbers"]).tolist()
             carried = content["carried"]
         except (OSError, KeyError, ValueError) as error:
@@ -373,15 +372,8 @@ class LinearSystem:
                 f"linearise: {where} holds no linear system ({error}); it must be a file that "
                 "LinearSystem.save wrote"
             ) from None
-        return cls(
-            **found,
-            carried=carried,
-            inputs=next(names),
-            outputs=next(names),
-            about=about,
-            kept=bool(kept),
-            shift=shift,
-        )
+        found |= {"carried": carried, "inputs": names[0], "outputs": names[1], "about": about}
+        return cls(**found, kept=bool(kept), shift=shift)
 
 
 def _quotient(value: complex, v: Complex, matrices: Sequence[sp.csr_array]) -> complex:
