@@ -17,7 +17,7 @@ from shellmb.model.user_bodies.body import OwnBody
 from shellmb.observers.account.energy import EnergyAccount, scalar
 from shellmb.options.described import takes
 from shellmb.scene import Solver
-from shellmb.scene.schemes import dissipation
+from shellmb.scene.schemes import SIMPLEST, dissipation
 from shellmb.scene.values.messages import show
 from shellmb.schemes.registry import make_scheme
 from shellmb.simulate.problem import Problem
@@ -105,7 +105,7 @@ class Motion:
     def __init__(
         self,
         *bodies: OwnBody,
-        scheme: Any = "ep",
+        scheme: Any = SIMPLEST,
         dt: float,
         alpha: float | None = None,
         tolerance: float = 1e-10,

@@ -21,6 +21,7 @@ from shellmb.preprocessing.modal.lowest import lowest_frequency
 from shellmb.preprocessing.modal.stretched import Parts, stiffening
 from shellmb.preprocessing.modal.tangent import bending_scale
 from shellmb.scene.checks.linear import SMALL_ANGLE
+from shellmb.scene.schemes import SIMPLEST
 from shellmb.simulate.simulation import BaseObserver, Simulation
 from shellmb.system.assembly.functionals import functionals
 
@@ -78,7 +79,7 @@ class SmallDisplacements(BaseObserver):
                     f"{largest:.2g} rad, at t = {when:g}; with scheme "
                     f"'{simulation.scheme.name}' displacements are small, up to {SMALL_ANGLE:g} "
                     "rad: its results are of the size of the square of that off; use --scheme "
-                    f"{'ep' if simulation.scheme.dynamic else 'static'}",
+                    f"{SIMPLEST if simulation.scheme.dynamic else 'static'}",
                 )
 
 

@@ -317,8 +317,8 @@ FAULTS: tuple[Fault, ...] = (
     Fault(
         "volumes turn what they fill",
         "shellmb/model/potentials/volume.py",
-        "KEEP_ANGULAR_MOMENTUM and not differ(normals)",
-        "KEEP_ANGULAR_MOMENTUM and differ(normals)",
+        "traits.keeps_angular_momentum and not differ(normals)",
+        "traits.keeps_angular_momentum and differ(normals)",
         (f"{VOLUMES}::test_ep_keeps_the_angular_momentum_of_what_is_filled[filling0]",),
     ),
     Fault(

@@ -21,7 +21,7 @@ JUMP = 1e-2
 
 def _has_jump(scene: Scene) -> bool:
     if isinstance(scene.scheme, str):
-        return SCHEMES[scene.scheme][1]
+        return SCHEMES[scene.scheme].jump
     return "j" in getattr(scene.scheme, "stages", ())
 
 

@@ -30,13 +30,12 @@ from shellmb.running.execute import RunResult
 from shellmb.running.request import Request
 from shellmb.running.results import Results
 from shellmb.scene import Scene
+from shellmb.scene.schemes import OURS
 from shellmb.schemes.registry import make_scheme
 from shellmb.simulate.simulation import Observer
 
 type Tell = Callable[[str], None]
 
-# schemes among which one is chosen
-SCHEMES = ("ep", "ed", "ep4", "ed3")
 # steps of the first level at least, so many times larger than the scene's at most
 FIRST, LARGEST = FEWEST * RATIO**2, 9
 # levels at most
@@ -181,7 +180,7 @@ class Search:
                 f"scheme is 'auto', and the scene '{self.scene.name}' is static; leave it out"
             )
         found: dict[str, float] = {}
-        for scheme in SCHEMES:
+        for scheme in OURS:
             own = replace(change, scheme=scheme)
             steps = (own, *(replace(own, step=own.step * RATIO**n) for n in (1, 2)))
             series = [kept for c in steps if (kept := self._family.run(c)) is not None]

@@ -10,7 +10,7 @@ from shellmb.options.described import of_today
 from shellmb.options.run import Options
 from shellmb.running.loader import SceneModule, load
 from shellmb.scene import Scene, Shell
-from shellmb.scene.schemes import DISSIPATIVE
+from shellmb.scene.schemes import DISSIPATIVE, OURS
 from shellmb.scene.shells.divided import refined_times
 
 # in this order choices are named, and vary from the slowest to the fastest in the grid
@@ -20,8 +20,6 @@ AXES = (
 )
 # what a run is the more accurate for, and what its curve in the picture is drawn over
 REFINED = ("mesh", "divide", "dt", "step_error")
-# schemes that are called by their initials
-SHORT = ("ep", "ed", "ep4", "ed3")
 
 
 @dataclass(frozen=True)
@@ -68,7 +66,7 @@ def _words(choice: Choice, name: str) -> str:
     value = getattr(choice, name)
     if name == "scheme":
         dissipation = "" if choice.alpha is None else f" alpha = {choice.alpha:g}"
-        return (value.upper() if value in SHORT else value) + dissipation
+        return (value.upper() if value in OURS else value) + dissipation
     written = {
         "alpha": f"alpha = {value}",
         "cell": f"{value}",

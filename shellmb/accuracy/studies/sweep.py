@@ -17,7 +17,7 @@ from shellmb.errors import SceneError
 from shellmb.options.described import read
 from shellmb.options.study import StudyOptions
 from shellmb.running.loader import SceneModule
-from shellmb.scene.schemes import SCHEMES
+from shellmb.scene.schemes import SCHEMES, Traits
 
 # schemes of references, the best first
 PREFERRED = ("ep4", "ed")
@@ -244,7 +244,7 @@ def _products(named: dict[str, tuple[Any, ...]]) -> Iterator[dict[str, Any]]:
 def cost(choice: Choice) -> float:
     """About what a run costs, relative to others of its scene."""
     elements = prod(choice.counts)
-    stages = {"ed": 3, "ed-printed": 3, "ed3": 4, "ep4": 4}.get(choice.scheme or "", 1)
+    stages = SCHEMES.get(choice.scheme or "", Traits()).work
     step = choice.step_error or choice.dt or 1.0
     return elements * stages * (choice.degree or 1) ** 2 / step
 

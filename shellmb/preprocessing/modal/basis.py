@@ -28,6 +28,7 @@ from shellmb.scene import Scene, Weld
 from shellmb.scene.lookup import said
 from shellmb.scene.multibody.joints import Joint
 from shellmb.scene.multibody.rigid import FloatingFrame, Interface, RigidBody
+from shellmb.scene.schemes import SIMPLEST
 from shellmb.scene.values.models import Modal
 
 type Touched = Mapping[str, tuple[str, Any, str]]
@@ -124,7 +125,7 @@ def scene_of(
         joints=tuple(welds),
         # when they act, and what commands them, is a matter of the run
         loads=tuple(replace(load, time=None) for load in loads),
-        scheme="ep",
+        scheme=SIMPLEST,
         dt=1.0,
         t_end=1.0,
         redundant="drop",

@@ -9,6 +9,7 @@ import numpy as np
 from shellmb.model.model import Model
 from shellmb.preprocessing.modal.isolated import SHIFT, IsolatedBody
 from shellmb.scene import Beam, Scene
+from shellmb.scene.schemes import SIMPLEST
 from shellmb.system.eigenvalues import eigenpairs
 
 # of a beam with both ends free over that of one with an end clamped, 22.37/3.516
@@ -32,7 +33,7 @@ def lowest_frequency(model: Model, name: str) -> float:
         return lowest_frequency(model, body.curve.shell)
     supports = tuple(s for s in scene.supports if scene.bodies_of(s)[0].name == name)
     parts: dict[str, Any] = {"beams" if isinstance(body, Beam) else "shells": body}
-    parts |= {"supports": supports, "scheme": "ep", "dt": 1.0, "t_end": 1.0}
+    parts |= {"supports": supports, "scheme": SIMPLEST, "dt": 1.0, "t_end": 1.0}
     isolated = IsolatedBody(Scene(f"{name} alone", **parts), model.comm)
     shift = -SHIFT * isolated.scale
     found, _ = eigenpairs(isolated.K, isolated.M, 7, shift, symmetric=True)

@@ -18,6 +18,7 @@ from shellmb.observers.fields.modal import ModalNodes, modal_members
 from shellmb.preprocessing.checked_model import checked_model
 from shellmb.preprocessing.modal.tangent import Blocks, tangent
 from shellmb.scene import Scene
+from shellmb.scene.schemes import SIMPLEST
 from shellmb.simulate.eigenmodes import Lowest, lowest
 from shellmb.simulate.simulation import Simulation
 from shellmb.system.assembly.blocks import BlockSystem
@@ -146,7 +147,7 @@ def modes_about(scene: Scene, comm: MPI.Comm, count: int, state: Simulation | No
         state: Static run whose end they are about, which is run here; None: the reference.
     """
     check_count(count)
-    moving = scene.with_options(scheme="ep", dt=scene.dt or 1.0, t_end=scene.t_end or 1.0)
+    moving = scene.with_options(scheme=SIMPLEST, dt=scene.dt or 1.0, t_end=scene.t_end or 1.0)
     # forces of joints and supports are those of the equilibrium, in its unit
     model, _ = checked_model(moving, comm, None if state is None else state.model.force)
     if state is not None:

@@ -39,6 +39,7 @@ from shellmb.scene import Driven, JointDamper, Motor, Scene
 from shellmb.scene.loads.contacts import Faces
 from shellmb.scene.lookup import said
 from shellmb.scene.multibody.rolling import Contact
+from shellmb.scene.schemes import SIMPLEST
 from shellmb.scene.values.validate import show
 from shellmb.schemes.base import Levels
 from shellmb.schemes.registry import make_scheme
@@ -212,7 +213,7 @@ class MovingState(Linearised):
         about: Sequence[float] | None = None,
     ) -> None:
         self.time = t = float(counters["t"])
-        moving = scene.with_options(scheme="ep", dt=scene.dt or 1.0, t_end=scene.t_end or 1.0)
+        moving = scene.with_options(scheme=SIMPLEST, dt=scene.dt or 1.0, t_end=scene.t_end or 1.0)
         model, _ = checked_model(moving, comm)
         model.mechanism.switches.restore(counters["switches"])
         found = _motion(model, arrays, t, float(moving.dt or 1.0))
@@ -293,7 +294,7 @@ def _motion(
     found = tuple({b.name: fem.Function(b.mixed.space) for b in model.bodies} for _ in range(3))
     q, velocity, acceleration = found
     dynamic = any(key.endswith("/v") for key in arrays)
-    problem = Problem(model, make_scheme("ep", 0.0)) if dynamic else None
+    problem = Problem(model, make_scheme(SIMPLEST, 0.0)) if dynamic else None
     for body in model.bodies:
         given = arrays.get(f"{body.name}/q")
         if given is None and not dynamic and isinstance(body, InertiaPoints):

@@ -16,6 +16,7 @@ from shellmb.running.rotating.axis import Axis, held
 from shellmb.running.rotating.frame import RotatingFrame
 from shellmb.running.rotating.linearised import Linearised
 from shellmb.scene import Scene
+from shellmb.scene.schemes import SIMPLEST
 from shellmb.schemes.base import Levels
 from shellmb.simulate.start.start import OPEN
 
@@ -51,7 +52,7 @@ class SteadyRotation(Linearised):
 
     def __init__(self, scene: Scene, axis: Axis, comm: MPI.Comm, loaded: bool) -> None:
         t_end = float(scene.t_end or 1.0)
-        still = held(scene).with_options(scheme="ep", dt=scene.dt or 1.0, t_end=t_end)
+        still = held(scene).with_options(scheme=SIMPLEST, dt=scene.dt or 1.0, t_end=t_end)
         self.loaded, self.scene = loaded, scene
         model, _ = checked_model(still, comm)
         frames = {body.name: RotatingFrame(body, axis) for body in model.bodies}

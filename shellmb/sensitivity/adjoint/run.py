@@ -11,6 +11,7 @@ from shellmb.options.described import options_of, takes
 from shellmb.options.run import Options
 from shellmb.scene import FromMode, Scene
 from shellmb.scene.loads.contacts import Faces
+from shellmb.scene.schemes import COMPLETE
 from shellmb.sensitivity.adjoint.element_fields import ElementField, varying
 from shellmb.sensitivity.adjoint.objective import Objective, check_objective, check_probes
 from shellmb.sensitivity.parameters import (
@@ -28,9 +29,6 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from shellmb.running.execute import RunResult
-
-# schemes whose steps go backwards here
-SCHEMES = ("static", "ep", "ed", "ep4", "ed3")
 
 
 @dataclass(frozen=True)
@@ -179,10 +177,10 @@ def _refuse(scene: Scene, places: Sequence[ElementField]) -> None:
         SceneError: If the scene has something that changes at times of its own, or memory.
     """
     name, where = scene.name, "; use `sensitivities`, or compare runs (`sweep`)"
-    if scene.scheme_name not in SCHEMES:
+    if scene.scheme_name not in COMPLETE:
         raise SceneError(
             f"adjoint: scheme '{scene.scheme_name}' of scene '{name}' does not go backwards; use "
-            + ", ".join(SCHEMES)
+            + ", ".join(COMPLETE)
         )
     check_probes(scene)
     said = {
