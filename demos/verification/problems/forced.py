@@ -12,7 +12,6 @@ from scipy.signal import StateSpace
 from shellmb.api.responding.response import response_at
 from shellmb.api.responding.states import about_state
 from shellmb.api.responding.system import LinearSystem
-from shellmb.arrays import Floats
 from shellmb.demos.verification.cases import Check, case
 from shellmb.demos.verification.setups import ALL
 from shellmb.options.response import LinearOptions
@@ -79,29 +78,29 @@ def _damped(system: LinearSystem, modes: int) -> LinearSystem:
     return replace(part, C=sp.csr_array(np.diag(2 * RATIO * omega)))
 
 
-def _peaks(system: LinearSystem, near: float) -> tuple[float, Floats]:
+def _peaks(system: LinearSystem, near: float) -> tuple[float, list[float]]:
     """Frequency of the largest displacement, and amplitudes of both outputs there."""
     f = near * np.linspace(0.97, 1.03, 1201)
     sizes = np.abs(response_at(system, f)[:, 0])
     k = int(np.argmax(sizes[0]))
-    return float(f[k]), np.asarray(sizes[:, k])
+    return float(f[k]), sizes[:, k].tolist()
 
 
-def _periodic(system: LinearSystem, f: float) -> Floats:
+def _periodic(system: LinearSystem, f: float) -> list[float]:
     """Largest outputs under the load times `sin wt - sin 3 wt`."""
     first, third = np.moveaxis(response_at(system, np.array([f, 3 * f]))[:, 0], 1, 0)
     turn = np.exp(2j * np.pi * np.linspace(0, 1, 4001))
     outputs = (np.outer(first, turn) - np.outer(third, turn**3)).imag
-    return np.asarray(np.abs(outputs).max(axis=1))
+    return np.abs(outputs).max(axis=1).tolist()
 
 
-def _step(system: LinearSystem, end: float) -> tuple[float, Floats, Floats]:
+def _step(system: LinearSystem, end: float) -> tuple[float, list[float], list[float]]:
     """Time of the largest displacement after a load begins, both outputs then, and at rest."""
     space = StateSpace(*system.state_space())
     t, outputs = scipy.signal.step(space, T=np.linspace(0.0, end, 4001))
     still = -space.C @ np.linalg.solve(space.A, space.B) + space.D
     k = int(np.argmax(np.abs(outputs[:, 0])))
-    return float(t[k]), np.abs(outputs[k]), np.abs(still[:, 0])
+    return float(t[k]), np.abs(outputs[k]).tolist(), np.abs(still[:, 0]).tolist()
 
 
 @case("forced/NAFEMS 13")

@@ -13,6 +13,7 @@ from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.running.rotating.linearised import Linearised
 from shellmb.scene import Driven, Fixed, Gravity, Motor, Scene
+from shellmb.scene.schemes import SIMPLEST
 
 AXES = "xyz"
 # rotations are differentiated by central differences over this angle and twice it, rad
@@ -77,7 +78,7 @@ def with_inputs(scene: Scene) -> tuple[Scene, dict[str, Input]]:
         SceneError: If a controller moves a driver.
     """
     # what has no mass is told before ground accelerates it
-    scene = scene.with_options(scheme="ep", dt=scene.dt or 1.0, t_end=scene.t_end or 1.0)
+    scene = scene.with_options(scheme=SIMPLEST, dt=scene.dt or 1.0, t_end=scene.t_end or 1.0)
     found: dict[str, Input] = {}
 
     def new(name: str, given: Any = None, idle: bool = False) -> Input:
