@@ -278,13 +278,10 @@ class LinearSystem:
         # those of constraints are infinite
         good = np.abs(found) > INFINITE * np.abs(found).max()
         values, vectors = shift + 1 / found[good], vectors[:n, good]
-        if all(abs(A - A.T).max() <= EVEN * abs(A).max() for A in (C, K)):
-            # quotients are known to the square of the error of vectors
-            values = np.array(
-                [_quotient(s, v, (M, C, K)) for s, v in zip(values, vectors.T, strict=True)]
-            )
-        values = values[values.imag >= 0]
-        return np.asarray(values[np.lexsort((values.imag, np.abs(values)))][:count])
+        upper = np.flatnonzero(values.imag >= 0)
+        upper = upper[np.lexsort((values.imag[upper], np.abs(values[upper])))][:count]
+        even = all(abs(A - A.T).max() <= EVEN * abs(A).max() for A in (C, K))
+        return np.array([_quotient(values[k], vectors[:, k], (M, C, K), even) for k in upper])
 
     def to_scipy(self, modes: int | None = None) -> Any:
         """The state space as a `scipy.signal.StateSpace`.
@@ -376,9 +373,18 @@ class LinearSystem:
         return cls(**found, kept=bool(kept), shift=shift)
 
 
-def _quotient(value: complex, v: Complex, matrices: Sequence[sp.csr_array]) -> complex:
-    """The root next to an eigenvalue of the quadratic equation that its vector satisfies."""
-    roots = np.roots([v @ (A @ v) for A in matrices])
+def _quotient(value: complex, v: Complex, matrices: Sequence[sp.csc_array], even: bool) -> complex:
+    """The eigenvalue to the square of the error of its vectors, from the right and the left one."""
+    left = v
+    if not even:
+        M, C, K = matrices
+        try:
+            inner = spla.splu(sp.csc_array(K + value * C + value**2 * M, dtype=np.complex128))
+            left, v = inner.solve(v.astype(np.complex128), "T"), inner.solve(v.astype(complex))
+        except RuntimeError:
+            # it is an eigenvalue to the last digit
+            return value
+    roots = np.roots([left @ (A @ v) for A in matrices])
     return complex(min([*roots, np.inf], key=lambda root: abs(root - value)))
 
 
