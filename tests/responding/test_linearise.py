@@ -158,7 +158,8 @@ def test_a_rotor_in_bearings_that_differ(flexible: bool) -> None:
         # modes of a flexible rotor are known to the tolerance of their eigensolver
         assert np.abs(poles - s).min() < (1e-7 if flexible else 1e-9) * abs(s)
     kept = sm.linearise(run, constraints="kept").poles(10)
-    np.testing.assert_allclose(poles[np.abs(poles) > 1], kept[np.abs(kept) > 1], rtol=1e-9)
+    low, other = (p[(np.abs(p) > 1) & (np.abs(p) < 3000)] for p in (poles, kept))
+    np.testing.assert_allclose(low, other, rtol=1e-9)
     # gyroscopic terms are no damping: they do no work
     skew = found.C - found.C.T
     assert abs(skew).max() > 100 * abs(found.C + found.C.T).max() * 1e-3
