@@ -202,7 +202,7 @@ def _solved(inner: Any, column: sp.csr_array) -> sp.csc_array:
 def _with_mass(found: Coordinates) -> Coordinates:
     """Coordinates without inertia follow the others as in statics."""
     sizes = abs(found.M).sum(axis=1)
-    light = np.flatnonzero(sizes <= DEPENDENT**2 * sizes.max())
+    light = np.flatnonzero(sizes <= DEPENDENT**2 * sizes.max(initial=0.0))
     if not len(light):
         return found
     heavy = np.setdiff1d(np.arange(len(sizes)), light)

@@ -15,7 +15,7 @@ from shellmb.api.responding.outputs import outputs
 from shellmb.api.responding.reduction import scipy_matrix, unknowns_of
 from shellmb.api.responding.system import LinearSystem
 from shellmb.arrays import Floats
-from shellmb.errors import SceneError, warn
+from shellmb.errors import ConvergenceError, SceneError, warn
 from shellmb.options.response import LinearOptions
 from shellmb.running.natural_modes.vibration import equilibrium
 from shellmb.running.resuming.reached import state_of_run
@@ -45,8 +45,11 @@ def about_state(
     made = _of_run if chosen.timed or chosen.state is not None else _steady
     try:
         return _system_of(scene, *made(scene, chosen), constraints)
-    except SceneError as error:
-        raise SceneError(str(error).replace("modes: ", "linearise: ", 1)) from None
+    except (SceneError, ConvergenceError) as error:
+        said = str(error).replace("modes: ", "linearise: ", 1)
+        if isinstance(error, ConvergenceError):
+            raise ConvergenceError(said, error.field, error.norms) from error
+        raise SceneError(said) from None
 
 
 Made = tuple[Linearised, Mapping[str, Any], str]
@@ -67,7 +70,13 @@ def _steady(scene: Scene, chosen: LinearOptions) -> Made:
         line = find_axis(scene, chosen.axis, chosen.about)
         check_steady(scene, line, loaded)
     steady = SteadyRotation(changed, line, comm, loaded)
-    steady.go(rate or 0.0)
+    if rate is None and not loaded:
+        # as natural modes, about the reference, in balance or not
+        steady.rate = 0.0
+        steady.turn(0.0)
+        steady.system.follow()
+    else:
+        steady.go(rate or 0.0)
     said = f"a steady rotation at {rate:g} rad/s about {show(line.axis)}" if rate else "rest"
     return steady, inputs, said
 

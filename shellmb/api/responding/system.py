@@ -260,6 +260,9 @@ class LinearSystem:
             count: How many.
         """
         n, shift = self.size, self.shift
+        if n == 0:
+            # everything is driven
+            return np.zeros(0, dtype=np.complex128)
         M, C, K = (a.tocsc() for a in (self.M, self.C, self.K))
         factor = spla.splu((K + shift * C + shift**2 * M).tocsc())
 
