@@ -197,8 +197,8 @@ def test_bad_input_gets_a_sentence(tmp_path: Path) -> None:
         sm.linearise(strip(), at="there")  # type: ignore[arg-type]
     with pytest.raises(SceneError, match="axis and about are given without rate"):
         sm.linearise(strip(), axis=(0, 0, 1))
-    with pytest.raises(SceneError, match="component norm, which is not linear"):
-        sm.linearise(strip(probes=sm.Probe("all", TIP, component="norm")))
+    with pytest.warns(sm.ShellmbWarning, match="'all' is left out, as a norm is not linear"):
+        assert not sm.linearise(strip(probes=sm.Probe("all", TIP, component="norm"))).outputs
     found = sm.linearise(strip())
     with pytest.raises(SceneError, match="input is 'load3'; it must be one of 'load1', 'load2'"):
         found.select(inputs=["load3"])

@@ -242,3 +242,19 @@ def test_bad_input_gets_a_sentence(options: dict[str, Any], said: str, system: A
 @pytest.fixture(scope="module")
 def system() -> sm.LinearSystem:
     return sm.linearise(damped())
+
+
+def test_an_edge_that_is_moved_is_ground_that_moves() -> None:
+    """Seen from ground that accelerates by `-w^2` all moves as on an edge that goes up and down."""
+    edge = sm.Driven(
+        "left", axis=(0, 1, 0), rotation=lambda t: 0.0, translation=lambda t: (0, 0, 0)
+    )
+    found = sm.linearise(strip(supports=edge, loads=(), probes=sm.Probe("tip", TIP)))
+    assert found.inputs[3:] == ("support1.rotation", *(f"support1.{axis}" for axis in "xyz"))
+    for modes in (None, 10):
+        given: dict[str, Any] = {"inputs": ["support1.z", "base.z"], "modes": modes}
+        lifted, shaken = sm.response(found, frequencies=[0.0, 3.0], **given).frf[0]
+        assert lifted[0] == pytest.approx(1.0, rel=1e-6)
+        assert lifted[1] == pytest.approx(1 - (6 * np.pi) ** 2 * shaken[1], rel=1e-6)
+    turned = sm.response(found, frequencies=[0.0], inputs="support1.rotation").frf
+    assert turned[0, 0, 0] == pytest.approx(-1.0, rel=1e-6)

@@ -11,7 +11,7 @@ from dolfinx import fem
 from ufl.algorithms.ad import expand_derivatives
 
 from shellmb.arrays import Floats, Ints
-from shellmb.errors import SceneError
+from shellmb.errors import warn
 from shellmb.model.joints.joints import JointGroup
 from shellmb.model.locations.nodes import local_nodes
 from shellmb.observers.fields.modal import modal_members
@@ -46,25 +46,32 @@ def outputs(state: Linearised, scene: Scene, K: sp.csr_array, joints: bool) -> d
             these turn along, too.
 
     Raises:
-        SceneError: If a probe is of what is not linear in small motions.
+        SceneError: If there is no node at a probe's point.
     """
-    found = {probe.name: _probe(state, probe) for probe in scene.probes}
+    found: dict[str, Output] = {}
+    for probe in scene.probes:
+        if why := _unfit(state, probe):
+            warn(f"linearise: probe '{probe.name}' is left out, as {why}")
+        else:
+            found[probe.name] = _probe(state, probe)
     return found | _joints(state, K) if joints else found
+
+
+def _unfit(state: Linearised, probe: Probe) -> str:
+    """Say why a probe is no linear output; empty where it is one."""
+    if probe.component == "norm":
+        return "a norm is not linear in small motions; give component 0, 1 or 2"
+    if probe.frame is not None:
+        return "it is seen from a frame; leave the frame out"
+    (given,) = state.model.scene.bodies_of(probe)
+    if given.name in modal_members(state.model):
+        return f"'{given.name}' is reduced to modes; take model='exact' or 'floating-frame'"
+    return ""
 
 
 def _probe(state: Linearised, probe: Probe) -> Output:
     who = f"linearise: probe '{probe.name}'"
-    if probe.component == "norm" or probe.frame is not None:
-        raise SceneError(
-            f"{who} has {'a frame' if probe.frame else 'component norm'}, which is not linear in "
-            "small motions; give a component 0, 1 or 2 along the scene's axes"
-        )
     (given,) = state.model.scene.bodies_of(probe)
-    if given.name in modal_members(state.model):
-        raise SceneError(
-            f"{who} is on '{given.name}', which is reduced to modes; linear systems have no "
-            "outputs on such bodies: take model='exact' or 'floating-frame', or leave it out"
-        )
     # of a simulation, these look at the model alone
     simulation: Any = state
     body: Any = state.model.meshed.get(given.name)
