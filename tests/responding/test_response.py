@@ -251,10 +251,11 @@ def test_an_edge_that_is_moved_is_ground_that_moves() -> None:
     )
     found = sm.linearise(strip(supports=edge, loads=(), probes=sm.Probe("tip", TIP)))
     assert found.inputs[3:] == ("support1.rotation", *(f"support1.{axis}" for axis in "xyz"))
-    for modes in (None, 10):
+    # ten modes have the motion of the others to 5e-5
+    for modes, close in ((None, 1e-6), (10, 1e-3)):
         given: dict[str, Any] = {"inputs": ["support1.z", "base.z"], "modes": modes}
         lifted, shaken = sm.response(found, frequencies=[0.0, 3.0], **given).frf[0]
-        assert lifted[0] == pytest.approx(1.0, rel=1e-6)
-        assert lifted[1] == pytest.approx(1 - (6 * np.pi) ** 2 * shaken[1], rel=1e-6)
+        assert lifted[0] == pytest.approx(1.0, rel=close)
+        assert lifted[1] == pytest.approx(1 - (6 * np.pi) ** 2 * shaken[1], rel=close)
     turned = sm.response(found, frequencies=[0.0], inputs="support1.rotation").frf
     assert turned[0, 0, 0] == pytest.approx(-1.0, rel=1e-6)
