@@ -15,6 +15,7 @@ MODULES = (
     "plates",
     "laminates",
     "rates",
+    "forced",
     "frequencies",
     "modes",
     "linear_shells",

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import scipy.sparse as sp
-import scipy.sparse.linalg as spla
 
 from shellmb.api.resolve_scene import requested
+from shellmb.api.responding.reduction import unknowns_of
+from shellmb.api.responding.system import LinearSystem, StateSpace, lowest_modes
 from shellmb.arrays import Floats, Ints
 from shellmb.errors import SceneError
 from shellmb.options.described import options_of, takes
@@ -20,32 +21,10 @@ from shellmb.scene.lookup import find_body, said
 from shellmb.scene.values.validate import show
 
 if TYPE_CHECKING:
-    from petsc4py import PETSc
-
     from shellmb.model.model import Model
 
-# singular values of constraints below this part of the largest are zero
-DEPENDENT = 1e-9
 # of the scene's length: a node is at a point that is as near as this
 SAME = 1e-9
-# parts of states that are forces of constraints, and those that are resultants
-MULTIPLIERS, RESULTANTS = ("lam", "mu", "hold"), ("N", "S")
-
-
-class StateSpace(NamedTuple):
-    """Matrices of ``x' = A x + B u, y = C x + D u``, as `scipy.signal.StateSpace` takes them.
-
-    Args:
-        A: Shape (2 n, 2 n).
-        B: Shape (2 n, inputs).
-        C: Shape (outputs, 2 n).
-        D: Zero, shape (outputs, inputs).
-    """
-
-    A: Floats
-    B: Floats
-    C: Floats
-    D: Floats
 
 
 @dataclass(frozen=True)
@@ -125,16 +104,7 @@ class Matrices:
             Squares of the angular frequencies, shape (count,) [rad^2/s^2], and the modes as
             columns, shape (n, count).
         """
-        if not 0 < count < self.size:
-            raise SceneError(
-                f"matrices: modes is {count}; it must be from 1 to {self.size - 1}, the number of "
-                "coordinates less one"
-            )
-        scale = abs(self.K.diagonal()).max() / abs(self.M.diagonal()).max()
-        shift = -1e-9 * float(scale)
-        values, vectors = spla.eigsh(self.K.tocsc(), count, self.M.tocsc(), sigma=shift)
-        order = np.argsort(values)
-        return values[order], vectors[:, order]
+        return lowest_modes(self.K, self.M, count)
 
     def state_space(
         self, inputs: Any = None, outputs: Any = None, modes: int | None = None
@@ -160,19 +130,14 @@ class Matrices:
                     f"matrices: {name} have {given[name].shape[1]} columns; they must have "
                     f"{self.size}, one for each coordinate"
                 )
-        if modes is None:
-            solve = spla.splu(self.M.tocsc()).solve
-            stiff, damped = solve(self.K.toarray()), solve(self.C.toarray())
-            forces, seen = solve(given["inputs"].T), given["outputs"]
-        else:
-            values, vectors = self.modes(modes)
-            stiff, damped = np.diag(values), vectors.T @ (self.C @ vectors)
-            forces, seen = vectors.T @ given["inputs"].T, given["outputs"] @ vectors
-        n = len(stiff)
-        A = np.block([[np.zeros((n, n)), np.eye(n)], [-stiff, -damped]])
-        B = np.vstack([np.zeros_like(forces), forces])
-        C = np.hstack([seen, np.zeros_like(seen)])
-        return StateSpace(A, B, C, np.zeros((len(seen), forces.shape[1])))
+        F, Y = given["inputs"].T, given["outputs"]
+        none = (np.zeros_like(F), np.zeros_like(Y), np.zeros((len(Y), F.shape[1])))
+        orders = (F, *none[:1] * 2), (Y, *none[1:2] * 2), none[2:] * 3
+        outs, ins = (tuple(map(str, range(n))) for n in none[2].shape)
+        whole = LinearSystem(
+            self.M, self.C, self.K, *orders, np.zeros((2, *none[2].shape)), ins, outs
+        )
+        return whole.state_space(modes)
 
 
 @takes(*options_of(Options, *ELEMENTS))
@@ -207,112 +172,8 @@ def matrices(
     wanted = requested(scene, parameters, **elements).scene
     state = SteadyRotation(wanted, Axis((0.0, 0.0, 1.0)), MPI.COMM_SELF, loaded)
     state.go(0.0)
-    K, C, M = (_scipy(A) for A in state.matrices())
+    found = unknowns_of(state, state.matrices()).free()
     names = {body.name: k for k, body in enumerate(state.model.bodies)}
     numbers = {name: state.system.numbering.by_field[k] for name, k in names.items()}
-
-    def those(parts: Sequence[str]) -> Ints:
-        found = [
-            numbers[b.name][b.mixed.dofs[p].ravel()]
-            for b in state.model.bodies
-            for p in parts
-            if p in b.mixed.dofs
-        ]
-        return np.unique(np.concatenate([*found, np.zeros(0, dtype=np.int64)])).astype(np.int64)
-
-    free = np.ones(state.system.size, dtype=bool)
-    free[state.system.fixed] = False
-    resultants, tied = those(RESULTANTS), those(MULTIPLIERS)
-    resultants, tied = resultants[free[resultants]], tied[free[tied]]
-    moving = free.copy()
-    moving[resultants] = moving[tied] = False
-    q = np.flatnonzero(moving)
-    if len(resultants):
-        # each cell has its own
-        inner = spla.splu(K[resultants][:, resultants].tocsc())
-        rest = np.concatenate([q, tied])
-        column = K[resultants][:, rest]
-        change = K[rest][:, resultants] @ sp.csc_array(_solved(inner, column))
-        whole = K[rest][:, rest] - change
-        stiff, rows = whole[: len(q)][:, : len(q)], whole[len(q) :][:, : len(q)]
-    else:
-        stiff, rows = K[q][:, q], K[tied][:, q]
-    T = null_space(sp.csr_array(rows))
-    mass, damping, stiffness = (sp.csr_array(T.T @ A @ T) for A in (M[q][:, q], C[q][:, q], stiff))
-    places = sp.csr_array((np.ones(len(q)), (q, np.arange(len(q)))), (len(free), len(q)))
-    basis = sp.csr_array(places @ T)
-    return _with_mass(Matrices(mass, damping, stiffness, basis, wanted, state.model, numbers))
-
-
-def _solved(inner: Any, column: sp.csr_array) -> sp.csc_array:
-    """Solutions for sparse right-hand sides, a few at a time."""
-    column, found = column.tocsc(), []
-    for first in range(0, column.shape[1], 200):
-        found.append(sp.csc_array(inner.solve(column[:, first : first + 200].toarray())))
-    return sp.csc_array(sp.hstack(found, format="csc"))
-
-
-def _with_mass(found: Matrices) -> Matrices:
-    """Coordinates without inertia follow the others as in statics."""
-    from dataclasses import replace
-
-    sizes = abs(found.M).sum(axis=1)
-    light = np.flatnonzero(sizes <= DEPENDENT**2 * sizes.max())
-    if not len(light):
-        return found
-    heavy = np.setdiff1d(np.arange(found.size), light)
-    if abs(found.C[light]).sum() > 0:
-        raise SceneError(
-            "matrices: dampers act on directors or coordinates without inertia; give them inertia "
-            "(rotary_inertia=True, or a mass)"
-        )
-    follow = -spla.splu(found.K[light][:, light].tocsc()).solve(found.K[light][:, heavy].toarray())
-    T = sp.lil_array((found.size, len(heavy)))
-    T[heavy, np.arange(len(heavy))] = 1.0
-    T[light] = follow
-    T = sp.csr_array(T)
-    M, C, K = (sp.csr_array(T.T @ A @ T) for A in (found.M, found.C, found.K))
-    return replace(found, M=M, C=C, K=K, basis=sp.csr_array(found.basis @ T))
-
-
-def null_space(rows: sp.csr_array) -> sp.csr_array:
-    """An orthonormal basis of what violates no constraint, as columns.
-
-    Args:
-        rows: The constraints, shape (m, n). Those that share no unknown are looked at apart.
-    """
-    from scipy.sparse.csgraph import connected_components
-
-    m, n = rows.shape
-    graph = sp.block_array([[None, rows], [rows.T, None]], format="csr") if m else None
-    tied = np.zeros(n, dtype=bool)
-    tied[rows.indices[rows.data != 0]] = True
-    parts: list[tuple[Ints, Floats]] = [(np.flatnonzero(~tied), np.zeros(0))]
-    entries: list[tuple[Ints, Ints, Floats]] = []
-    count = len(parts[0][0])
-    entries.append((parts[0][0], np.arange(count), np.ones(count)))
-    if graph is not None:
-        _, labels = connected_components(graph, directed=False)
-        order = np.argsort(labels[m:], kind="stable")
-        groups = np.split(order, np.flatnonzero(np.diff(labels[m:][order])) + 1)
-        by_label = {int(labels[m + g[0]]): g for g in groups if tied[g[0]]}
-        row_order = np.argsort(labels[:m], kind="stable")
-        row_groups = np.split(row_order, np.flatnonzero(np.diff(labels[:m][row_order])) + 1)
-        for group in row_groups:
-            columns = by_label.get(int(labels[group[0]]))
-            if columns is None:
-                continue
-            _, sizes, V = np.linalg.svd(rows[group][:, columns].toarray())
-            rank = int(np.sum(sizes > DEPENDENT * sizes[0]))
-            basis = V[rank:].T
-            places = count + np.arange(basis.shape[1])
-            i, j = np.meshgrid(columns, places, indexing="ij")
-            entries.append((i.ravel(), j.ravel(), basis.ravel()))
-            count += basis.shape[1]
-    i, j, v = (np.concatenate(part) for part in zip(*entries, strict=True))
-    return sp.csr_array((v, (i, j)), shape=(n, count))
-
-
-def _scipy(A: PETSc.Mat) -> sp.csr_array:
-    ends, columns, entries = A.getValuesCSR()
-    return sp.csr_array((entries, columns, ends), shape=A.getSize())
+    of = found.M, found.C, found.K, found.basis
+    return Matrices(*of, wanted, state.model, numbers)

@@ -34,6 +34,7 @@ from shellmb.cli.report import (
     print_campbell,
     print_list,
     print_modes,
+    print_numbers,
     print_run,
     print_state_modes,
     say,
@@ -44,6 +45,7 @@ from shellmb.errors import SceneError
 from shellmb.options.accuracy import ACCURACY, AccuracyOptions, take_accuracy
 from shellmb.options.described import options_of
 from shellmb.options.modes import ModesOptions, take_modes
+from shellmb.options.response import LinearOptions, ResponseOptions
 from shellmb.options.run import ELEMENTS, Options
 
 HELP = """Geometrically exact shells in flexible multibody dynamics.
@@ -327,6 +329,41 @@ def modes(
         print_modes(found, directory, errors)
     if check and module.check is not None:
         run_check(module.check, results)
+    return found
+
+
+@app.command()
+@failures_reported
+@offers(
+    *options_of(ResponseOptions),
+    *options_of(LinearOptions),
+    *options_of(Options, *ELEMENTS, "errors"),
+)
+def response(
+    scene: SceneArgument,
+    parameters: SetOption = None,
+    out: OutOption = None,
+    no_pictures: PicturesOption = False,
+    quiet: QuietOption = False,
+    **options: Any,
+) -> Any:
+    """Response of a scene that is linearised: harmonic, random, and to spectra of shocks.
+
+    From its loads to its probes, with its own damping:
+    `shellmb response damped_plate --frequencies 1:50:200`
+
+    --psd: to random loads or accelerations of ground:
+    `shellmb response damped_plate --frequencies 1:500:50 --modes 6 --psd base.z=1e-2`
+    """
+    from shellmb.api.responding.respond import response as respond
+    from shellmb.running.request import parse_parameters
+
+    plain = {k: getattr(v, "value", v) for k, v in options.items() if v}
+    directory = out or default_directory(f"{Path(scene).stem}-response")
+    chosen = parse_parameters(parameters or [])
+    found = respond(scene, directory, parameters=chosen, pictures=not no_pictures, **plain)
+    if not quiet:
+        print_numbers(found.about, found.numbers, found.errors, directory)
     return found
 
 

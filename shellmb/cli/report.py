@@ -211,3 +211,20 @@ def _print_columns(
         Column(head, itemgetter(k), "number" if k else "words") for k, head in enumerate(heads)
     ]
     print_table(console(), columns, rows, show_header=show_header)
+
+
+def print_numbers(
+    head: str, numbers: Mapping[str, float], errors: Mapping[str, float], directory: Path
+) -> None:
+    """Print numbers with their errors, as far as there are any.
+
+    Args:
+        head: What they are of.
+        numbers: The numbers by name.
+        errors: Their errors by name.
+        directory: Where they were written.
+    """
+    say(head)
+    for name, value in numbers.items():
+        say(f"  {name:32s} {value:.6g}" + (f" +- {errors[name]:.2g}" if name in errors else ""))
+    say(f"written: {directory}")

@@ -239,6 +239,27 @@ def joints_of(group: JointGroup) -> Joints:
     return [(row, group.joints[item]) for row, item in enumerate(group.nodes.item.tolist())]
 
 
+def parts_of(
+    group: JointGroup | CoordinateGroup, joints: Joints, number: Mapping[str, int]
+) -> list[Acting]:
+    """Parts of a group that find forces of its joints, by the ends that are on the second bodies.
+
+    Args:
+        group: The group.
+        joints: Local cells of the joints, and the joints.
+        number: Place of each joint in what is found, by its name.
+    """
+    items: dict[tuple[int, bool], Joints] = {}
+    for row, joint in joints:
+        # a weld to a shell has its ends the other way round
+        second = 0 if joint.ends[0].owner == joint.joint.second else 1
+        items.setdefault((second, joint.about is not None), []).append((row, joint))
+    return [
+        Acting(group, second, [*zip(*some, strict=True)], number)
+        for (second, _), some in items.items()
+    ]
+
+
 class GroupForces:
     """Forces and moments of the joints of a group on this rank.
 
@@ -264,15 +285,7 @@ class GroupForces:
         self.name = group.name
         self._works = [resistance_of_steps(problem, group.name, STEPS, s) for s in balance]
         self.size = problem.fields[problem.number(group.name, problem.last)].size_all
-        items: dict[tuple[int, bool], Joints] = {}
-        for row, joint in joints:
-            # a weld to a shell has its ends the other way round
-            second = 0 if joint.ends[0].owner == joint.joint.second else 1
-            items.setdefault((second, joint.about is not None), []).append((row, joint))
-        self._parts = [
-            _Forces(group, second, [*zip(*some, strict=True)], number)
-            for (second, _), some in items.items()
-        ]
+        self._parts = parts_of(group, joints, number)
 
     def take(self, row: int) -> None:
         """Take the forces of a step; collective.
@@ -342,7 +355,7 @@ class PitchForces(GroupForces):
             function.x.array[dofs] = values
 
 
-class _Forces:
+class Acting:
     """Forces of joints of a group whose second bodies are at the same end.
 
     Args:
@@ -359,10 +372,10 @@ class _Forces:
         items: Sequence[Any],
         number: Mapping[str, int],
     ) -> None:
-        self._group, (self._cells, joints) = group, items
+        self._group, (self.cells, joints) = group, items
         self.numbers = [number[joint.joint.name] for joint in joints]
-        self._second = Places(group, second, self._cells, joints)
-        self._first = Places(group, 0, self._cells, joints)
+        self._second = Places(group, second, self.cells, joints)
+        self._first = Places(group, 0, self.cells, joints)
         self._about: Floats | None = None
         self._axes: Floats | None = None
         if joints[0].about is not None:
@@ -405,7 +418,7 @@ class _Forces:
 
     def _turn(self, axes: Floats, q: Floats) -> None:
         """Turn axes as rows about their third ones to where joints head."""
-        for k, row in enumerate(self._cells):
+        for k, row in enumerate(self.cells):
             c, s = (heading := self._group.heading(row, q)) / np.linalg.norm(heading)
             axes[k, :2] = [c * axes[k, 0] + s * axes[k, 1], c * axes[k, 1] - s * axes[k, 0]]
 

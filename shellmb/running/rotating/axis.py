@@ -242,6 +242,9 @@ def check_steady(scene: Scene, axis: Axis, loaded: bool) -> None:
     for load in scene.loads if loaded else ():
         for name in ("force", "acceleration", "moment"):
             vector = getattr(load, name, None)
+            if getattr(load.time, "idle", False):
+                # an input of a linear system, which is zero about the state
+                continue
             if vector is not None and (callable(vector) or not axis.along(vector)):
                 raise SceneError(
                     f"modes: {said(load)} is {show(vector)}, fixed in space; about the axis "
@@ -299,13 +302,15 @@ def _check_element(scene: Scene, element: Any, axis: Axis, size: float) -> None:
 def held(scene: Scene) -> Scene:
     """The scene in a frame that turns: drives to ground and driven edges stand still there."""
     drivers = tuple(
-        replace(d, rotation=_nothing)
+        replace(d, rotation=_still(d.rotation))
         if d.rotation is not None and _grounded(scene.joint(d.joint))
         else d
         for d in scene.drivers
     )
     supports = tuple(
-        replace(s, rotation=_nothing) if isinstance(s, Driven) and s.rotation is not None else s
+        replace(s, rotation=_still(s.rotation))
+        if isinstance(s, Driven) and s.rotation is not None
+        else s
         for s in scene.supports
     )
     return replace(scene, drivers=drivers, supports=supports, initial=(), start="given")
@@ -313,6 +318,11 @@ def held(scene: Scene) -> Scene:
 
 def _grounded(joint: Any) -> bool:
     return GROUND in (joint.first, joint.second)
+
+
+def _still(rotation: Any) -> Any:
+    """Nothing of a rotation but the small one that linear systems add to it."""
+    return getattr(rotation, "still", _nothing)
 
 
 def _nothing(t: float) -> float:

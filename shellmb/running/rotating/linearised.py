@@ -54,11 +54,11 @@ class Linearised:
         self.relaxation = Relaxation(model, levels, 1 / math.sqrt(abs(self._shift)), frames, time)
         self.system = self.relaxation.system
         self.rate = math.nan
-        mass, unit, self._damping = self._forms()
-        self.mass = self.system.symmetric_matrix(mass, 0.0)
+        self._mass, self._unit, self._damping = self._forms()
+        self.mass = self.system.symmetric_matrix(self._mass, 0.0)
         self.turn(1.0)
         # M W for the rate one: it depends on no state
-        self.transport = self.system.symmetric_matrix(unit, 0.0)
+        self.transport = self.system.symmetric_matrix(self._unit, 0.0)
 
     def _forms(self) -> tuple[Blocks, Blocks, Blocks]:
         """Forms of the mass, of the mass times a rotation, and of the derivatives by rates."""
@@ -99,6 +99,15 @@ class Linearised:
         C = self.system.symmetric_matrix(self._damping, 0.0)
         C.axpy(2 * self.rate, self.transport)
         return K, C, self.mass
+
+    def columns(self) -> tuple[PETSc.Mat, PETSc.Mat, PETSc.Mat]:
+        """Matrices with the columns of fixed dofs, by which prescribed motions act."""
+        K, matrix = self.relaxation.tangent(columns=True), self.system.symmetric_matrix
+        C, M = (matrix(forms, 0.0, columns=True) for forms in (self._damping, self._mass))
+        self.turn(1.0)
+        C.axpy(2 * self.rate, matrix(self._unit, 0.0, columns=True))
+        self.turn(self.rate)
+        return K, C, M
 
     @property
     def shift(self) -> float:

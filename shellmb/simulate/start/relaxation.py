@@ -8,7 +8,7 @@ mechanism whose stiffness is singular until it carries its load.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import replace
 from typing import Protocol
 
@@ -21,6 +21,7 @@ from dolfinx import fem
 from ufl import Form
 from ufl.core.expr import Expr
 
+from shellmb.arrays import Floats
 from shellmb.errors import ConvergenceError
 from shellmb.model.body import LoadFactors, Rates, TimeFunction
 from shellmb.model.model import Model
@@ -169,11 +170,31 @@ class Relaxation:
             q[linked] = joined[linked]
         return max(self.model.comm.allgather(worst))
 
-    def tangent(self) -> PETSc.Mat:
-        """Derivative of the forces at the state without `M/tau^2`, as eigenproblems need it."""
+    def tangent(self, columns: bool = False) -> PETSc.Mat:
+        """Derivative of the forces at the state without `M/tau^2`, as eigenproblems need it.
+
+        Args:
+            columns: Whether those of fixed dofs stay.
+        """
         for weight in self._weights:
             weight.value = 0.0  # type: ignore[assignment]
-        return self.system.symmetric_matrix(None, 1.0)
+        return self.system.symmetric_matrix(None, 0.0 if columns else 1.0, columns)
+
+    def forces(self, factor: Callable[[TimeFunction | None], float]) -> Floats:
+        """Forces at the state by all unknowns, without those of `M/tau^2`, shape (unknowns,).
+
+        Args:
+            factor: Factor of each load by its function of time.
+        """
+        for weight in self._weights:
+            weight.value = 0.0  # type: ignore[assignment]
+        for loads in self._loads:
+            loads.update(factor)
+        self.system.gather()
+        self.system.residuals.refresh()
+        found = self.system.b.duplicate()
+        self.system.evaluate(self.system.x, found)
+        return np.asarray(found.array.copy())
 
     def assemble(self) -> None:
         """Move the bodies so that all constraints hold.

@@ -353,12 +353,14 @@ class BlockSystem:
         self,
         forms: Mapping[tuple[int, int], Sequence[Form]] | None,
         diagonal: float,
+        columns: bool = False,
     ) -> PETSc.Mat:
         """A matrix of its own without the rows and columns of fixed dofs, as eigenproblems need.
 
         Args:
             forms: Bilinear forms by row and column field; None: the Jacobian's.
             diagonal: Value on the diagonal of fixed dofs.
+            columns: Whether their columns stay, as prescribed motions act by them.
         """
         A = self._new_matrix()
         kernels = self.jacobians
@@ -366,7 +368,7 @@ class BlockSystem:
             places = [place for place, parts in forms.items() for _ in parts]
             every = [form for parts in forms.values() for form in parts]
             kernels = _by_place(places, compile_each(every))
-        self._assemble(A, kernels, self.held)
+        self._assemble(A, kernels, self._no_columns if columns else self.held)
         held = self._diagonal.copy()
         held.scale(diagonal)
         A.setDiagonal(held, PETSc.InsertMode.ADD)

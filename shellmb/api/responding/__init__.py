@@ -1,0 +1,1 @@
+"""Linear systems about any state, and their response: harmonic, random, by base motion, shock."""

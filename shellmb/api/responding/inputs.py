@@ -1,0 +1,170 @@
+"""Inputs of linear systems: loads, motors, prescribed motions and the acceleration of ground."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from dolfinx import fem
+
+from shellmb.arrays import Floats
+from shellmb.errors import SceneError
+from shellmb.running.rotating.linearised import Linearised
+from shellmb.scene import Driven, Fixed, Gravity, Motor, Scene
+from shellmb.scene.schemes import SIMPLEST
+
+AXES = "xyz"
+# rotations are differentiated by central differences over this angle and twice it, rad
+ANGLE = 1e-3
+
+
+class Input:
+    """A function of time of a scene, or a law of a motor, with a number that is added to it.
+
+    Args:
+        given: What the scene has; None: nothing, or the factor 1 of a load.
+        idle: Whether it is zero about the state.
+
+    Attributes:
+        extra: The number.
+    """
+
+    def __init__(self, given: Any = None, idle: bool = False) -> None:
+        self._given, self.idle, self.extra = given, idle, 0.0
+        self._constants: list[fem.Constant] = []
+
+    def __call__(self, t: float) -> float:
+        """Value at a time."""
+        own = 0.0 if self.idle else 1.0 if self._given is None else float(self._given(t))
+        return own + self.extra
+
+    def still(self, t: float) -> float:
+        """Small part of a motion that stands still in its frame."""
+        return self.extra
+
+    def law(self, coordinate: Any, rate: Any, time: Any) -> Any:
+        """Law of a motor."""
+        added = fem.Constant(time.ufl_domain(), 0.0)
+        self._constants.append(added)
+        return added if self._given is None else self._given(coordinate, rate, time) + added
+
+    def add(self, number: float) -> None:
+        """Add a number."""
+        self.extra = number
+        for constant in self._constants:
+            constant.value = number  # type: ignore[assignment]
+
+
+def _moved(given: Callable[[float], Any], parts: Sequence[Input]) -> Callable[[float], Floats]:
+    """A translation in time with numbers added to its components."""
+    return lambda t: np.asarray(given(t), dtype=float) + [part.extra for part in parts]
+
+
+def with_inputs(scene: Scene) -> tuple[Scene, dict[str, Input]]:
+    """A scene in which numbers can be added to all inputs, and these by name.
+
+    Loads are `load1`, `load2`, ...: 1 is the load as the scene has it, whatever its function of
+    time. Motors have their own names [N m or N], drivers `NAME.rotation` and `NAME.translation`,
+    supports whose motion is prescribed `support1.x`, ..., `support1.rotation`, numbered among all
+    supports; and `base.x`, `base.y`, `base.z` are accelerations of ground with all that it holds,
+    in which displacements are those relative to ground.
+
+    Args:
+        scene: The scene.
+
+    Raises:
+        SceneError: If a controller moves a driver.
+    """
+    # what has no mass is told before ground accelerates it
+    scene = scene.with_options(scheme=SIMPLEST, dt=scene.dt or 1.0, t_end=scene.t_end or 1.0)
+    found: dict[str, Input] = {}
+
+    def new(name: str, given: Any = None, idle: bool = False) -> Input:
+        return found.setdefault(name, Input(given, idle))
+
+    loads = [
+        replace(load, time=new(f"load{k}", load.time))  # type: ignore[type-var]
+        for k, load in enumerate(scene.loads, start=1)
+    ]
+    base = [
+        Gravity(tuple(-row), time=new(f"base.{axis}", idle=True))
+        for axis, row in zip(AXES, np.eye(3), strict=True)
+    ]
+    elements = [
+        replace(e, law=new(e.name, e.law).law, command=None) if isinstance(e, Motor) else e
+        for e in scene.force_elements
+    ]
+    drivers = []
+    for driver in scene.drivers:
+        motions: dict[str, Any] = {}
+        for name in driver.coordinates:
+            if not callable(getattr(driver, name)):
+                raise SceneError(
+                    f"linearise: driver '{driver.name}' moves by a controller; give its {name} as "
+                    "a function of time, or let a motor take the command"
+                )
+            motions[name] = new(f"{driver.name}.{name}", getattr(driver, name))
+        drivers.append(replace(driver, **motions))
+    supports: list[Any] = []
+    for k, support in enumerate(scene.supports, start=1):
+        if isinstance(support, Driven):
+            parts: dict[str, Any] = {}
+            if support.rotation is not None:
+                parts["rotation"] = new(f"support{k}.rotation", support.rotation)
+            if support.translation is not None:
+                moved = [new(f"support{k}.{axis}") for axis in AXES]
+                parts["translation"] = _moved(support.translation, moved)
+            supports.append(replace(support, **parts))
+        elif isinstance(support, Fixed):
+            parts = {
+                part: tuple(
+                    new(f"support{k}.{prefix}{axis}", c) if callable(c) else c
+                    for axis, c in zip(AXES, getattr(support, part), strict=True)
+                )
+                for part, prefix in (("displacement", ""), ("director", "director."))
+            }
+            supports.append(replace(support, **parts))
+        else:
+            supports.append(support)
+    changed = replace(
+        scene,
+        loads=(*loads, *base),
+        force_elements=tuple(elements),
+        drivers=tuple(drivers),
+        supports=tuple(supports),
+        controllers=(),
+    )
+    return changed, found
+
+
+def columns(state: Linearised, inputs: dict[str, Input]) -> tuple[Floats, Floats]:
+    """Forces by each input, and values of fixed unknowns by each, both (unknowns, inputs)."""
+    forces, motions = (np.zeros((state.system.size, len(inputs))) for _ in range(2))
+
+    def residual() -> Floats:
+        return state.relaxation.forces(lambda f: float(getattr(f, "extra", 0.0)))
+
+    none = residual()
+    for k, one in enumerate(inputs.values()):
+        one.add(1.0)
+        forces[:, k] = none - residual()
+        values = []
+        for times in (-2, -1, 1, 2):
+            one.add(times * ANGLE)
+            values.append(_given(state))
+        one.add(0.0)
+        motions[:, k] = (values[0] - 8 * values[1] + 8 * values[2] - values[3]) / (12 * ANGLE)
+    forces[state.system.fixed] = 0.0
+    return forces, motions
+
+
+def _given(state: Linearised) -> Floats:
+    """Values of the fixed unknowns, among zeros, shape (unknowns,)."""
+    found = np.zeros(state.system.size)
+    for k, body in enumerate(state.model.bodies):
+        for fixed in body.fixed:
+            numbers = state.system.numbering.by_field[k][fixed.dofs]
+            found[numbers] = fixed.value(state.relaxation.time)
+    return found

@@ -1,0 +1,165 @@
+"""Outputs of linear systems: probes, and forces of joints, as rows over all unknowns."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple, cast
+
+import numpy as np
+import scipy.sparse as sp
+import ufl
+from dolfinx import fem
+from ufl.algorithms.ad import expand_derivatives
+
+from shellmb.arrays import Floats, Ints
+from shellmb.errors import warn
+from shellmb.model.joints.joints import JointGroup
+from shellmb.model.locations.nodes import local_nodes
+from shellmb.observers.fields.modal import modal_members
+from shellmb.observers.fields.nodal import Nodes
+from shellmb.observers.fields.resultants import RESULTANTS, Resultants, has_resultants
+from shellmb.observers.forces.joints import Span, column_names, joints_of, parts_of
+from shellmb.observers.probes import places_of, plain_spot
+from shellmb.running.rotating.linearised import Linearised
+from shellmb.scene import Probe, Scene
+
+
+class Output(NamedTuple):
+    """A number that follows from small motions.
+
+    Args:
+        row: By the unknowns, or by their rates, shape (unknowns,).
+        order: 0 for the unknowns, 1 for their rates.
+    """
+
+    row: Floats
+    order: int
+
+
+def outputs(state: Linearised, scene: Scene, K: sp.csr_array, joints: bool) -> dict[str, Output]:
+    """Outputs of a scene: its probes, and forces of joints as histories have them.
+
+    Args:
+        state: The state.
+        scene: The scene.
+        K: Stiffness with the columns of fixed unknowns.
+        joints: Whether forces of joints are among them: where joints carry forces at the state,
+            these turn along, too.
+
+    Raises:
+        SceneError: If there is no node at a probe's point.
+    """
+    found: dict[str, Output] = {}
+    for probe in scene.probes:
+        if why := _unfit(state, probe):
+            warn(f"linearise: probe '{probe.name}' is left out, as {why}")
+        else:
+            found[probe.name] = _probe(state, probe)
+    return found | _joints(state, K) if joints else found
+
+
+def _unfit(state: Linearised, probe: Probe) -> str:
+    """Say why a probe is no linear output; empty where it is one."""
+    if probe.component == "norm":
+        return "a norm is not linear in small motions; give component 0, 1 or 2"
+    if probe.frame is not None:
+        return "it is seen from a frame; leave the frame out"
+    (given,) = state.model.scene.bodies_of(probe)
+    if given.name in modal_members(state.model):
+        return f"'{given.name}' is reduced to modes; take model='exact' or 'floating-frame'"
+    return ""
+
+
+def _probe(state: Linearised, probe: Probe) -> Output:
+    who = f"linearise: probe '{probe.name}'"
+    (given,) = state.model.scene.bodies_of(probe)
+    # of a simulation, these look at the model alone
+    simulation: Any = state
+    body: Any = state.model.meshed.get(given.name)
+    names, weights = places_of(simulation, given.name, probe)
+    axis = np.eye(3)[int(probe.component)]
+    row = np.zeros(state.system.size)
+    for place, weight in zip(names, weights, strict=True):
+        if body is not None and has_resultants(body, probe.quantity):
+            at = local_nodes(body, cast(Any, place), who)
+            row += weight * _resultant(state, body, at, probe)
+            continue
+        name, found, arms = plain_spot(simulation, given.name, place, who)
+        nodes = cast(Nodes, found)
+        u, w = (_numbers(state, name)[dofs] for dofs in nodes.dofs)
+        share = weight / len(u)
+        D = nodes.values(_function(state, name).x.array).directors
+        for k in range(len(u)):
+            match probe.quantity:
+                case "displacement" | "position" | "velocity":
+                    row[u[k]] += share * axis
+                    if arms is not None:
+                        np.add.at(row, w[k], share * np.outer(arms[k], axis))
+                case "director":
+                    row[w[k, 0]] += share * axis
+                case "rotation" | "angular_velocity":
+                    # `theta = sum d x w / 2`, of which `axis . (d x w) = (axis x d) . w`
+                    np.add.at(row, w[k], share * np.cross(axis, D[k]) / 2)
+    return Output(row, int(probe.quantity in ("velocity", "angular_velocity")))
+
+
+class _Changes(Resultants):
+    """Changes of resultants with a state."""
+
+    def __init__(self, body: Any, q: fem.Function, change: fem.Function) -> None:
+        found = ufl.derivative(body.resultants(q), q, change)
+        self._prepare(body, [expand_derivatives(found)])
+
+    def elements(self) -> Floats:
+        """Values of each element at its nodes."""
+        return self.at_nodes(self._expressions[0])
+
+
+def _resultant(state: Linearised, body: Any, nodes: Any, probe: Probe) -> Floats:
+    """Row of a resultant at a node, by one unknown of the elements there after the other."""
+    change = fem.Function(body.mixed.space)
+    reading = _Changes(body, _function(state, body.name), change)
+    at = body.mixed.subspaces["u"].dofmap.list
+    cells = np.flatnonzero(np.isin(at, nodes).any(axis=1))
+    dofs = np.unique(np.concatenate([body.mixed.space.dofmap.cell_dofs(c) for c in cells]))
+    numbers, row = _numbers(state, body.name), np.zeros(state.system.size)
+    component = RESULTANTS[probe.quantity][int(probe.component)]
+    for dof in dofs:
+        change.x.array[dof] = 1.0
+        values = reading.elements()[np.isin(at, nodes)]
+        row[numbers[dof]] += values[:, component].mean()
+        change.x.array[dof] = 0.0
+    return row
+
+
+def _joints(state: Linearised, K: sp.csr_array) -> dict[str, Output]:
+    """Forces and moments of joints by their multipliers."""
+    mechanism = state.model.mechanism
+    number = {name: k for k, name in enumerate(mechanism.joints)}
+    rows = np.zeros((len(number), 2, 3, state.system.size))
+    for group in mechanism.groups:
+        if not isinstance(group, JointGroup):
+            continue
+        numbers = _numbers(state, group.name)
+        mu = group.mixed.dofs["mu"].reshape(-1, group.multipliers)
+        # what a multiplier does is what its constraint is a function of
+        work = K[numbers[mu.ravel()]][:, numbers].toarray()
+        q = np.tile(_function(state, group.name).x.array, (len(work), 1))
+        for part in parts_of(group, joints_of(group), number):
+            # (multipliers, items, force and moment, components)
+            values = part.values(Span(q, q, q), work)[:, :, :2]
+            for item, (cell, joint) in enumerate(zip(part.cells, part.numbers, strict=True)):
+                own = slice(cell * group.multipliers, (cell + 1) * group.multipliers)
+                shares = np.moveaxis(values[own, item], 0, -1)
+                rows[joint][..., numbers[mu[cell]]] += shares
+    flat = rows.reshape(-1, state.system.size)
+    return {name: Output(row, 0) for name, row in zip(column_names(mechanism), flat, strict=True)}
+
+
+def _numbers(state: Linearised, name: str) -> Ints:
+    """Unknowns of a body's local dofs."""
+    names = [body.name for body in state.model.bodies]
+    return np.asarray(state.system.numbering.by_field[names.index(name)])
+
+
+def _function(state: Linearised, name: str) -> fem.Function:
+    return state.relaxation.functions[name]

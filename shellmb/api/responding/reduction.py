@@ -1,0 +1,270 @@
+"""Unknowns of a linearised scene reduced to coordinates that no constraint ties."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import scipy.sparse as sp
+import scipy.sparse.linalg as spla
+
+from shellmb.api.responding.system import Orders
+from shellmb.arrays import Floats, Ints
+from shellmb.errors import SceneError
+
+if TYPE_CHECKING:
+    from petsc4py import PETSc
+
+    from shellmb.running.rotating.linearised import Linearised
+
+# singular values of constraints below this part of the largest are zero
+DEPENDENT = 1e-9
+# parts of states that are forces of constraints, and those that are resultants
+MULTIPLIERS, RESULTANTS = ("lam", "mu", "hold"), ("N", "S")
+# of the least squares that forces of constraints follow by, where some are redundant
+SMALL = 1e-14
+
+
+@dataclass(frozen=True, eq=False)
+class Coordinates:
+    """Matrices in coordinates, what drives them, and what follows from them.
+
+    Args:
+        M: Mass matrix.
+        C: Damping matrix.
+        K: Stiffness matrix.
+        F: Forces by inputs and by their derivatives.
+        Y: Outputs by coordinates and by their derivatives.
+        D: Outputs by inputs and by their derivatives.
+        basis: What each coordinate does to the unknowns of the system, shape (unknowns, n).
+    """
+
+    M: sp.csr_array
+    C: sp.csr_array
+    K: sp.csr_array
+    F: Orders
+    Y: Orders
+    D: Orders
+    basis: sp.csr_array
+
+
+@dataclass(frozen=True, eq=False)
+class Unknowns:
+    """Matrices of all unknowns of a state, with columns of those that have given values.
+
+    Args:
+        M: Mass matrix, shape (unknowns, unknowns).
+        C: Damping matrix.
+        K: Stiffness matrix.
+        forces: By inputs, shape (unknowns, inputs).
+        motions: Given values by inputs, shape (unknowns, inputs).
+        rows: Outputs by unknowns and by their rates, each of shape (outputs, unknowns).
+        fixed: Unknowns that have given values.
+        resultants: Those that are resultants.
+        multipliers: Those that are forces of constraints.
+    """
+
+    M: sp.csr_array
+    C: sp.csr_array
+    K: sp.csr_array
+    forces: Floats
+    motions: Floats
+    rows: tuple[Floats, Floats]
+    fixed: Ints
+    resultants: Ints
+    multipliers: Ints
+
+    def kept(self) -> Coordinates:
+        """All unknowns without given values, with their constraints."""
+        free = np.setdiff1d(np.arange(self.K.shape[0]), self.fixed)
+        M, C, K = (A[free] for A in (self.M, self.C, self.K))
+        F = (self.forces[free] - K @ self.motions, -(C @ self.motions), -(M @ self.motions))
+        value, rate = self.rows
+        Y = (value[:, free], rate[:, free], np.zeros_like(value[:, free]))
+        D = (value @ self.motions, rate @ self.motions, np.zeros((len(value), F[0].shape[1])))
+        M, C, K = (sp.csr_array(A[:, free]) for A in (M, C, K))
+        return Coordinates(M, C, K, F, Y, D, _places(free, self.K.shape[0]))
+
+    def free(self) -> Coordinates:
+        """Coordinates that no constraint ties: resultants and multipliers follow from them."""
+        every = np.arange(self.K.shape[0])
+        rest = np.setdiff1d(every, self.fixed)
+        N, tied = (np.intersect1d(some, rest) for some in (self.resultants, self.multipliers))
+        q = np.setdiff1d(rest, np.concatenate([N, tied]))
+        K, (value, rate) = self.K, (row.copy() for row in self.rows)
+        if len(N):
+            # each cell has its own
+            inner = spla.splu(K[N][:, N].tocsc())
+            others = np.setdiff1d(every, N)
+            column = sp.csr_array(K[N][:, others])
+            share = inner.solve(np.ascontiguousarray(value[:, N].T), "T").T
+            value[:, others] -= share @ column
+            change = K[others][:, N] @ _solved(inner, column)
+            where = _places(others, len(every))
+            K = K - where @ change @ where.T
+        rows, stiff = K[tied], K[q]
+        mass, damping = self.M[q], self.C[q]
+        G = sp.csr_array(rows[:, q])
+        T = null_space(G)
+        # unknowns by given values: those of constraints, and what closes the latter
+        lift = self.motions.copy()
+        lift[q] -= _least(G, rows @ self.motions)
+        # forces of constraints by `forces - M a - C v - K x`
+        held = _least(G, value[:, tied].T).T
+        Y = [row[:, q] for row in (value, rate, np.zeros_like(value))]
+        D = [value @ lift, rate @ lift, np.zeros((len(value), lift.shape[1]))]
+        F = [self.forces[q].copy(), np.zeros_like(lift[q]), np.zeros_like(lift[q])]
+        D[0] = D[0] + held @ F[0]
+        for order, A in enumerate((stiff, damping, mass)):
+            moved = A @ lift
+            F[order] = F[order] - moved
+            D[order] = D[order] - held @ moved
+            Y[order] = Y[order] - held @ A[:, q]
+        M, C, S = (sp.csr_array(T.T @ A[:, q] @ T) for A in (mass, damping, stiff))
+        found = Coordinates(
+            M,
+            C,
+            S,
+            tuple(T.T @ f for f in F),
+            tuple(y @ T for y in Y),
+            tuple(D),
+            sp.csr_array(_places(q, len(every)) @ T),
+        )
+        return _with_mass(found)
+
+
+def unknowns_of(
+    state: Linearised,
+    matrices: Sequence[PETSc.Mat],
+    forces: Floats | None = None,
+    motions: Floats | None = None,
+    rows: tuple[Floats, Floats] | None = None,
+) -> Unknowns:
+    """Unknowns of a state.
+
+    Args:
+        state: The state.
+        matrices: Stiffness, damping and mass.
+        forces: By inputs; None: without inputs.
+        motions: Given values by inputs.
+        rows: Outputs by unknowns and their rates; None: without outputs.
+    """
+    K, C, M = (scipy_matrix(A) for A in matrices)
+    nothing = np.zeros((state.system.size, 0))
+
+    def those(parts: Sequence[str]) -> Ints:
+        found = [
+            numbers[b.mixed.dofs[p].ravel()]
+            for b, numbers in zip(state.model.bodies, state.system.numbering.by_field, strict=True)
+            for p in parts
+            if p in b.mixed.dofs
+        ]
+        return np.unique(np.concatenate([*found, np.zeros(0, dtype=np.int64)])).astype(np.int64)
+
+    return Unknowns(
+        M,
+        C,
+        K,
+        nothing if forces is None else forces,
+        nothing if motions is None else motions,
+        (nothing.T, nothing.T) if rows is None else rows,
+        np.asarray(state.system.fixed, dtype=np.int64),
+        those(RESULTANTS),
+        those(MULTIPLIERS),
+    )
+
+
+def _places(numbers: Ints, size: int) -> sp.csr_array:
+    """Matrix that puts entries at some places of a vector, shape (size, numbers)."""
+    ones = np.ones(len(numbers))
+    return sp.csr_array((ones, (numbers, np.arange(len(numbers)))), (size, len(numbers)))
+
+
+def _least(A: sp.csr_array, b: Floats) -> Floats:
+    """Least vectors `x` that satisfy `A x = b`, in columns; rows of `A` may be redundant."""
+    if not b.any() or 0 in A.shape:
+        return np.zeros((A.shape[1], b.shape[1]))
+    size = float(abs(A).max()) ** 2
+    inner = sp.csc_array(A @ A.T + SMALL * size * sp.eye_array(A.shape[0]))
+    return np.asarray(A.T @ spla.splu(inner).solve(np.ascontiguousarray(b)))
+
+
+def _solved(inner: Any, column: sp.csr_array) -> sp.csc_array:
+    """Solutions for sparse right-hand sides, a few at a time."""
+    column, found = column.tocsc(), []
+    for first in range(0, column.shape[1], 200):
+        found.append(sp.csc_array(inner.solve(column[:, first : first + 200].toarray())))
+    return sp.csc_array(sp.hstack(found, format="csc"))
+
+
+def _with_mass(found: Coordinates) -> Coordinates:
+    """Coordinates without inertia follow the others as in statics."""
+    sizes = abs(found.M).sum(axis=1)
+    light = np.flatnonzero(sizes <= DEPENDENT**2 * sizes.max(initial=0.0))
+    if not len(light):
+        return found
+    heavy = np.setdiff1d(np.arange(len(sizes)), light)
+    if abs(found.C[light]).sum() > 0:
+        raise SceneError(
+            "matrices: dampers act on directors or coordinates without inertia; give them inertia "
+            "(rotary_inertia=True, or a mass)"
+        )
+    inner = spla.splu(found.K[light][:, light].tocsc())
+    T = sp.lil_array((len(sizes), len(heavy)))
+    T[heavy, np.arange(len(heavy))] = 1.0
+    T[light] = -inner.solve(found.K[light][:, heavy].toarray())
+    T = sp.csr_array(T)
+    M, C, K = (sp.csr_array(T.T @ A @ T) for A in (found.M, found.C, found.K))
+    direct = list(found.D)
+    for order, force in enumerate(found.F):
+        moved = inner.solve(np.ascontiguousarray(force[light]))
+        for more, y in enumerate(found.Y[: 3 - order]):
+            direct[order + more] = direct[order + more] + y[:, light] @ moved
+    F, Y = tuple(T.T @ f for f in found.F), tuple(y @ T for y in found.Y)
+    return Coordinates(M, C, K, F, Y, tuple(direct), sp.csr_array(found.basis @ T))
+
+
+def null_space(rows: sp.csr_array) -> sp.csr_array:
+    """An orthonormal basis of what violates no constraint, as columns.
+
+    Args:
+        rows: The constraints, shape (m, n). Those that share no unknown are looked at apart.
+    """
+    from scipy.sparse.csgraph import connected_components
+
+    m, n = rows.shape
+    graph = sp.block_array([[None, rows], [rows.T, None]], format="csr") if m else None
+    tied = np.zeros(n, dtype=bool)
+    tied[rows.indices[rows.data != 0]] = True
+    parts: list[tuple[Ints, Floats]] = [(np.flatnonzero(~tied), np.zeros(0))]
+    entries: list[tuple[Ints, Ints, Floats]] = []
+    count = len(parts[0][0])
+    entries.append((parts[0][0], np.arange(count), np.ones(count)))
+    if graph is not None:
+        _, labels = connected_components(graph, directed=False)
+        order = np.argsort(labels[m:], kind="stable")
+        groups = np.split(order, np.flatnonzero(np.diff(labels[m:][order])) + 1)
+        by_label = {int(labels[m + g[0]]): g for g in groups if tied[g[0]]}
+        row_order = np.argsort(labels[:m], kind="stable")
+        row_groups = np.split(row_order, np.flatnonzero(np.diff(labels[:m][row_order])) + 1)
+        for group in row_groups:
+            columns = by_label.get(int(labels[group[0]]))
+            if columns is None:
+                continue
+            _, sizes, V = np.linalg.svd(rows[group][:, columns].toarray())
+            rank = int(np.sum(sizes > DEPENDENT * sizes[0]))
+            basis = V[rank:].T
+            places = count + np.arange(basis.shape[1])
+            i, j = np.meshgrid(columns, places, indexing="ij")
+            entries.append((i.ravel(), j.ravel(), basis.ravel()))
+            count += basis.shape[1]
+    i, j, v = (np.concatenate(part) for part in zip(*entries, strict=True))
+    return sp.csr_array((v, (i, j)), shape=(n, count))
+
+
+def scipy_matrix(A: PETSc.Mat) -> sp.csr_array:
+    """A matrix of one process as one of SciPy."""
+    ends, columns, entries = A.getValuesCSR()
+    return sp.csr_array((entries, columns, ends), shape=A.getSize())

@@ -1,0 +1,275 @@
+"""Responses of linear systems: harmonic, random, and the largest ones to spectra of shocks."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import scipy.sparse as sp
+import scipy.sparse.linalg as spla
+
+from shellmb.api.responding.system import Complex, LinearSystem, lowest_modes
+from shellmb.arrays import Floats
+from shellmb.errors import SceneError
+from shellmb.options.response import ResponseOptions, at_frequencies
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.figure import Figure
+
+ORDERS = {"displacement": 0, "velocity": 1, "acceleration": 2}
+# frequencies beside a resonance at which densities are integrated: tangents of angles, in half
+# widths; and between those of the user so many more
+ANGLES, BETWEEN = 161, 4
+# coordinates up to which matrices are dense
+SMALL = 100
+# a frequency in place of zero, Hz
+STILL = 1e-6
+
+
+@dataclass(frozen=True)
+class Response:
+    """Response of a linear system at frequencies.
+
+    Args:
+        frequencies: Frequencies, shape (n,), Hz.
+        inputs: Names of the inputs.
+        outputs: Names of the outputs.
+        frf: Frequency responses, outputs by inputs, complex, shape (outputs, inputs, n).
+        psd: One-sided densities of the outputs, shape (outputs, n) [unit^2/Hz]; None: none.
+        rms: Root mean squares in the range of the frequencies, shape (outputs,).
+        largest: Largest outputs by spectra of shocks, shape (outputs,).
+        about: What the state is.
+        errors: Errors of `numbers` by the mesh, by their names, where they are asked for.
+    """
+
+    frequencies: Floats
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+    frf: Complex
+    psd: Floats | None = None
+    rms: Floats | None = None
+    largest: Floats | None = None
+    about: str = ""
+    errors: Mapping[str, float] = MappingProxyType({})
+
+    @property
+    def numbers(self) -> dict[str, float]:
+        """Peaks of frequency responses, root mean squares and largest outputs by name."""
+        found = {
+            f"peak {output} / {name}": float(np.nanmax(np.abs(self.frf[o, i])))
+            for o, output in enumerate(self.outputs)
+            for i, name in enumerate(self.inputs)
+        }
+        for what, values in (("rms", self.rms), ("largest", self.largest)):
+            if values is not None:
+                found |= {
+                    f"{what} {o}": float(v) for o, v in zip(self.outputs, values, strict=True)
+                }
+        return found
+
+    @property
+    def table(self) -> pd.DataFrame:
+        """Complex responses "OUTPUT / INPUT", and densities "psd OUTPUT", by frequency [Hz]."""
+        import pandas as pd
+
+        columns: dict[str, Any] = {
+            f"{output} / {name}": self.frf[o, i]
+            for o, output in enumerate(self.outputs)
+            for i, name in enumerate(self.inputs)
+        }
+        if self.psd is not None:
+            columns |= {f"psd {o}": v for o, v in zip(self.outputs, self.psd, strict=True)}
+        return pd.DataFrame(columns, index=pd.Index(self.frequencies, name="frequency_hz"))
+
+    def plot(self) -> Figure:
+        """Bode plot of all responses, with densities below where there are some."""
+        from shellmb.api.responding.bode import bode_figure
+
+        return bode_figure(self.frequencies, self.frf, self.psd, self.inputs, self.outputs)
+
+    def save(self, directory: Path | str, pictures: bool = True) -> Path:
+        """Write `response.csv`, `summary.json`, and `bode.png`, to a new or empty directory.
+
+        Args:
+            directory: The directory.
+            pictures: Whether the plot is drawn.
+        """
+        from mpi4py import MPI
+
+        from shellmb.api.responding.bode import drawn
+        from shellmb.observers.summary import versions, write_json
+        from shellmb.running.directory import claimed, written
+
+        where = Path(directory)
+        with claimed(where, MPI.COMM_SELF, new=True), written(where, MPI.COMM_SELF):
+            columns: dict[str, Any] = {}
+            for name, values in self.table.items():
+                if np.iscomplexobj(values):
+                    columns |= {f"Re {name}": np.real(values), f"Im {name}": np.imag(values)}
+                else:
+                    columns[str(name)] = values
+            type(self.table)(columns, index=self.table.index).to_csv(where / "response.csv")
+            content = {"about": self.about, "results": self.numbers, "errors": dict(self.errors)}
+            write_json(where / "summary.json", content | {"versions": versions()})
+            if pictures:
+                drawn(self.plot, where / "bode.png")
+        return where
+
+
+def find(system: LinearSystem, chosen: ResponseOptions) -> Response:
+    """Response of a system.
+
+    Args:
+        system: The system.
+        chosen: What is wanted.
+
+    Raises:
+        SceneError: If there are no such inputs, outputs or modes.
+    """
+    densities, spectra = chosen.psd or {}, chosen.spectrum or {}
+    names = chosen.inputs
+    if names is None:
+        acting = [n for n in system.inputs if not n.startswith(("base.", "support"))]
+        names = list(dict.fromkeys([*densities, *spectra])) or acting
+    if not names:
+        raise SceneError(
+            f"response: {system.about.split(' about ')[0]} has no load and no motor; give inputs, "
+            f"of {', '.join(system.inputs)}"
+        )
+    for name in densities:
+        if name not in names:
+            raise SceneError(f"response: psd is given for {name!r}, which is none of the inputs")
+    part = system.select(names, chosen.outputs)
+    if not part.outputs:
+        raise SceneError("response: the scene has no probes and no joints; add probes")
+    order, f = ORDERS[chosen.quantity], np.asarray(chosen.frequencies, dtype=float)
+    if chosen.modes is not None:
+        part = _damped(part.modal(chosen.modes, static=True), chosen.damping)
+    if chosen.absolute:
+        part = part.absolute()
+
+    def at(f: Floats) -> Complex:
+        if not chosen.absolute:
+            return response_at(part, f, order)
+        # ground that accelerates evenly moves without end
+        near = np.where(f > 0, f, STILL)
+        return response_at(part, near, order) * _of_acceleration(part, near)
+
+    frf = at(f)
+    found = Response(f, part.inputs, part.outputs, frf, about=system.about)
+    if densities:
+        psd = _densities(frf, f, part.inputs, densities)
+        fine = _finer(part, f) if chosen.modes is not None else f
+        squares = np.trapezoid(_densities(at(fine), fine, part.inputs, densities), fine, axis=1)
+        found = replace(found, psd=psd, rms=np.sqrt(squares))
+    if spectra:
+        found = replace(found, largest=_largest(system, chosen))
+    return found
+
+
+def response_at(system: LinearSystem, f: Floats, order: int = 0) -> Complex:
+    """Frequency responses, outputs by inputs, shape (outputs, inputs, frequencies).
+
+    Args:
+        system: The system.
+        f: Frequencies, Hz.
+        order: Number of derivatives of the outputs.
+    """
+    found = np.empty((len(system.outputs), len(system.inputs), len(f)), dtype=np.complex128)
+    M, C, K = system.M.tocsc(), system.C.tocsc(), system.K.tocsc()
+    diagonal = all(A.nnz == np.count_nonzero(A.diagonal()) for A in (M, C, K))
+    if diagonal:
+        M, C, K = (A.diagonal()[:, None] for A in (M, C, K))
+    elif system.size <= SMALL:
+        M, C, K = (A.toarray() for A in (M, C, K))
+    for n, frequency in enumerate(f):
+        s = 2j * np.pi * frequency
+        powers = 1.0, s, s * s
+        force, row, direct = (
+            sum(power * part for power, part in zip(powers, parts, strict=True))
+            for parts in (system.F, system.Y, system.D)
+        )
+        inner = K + s * C + s * s * M
+        if diagonal:
+            x = force / inner
+        elif system.size <= SMALL:
+            x = np.linalg.solve(inner, force)
+        else:
+            factor = spla.splu(sp.csc_array(inner, dtype=np.complex128))
+            x = factor.solve(np.asarray(force, dtype=np.complex128))
+        found[..., n] = s**order * (row @ x + direct)
+    return found
+
+
+def _of_acceleration(system: LinearSystem, f: Floats) -> Complex:
+    """Factors from responses to displacements of ground to those to accelerations, (inputs, n)."""
+    base = np.array([name.startswith("base.") for name in system.inputs])
+    s = 2j * np.pi * f
+    return np.where(base[:, None], 1 / s**2, 1.0)
+
+
+def _damped(system: LinearSystem, ratios: Sequence[float] | float | None) -> LinearSystem:
+    """A system of modes with given damping ratios, in place of its own."""
+    if ratios is None:
+        return system
+    omega = np.sqrt(np.maximum(system.K.diagonal(), 0.0))
+    return replace(system, C=sp.csr_array(np.diag(2 * omega * np.asarray(ratios, dtype=float))))
+
+
+def _densities(frf: Complex, f: Floats, names: Sequence[str], given: Mapping[str, Any]) -> Floats:
+    """Densities of outputs, whose inputs do not depend on one another, shape (outputs, n)."""
+    of = [at_frequencies(given[n], f, f"psd of '{n}'") if n in given else 0 * f for n in names]
+    return np.asarray(np.einsum("oif,if->of", np.abs(frf) ** 2, np.array(of)))
+
+
+def _finer(system: LinearSystem, f: Floats) -> Floats:
+    """Frequencies that resolve all resonances of modes, within the range of others."""
+    omega = np.sqrt(np.abs(system.K.diagonal()))
+    ratio = system.C.diagonal() / np.maximum(2 * omega, 1e-300)
+    width = np.maximum(ratio, 1e-6) * omega / (2 * np.pi)
+    angles = np.tan(np.linspace(-0.4995 * np.pi, 0.4995 * np.pi, ANGLES))
+    near = (omega[:, None] / (2 * np.pi) + width[:, None] * angles).ravel()
+    shares = np.linspace(0, 1, BETWEEN, endpoint=False)
+    between = (f[:-1, None] + np.diff(f)[:, None] * shares).ravel()
+    every = np.unique(np.concatenate([f, near, between]))
+    return np.asarray(every[(every >= f[0]) & (every <= f[-1])])
+
+
+def _largest(system: LinearSystem, chosen: ResponseOptions) -> Floats:
+    """Largest outputs by spectra: of modes combined, of axes as squares add up."""
+    assert chosen.modes is not None
+    values, V = lowest_modes(system.K, system.M, chosen.modes)
+    omega = np.sqrt(np.maximum(values, 0.0))
+    ratio = _ratios(system, V, omega, chosen.damping)
+    spectra, total = chosen.spectrum or {}, 0.0
+    for name, curve in spectra.items():
+        part = system.select(name, chosen.outputs)
+        # all modes move relative to ground by what it accelerates
+        size = at_frequencies(curve, omega / (2 * np.pi), f"spectrum of '{name}'")
+        moved = size * (V.T @ part.F[0])[:, 0] / np.maximum(values, 1e-300)
+        each = (part.Y[0] @ V) * moved * omega ** ORDERS[chosen.quantity]
+        total = total + np.einsum("om,mn,on->o", each, _alike(omega, ratio), each)
+    return np.sqrt(np.asarray(total))
+
+
+def _ratios(system: LinearSystem, V: Floats, omega: Floats, given: Any) -> Floats:
+    """Damping ratios of modes."""
+    if given is not None:
+        return np.broadcast_to(np.asarray(given, dtype=float), omega.shape)
+    return np.einsum("nm,nm->m", V, system.C @ V) / np.maximum(2 * omega, 1e-300)
+
+
+def _alike(omega: Floats, ratio: Floats) -> Floats:
+    """Correlation of modes (Der Kiureghian 1981), shape (modes, modes)."""
+    a, b = ratio[:, None], ratio[None]
+    r = omega[None] / np.maximum(omega[:, None], 1e-300)
+    above = 8 * np.sqrt(a * b) * (a + r * b) * r**1.5
+    below = (1 - r**2) ** 2 + 4 * a * b * r * (1 + r**2) + 4 * (a**2 + b**2) * r**2
+    found = np.divide(above, below, out=np.zeros_like(below), where=below > 0)
+    np.fill_diagonal(found, 1.0)
+    return np.asarray(found)
