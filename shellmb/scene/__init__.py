@@ -95,6 +95,7 @@ from shellmb.scene.shells.sections import (
     LinearSection,
     Orthotropic,
     Section,
+    Wrinkling,
 )
 from shellmb.scene.shells.shell import Join, Shell
 from shellmb.scene.shells.surfaces import Parametric, Rectangle, Surface
@@ -235,6 +236,7 @@ __all__ = [
     "TubularSection",
     "Universal",
     "Weld",
+    "Wrinkling",
     "stacking_angles",
     "thermal_strain",
 ]
