@@ -206,10 +206,16 @@ def tension_field(strains: ShellStrains, parameters: Mapping[str, Expr]) -> Expr
         strains: Shell strains of eq. (9).
         parameters: `E` (Pa), `nu` (-), `thickness` (m), `shear_correction` (-), `compression` (-).
     """
-    h, rest = parameters["thickness"], parameters["compression"]
-    whole = _plane_stress(strains.eps, parameters)
     tension, _, _ = tensile(strains.eps, parameters)
-    return h * ((1 - rest) * tension + rest * whole) + _bent_and_sheared(strains, parameters)
+    membrane = parameters["thickness"] * tension + compressive(strains.eps, parameters)
+    return membrane + _bent_and_sheared(strains, parameters)
+
+
+def compressive(e: Expr, parameters: Mapping[str, Expr]) -> Expr:
+    """Energy per area that is kept of compression in `tension_field`; arguments as in `tensile`."""
+    tension, _, _ = tensile(e, parameters)
+    kept = parameters["compression"] * (_plane_stress(e, parameters) - tension)
+    return parameters["thickness"] * kept
 
 
 def tensile(e: Expr, parameters: Mapping[str, Expr]) -> tuple[Expr, Expr, Expr]:
@@ -217,7 +223,7 @@ def tensile(e: Expr, parameters: Mapping[str, Expr]) -> tuple[Expr, Expr, Expr]:
 
     Args:
         e: In-plane strain (11, 22, 2*12).
-        parameters: `E` (Pa), `nu` (-).
+        parameters: As of `tension_field`.
     """
     E, nu = parameters["E"], parameters["nu"]
     mean, square = (e[0] + e[1]) / 2, ((e[0] - e[1]) ** 2 + e[2] ** 2) / 4

@@ -123,7 +123,9 @@ def _chosen(found: Found, group: str | tuple[str, ...] | None, who: str) -> dict
 
 def _refuse_directions(found: Found, chosen: dict[str, Ints], shell: Shell, who: str) -> None:
     """Refuse directions of a file where stiffness depends on them and the scene gives none."""
-    if shell.direction is not None or isinstance(shell.section, Isotropic | Wrinkling | Hyperelastic):
+    if shell.direction is not None or isinstance(
+        shell.section, Isotropic | Wrinkling | Hyperelastic
+    ):
         return
     count = sum(
         int(np.isin(chosen[k], rows).sum()) for k, rows in found.directed.items() if k in chosen
