@@ -81,7 +81,7 @@ def test_a_stretched_strip_that_a_moment_wrinkles(cell, given) -> None:
 
 @pytest.mark.ci
 def test_with_all_of_its_compression_it_is_an_isotropic_section() -> None:
-    kept = stretched_strip(0.3, (2, 2), "quad", compression=1.0)
+    kept = stretched_strip(0.3, (2, 2), "tri", compression=1.0)
     (shell,) = kept.shells
     plain = replace(shell, section=sm.Isotropic(E, 0.3, THICKNESS))
     turns = [last(scene)["turn"] for scene in (kept, replace(kept, shells=plain))]
@@ -111,13 +111,13 @@ SCHEMES = [
 ]
 
 
-def thrown(scheme: str, alpha: float | None, **given) -> sm.Scene:
+def thrown(scheme: str, alpha: float | None, size: float = 1e-4, **given) -> sm.Scene:
     """A free sheet that is pulled, let go and turns: taut, wrinkled, slack in turn."""
     loads = [
-        sm.EdgeForce(edge, (sign * 1e-4, 0.0, sign * 2e-5), time=lambda t: float(t < 1.0))
+        sm.EdgeForce(edge, (sign * size, 0.0, sign * size / 5), time=lambda t: float(t < 1.0))
         for edge, sign in (("left", -1), ("right", 1))
     ]
-    turning = sm.InitialVelocity(spin=(0.0, 0.02, 0.01), about=(0.5, 0.25, 0.0))
+    turning = sm.InitialVelocity(spin=(0.0, 200 * size, 100 * size), about=(0.5, 0.25, 0.0))
     motion = {"loads": loads, "initial": turning, "dt": 0.25, "t_end": 5.0}
     return plate_scene(scheme, alpha, **({"section": SECTION} | motion | given))
 
@@ -125,8 +125,10 @@ def thrown(scheme: str, alpha: float | None, **given) -> sm.Scene:
 @pytest.mark.parametrize(("scheme", "alpha", "turned"), SCHEMES)
 def test_a_sheet_that_goes_slack_keeps_its_account(scheme, alpha, turned) -> None:
     """Energy and momenta from outside, though stresses have kinks within a step."""
-    run = sm.run(thrown(scheme, alpha))
-    assert run.summary["energy_balance_error"] < 1e-11
+    # at small strains, too, where a smooth energy needs no correction: 5e-4 without one
+    run, small = (sm.run(thrown(scheme, alpha, size)) for size in (1e-4, 1e-6))
+    for each in (run, small):
+        assert each.summary["energy_balance_error"] < 1e-11
     assert run.summary["linear_momentum_drift"] < 1e-10
     assert run.summary["angular_momentum_drift"] < 1.5 * turned
     assert np.all(np.diff(run.history["dissipation"]) > -1e-16)
@@ -134,8 +136,11 @@ def test_a_sheet_that_goes_slack_keeps_its_account(scheme, alpha, turned) -> Non
 
 def test_what_compression_stores_is_told() -> None:
     kept = sm.run(stretched_strip(0.4, (2, 4), "quad", compression=1e-2))
-    (said,) = [w for w in kept.warnings if "compression" in w]
-    assert float(said.split(" %")[0]) > 2
+    (said,) = [w for w in kept.warnings if "compression=0.01" in w]
+    off = 1 + kept.history["turn"].iloc[-1] / LENGTH / stretched_strip_curvature(
+        0.4, STRAIN, HEIGHT
+    )
+    assert 1 < 100 * off / float(said.split(" %")[0]) < 10
     assert not sm.run(stretched_strip(0.3, (2, 4), "quad")).warnings
 
 

@@ -10,7 +10,6 @@ from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats
 from shellmb.diagnostics.base import STIFFENED, Caution, said_of
-from shellmb.diagnostics.elements.summed import Summed
 from shellmb.forms.materials import compressive, tensile
 from shellmb.forms.shell import named
 from shellmb.forms.steps.mixed import assumed
@@ -19,7 +18,7 @@ from shellmb.model.shells.shell import ShellModel
 from shellmb.observers.fields.nodal import state
 from shellmb.observers.summary import Sources
 from shellmb.scene import Wrinkling
-from shellmb.simulate.simulation import Simulation
+from shellmb.simulate.simulation import Silent, Simulation
 from shellmb.system.assembly.functionals import functionals
 
 # of the strain energy: displacements may be off by 1 % then
@@ -61,8 +60,10 @@ def _wrinkling(model: Model) -> dict[str, Wrinkling]:
     return {name: found for name, found in sections.items() if isinstance(found, Wrinkling)}
 
 
-class Wrinkled(Summed):
-    """Watches how much of the strain energy is of the compression that a section keeps.
+class Wrinkled(Silent):
+    """Watches how much of the energy at the end is of the compression that a section keeps.
+
+    That is of the strain energy in statics, of what was exchanged in motion.
 
     To first order given forces do less work by that part; a single displacement may be off by more:
     the curvature of a stretched strip with a wrinkled band of 0.7 of its width by 6 times as much.
@@ -74,7 +75,7 @@ class Wrinkled(Summed):
     name = "compression"
 
     def __init__(self, sources: Sources) -> None:
-        super().__init__(sources)
+        self._account = sources.energy
         self._of: dict[str, _Sums] = {}
         self._kept: dict[str, float] = {}
 
@@ -91,22 +92,13 @@ class Wrinkled(Summed):
         self._kept = {name: s.compression for name, s in _wrinkling(simulation.model).items()}
         self.idle = not self._of
 
-    def _added(self, simulation: Simulation) -> dict[str, tuple[float, ...]]:
-        """Energies of compression and of all strains; collective."""
-        return {
-            name: tuple(
-                a + b
-                for a, b in zip(
-                    self._sums.get(name, (0.0, 0.0)), sums(state(simulation, name)), strict=True
-                )
-            )
-            for name, sums in self._of.items()
-        }
-
     def cautions(self, simulation: Simulation) -> Iterator[Caution]:
         """A sentence for each shell that compression holds; collective."""
-        for name, (kept, stored) in self._all(simulation).items():
-            share = kept / stored if stored > 0 else 0.0
+        for name, sums in self._of.items():
+            kept, stored = sums(state(simulation, name))
+            # statics do not book what loads do
+            whole = max(stored, self._account.exchanged if simulation.scheme.dynamic else 0.0)
+            share = kept / whole if whole > 0 else 0.0
             if share > BOUND:
                 said = said_of(simulation, name)
                 yield Caution(
@@ -114,10 +106,10 @@ class Wrinkled(Summed):
                     name,
                     share,
                     BOUND,
-                    f"{100 * share:.2g} % of the strain energy of {said} is of the compression "
-                    "that its section keeps: loads do less work by about that much, and single "
-                    "displacements may be off by several times as much; use a compression below "
-                    f"{self._kept[name]:g}",
+                    f"{100 * share:.2g} % of the energy of {said} is at the end of the compression "
+                    f"that its section keeps, compression={self._kept[name]:g}: displacements may "
+                    "be off by about that much, where a band is slack by several times as much; "
+                    "compare with a smaller compression",
                 )
 
 
