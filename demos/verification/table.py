@@ -23,6 +23,7 @@ MODULES = (
     "elements.curved",
     "elements.vibrating",
     "large_displacements",
+    "membranes",
     "dynamics",
     "mechanisms",
     "beams.exact",

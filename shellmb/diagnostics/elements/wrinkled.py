@@ -137,7 +137,7 @@ def wrinkled_modes(model: Model, at: Parts | None) -> list[str]:
         if slack > STIFFENED:
             found.append(
                 f"{said}, and {100 * slack:.2g} % of its area is slack in this state, "
-                f"{100 * (pulled - taut) / whole:.2g} % wrinkled: slack parts are held by "
+                f"{100 * (pulled - taut) / whole:.2g} % wrinkled: slack parts resist by "
                 f"compression={section.compression:g} and by bending alone, and so are their modes"
             )
     return found
