@@ -62,8 +62,8 @@ def test_it_is_the_least_energy_that_wrinkles_can_reach(nu: float) -> None:
 
 KINDS = [
     ("quad", {}),
-    pytest.param("tri", {}, marks=pytest.mark.ci),
-    pytest.param("quad", {"nu": 0.0, "distortion": 0.2}, marks=pytest.mark.ci),
+    ("tri", {}),
+    ("quad", {"nu": 0.0, "distortion": 0.2}),
 ]
 
 
@@ -79,7 +79,6 @@ def test_a_stretched_strip_that_a_moment_wrinkles(cell, given) -> None:
     assert turn / LENGTH == pytest.approx(exact, rel=3e-3)
 
 
-@pytest.mark.ci
 def test_with_all_of_its_compression_it_is_an_isotropic_section() -> None:
     kept = stretched_strip(0.3, (2, 2), "tri", compression=1.0)
     (shell,) = kept.shells
@@ -88,7 +87,7 @@ def test_with_all_of_its_compression_it_is_an_isotropic_section() -> None:
     assert turns[0] == pytest.approx(turns[1], rel=1e-6)  # not round-off: Newton's tolerance
 
 
-@pytest.mark.parametrize("cell", ["quad", pytest.param("tri", marks=pytest.mark.ci)])
+@pytest.mark.parametrize("cell", ["quad", "tri"])
 def test_a_sheared_sheet_is_in_tension_along_one_direction(cell) -> None:
     """The energy of a length in the middle, also in other units, along other axes."""
     first, second = np.array([2.0, 1.0, 2.0]) / 3, np.array([-2.0, 2.0, 1.0]) / 3
@@ -105,8 +104,8 @@ def test_a_sheared_sheet_is_in_tension_along_one_direction(cell) -> None:
 # with what an isotropic section leaves of the angular momentum in the same motion
 SCHEMES = [
     ("ep", None, 1e-13),
-    pytest.param("ed", 0.5, 2e-3, marks=pytest.mark.ci),
-    pytest.param("ep4", None, 1.3e-5, marks=pytest.mark.ci),
+    ("ed", 0.5, 2e-3),
+    ("ep4", None, 1.3e-5),
     pytest.param("ed3", 0.5, 1e-4, marks=pytest.mark.slow),
 ]
 
