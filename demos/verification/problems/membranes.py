@@ -109,15 +109,26 @@ def sheared_sheet(
 def strip_checks() -> Iterator[Check]:
     """A strip that wrinkles on the side that bending compresses."""
     for cell in CELLS:
-        for m, mesh in ((0.1, (4, 8)), (0.3, (4, 8)), (0.3, (8, 16))):
-            turn = -last(stretched_strip(m, mesh, cell))["turn"]
-            yield Check(
-                f"curvature at M/(P H) = {m:g}, {cell} {mesh[0]}x{mesh[1]}",
-                turn / LENGTH,
-                stretched_strip_curvature(m, STRAIN, HEIGHT),
-                "Stein & Hedgepeth (1961)",
-                0.01,
-            )
+        yield _curvature(0.1, (4, 8), cell)
+        yield _curvature(0.3, (4, 8), cell)
+
+
+@case("membranes/finer strip in bending", slow=True)
+def finer_strip_checks() -> Iterator[Check]:
+    """The strip on meshes of half the size."""
+    for cell in CELLS:
+        yield _curvature(0.3, (8, 16), cell)
+
+
+def _curvature(m: float, mesh: tuple[int, int], cell: Cell) -> Check:
+    turn = -last(stretched_strip(m, mesh, cell))["turn"]
+    return Check(
+        f"curvature at M/(P H) = {m:g}, {cell} {mesh[0]}x{mesh[1]}",
+        turn / LENGTH,
+        stretched_strip_curvature(m, STRAIN, HEIGHT),
+        "Stein & Hedgepeth (1961)",
+        0.01,
+    )
 
 
 @case("membranes/sheared sheet")
@@ -139,8 +150,8 @@ def airbag_checks() -> Iterator[Check]:
     """Inflated from flat, with wrinkles along its seams."""
     for cell in CELLS:
         yield Check(
-            f"deflection of the middle, {cell} 8x8",
-            last(airbag.scene(8, scheme="static", cell=cell))["middle"],
+            f"deflection of the middle, {cell} 6x6",
+            last(airbag.scene(6, scheme="static", cell=cell))["middle"],
             AIRBAG,
             "Contri & Schrefler (1988) and others",
             AIRBAG_SPREAD,

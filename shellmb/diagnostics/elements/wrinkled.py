@@ -9,7 +9,7 @@ from dolfinx import fem
 from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats
-from shellmb.diagnostics.base import STIFFENED, Caution, said_of
+from shellmb.diagnostics.base import STIFFENED, RunWarning, said_of
 from shellmb.forms.materials import compressive, tensile
 from shellmb.forms.shell import named
 from shellmb.forms.steps.mixed import assumed
@@ -18,7 +18,7 @@ from shellmb.model.shells.shell import ShellModel
 from shellmb.observers.fields.nodal import state
 from shellmb.observers.summary import Sources
 from shellmb.scene import Wrinkling
-from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.simulate.simulation import BaseObserver, Simulation
 from shellmb.system.assembly.functionals import functionals
 
 # of the strain energy: displacements may be off by 1 % then
@@ -60,7 +60,7 @@ def _wrinkling(model: Model) -> dict[str, Wrinkling]:
     return {name: found for name, found in sections.items() if isinstance(found, Wrinkling)}
 
 
-class Wrinkled(Silent):
+class Wrinkled(BaseObserver):
     """Watches how much of the energy at the end is of the compression that a section keeps.
 
     That is of the strain energy in statics, of what was exchanged in motion.
@@ -92,7 +92,7 @@ class Wrinkled(Silent):
         self._kept = {name: s.compression for name, s in _wrinkling(simulation.model).items()}
         self.idle = not self._of
 
-    def cautions(self, simulation: Simulation) -> Iterator[Caution]:
+    def cautions(self, simulation: Simulation) -> Iterator[RunWarning]:
         """A sentence for each shell that compression holds; collective."""
         for name, sums in self._of.items():
             kept, stored = sums(state(simulation, name))
@@ -101,7 +101,7 @@ class Wrinkled(Silent):
             share = kept / whole if whole > 0 else 0.0
             if share > BOUND:
                 said = said_of(simulation, name)
-                yield Caution(
+                yield RunWarning(
                     self.name,
                     name,
                     share,
