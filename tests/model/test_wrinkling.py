@@ -151,6 +151,14 @@ def test_modes_about_rest_are_those_of_the_taut_sheet() -> None:
     assert "taut at rest" in " ".join(found.warnings)
 
 
+def test_linear_models_do_not_wrinkle() -> None:
+    with pytest.raises(SceneError, match="its model is 'floating-frame'; it must be 'exact'"):
+        plate_scene(section=SECTION, model="floating-frame", dt=0.1, t_end=0.2)
+    linear = plate_scene("linear-statics", section=SECTION, supports=sm.Clamped("left"))
+    found = sm.run(replace(linear, loads=sm.EdgeForce("right", (-1e-6, 0.0, 0.0))))
+    assert "does not wrinkle under the scheme 'linear-statics'" in " ".join(found.warnings)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("cell", ["quad", "tri"])
 def test_an_airbag_from_flat(cell) -> None:

@@ -95,6 +95,17 @@ class Wrinkled(BaseObserver):
     def cautions(self, simulation: Simulation) -> Iterator[RunWarning]:
         """A sentence for each shell that compression holds; collective."""
         for name, sums in self._of.items():
+            if simulation.scheme.linear:
+                yield RunWarning(
+                    self.name,
+                    name,
+                    None,
+                    None,
+                    f"{said_of(simulation, name)} does not wrinkle under the scheme "
+                    f"'{simulation.scene.scheme_name}', which gives compression the stiffness of "
+                    "the taut membrane: use --scheme static or a nonlinear scheme",
+                )
+                continue
             kept, stored = sums(state(simulation, name))
             # statics do not book what loads do
             whole = max(stored, self._account.exchanged if simulation.scheme.dynamic else 0.0)
