@@ -183,15 +183,68 @@ def isotropic_quadratic(strains: ShellStrains, parameters: Mapping[str, Expr]) -
         strains: Shell strains of eq. (9).
         parameters: `E` (Pa), `nu` (-), `thickness` (m), `shear_correction` (-).
     """
-    E, nu, h = parameters["E"], parameters["nu"], parameters["thickness"]
-    plane = E / (1 - nu**2)
-    shear = parameters["shear_correction"] * E / 2 / (1 + nu)
+    h = parameters["thickness"]
+    return h * _plane_stress(strains.eps, parameters) + _bent_and_sheared(strains, parameters)
 
-    def plane_energy(e: Expr) -> Expr:
-        return plane * (e[0] ** 2 + e[1] ** 2 + 2 * nu * e[0] * e[1] + (1 - nu) / 2 * e[2] ** 2) / 2
 
-    return (
-        h * plane_energy(strains.eps)
-        + h**3 / 12 * plane_energy(strains.kap)
-        + h * shear * ufl.dot(strains.gam, strains.gam) / 2
-    )
+def tension_field(strains: ShellStrains, parameters: Mapping[str, Expr]) -> Expr:
+    """Isotropic membrane that wrinkles, with the bending stiffness of its thickness.
+
+    Of the principal strains `e1 >= e2` its energy per volume is a part of tension, which is least
+    over all shortenings that wrinkles may add, and what is left, times `compression`:
+
+        taut      e2 >= -nu e1           that of plane stress
+        wrinkled  e1 > 0, e2 < -nu e1    E e1^2/2: tension along the wrinkles alone
+        slack     e1 <= 0                0
+
+    A. C. Pipkin, IMA J. Appl. Math. 36 (1986) 85-99; a split with the rest of a stiffness after
+    D. Zhang and J. Kiendl, Comput. Methods Appl. Mech. Eng. 432 (2024) 117386. Convex, with
+    stresses that are continuous. Where principal strains are equal it is taut or slack, so roots
+    of zero are not met. At rest it is taut.
+
+    Args:
+        strains: Shell strains of eq. (9).
+        parameters: `E` (Pa), `nu` (-), `thickness` (m), `shear_correction` (-), `compression` (-).
+    """
+    tension, _, _ = tensile(strains.eps, parameters)
+    membrane = parameters["thickness"] * tension + compressive(strains.eps, parameters)
+    return membrane + _bent_and_sheared(strains, parameters)
+
+
+def compressive(e: Expr, parameters: Mapping[str, Expr]) -> Expr:
+    """Energy per area that is kept of compression in `tension_field`; arguments as in `tensile`."""
+    tension, _, _ = tensile(e, parameters)
+    kept = parameters["compression"] * (_plane_stress(e, parameters) - tension)
+    return parameters["thickness"] * kept
+
+
+def tensile(e: Expr, parameters: Mapping[str, Expr]) -> tuple[Expr, Expr, Expr]:
+    """Energy of tension of `tension_field`, J/m^3, and conditions of being taut, and not slack.
+
+    Args:
+        e: In-plane strain (11, 22, 2*12).
+        parameters: As of `tension_field`.
+    """
+    E, nu = parameters["E"], parameters["nu"]
+    mean, square = (e[0] + e[1]) / 2, ((e[0] - e[1]) ** 2 + e[2] ** 2) / 4
+    # e2 + nu e1 >= 0 and e1 > 0, without roots
+    taut = ufl.And(ufl.ge(mean, 0.0), ufl.ge((1 + nu) ** 2 * mean**2, (1 - nu) ** 2 * square))
+    pulled = ufl.Or(ufl.gt(mean, 0.0), ufl.gt(square, mean**2))
+    wrinkled = ufl.And(pulled, ufl.Not(taut))
+    first = mean + ufl.sqrt(ufl.conditional(wrinkled, square, 1.0))
+    wavy = ufl.conditional(wrinkled, E * first**2 / 2, 0.0)
+    return ufl.conditional(taut, _plane_stress(e, parameters), wavy), taut, pulled
+
+
+def _plane_stress(e: Expr, parameters: Mapping[str, Expr]) -> Expr:
+    """Energy per volume of an isotropic material in plane stress."""
+    E, nu = parameters["E"], parameters["nu"]
+    squares = e[0] ** 2 + e[1] ** 2 + 2 * nu * e[0] * e[1] + (1 - nu) / 2 * e[2] ** 2
+    return E / (1 - nu**2) * squares / 2
+
+
+def _bent_and_sheared(strains: ShellStrains, parameters: Mapping[str, Expr]) -> Expr:
+    """Energy per area of bending and transverse shear of an isotropic layer."""
+    h, modulus = parameters["thickness"], parameters["E"] / 2 / (1 + parameters["nu"])
+    shear = h * parameters["shear_correction"] * modulus * ufl.dot(strains.gam, strains.gam) / 2
+    return h**3 / 12 * _plane_stress(strains.kap, parameters) + shear

@@ -24,6 +24,7 @@ MODULES = (
     "elements.curved",
     "elements.vibrating",
     "large_displacements",
+    "membranes",
     "dynamics",
     "mechanisms",
     "beams.exact",

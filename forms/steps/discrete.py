@@ -129,7 +129,11 @@ def gradient(psi: Callable[[Expr], Expr], e: Expr) -> Expr:
 
 
 def discrete_gradient(
-    psi: Callable[[Expr], Expr], e_a: Expr, e_b: Expr, weight: Expr | None = None
+    psi: Callable[[Expr], Expr],
+    e_a: Expr,
+    e_b: Expr,
+    weight: Expr | None = None,
+    tiny: Expr | float = TINY_INCREMENT,
 ) -> Expr:
     """Average stress of eq. (21): `tau . (e_b - e_a) = psi(e_b) - psi(e_a)` exactly.
 
@@ -143,6 +147,7 @@ def discrete_gradient(
         e_b: Strain at its end, shape (n,).
         weight: Scale of each strain component, shape (n,), by which components of unlike units
             become comparable; ones if omitted.
+        tiny: Square of an increment below which there is no correction.
 
     Returns:
         Stress, shape (n,).
@@ -158,6 +163,6 @@ def discrete_gradient(
         scaled = ufl.as_vector([weight[k] ** 2 * increment[k] for k in range(n)])
     length2 = ufl.dot(scaled, increment)
     defect = psi(e_b) - psi(e_a) - ufl.dot(tau, increment)
-    small = ufl.lt(length2, TINY_INCREMENT)
+    small = ufl.lt(length2, tiny)
     factor = ufl.conditional(small, 0.0, defect / ufl.conditional(small, 1.0, length2))
     return tau + factor * scaled

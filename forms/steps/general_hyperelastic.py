@@ -70,10 +70,9 @@ class GeneralPath:
         """`S_0` and `S_1`, eq. (Q3)."""
         first, second = self._projected(psi, e)
         lacking = psi(e.last) - psi(e.first) - ufl.dot(first, e.change) - ufl.dot(second, e.bow)
-        h = self._section.thickness
-        scales = (1, 1, 1, h**2, h**2, h**2, 1, 1)
-        chord = ufl.as_vector([s * e.change[k] for k, s in enumerate(scales)])
-        first += lacking / (ufl.dot(chord, e.change) + TINY) * chord
+        chord = self._section.scaled(e.change)
+        tiny = self._section.least(TINY, e.first, e.last)
+        first += lacking / (ufl.dot(chord, e.change) + tiny) * chord
         return first, second + self._alpha / 2 * ufl.dot(tangent(psi, e.first), e.bow)
 
     def _simple(self, psi: Density, e: GeneralStrain) -> tuple[Expr, Expr]:

@@ -14,7 +14,7 @@ from ufl.core.expr import Expr
 from shellmb.forms.measure import Acting, Measure, at_middle
 from shellmb.forms.shell import ShellStrains
 from shellmb.forms.state import Layout
-from shellmb.forms.steps.discrete import discrete_gradient, gradient
+from shellmb.forms.steps.discrete import TINY_INCREMENT, discrete_gradient, gradient
 from shellmb.forms.steps.mixed import (
     Densities,
     Interval,
@@ -27,6 +27,10 @@ from shellmb.forms.steps.mixed import (
 from shellmb.forms.steps.stress_work import added
 
 type Energy = Callable[[Expr], Expr]
+
+# squares, relative to that of the strain: what is lacked by less is 1e-12 of the energy, and
+# round-off of the energy over such a step 1e-10 of the stress; and one that is no strain
+ROUND_OFF, NOTHING = 1e-12, 1e-40
 
 
 class Tie(NamedTuple):
@@ -94,12 +98,16 @@ class NonlinearMixed:
         N0: Scale of the forces, N/m.
         a: Share of the energy of shear alone that displacements have, per element.
         thickness: Length that makes curvatures comparable with strains, m.
+        kinked: Whether second derivatives jump. Then what Gauss' points lack is of second order in
+            a step's strains, and made good where these are small, too; `psi` must have round-off of
+            its own size, not of a stiffness.
     """
 
     psi: Callable[[ShellStrains], Expr]
     N0: Expr
     a: Expr
     thickness: Expr
+    kinked: bool = False
 
     @property
     def densities(self) -> tuple[Callable[[Expr], Expr], Callable[[Expr], Expr]]:
@@ -137,7 +145,26 @@ class NonlinearMixed:
         one = h / h
         weight = ufl.as_vector([one, one, one, h, h, h, one, one])
         jump = (gradient(psi, b) - gradient(psi, a)) / 2
-        return discrete_gradient(psi, a, b, weight) + beta * jump
+        tiny = self.least(TINY_INCREMENT, a, b)
+        return discrete_gradient(psi, a, b, weight, tiny) + beta * jump
+
+    def scaled(self, e: Expr) -> Expr:
+        """Strains with curvatures times the square of the thickness, shape (8,)."""
+        h = self.thickness
+        scales = (1, 1, 1, h**2, h**2, h**2, 1, 1)
+        return ufl.as_vector([s * e[i] for i, s in enumerate(scales)])
+
+    def least(self, usual: float, a: Expr, b: Expr) -> Expr | float:
+        """Square of a strain between two below which a correction is round-off.
+
+        Args:
+            usual: Where second derivatives are smooth.
+            a: Strain at the start, shape (8,).
+            b: Strain at the end.
+        """
+        if not self.kinked:
+            return usual
+        return ROUND_OFF * (ufl.dot(self.scaled(a), a) + ufl.dot(self.scaled(b), b)) + NOTHING
 
     def virtual_work(
         self,

@@ -102,10 +102,8 @@ class NonlinearPath:
                 stress = gradient(psi, moment_of(measure, point.moment, states))
                 work += ufl.dot(stress, across(measure, point.slopes, states, tests))
                 rest -= ufl.dot(stress, moment_of(measure, rate, states))
-            h = self._section.thickness
-            scales = (1, 1, 1, h**2, h**2, h**2, 1, 1)
-            weighed = ufl.as_vector([s * chord[i] for i, s in enumerate(scales)])
-            share = rest / (ufl.dot(weighed, chord) + TINY)
+            weighed = self._section.scaled(chord)
+            share = rest / (ufl.dot(weighed, chord) + self._section.least(TINY, first, last))
             found.append(
                 work + share * ufl.dot(weighed, across(measure, points.mean, states, tests))
             )

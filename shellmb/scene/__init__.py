@@ -96,6 +96,7 @@ from shellmb.scene.shells.sections import (
     LinearSection,
     Orthotropic,
     Section,
+    Wrinkling,
 )
 from shellmb.scene.shells.shell import Join, Shell
 from shellmb.scene.shells.strength import Strength
@@ -240,6 +241,7 @@ __all__ = [
     "TubularSection",
     "Universal",
     "Weld",
+    "Wrinkling",
     "stacking_angles",
     "thermal_strain",
 ]

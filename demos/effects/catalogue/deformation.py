@@ -16,7 +16,7 @@ from shellmb.demos.effects.catalogue.parts import (
 )
 from shellmb.demos.effects.effect import Effect, Use, fixed, names, refuse, whole
 from shellmb.errors import SceneError
-from shellmb.scene import Beam, Hyperelastic, LinearSection, Modal, RigidBody, Scene
+from shellmb.scene import Beam, Hyperelastic, LinearSection, Modal, RigidBody, Scene, Wrinkling
 from shellmb.scene.lookup import said
 from shellmb.scene.values.validate import show
 
@@ -127,9 +127,10 @@ def _nonlinear(scene: Scene) -> Scene:
 
 
 def _nonlinear_material(scene: Scene) -> Use:
-    found = [b for b in flexible(scene) if isinstance(b.section, Hyperelastic)]
-    if found:
-        return Use(True, f"Hyperelastic section of {names(found)}")
+    for kind in (Hyperelastic, Wrinkling):
+        found = [b for b in flexible(scene) if isinstance(b.section, kind)]
+        if found:
+            return Use(True, f"{kind.__name__} section of {names(found)}")
     return Use(False, "every section is linear")
 
 
@@ -250,7 +251,7 @@ EFFECTS = (
             "an energy of the user's has no linear counterpart that would be known; the section "
             "must be Isotropic, Orthotropic or a Laminate"
         ),
-        refuse("there is no energy to take; a shell's section must be Hyperelastic"),
+        refuse("there is no energy to take; a shell's section must be Hyperelastic or Wrinkling"),
     ),
     Effect(
         "own_strains",

@@ -12,6 +12,7 @@ from collections.abc import Iterator
 
 from shellmb.diagnostics.base import RunWarning
 from shellmb.observers.summary import Sources
+from shellmb.scene import Wrinkling
 from shellmb.simulate.simulation import BaseObserver, Simulation
 from shellmb.simulate.stability import Stability, StabilityState
 
@@ -28,6 +29,11 @@ TOUCHING = (
     "follow where it goes with a small imperfection or a dynamic scheme. A node that faces a node "
     "or an end of a shell can slide off it by less than an element: with another number of "
     "elements the number of directions is another one then"
+)
+
+WRINKLING = (
+    "where a wrinkling section keeps compression, these may be its wrinkles, which are in its "
+    "energy already; `shellmb modes --loaded` shows the directions"
 )
 
 
@@ -50,6 +56,8 @@ class Unstable(BaseObserver):
         """Paths count by themselves; of linear statics there is nothing to count."""
         scheme = simulation.scheme
         self._remedies = TOUCHING if simulation.model.faces else REMEDIES
+        if any(isinstance(shell.section, Wrinkling) for shell in simulation.scene.shells):
+            self._remedies = WRINKLING
         if not scheme.dynamic and not scheme.linear and simulation.path is None:
             self._stability = Stability(simulation.model, simulation.problem.system)
 

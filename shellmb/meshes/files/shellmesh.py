@@ -15,7 +15,7 @@ from shellmb.meshes.files.joined import doubles, empty, joined
 from shellmb.meshes.files.kinds import cut, of_one_order
 from shellmb.meshes.raw import FACETS, Cell, RawMesh, facets, shown, vertex_count
 from shellmb.meshes.surfaces.orient import oriented
-from shellmb.scene import Hyperelastic, Isotropic, Shell
+from shellmb.scene import Hyperelastic, Isotropic, Shell, Wrinkling
 from shellmb.scene.shells.gmsh_surfaces import Meshed
 from shellmb.scene.values.validate import edge_names
 
@@ -123,7 +123,9 @@ def _chosen(found: FileContent, group: str | tuple[str, ...] | None, who: str) -
 
 def _refuse_directions(found: FileContent, chosen: dict[str, Ints], shell: Shell, who: str) -> None:
     """Refuse directions of a file where stiffness depends on them and the scene gives none."""
-    if shell.direction is not None or isinstance(shell.section, Isotropic | Hyperelastic):
+    if shell.direction is not None or isinstance(
+        shell.section, Isotropic | Wrinkling | Hyperelastic
+    ):
         return
     count = sum(
         int(np.isin(chosen[k], rows).sum()) for k, rows in found.directed.items() if k in chosen

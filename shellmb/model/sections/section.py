@@ -10,6 +10,7 @@ from dolfinx import fem, la, mesh
 from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats
+from shellmb.forms.materials import tension_field
 from shellmb.forms.shell import Mass, ShellStrains
 from shellmb.forms.steps.mixed import Formulation, LinearMixed, LinearOwn
 from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed, Quadratic
@@ -19,7 +20,7 @@ from shellmb.meshes.tying import cell_squares
 from shellmb.model.shells.varying import Rule, SectionFields
 from shellmb.model.user_forms import resists_all, written
 from shellmb.native.kernels import compiled
-from shellmb.scene import Hyperelastic, LinearSection, Shell
+from shellmb.scene import Hyperelastic, LinearSection, Shell, Wrinkling
 from shellmb.scene.shells.lamination import Layup
 
 # Share of the transverse shear energy that displacements of triangles have, per square of an
@@ -101,16 +102,19 @@ def bind_section(
     if isinstance(shell.section, LinearSection):
         return _bind_linear(shell, shell.section, domain, tying, like)
     section = shell.section
-    assert isinstance(section, Hyperelastic)
+    assert isinstance(section, Hyperelastic | Wrinkling)
+    wrinkles = isinstance(section, Wrinkling)
+    energy = tension_field if isinstance(section, Wrinkling) else section.energy
     parameters = {name: _constant(domain, value) for name, value in section.parameters.items()}
     N0, who = _constant(domain, section.stiffness), f"shell '{shell.name}': energy"
     strains = ShellStrains(*(_constant(domain, np.zeros(size)) for size in (3, 3, 2)))
-    resists_all(section.energy, strains, parameters, who)
+    resists_all(energy, strains, parameters, who)
     nonlinear = NonlinearMixed(
-        psi=lambda strains: written(section.energy, (strains, parameters), who),
+        psi=lambda strains: written(energy, (strains, parameters), who),
         N0=N0,
         a=_share(domain, section.thickness),
         thickness=_constant(domain, section.thickness),
+        kinked=wrinkles,
     )
     return BoundSection(nonlinear, N0, Sizes(section.thickness, section.stiffness, section.mass[0]))
 

@@ -11,7 +11,7 @@ from shellmb.meshes.mesh import SurfaceMesh
 from shellmb.meshes.raw import cell_cross
 from shellmb.meshes.spaces import MixedSpace
 from shellmb.model.shells.positions import interpolated
-from shellmb.scene import Hyperelastic, Isotropic, Shell
+from shellmb.scene import Hyperelastic, Isotropic, Shell, Wrinkling
 
 # angle to the normal below which a direction has no useful projection on the surface, degrees: the
 # projection is short, and turns ten times as fast as the surface does
@@ -62,7 +62,7 @@ def direction_1(
             "axis that would be taken for it,"
         )
     # of an energy of the user's nobody knows whether it tells directions apart
-    blind = isinstance(shell.section, Isotropic | Hyperelastic)
+    blind = isinstance(shell.section, Isotropic | Wrinkling | Hyperelastic)
     if given is not None or not blind:
         for of, at in ((directors, x), (normals, middles)):
             _check(comm, who, np.broadcast_to(vector, of.shape), of, at)

@@ -13,6 +13,7 @@ from mpi4py import MPI
 from shellmb.arrays import Floats
 from shellmb.barrier import arrive
 from shellmb.diagnostics.elements.lone_modes import lone_modes
+from shellmb.diagnostics.elements.wrinkled import wrinkled_modes
 from shellmb.errors import petsc_in_words
 from shellmb.files.writing import make_folder, write_text
 from shellmb.model.model import Model
@@ -192,7 +193,10 @@ def find_buckling(
         STOPPING.renew()
         found = linear_buckling(scene, comm, count)
         shapes = [mode_shape(found.system, found.model, vector) for vector in found.vectors]
-        warnings = lone_modes(found.model, parts_of(found.system, found.vectors))
+        warnings = [
+            *lone_modes(found.model, parts_of(found.system, found.vectors)),
+            *wrinkled_modes(found.model, None),
+        ]
         summary: dict[str, Any] = {
             "scene": scene.name,
             "load_factors": found.factors,

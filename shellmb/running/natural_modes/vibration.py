@@ -10,6 +10,7 @@ import numpy as np
 
 from shellmb.arrays import Bools, Floats
 from shellmb.diagnostics.elements.locked_modes import locked_modes
+from shellmb.diagnostics.elements.wrinkled import wrinkled_modes
 from shellmb.diagnostics.stiffened_modes import Motion, stiffened_modes
 from shellmb.errors import SceneError, petsc_in_words
 from shellmb.model.model import Model
@@ -203,6 +204,7 @@ def _doubtful(
     return [
         *(stiffened_modes(model, state, elastic) if state is not None else ()),
         *locked_modes(model, modes, directors),
+        *wrinkled_modes(model, state),
     ]
 
 

@@ -20,7 +20,7 @@ from shellmb.scene.values.damping import ShellDamping, ShellTimes
 from shellmb.scene.values.positions import OfPosition, check_sign, values_at
 from shellmb.scene.values.validate import Finite, NonNegative, Positive, described, show
 
-__all__ = ["Hyperelastic", "Isotropic", "LinearSection", "Orthotropic", "Section"]
+__all__ = ["Hyperelastic", "Isotropic", "LinearSection", "Orthotropic", "Section", "Wrinkling"]
 
 type Matrix = NDArray[np.float64]
 type Mass = tuple[float, float, float]
@@ -361,5 +361,56 @@ class Hyperelastic(Section):
     @property
     def mass(self) -> Mass:
         """``(m, s_star, I_star)`` per unit area, of a homogeneous layer."""
-        h = self.thickness
-        return (self.density * h, 0.0, self.density * h**3 / 12)
+        return _homogeneous(self.density, self.thickness)
+
+
+def _homogeneous(density: float, h: float) -> Mass:
+    return (density * h, 0.0, density * h**3 / 12)
+
+
+@described("wrinkling section")
+class Wrinkling(Section):
+    """An isotropic membrane that wrinkles and goes slack in place of carrying compression.
+
+    Wrinkles are not resolved: where one principal strain would give compression, the membrane is in
+    tension along the other one alone; where both are negative it is slack. Bending and transverse
+    shear have the stiffness of the thickness. See :func:`shellmb.forms.materials.tension_field`.
+
+    Args:
+        E: Young's modulus [Pa].
+        nu: Poisson's ratio, in (-1, 0.5).
+        thickness: Thickness [m].
+        density: Mass density [kg/m^3].
+        compression: Part of the stiffness in compression that is kept, in [0, 1]; 1 is
+            :class:`Isotropic`. It holds slack regions in place. A run warns where it stores much.
+        shear_correction: Factor on the transverse shear stiffness.
+        stiffness_damping: Kelvin and Voigt's damping with the stiffness of the taut membrane: a
+            time [s], or a ``ShellDamping``.
+        mass_damping: Damping in proportion to the mass, a rate [1/s].
+    """
+
+    E: Positive
+    nu: PoissonRatio
+    thickness: Positive
+    density: NonNegative = 0.0
+    _: KW_ONLY
+    compression: Annotated[float, Field(ge=0, le=1, allow_inf_nan=False)] = 1e-4
+    shear_correction: Positive = 5 / 6
+    stiffness_damping: ShellTimes = 0.0
+    mass_damping: NonNegative = 0.0
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """Parameters of its energy by name."""
+        names = "E", "nu", "thickness", "compression", "shear_correction"
+        return {name: float(getattr(self, name)) for name in names}
+
+    @property
+    def stiffness(self) -> float:
+        """Size of the membrane stiffness [N/m]."""
+        return float(self.E * self.thickness)
+
+    @property
+    def mass(self) -> Mass:
+        """``(m, s_star, I_star)`` per unit area."""
+        return _homogeneous(self.density, self.thickness)

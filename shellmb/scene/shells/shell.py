@@ -10,7 +10,7 @@ from pydantic import Field, InstanceOf
 
 from shellmb.errors import SceneError
 from shellmb.scene.shells.gmsh_surfaces import Meshed
-from shellmb.scene.shells.sections import LinearSection, Section
+from shellmb.scene.shells.sections import LinearSection, Section, Wrinkling
 from shellmb.scene.shells.surfaces import Surface
 from shellmb.scene.values.models import BodyModel, Deforming
 from shellmb.scene.values.natural import NaturalStrain
@@ -141,6 +141,11 @@ class Shell(Deforming):
             unit_vector(self.direction, f"shell '{self.name}': direction")
         if self.natural is not None:
             check_natural(self)
+        if isinstance(self.section, Wrinkling) and not (self.exact or self.rigid):
+            raise SceneError(
+                f"shell '{self.name}': its section wrinkles, and its model is {show(self.model)}; "
+                "it must be 'exact': small strains about rest are those of the taut membrane"
+            )
         if not isinstance(self.section, LinearSection):
             for what in ("transverse_shear", "stretching", "coupling"):
                 if not getattr(self, what):

@@ -1,0 +1,161 @@
+"""Wrinkling sections: what the stiffness that they keep in compression stores, and their modes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+import ufl
+from dolfinx import fem
+from ufl.core.expr import Expr
+
+from shellmb.arrays import Floats
+from shellmb.diagnostics.base import STIFFENED, RunWarning, said_of
+from shellmb.forms.materials import compressive, tensile
+from shellmb.forms.shell import named
+from shellmb.forms.steps.mixed import assumed
+from shellmb.model.model import Model
+from shellmb.model.shells.shell import ShellModel
+from shellmb.observers.fields.nodal import state
+from shellmb.observers.summary import Sources
+from shellmb.scene import Wrinkling
+from shellmb.simulate.simulation import BaseObserver, Simulation
+from shellmb.system.assembly.functionals import functionals
+
+# of the strain energy: displacements may be off by 1 % then
+BOUND = 2e-3
+
+type Parts = Callable[[str], Floats]
+
+
+class _Sums:
+    """Sums over a shell with a wrinkling section in a state.
+
+    Args:
+        body: The shell.
+        section: Its section.
+        of: Densities, of the membrane strains, the parameters, and the energy of the whole.
+    """
+
+    def __init__(self, body: ShellModel, section: Wrinkling, of: Callable[..., list[Expr]]) -> None:
+        domain = body.mixed.space.mesh
+        self._q = fem.Function(body.mixed.space)
+        given = {k: fem.Constant(domain, v) for k, v in section.parameters.items()}
+        eps = named(assumed(body.strain, body.layout).value(self._q)).eps
+        stored = body.section.formulation.energy(body.strain, body.layout, self._q)
+        forms = [[body.integrate([density])] for density in of(eps, given, sum(stored))]
+        self._found = functionals(forms, domain.comm)
+
+    def __call__(self, q: Floats) -> tuple[float, ...]:
+        """The sums; collective.
+
+        Args:
+            q: Local array of a state.
+        """
+        self._q.x.array[:] = q
+        return tuple(map(float, self._found()))
+
+
+def _wrinkling(model: Model) -> dict[str, Wrinkling]:
+    sections = {name: body.shell.section for name, body in model.shells.items()}
+    return {name: found for name, found in sections.items() if isinstance(found, Wrinkling)}
+
+
+class Wrinkled(BaseObserver):
+    """Watches how much of the energy at the end is of the compression that a section keeps.
+
+    That is of the strain energy in statics, of what was exchanged in motion.
+
+    To first order given forces do less work by that part; a single displacement may be off by more:
+    the curvature of a stretched strip with a wrinkled band of 0.7 of its width by 6 times as much.
+
+    Args:
+        sources: The observers of the run.
+    """
+
+    name = "compression"
+
+    def __init__(self, sources: Sources) -> None:
+        self._account = sources.energy
+        self._of: dict[str, _Sums] = {}
+        self._kept: dict[str, float] = {}
+
+    def start(self, simulation: Simulation) -> None:
+        """Find the shells that wrinkle."""
+        shells = simulation.model.shells
+        self._of = {
+            name: _Sums(
+                shells[name], section, lambda e, given, stored: [compressive(e, given), stored]
+            )
+            for name, section in _wrinkling(simulation.model).items()
+            if section.compression < 1
+        }
+        self._kept = {name: s.compression for name, s in _wrinkling(simulation.model).items()}
+        self.idle = not self._of
+
+    def cautions(self, simulation: Simulation) -> Iterator[RunWarning]:
+        """A sentence for each shell that compression holds; collective."""
+        for name, sums in self._of.items():
+            if simulation.scheme.linear:
+                yield RunWarning(
+                    self.name,
+                    name,
+                    None,
+                    None,
+                    f"{said_of(simulation, name)} does not wrinkle under the scheme "
+                    f"'{simulation.scene.scheme_name}', which gives compression the stiffness of "
+                    "the taut membrane: use --scheme static or a nonlinear scheme",
+                )
+                continue
+            kept, stored = sums(state(simulation, name))
+            # statics do not book what loads do
+            whole = max(stored, self._account.exchanged if simulation.scheme.dynamic else 0.0)
+            share = kept / whole if whole > 0 else 0.0
+            if share > BOUND:
+                said = said_of(simulation, name)
+                yield RunWarning(
+                    self.name,
+                    name,
+                    share,
+                    BOUND,
+                    f"{100 * share:.2g} % of the energy of {said} is at the end of the compression "
+                    f"that its section keeps, compression={self._kept[name]:g}: displacements may "
+                    "be off by about that much, where a band is slack by several times as much; "
+                    "compare with a smaller compression",
+                )
+
+
+def wrinkled_modes(model: Model, at: Parts | None) -> list[str]:
+    """Sentences on modes of shells that wrinkle; collective.
+
+    Args:
+        model: The bodies.
+        at: Local arrays of the state by names of bodies; None: modes are about rest.
+    """
+    found = []
+    for name, section in _wrinkling(model).items():
+        if section.compression == 1:
+            continue
+        said = f"shell '{name}' has a wrinkling section"
+        if at is None:
+            found.append(
+                f"{said}, which counts as taut at rest: these modes have its whole stiffness, of "
+                f"which compression has {100 * section.compression:.2g} %, and it buckles in none "
+                "of them; find modes about a state in tension"
+            )
+            continue
+        whole, taut, pulled = _Sums(model.shells[name], section, _areas)(at(name))
+        slack = 1 - pulled / whole
+        if slack > STIFFENED:
+            found.append(
+                f"{said}, and {100 * slack:.2g} % of its area is slack in this state, "
+                f"{100 * (pulled - taut) / whole:.2g} % wrinkled: slack parts resist by "
+                f"compression={section.compression:g} and by bending alone, and so are their modes"
+            )
+    return found
+
+
+def _areas(e: Expr, given: dict[str, Expr], stored: Expr) -> list[Expr]:
+    """One, where the membrane is taut, and where it is not slack."""
+    _, taut, pulled = tensile(e, given)
+    one = given["E"] / given["E"]
+    return [one, *(ufl.conditional(where, one, 0 * one) for where in (taut, ufl.Or(taut, pulled)))]
