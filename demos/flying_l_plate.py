@@ -8,7 +8,7 @@ are shown by such a plate, in 2025 by the nine-node co-rotational element of App
 
 # KIND: vibrations and motion
 # CI: shellmb run flying_l_plate --check
-# CI: shellmb run flying_l_plate --set fold=90 --set t_end=0.4 --check --no-pictures --out runs/ci-l
+# CI: shellmb run flying_l_plate --set fold=90 --set t_end=0.1 --check --no-pictures --out runs/ci-l
 
 import math
 from typing import Any
@@ -36,7 +36,7 @@ RIGHT, TOP = (2.0, 6.0, 8.0), (-4.0, 0.0, 8.0)
 IMPULSE = PULSE / 2 * np.add(RIGHT, TOP)
 
 
-def scene(cells: int = 3, fold: float = 0.0, dt: float = 1e-3, t_end: float = 0.5) -> Scene:
+def scene(cells: int = 3, fold: float = 0.0, dt: float = 1e-3, t_end: float = 0.3) -> Scene:
     """The plate.
 
     Args:
@@ -98,4 +98,5 @@ def check(results: dict[str, float]) -> None:
     assert results["energy_rise"] < 1e-9
     assert results["strain_share"] > 0.1
     if results["energy_variation"] < 1e-9:
-        assert results["angular_drift"] < 1e-9
+        # to round-off in EP, to its order in EP4
+        assert results["angular_drift"] < 1e-5

@@ -31,7 +31,7 @@ PLACES = {
     "D": (0.0, -RADIUS, HEIGHT),
 }
 FORCES = {"A": (0, -1, -1), "B": (1, 1, 1), "C": (1, 1, 1), "D": (0, -1, -1)}
-# energy after the pulse, J: EP4, dt=0.0125 s, 16x2
+# energy after the pulse, J: EP4, dt=0.00625 s, 16x2
 CONVERGED = 52.68993
 IMPULSE = PEAK * PULSE / 2 * np.sum(list(FORCES.values()), axis=0)
 
@@ -108,5 +108,6 @@ def check(results: dict[str, float]) -> None:
     # of EP4 with a small step on the same mesh
     assert abs(results["energy"] / CONVERGED - 1) < 5e-3
     if results["energy_variation"] < 1e-9:
-        assert results["angular_drift"] < 1e-9
+        # to round-off in EP, to its order in EP4
+        assert results["angular_drift"] < 1e-5
         assert results["moment_error"] < 1e-3
