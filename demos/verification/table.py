@@ -24,6 +24,7 @@ MODULES = (
     "elements.vibrating",
     "large_displacements",
     "dynamics",
+    "in_time",
     "mechanisms",
     "beams.exact",
     "beams.tension",

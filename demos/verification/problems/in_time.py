@@ -82,10 +82,13 @@ class Flight:
         """Laws to round-off in all schemes, then distances from the converged run."""
         for (scheme, alpha), within in zip(SCHEMES.items(), self.within, strict=True):
             run = self.run(scheme)
-            yield from self._laws(run, f"{title(scheme, alpha)}, dt={self.scene.dt:g} s")
-            yield from self._converged(
-                run, f"{title(scheme, alpha)}, dt={self.scene.dt:g} s", within
-            )
+            name = f"{title(scheme, alpha)}, dt={self.scene.dt:g} s"
+            yield from self._laws(run, name)
+            yield from self._converged(run, name, within)
+            if self.other is not None:
+                source = "OpenSees, ASDShellQ4 -corotational, 32x2, short_cylinder.csv"
+                told = f"{name}, distance from another code until 1.4 s"
+                yield Check(told, self.other(run.history), 0.0, source, 0.02, "at most")
 
     def _laws(self, run: RunResult, name: str) -> Iterator[Check]:
         scheme, found = run.scene.scheme, flight.flight(run.history, self.pulse)
@@ -223,7 +226,7 @@ def free_panel() -> Iterator[Check]:
         energy=PANEL_ENERGY,
         end=PANEL_END,
         converged="EP4, dt=0.0625 ms, same mesh",
-        within=(0.02, 0.06, 5e-3, 0.02),
+        within=(0.05, 0.05, 0.02, 0.02),
         size=0.1,
         moment=lambda run: flight.turned(run.history, CORNERS, PUSHES, 1.0, PUSH)[-1],
     ).checks()
