@@ -1,7 +1,7 @@
-"""Short cylinder of Simo and Tarnow: a thin tube thrown by four forces, flying and folding freely.
+"""Short cylinder of Simo and Tarnow: a thin tube thrown by four forces, bending as it tumbles.
 
 Four dead forces rise for half a second and vanish at one second; then nothing acts on the tube,
-which flattens, buckles and turns over. Energy and both momenta are constant from then on, and the
+which bends to an oval and turns over. Energy and both momenta are constant from then on, and the
 linear momentum is the impulse of the forces. J. C. Simo, N. Tarnow, Int. J. Numer. Meth. Engng 37
 (1994) 2527-2549; later in D. Kuhl, E. Ramm, Comput. Methods Appl. Mech. Engng 178 (1999) 343-366,
 and others. We could not read these papers: radius, height, thickness, material and pulse are as

@@ -168,7 +168,7 @@ def panel() -> Scene:
 
 @case("in time/short cylinder", slow=True)
 def short_tube() -> Iterator[Check]:
-    """A thin tube thrown by four forces, which flattens and turns over."""
+    """A thin tube thrown by four forces, which bends to an oval and turns over."""
 
     def moment(run: RunResult) -> np.ndarray:
         tube = short_cylinder
