@@ -12,7 +12,12 @@ import numpy as np
 from dolfinx import fem
 
 from shellmb.arrays import Bools, Floats
-from shellmb.bodyfields import (
+from shellmb.errors import ConvergenceError
+from shellmb.model.body import Body, TimeFunction
+from shellmb.model.model import Model
+from shellmb.model.sections.natural import NaturalStress
+from shellmb.native.assembler import Pairs, is_native
+from shellmb.preprocessing.bodyfields import (
     body_directors,
     body_field,
     kinematic_dofs,
@@ -20,11 +25,6 @@ from shellmb.bodyfields import (
     resultant_dofs,
     without_impulse,
 )
-from shellmb.errors import ConvergenceError
-from shellmb.model.body import Body, TimeFunction
-from shellmb.model.model import Model
-from shellmb.model.sections.natural import NaturalStress
-from shellmb.native.assembler import Pairs, is_native
 from shellmb.schemes.base import END, GAUSS_TIMES, GAUSS_WEIGHTS, Levels, Scheme, StepForms
 from shellmb.schemes.linearised import at_reference
 from shellmb.schemes.residuals.residual import StageForms
@@ -32,14 +32,14 @@ from shellmb.simulate.couplings.faces import FacesCoupling
 from shellmb.simulate.predictor import Predictor
 from shellmb.simulate.scaled_rates import ScaledRates, flight
 from shellmb.simulate.start.consistent import VelocityProjection
-from shellmb.simulate.stepsize.landing import rounded
+from shellmb.simulate.stepsize.target_times import rounded
 from shellmb.system.assembly.blocks import BlockSystem
 from shellmb.system.assembly.fields import (
+    DependentFunctions,
     DirectorPath,
     DirectorRates,
     Directors,
     Field,
-    Followers,
     Part,
 )
 from shellmb.system.condensation.reduction import Reduction
@@ -120,7 +120,7 @@ class Problem:
         self._arrays = {name: Arrays(levels) for name, levels in self.levels.items()}
         self.fields = [self._field(self._bodies[b], s) for b, s in names]
         made = [forms.states for stages in self.forms.values() for forms in stages.values()]
-        followers = [Followers(**vars(states)) for states in made if states is not None]
+        followers = [DependentFunctions(**vars(states)) for states in made if states is not None]
         self.system = BlockSystem(model.comm, self.fields, followers)
         self.couplings = self._couplings()
         self.system.couplings.extend(self.couplings)

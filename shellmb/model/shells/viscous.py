@@ -20,8 +20,8 @@ from shellmb.forms.steps.mixed import LinearMixed, LinearOwn, assumed
 from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed
 from shellmb.forms.steps.stress_work_nonlinear import tangent
 from shellmb.model.sections.damping import Resisting, StrainDamping
-from shellmb.model.shells.bound import BoundShell
 from shellmb.model.shells.compatible import rates_of
+from shellmb.model.shells.discrete_shell import DiscreteShell
 from shellmb.model.shells.elastic import quadratic_strains
 from shellmb.scene.values.validate import show
 
@@ -29,7 +29,7 @@ from shellmb.scene.values.validate import show
 NEGATIVE = 1e-10
 
 
-def strain_damping(shell: BoundShell) -> StrainDamping | None:
+def strain_damping(shell: DiscreteShell) -> StrainDamping | None:
     """Damping of the strains of a shell; None without any.
 
     Args:
@@ -59,7 +59,7 @@ def strain_damping(shell: BoundShell) -> StrainDamping | None:
 
 
 def _linear(
-    shell: BoundShell, section: LinearMixed | LinearOwn, strain: Measure
+    shell: DiscreteShell, section: LinearMixed | LinearOwn, strain: Measure
 ) -> list[Resisting]:
     """Damping of a linear section; of strains that are constrained none."""
     membrane, bend, shear = shell.shell.section.damping_times
@@ -77,7 +77,7 @@ def _linear(
     return [Resisting(ViscousShell(section, *times), strain, shell.integrate)]
 
 
-def _of_rest(shell: BoundShell, section: NonlinearMixed, strain: Measure) -> list[Resisting]:
+def _of_rest(shell: DiscreteShell, section: NonlinearMixed, strain: Measure) -> list[Resisting]:
     """Damping of the elements' own strains, but for a share of the shear."""
     (A, B, D, G), found = stiffness_at_rest(shell, section), []
     if any(part is not None for part in (A, B, D, G)):
@@ -93,7 +93,7 @@ def _of_rest(shell: BoundShell, section: NonlinearMixed, strain: Measure) -> lis
 type Parts = tuple[Expr | None, Expr | None, Expr | None, Expr | None]
 
 
-def stiffness_at_rest(shell: BoundShell, section: NonlinearMixed) -> Parts:
+def stiffness_at_rest(shell: DiscreteShell, section: NonlinearMixed) -> Parts:
     """Damping from the stiffness of an energy at zero strain: membrane, coupling, bending, shear.
 
     Args:
