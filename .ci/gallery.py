@@ -56,6 +56,8 @@ LOOKS = {
     "identify_joint": Look(ghosts=5),
     "critical_speed": Look(ghosts=5),
     "tumbling_plate": Look(ghosts=6),
+    "short_cylinder": Look(2.5, 3),
+    "flying_l_plate": Look(0.2, 4),
     "bouncing_plate": Look(ghosts=2, field="deformation", camera=(20, -40)),
     "gripper": Look(camera=(20, -55), ghosts=2),
     "rolling_cart": Look(ghosts=1),

@@ -7,7 +7,8 @@
 
 verification.md has a row for every case; in it the value that is nearest to its bound, and the
 largest error, whatever its bound. No case is left out. elements.md has a table for each element: a
-row for every mesh of `elements/*` with its largest error, beside those of other codes.
+row for every mesh of `elements/*` with its largest error, beside those of other codes. in_time.md
+has a row for every scheme of `in time/*`, with its largest error of each kind.
 """
 
 from __future__ import annotations
@@ -29,6 +30,7 @@ ROOT = Path(__file__).resolve().parents[1]
 STORED = ROOT / "demos" / "studies" / "verify.json"
 PAGE = ROOT / "docs" / "evidence" / "verification.md"
 ELEMENTS = ROOT / "docs" / "evidence" / "elements.md"
+IN_TIME = ROOT / "docs" / "evidence" / "in_time.md"
 BEGIN, END = "<!-- shellmb verify: begin -->", "<!-- shellmb verify: end -->"
 # of other codes, those with as many sides
 OTHERS = {
@@ -180,13 +182,52 @@ def elements(entries: list[Entry], cell: str) -> str:
     return "\n".join(markdown(columns, meshes.items()))
 
 
+def in_time(entries: list[Entry]) -> str:
+    """The table of motions: of each problem and scheme the errors of what is told of all of them.
+
+    Args:
+        entries: All rows of `shellmb verify --slow --json`.
+    """
+    runs: dict[tuple[str, str], dict[str, Entry]] = {}
+    for entry in entries:
+        folder, _, case = name_of(entry).partition("/")
+        if folder == "in time":
+            scheme, _, rest = which(entry).partition(", dt=")
+            step, _, told = rest.partition(" s, ")
+            runs.setdefault((case, f"{scheme}, {step} s"), {})[told] = entry
+
+    def error(row: Any, *words: str) -> str:
+        found = [entry for told, entry in row[1].items() if any(w in told for w in words)]
+        return "-" if not found else f"{max(size(entry) for entry in found):.2g}"
+
+    columns: list[Column[Any]] = [
+        Column("problem", lambda row: row[0][0]),
+        Column("scheme, step", lambda row: row[0][1]),
+        Column("momentum", lambda row: error(row, "momentum over impulse", "along the axis")),
+        Column("angular momentum", lambda row: error(row, "angular")),
+        Column("energy balance", lambda row: error(row, "balance")),
+        Column("energy in flight", lambda row: error(row, "energy variation", "rise of energy")),
+        Column("energy after the pulse", lambda row: error(row, "after the pulse")),
+        Column("displacement", lambda row: error(row, "s, distance", "at full load")),
+        Column("from another code", lambda row: error(row, "another code")),
+    ]
+    return "\n".join(markdown(columns, runs.items()))
+
+
 def pages(stored: list[Entry]) -> dict[Path, str]:
     """The pages with the tables of the stored rows."""
     text = ELEMENTS.read_text()
     for cell in OTHERS:
         marks = (f"<!-- {cell}: {end} -->" for end in ("begin", "end"))
         text = replaced(text, *marks, elements(stored, cell))
-    return {PAGE: replaced(PAGE.read_text(), BEGIN, END, table(stored)), ELEMENTS: text}
+    motions = replaced(
+        IN_TIME.read_text(), *("<!-- in time: begin -->", "<!-- in time: end -->"), in_time(stored)
+    )
+    return {
+        PAGE: replaced(PAGE.read_text(), BEGIN, END, table(stored)),
+        ELEMENTS: text,
+        IN_TIME: motions,
+    }
 
 
 def main() -> None:

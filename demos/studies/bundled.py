@@ -101,6 +101,21 @@ BUNDLED: tuple[Bundled, ...] = (
         ),
     ),
     Bundled(
+        "short_cylinder",
+        "Thin tube thrown by four forces, first 2 s (of 5 s), 16x2 elements: scheme, alpha, dt.",
+        (
+            Part(
+                "short cylinder",
+                Sweep(
+                    Base("short_cylinder", t_end=2.0),
+                    quantities("strain_energy:l2", "B_uz:l2"),
+                    **ALL,
+                    dt=(2e-1, 1e-1, 5e-2, 2.5e-2),
+                ),
+            ),
+        ),
+    ),
+    Bundled(
         "lateral_buckling",
         "Section 6.1 with a bow of 0.1 mm, through the snap, 0.08 s (of 6.28 s): scheme, dt, mesh.",
         (

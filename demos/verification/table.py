@@ -26,6 +26,7 @@ MODULES = (
     "large_displacements",
     "membranes",
     "dynamics",
+    "in_time",
     "mechanisms",
     "beams.exact",
     "beams.tension",
