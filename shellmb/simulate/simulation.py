@@ -191,6 +191,7 @@ class Simulation:
         start.positions()
         start.velocities()
         start.accelerations()
+        self.problem.begin()
         self.problem.prepare(0.0, self.size.dt)
         self.problem.warm_up(self.size.dt)
         self.problem.arrive(0.0)

@@ -20,12 +20,14 @@ from shellmb.forms.terms import Point
 from shellmb.model.body import Constraint, LoadFactors, Manifold, Rates, added, largest
 from shellmb.model.joints.held import Constraints
 from shellmb.model.rules import Rules
+from shellmb.model.sections.branches import MaxwellBranches
 from shellmb.model.sections.damping import StrainDamping, mass_damping, slowing
 from shellmb.model.sections.section import Arm, mass_arm
 from shellmb.model.sections.strains import HyperelasticStrains, Strains
 from shellmb.model.shells.bound import BoundShell
 from shellmb.model.shells.elastic import shell_strains
 from shellmb.model.shells.loads import ShellLoads
+from shellmb.model.shells.relaxing import maxwell_branches
 from shellmb.model.shells.viscous import strain_damping
 from shellmb.model.user_forms import virtual_work
 
@@ -150,6 +152,10 @@ class ShellModel(BoundShell):
     def damping(self) -> StrainDamping | None:
         """Damping of its strains; None without any."""
         return strain_damping(self)
+
+    def branches(self) -> MaxwellBranches | None:
+        """New Maxwell branches of its section; None without any."""
+        return maxwell_branches(self)
 
     @cached_property
     def _slowing(self) -> fem.Constant | None:

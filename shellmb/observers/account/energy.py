@@ -136,7 +136,8 @@ class EnergyAccount(Booked):
         kinetic: list[Form | None] = []
         if "v" in scheme.rates:
             kinetic = [kinetic_energy(b, problem.levels[b.name].rates["v"]) for b in bodies]
-        self._potentials, self._faces = simulation.model.stores, problem.couplings
+        self._potentials = simulation.model.stores
+        self._faces = [*problem.couplings, *problem.branches.values()]
         levels = problem.levels
         others = [b for b in bodies if b not in self._potentials]
         strain = [strain_energy(b, levels[b.name]) for b in others]
