@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
 from typing import Any, Protocol
 
 from mpi4py import MPI
 
 import numpy as np
+from dolfinx import fem
 
 from shellmb.arrays import Ints
 from shellmb.checked_model import checked_model
@@ -380,21 +381,25 @@ class Simulation:
         """State of all bodies on this rank, by name: what a restart needs."""
         return {name: array.copy() for name, array in self.live().items()} | self.past()
 
+    def _kept(self) -> Iterator[tuple[str, Arrays, fem.FunctionSpace]]:
+        """Arrays of each space that a state consists of, with the space and a name."""
+        for body, levels in self.problem.levels.items():
+            rates = {rate: function.x.array for rate, function in levels.rates.items()}
+            yield body, {"q": levels.q.x.array, **rates}, levels.q.function_space
+        for branches in self.problem.branches.values():
+            yield from branches.kept()
+
     def live(self) -> Arrays:
         """The first part of it, the bodies' own arrays, which the next step changes."""
-        found = {}
-        for body, levels in self.problem.levels.items():
-            found[f"{body}/q"] = levels.q.x.array
-            for rate, function in levels.rates.items():
-                found[f"{body}/{rate}"] = function.x.array
-        return found
+        kept = self._kept()
+        return {f"{name}/{key}": a for name, arrays, _ in kept for key, a in arrays.items()}
 
     def numbering(self) -> dict[str, Ints]:
         """Numbering of the values of `live` in the meshes, on any number of ranks."""
         return {
-            f"{body}/{key}": array
-            for body, levels in self.problem.levels.items()
-            for key, array in numbering(levels.q.function_space).items()
+            f"{name}/{key}": array
+            for name, _, space in self._kept()
+            for key, array in numbering(space).items()
         }
 
     def spread(self, ranks: Sequence[tuple[Arrays, dict[str, Ints]]]) -> Arrays:
@@ -404,13 +409,13 @@ class Simulation:
             ranks: Of each of them what `live` and `numbering` gave.
         """
         found = {}
-        for body, levels in self.problem.levels.items():
-            for name in ("q", *levels.rates):
-                key, own = f"{body}/{name}", f"{body}/"
+        for name, mine, space in self._kept():
+            own = f"{name}/"
+            for key in (own + key for key in mine):
                 if any(key not in arrays for arrays, _ in ranks):
                     continue
                 parts = [(below(there, own), a[key]) for a, there in ranks]
-                values = spread(parts, levels.q.function_space)
+                values = spread(parts, space)
                 if values is not None:
                     found[key] = values
         return found
@@ -430,10 +435,8 @@ class Simulation:
             arrays: As from `arrays`, on the same number of ranks.
             state: As from `state`.
         """
-        for body, levels in self.problem.levels.items():
-            levels.q.x.array[:] = arrays[f"{body}/q"]
-            for rate, function in levels.rates.items():
-                function.x.array[:] = arrays[f"{body}/{rate}"]
+        for name, array in self.live().items():
+            array[:] = arrays[name]
         self.t, self.step = float(state["t"]), int(state["step"])
         self._count.restore(state["count"])
         self.problem.arrive(self.t)

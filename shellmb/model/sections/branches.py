@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import reduce
 from typing import Any, NamedTuple
 
@@ -141,19 +141,10 @@ class MaxwellBranches:
     def _sum(self, parts: Sequence[float]) -> float:
         return float(self._groups[0].comm.allreduce(sum(parts), op=MPI.SUM))
 
-    def arrays(self) -> dict[str, Floats]:
-        """Strains of the springs, which a restart needs."""
-        return {f"{k}": group.values for k, group in enumerate(self._groups)}
-
-    def restore(self, arrays: Mapping[str, Floats]) -> None:
-        """Take them up."""
+    def kept(self) -> Iterator[tuple[str, dict[str, Floats], fem.FunctionSpace]]:
+        """Strains of the springs, which a restart needs, with their space and a name."""
         for k, group in enumerate(self._groups):
-            group.values = np.array(arrays[f"{k}"])
-
-    @property
-    def spaces(self) -> list[fem.FunctionSpace]:
-        """Spaces of the strains, one branch after the other."""
-        return [group.space for group in self._groups]
+            yield f"{self.name}/{k}", {str(i): X for i, X in enumerate(group.values)}, group.space
 
 
 class _Group:
@@ -265,7 +256,7 @@ class _Group:
         return mean, moment, bow - ratios / 3 * moment, first - ratios * mean
 
     def accept(self) -> None:
-        self.values = self.values + self._solved()[3]
+        self.values += self._solved()[3]
 
     def _norms(self, values: Floats) -> Floats:
         """Halves of the products of strains of all branches with their stresses, J."""
