@@ -117,13 +117,17 @@ def test_a_strip_creeps_as_theory_says(kind: str, shift: Any) -> None:
     at = "end" if kind == "beam" else "right-top"
     assert body
     tip = sm.Probe("tip", at, component=2, body="strip")
-    scene = sm.Scene("s", **bodies, loads=force, probes=tip, scheme="ed3", alpha=1.0, dt=dt, t_end=2)
+    scene = sm.Scene(
+        "s", **bodies, loads=force, probes=tip, scheme="ed3", alpha=1.0, dt=dt, t_end=2
+    )
     found = sm.run(scene).history
     static = sm.run(replace(scene, scheme="static", alpha=None, dt=1.0, t_end=1.0)).history
     fast = replace(scene.meshed[0].section.relaxation, relaxed=False)
     section = replace(scene.meshed[0].section, relaxation=fast)
     given = {"beams" if kind == "beam" else "shells": replace(scene.meshed[0], section=section)}
-    at_once = sm.run(replace(scene, **given, scheme="static", alpha=None, dt=1.0, t_end=1.0)).history
+    at_once = sm.run(
+        replace(scene, **given, scheme="static", alpha=None, dt=1.0, t_end=1.0)
+    ).history
     long_term, instantaneous = (h["tip"].iloc[-1] for h in (static, at_once))
     assert instantaneous == pytest.approx((1 - g) * long_term, rel=1e-6)
     assert long_term == pytest.approx(1e-3 / (3 * (1 - g) * E * 0.2 * 0.02**3 / 12), rel=2e-3)

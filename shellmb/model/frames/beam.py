@@ -264,6 +264,13 @@ class BeamModel(FrameBody):
         if self.natural is not None:
             less = beam_forms.halves(getattr(self.natural, at) * self.natural.resultants)
             N, M = N - less[0], M - less[1]
+        return self._both(e, N, M)
+
+    def of_stress(self, stress: Expr, q: Expr) -> Expr:
+        """Resultants of a stress that is conjugate to the strains at a state, as `resultants`."""
+        return self._both(self.strains(q), *beam_forms.halves(stress))
+
+    def _both(self, e: Expr, N: Expr, M: Expr) -> Expr:
         force, moment = self.acting(e, N, M)
         return ufl.as_vector([v[k] for v in (force, moment, N, M) for k in range(3)])
 

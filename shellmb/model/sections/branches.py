@@ -138,6 +138,11 @@ class MaxwellBranches:
         first, second = (self._sum([pair[k] for pair in found]) for k in (0, 1))
         return first, second
 
+    def mean(self) -> Expr:
+        """Mean of the stresses of the branches over the step, as of the strains."""
+        found = [group.mean() for group in self._groups]
+        return sum(found[1:], found[0])
+
     def _sum(self, parts: Sequence[float]) -> float:
         return float(self._groups[0].comm.allreduce(sum(parts), op=MPI.SUM))
 
@@ -173,13 +178,22 @@ class _Group:
         dofs = self.space.dofmap.list[self._cells]
         self._dofs = dofs[..., None] * self._size + np.arange(self._size)
         own = topology.index_map(topology.dim).size_local
-        self._own, self._given = slice(0, own), (fem.Function(self.space), fem.Function(self.space))
+        self._own = slice(0, own)
+        # through its values at the points, so that resultants can be read elsewhere
+        degree = round(len(self._points) ** (1 / topology.dim)) - 1 if _tensor(domain) else 2
+        single = basix.ufl.element("P", domain.basix_cell(), degree, discontinuous=True)
+        at_nodes = space_on(domain, basix.ufl.blocked_element(single, shape=(self._size,)))
+        table = single.basix_element.tabulate(0, self._points)[0, :, :, 0]
+        self._through = np.linalg.inv(table)
+        self._nodes = at_nodes.dofmap.list[self._cells][..., None] * self._size
+        self._nodes = self._nodes + np.arange(self._size)
+        self._given = fem.Function(at_nodes), fem.Function(at_nodes)
         weights = fem.assemble_vector(compiled(ufl.TestFunction(self.space)[0] * fading.dx))
         weighed = weights.array[self._dofs[:own, :, 0]]
         flat = ufl.as_vector([fading.C[i, j] for i in range(self._size) for j in range(self._size)])
         C = self._at_points(flat)[:own].reshape(*weighed.shape, self._size, self._size)
         self._weighed = weighed[..., None, None] * C / 2
-        self.values = np.zeros((len(self._times), self._given[0].x.array.size))
+        self.values = np.zeros((len(self._times), fem.Function(self.space).x.array.size))
         self._rows: list[tuple[Straining, Course]] = []
         self._dt = 0.0
         self._found: tuple[Floats, Floats, Floats, Floats] | None = None
@@ -203,9 +217,13 @@ class _Group:
         def integrate(densities: Sequence[Expr]) -> Form:
             return densities[0] * self._dx
 
-        return path_terms(
-            self._section, layout, self._strain, along.rows, tests, trial, integrate
-        )
+        return path_terms(self._section, layout, self._strain, along.rows, tests, trial, integrate)
+
+    def mean(self) -> Expr:
+        """Mean of the stresses over the step."""
+        rows = self._rows[-1][0].rows
+        e = moment_of(self._strain, rows.stresses[0].moment, rows.states[: rows.moving])
+        return self._section.C * e
 
     def _means(self, dt: float, course: Course) -> list[Means]:
         return [means(dt / time, course.alpha, course.bows) for time in self._times]
@@ -233,7 +251,8 @@ class _Group:
             self._steps = self._means(dt, course)
         self._dt = dt
         for function, shares in zip(self._given, self._shares, strict=True):
-            function.x.array[:] = shares @ self.values
+            at = (shares @ self.values)[self._dofs]
+            function.x.array[self._nodes] = np.einsum("np,cpi->cni", self._through, at)
 
     def _solved(self) -> tuple[Floats, Floats, Floats, Floats]:
         """Mean, first moment, bow and change of the springs' strains over the step just solved."""
@@ -280,3 +299,7 @@ def branches_of(body: Any) -> MaxwellBranches | None:
     make = getattr(body, "branches", None)
     found: MaxwellBranches | None = None if make is None else make()
     return found
+
+
+def _tensor(domain: mesh.Mesh) -> bool:
+    return str(domain.topology.cell_name()) != "triangle"

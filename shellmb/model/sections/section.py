@@ -70,7 +70,11 @@ def has_own_strains(shell: Shell, domain: mesh.Mesh) -> bool:
     section = shell.section
     if not isinstance(section, LinearSection) or shell.holds_strains:
         return True
-    return _damps_unlike(shell, section) or section.relaxes or domain.topology.cell_name() == "triangle"
+    return (
+        _damps_unlike(shell, section)
+        or section.relaxes
+        or domain.topology.cell_name() == "triangle"
+    )
 
 
 def _damps_unlike(shell: Shell, section: LinearSection) -> bool:

@@ -202,6 +202,10 @@ class ShellModel(BoundShell):
             return own.mean_stress(step)
         return self._less(own.section.joined(*own.mean(step)))
 
+    def of_stress(self, stress: Expr, q: Expr) -> Expr:
+        """Resultants of a stress that is conjugate to the strains, shape (8,)."""
+        return stress
+
     def _less(self, resultants: Expr, at: str = "mean") -> Expr:
         """Resultants less those of the natural strain, at a state or as a mean over a step."""
         if self.natural is None:

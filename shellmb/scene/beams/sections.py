@@ -69,6 +69,16 @@ class BeamSection:
         return given.times if isinstance(given, BeamDamping) else (float(given),) * 6
 
     @property
+    def relaxes(self) -> bool:
+        """Decide whether it has a Prony series."""
+        return self.relaxation is not None
+
+    @property
+    def relaxed(self) -> bool:
+        """Decide whether all of its branches begin relaxed."""
+        return self.relaxation is None or self.relaxation.relaxed
+
+    @property
     def long_term(self) -> Matrix:
         """The stiffness that is left when all branches are relaxed, shape (6, 6)."""
         C = np.asarray(self.stiffness, dtype=float)
@@ -164,7 +174,8 @@ class GeneralSection(BeamSection):
         if not isinstance(other, GeneralSection):
             return NotImplemented
         mine, theirs = (
-            (s.mass, s.size, s.stiffness_damping, s.mass_damping, s.relaxation) for s in (self, other)
+            (s.mass, s.size, s.stiffness_damping, s.mass_damping, s.relaxation)
+            for s in (self, other)
         )
         return mine == theirs and np.array_equal(self.stiffness, other.stiffness)
 

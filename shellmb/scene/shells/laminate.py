@@ -107,7 +107,9 @@ class Laminate(LinearSection):
         """
         if not self.plies:
             raise SceneError("laminate: it has no plies; it must have one at least")
-        if self.shear_correction == "energy" and any(len(set(s)) > 1 for s in self.generic.branches):
+        if self.shear_correction == "energy" and any(
+            len(set(s)) > 1 for s in self.generic.branches
+        ):
             raise SceneError(
                 "laminate: shear_correction is 'energy', and its plies relax differently; it must "
                 "be a factor then"

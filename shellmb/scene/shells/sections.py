@@ -81,6 +81,16 @@ class Section:
         raise NotImplementedError
 
     @property
+    def relaxes(self) -> bool:
+        """Decide whether it has a Prony series."""
+        return False
+
+    @property
+    def relaxed(self) -> bool:
+        """Decide whether all of its branches begin relaxed."""
+        return True
+
+    @property
     def doubts(self) -> tuple[str, ...]:
         """Warnings about choices that are possible but hardly meant, a sentence each."""
         return ()
@@ -222,6 +232,12 @@ class LinearSection(Section):
     def relaxes(self) -> bool:
         """Decide whether a layer has a Prony series."""
         return any(layer.relaxation is not None for layer in self.generic.layers)
+
+    @property
+    def relaxed(self) -> bool:
+        """Decide whether all of its branches begin relaxed."""
+        given = (layer.relaxation for layer in self.generic.layers)
+        return all(one is None or one.relaxed for one in given)
 
     @property
     def mass(self) -> Mass:

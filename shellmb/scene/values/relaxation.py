@@ -11,7 +11,7 @@ from shellmb.errors import SceneError
 from shellmb.scene.values.sentences import plain
 from shellmb.scene.values.validate import Finite, Positive, described, number, show
 
-__all__ = ["Prony", "WLF"]
+__all__ = ["WLF", "Prony"]
 
 
 @described("WLF shift")

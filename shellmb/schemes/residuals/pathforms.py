@@ -83,7 +83,10 @@ class PathForms:
         """Residuals of both rows, by the name of their stage."""
         body, result = self._body, {}
         terms, work = path_term(body, self.step), None
-        alpha, sources = self._scheme.alpha, (self.path.start, self.path.end, self.path.end_velocity)
+        alpha, sources = (
+            self._scheme.alpha,
+            (self.path.start, self.path.end, self.path.end_velocity),
+        )
         common = self._scheme.page, self._mesh, alpha, self.states.functions, sources, self.dt
         if self.branches is not None:
             course = Course(lambda *m: over_path(*common, Mixed(*m)), renew, alpha, True)

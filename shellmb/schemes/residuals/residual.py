@@ -272,10 +272,11 @@ def stage_forms(
         work = None
         if resists and stage.rates is not None:
             if sub.between is None or len(unknowns) > 2:
+                what = "a damping" if branches is None else "a relaxation"
                 raise SceneError(
-                    f"'{body.name}': its section has {'a damping' if branches is None else 'a relaxation'}; scheme "
-                    f"'{scheme.name}' does not take strains from one state to another, so it must "
-                    "be without, or the scheme another, as 'ep', 'ed', 'ep4' or 'ed3'"
+                    f"'{body.name}': its section has {what}; scheme '{scheme.name}' does not "
+                    "take strains from one state to another, so it must be without, or the scheme "
+                    "another, as 'ep', 'ed', 'ep4' or 'ed3'"
                 )
             place = len(unknowns), number
             over = partial(over_interval, space.mesh, sub.between, place, dt, linear)

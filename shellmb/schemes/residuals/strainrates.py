@@ -34,8 +34,8 @@ BEHIND = e(B + z) - e(B)
 # state at the start, and the unknown ones of the rows P0 and P1
 type Sources = tuple[Expr, Expr, Expr]
 
-# shares of the stresses S_0 and S_1 in the rows of a scheme of one and of two sub-intervals, those of
-# the unknown states in x, D, z, y there, and the change of the strain over the step with its bow
+# shares of the stresses S_0 and S_1 in the rows of a scheme of one and of two sub-intervals, those
+# of the unknown states in x, D, z, y there, and the change of the strain over the step with its bow
 ROWS: dict[tuple[int, int], tuple[float, ...]] = {(1, 0): (1,), (2, 0): (1, -1), (2, 1): (1, 0)}
 SHARES: dict[tuple[int, int], list[Floats]] = {
     (1, 0): [LAST],
