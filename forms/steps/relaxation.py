@@ -20,7 +20,8 @@ point by point: there are no unknowns. EP has neither bow nor second row. ED is 
 its sub-intervals; with `bow = e_i - e_j` its rows see the stresses of `X_0` (f) and of `X_0 - X_1`
 (j), which are (22) and (32). The stresses act as those of the scheme do, so that exactly
 
-    S_0.(e_f - e_i) + S_1.bow = change of X.C X/2 + r [X_0.C X_0 + X_1.C X_1/3] + alpha x.C x/2  (V4)
+    S_0.(e_f - e_i) + S_1.bow = change of X.C X/2
+                                 + r [X_0.C X_0 + X_1.C X_1/3] + alpha x.C x/2             (V4)
 
 What the branch dissipates is never negative. At constant strain a step multiplies `X` by the
 approximation of `exp(-r)` that the scheme has of linear systems: Pade's of order 2 in EP, of order

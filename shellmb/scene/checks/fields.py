@@ -22,7 +22,7 @@ OWNERS = {
     "beam": "beam that deforms",
     "joint": "joint",
     "laminate": "shell with plies (a Laminate), without natural strains and relaxation",
-    "linear": "shell with a linear section without relaxation, of plies only without natural strains",
+    "linear": "shell with a linear section, without relaxation, of plies without natural strains",
 }
 
 
