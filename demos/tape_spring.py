@@ -1,7 +1,7 @@
 """A tape spring of a polymer is folded, held and released: it relaxes while it is held.
 
-The curved strip is clamped at one end, the other has a rigid cap. A handle that moves in a plane
-grips the cap and turns it; the fold localises. While it is held, the moment at the handle falls as the Maxwell
+The curved strip is clamped at one end, the other has a stiff rim. A handle that moves in a plane
+grips the rim and turns it; the fold localises. While it is held, the moment at the handle falls as the Maxwell
 branches relax (generalised Maxwell material, a Prony series with two terms). Released, the strip
 springs back, and the branches, which now lag behind, hold it away from its shape for a while. The
 account says what the branches have dissipated.
@@ -16,15 +16,19 @@ import numpy as np
 
 from shellmb.scene import (
     GROUND,
+    AlongEdge,
+    Beam,
     Clamped,
     Cylinder,
     Driver,
+    Glue,
     Isotropic,
-    Join,
     Output,
-    Planar,
+    Prismatic,
     Probe,
     Prony,
+    RectangularSection,
+    Revolute,
     RigidBody,
     Scene,
     Shell,
@@ -32,16 +36,14 @@ from shellmb.scene import (
 )
 
 RADIUS, ANGLE, LENGTH, THICKNESS = 0.02, 90.0, 0.25, 4e-4  # [m], [degrees]
-CAP = 0.01  # [m]
+RIM = 2e-3  # side of the beam along the end [m]
 E, NU, DENSITY = 4e9, 0.35, 1300.0
 # shares and times of the branches [s]
 SERIES = ((0.25, 0.1), (0.2, 1.0))
 FOLD, HOLD = 0.4, 1.6  # ends of folding and of holding [s]
 
 
-def scene(
-    fold: float = 70.0, relaxes: bool = True, dt: float = 4e-3, t_end: float = 2.2
-) -> Scene:
+def scene(fold: float = 70.0, relaxes: bool = True, dt: float = 4e-3, t_end: float = 2.2) -> Scene:
     """The tape spring; its axis is x, it opens downwards.
 
     Args:
@@ -51,9 +53,8 @@ def scene(
         t_end: End [s].
     """
     half = ANGLE / 2
-    along = {"axis": (1, 0, 0), "start": (0, 0, 1)}
-    tape = Cylinder(RADIUS, LENGTH, (-half, half), **along)
-    cap = Cylinder(RADIUS, CAP, (-half, half), origin=(LENGTH, 0, 0), **along)
+    tape = Cylinder(RADIUS, LENGTH, (-half, half), axis=(1, 0, 0), start=(0, 0, 1))
+    rim = RectangularSection(70e9, 0.3, width=RIM, height=RIM, density=2700.0)
     section = Isotropic(
         E, NU, thickness=THICKNESS, density=DENSITY, relaxation=Prony(SERIES) if relaxes else None
     )
@@ -65,21 +66,24 @@ def scene(
 
     return Scene(
         "tape_spring",
-        (
-            Shell("tape", tape, section, mesh=(4, 14)),
-            Shell("cap", cap, section, mesh=(4, 1), model="rigid"),
-        ),
-        joins=Join("tape", "cap", "top", "bottom"),
-        rigid_bodies=RigidBody("handle", 2e-3, (2e-7, 2e-7, 2e-7), position=middle),
+        Shell("tape", tape, section, mesh=(4, 14)),
+        beams=Beam("rim", AlongEdge("tape", "top"), rim),
+        glues=Glue("rim", "tape", "director"),
+        rigid_bodies=[
+            RigidBody(name, 2e-3, (2e-7, 2e-7, 2e-7), position=middle)
+            for name in ("sledge", "carriage", "handle")
+        ],
         joints=(
-            Planar("guide", GROUND, "handle", at=middle, normal=(0, 1, 0)),
-            Weld("grip", "handle", "cap", at=middle, active=(0.0, HOLD)),
+            Prismatic("along", GROUND, "sledge", at=middle, axis=(1, 0, 0)),
+            Prismatic("across", "sledge", "carriage", at=middle, axis=(0, 0, 1)),
+            Revolute("axle", "carriage", "handle", at=middle, axis=(0, 1, 0)),
+            Weld("grip", "handle", "rim", at=middle, active=(0.0, HOLD)),
         ),
-        drivers=Driver("fold", "guide", rotation=turned),
+        drivers=Driver("fold", "axle", rotation=turned),
         supports=Clamped("bottom", body="tape"),
         probes=(
-            Probe("turn", middle, "rotation", component=1, body="handle"),
-            Probe("height", middle, component=2, body="handle"),
+            Probe("turn", middle, "rotation", component=1, body="rim"),
+            Probe("height", middle, component=2, body="rim"),
         ),
         scheme="ed3",
         alpha=1.0,
