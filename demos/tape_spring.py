@@ -12,8 +12,6 @@ account says what the branches have dissipated.
 
 import math
 
-import numpy as np
-
 from shellmb.scene import (
     GROUND,
     AlongEdge,
