@@ -22,8 +22,8 @@ from statistics import median
 from typing import Any
 
 from shellmb import scene as s
-from shellmb.measuring.tables import replaced
-from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.accuracy.measuring.tables import replaced
+from shellmb.simulate.simulation import BaseObserver, Simulation
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "evidence" / "costs.md"
 MESHES = ("6x2", "16x16", "32x32", "64x64", "128x128")
@@ -69,7 +69,7 @@ def chain(count: str) -> s.Scene:
     )
 
 
-class Times(Silent):
+class Times(BaseObserver):
     """Processor times at the ends of steps."""
 
     def __init__(self) -> None:

@@ -15,9 +15,9 @@ import json
 from pathlib import Path
 from typing import Any
 
+from shellmb.accuracy.measuring.tables import Column, markdown, replaced
+from shellmb.accuracy.studies.advice import TARGETS
 from shellmb.demos.studies.bundled import BUNDLED
-from shellmb.measuring.tables import Column, markdown, replaced
-from shellmb.studies.advice import TARGETS
 
 ROOT = Path(__file__).resolve().parents[1]
 STORED = ROOT / "demos" / "studies"

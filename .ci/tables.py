@@ -21,9 +21,9 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from shellmb.accuracy.measuring.tables import Column, markdown, replaced
 from shellmb.demos.references.tables import read
 from shellmb.demos.verification.table import find_cases
-from shellmb.measuring.tables import Column, markdown, replaced
 
 ROOT = Path(__file__).resolve().parents[1]
 STORED = ROOT / "demos" / "studies" / "verify.json"

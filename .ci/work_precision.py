@@ -23,9 +23,9 @@ from typing import Any
 
 import jsonschema  # type: ignore[import-untyped]
 
+from shellmb.accuracy.measuring.tables import Column, markdown
 from shellmb.demos.studies.bundle import Bundled
 from shellmb.demos.studies.bundled import BUNDLED
-from shellmb.measuring.tables import Column, markdown
 
 ROOT = Path(__file__).resolve().parents[1]
 STORED = ROOT / "demos" / "studies"

@@ -15,6 +15,7 @@ import math
 from typing import Any, Literal
 
 from shellmb.running.execute import execute
+from shellmb.running.natural_modes.vibration import natural_modes
 from shellmb.scene import (
     AlongLine,
     Beam,
@@ -29,7 +30,6 @@ from shellmb.scene import (
     Shell,
     SurfaceForce,
 )
-from shellmb.vibration import natural_modes
 
 LENGTH, WIDTH, THICKNESS = 1.0, 1.0, 0.005  # [m]
 E, NU, RHO, SHEAR = 70e9, 0.3, 2700.0, 5 / 6

@@ -1,10 +1,10 @@
 """A tape spring of a polymer is folded, held and released: it relaxes while it is held.
 
 The curved strip is clamped at one end, the other has a stiff rim. A handle that moves in a plane
-grips the rim and turns it; the fold localises. While it is held, the moment at the handle falls as the Maxwell
-branches relax (generalised Maxwell material, a Prony series with two terms). Released, the strip
-springs back, and the branches, which now lag behind, hold it away from its shape for a while. The
-account says what the branches have dissipated.
+grips the rim and turns it; the fold localises. While it is held, the moment at the handle falls as
+its Maxwell branches relax (a Prony series with two terms). Released, the strip springs back, and
+the branches, which now lag behind, hold it away from its shape for a while. The account says what
+the branches have dissipated.
 """
 
 # KIND: vibrations and motion

@@ -12,7 +12,7 @@ lists them), `shellmb.scene` and `shellmb.forms` are usable without DOLFINx.
 import importlib
 from typing import Any
 
-from shellmb.guarding.surroundings import heed
+from shellmb.guarding.library_options import isolate
 
 __version__ = "0.1.0"
 
@@ -34,16 +34,16 @@ _API = {
     "Study": "shellmb.api.studies",
     "sweep": "shellmb.api.sweeps",
     "Motion": "shellmb.api.motion",
-    "OwnBody": "shellmb.model.own.body",
-    "Hold": "shellmb.model.own.body",
-    "sensitivities": "shellmb.sensitivity.run",
-    "Sensitivities": "shellmb.sensitivity.record",
+    "OwnBody": "shellmb.model.user_bodies.body",
+    "Hold": "shellmb.model.user_bodies.body",
+    "sensitivities": "shellmb.api.sensitivity.run",
+    "Sensitivities": "shellmb.api.sensitivity.record",
     "adjoint": "shellmb.sensitivity.adjoint.run",
     "Adjoint": "shellmb.sensitivity.adjoint.run",
-    "frequency_sensitivities": "shellmb.sensitivity.frequencies",
-    "fit": "shellmb.sensitivity.fitting.fit",
-    "Fit": "shellmb.sensitivity.fitting.fitted",
-    "rank": "shellmb.sensitivity.fitting.rank",
+    "frequency_sensitivities": "shellmb.api.sensitivity.frequencies",
+    "fit": "shellmb.api.fitting.fit",
+    "Fit": "shellmb.api.fitting.fitted",
+    "rank": "shellmb.api.fitting.rank",
 }
 _PACKAGES = ("errors", "forms", "scene")
 _ERRORS = (
@@ -56,7 +56,7 @@ _ERRORS = (
 )
 
 
-heed()
+isolate()
 
 
 def __getattr__(name: str) -> Any:

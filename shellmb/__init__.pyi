@@ -10,6 +10,8 @@ import pandas as pd
 from shellmb import errors as errors
 from shellmb import forms as forms
 from shellmb import scene as scene
+from shellmb.api.fitting.fitted import Fit as Fit
+from shellmb.api.fitting.rank import rank as rank
 from shellmb.api.matrices import Matrices as Matrices
 from shellmb.api.matrices import matrices as matrices
 from shellmb.api.modal import modes as modes
@@ -22,6 +24,7 @@ from shellmb.api.runs import load as load
 from shellmb.api.runs import load_scene as load_scene
 from shellmb.api.runs import resume as resume
 from shellmb.api.runs import scenes as scenes
+from shellmb.api.sensitivity.record import Sensitivities as Sensitivities
 from shellmb.api.studies import Study as Study
 from shellmb.api.sweeps import sweep as sweep
 from shellmb.errors import ControlError as ControlError
@@ -30,15 +33,12 @@ from shellmb.errors import RunError as RunError
 from shellmb.errors import SceneError as SceneError
 from shellmb.errors import ShellmbError as ShellmbError
 from shellmb.errors import ShellmbWarning as ShellmbWarning
-from shellmb.model.own.body import Hold as Hold
-from shellmb.model.own.body import OwnBody as OwnBody
+from shellmb.model.user_bodies.body import Hold as Hold
+from shellmb.model.user_bodies.body import OwnBody as OwnBody
 from shellmb.scene import *
 from shellmb.scene import Scene as Scene
 from shellmb.sensitivity.adjoint.objective import Objective
 from shellmb.sensitivity.adjoint.run import Adjoint as Adjoint
-from shellmb.sensitivity.fitting.fitted import Fit as Fit
-from shellmb.sensitivity.fitting.rank import rank as rank
-from shellmb.sensitivity.record import Sensitivities as Sensitivities
 from shellmb.simulate.simulation import Observer
 
 __version__: str

@@ -9,8 +9,8 @@ from functools import partial
 from itertools import count
 from statistics import median
 
+from shellmb.accuracy.measuring.times import in_turn
 from shellmb.errors import ShellmbError
-from shellmb.measuring.times import in_turn
 from shellmb.running.execute import RunResult, execute
 from shellmb.running.results import Results
 from shellmb.scene import Scene

@@ -7,10 +7,10 @@ from operator import itemgetter
 
 from rich.text import Text
 
+from shellmb.accuracy.measuring.records import to_json
+from shellmb.accuracy.measuring.tables import Column, console, print_table
 from shellmb.demos.effects.compare import Change, Comparison
 from shellmb.demos.effects.survey import Row, Survey
-from shellmb.measuring.records import to_json
-from shellmb.measuring.tables import Column, console, print_table
 
 # cells of a line
 type Line = list[str | Text]

@@ -12,9 +12,9 @@ from mpi4py import MPI
 from demos.paper.example import Example, FinishedRun, Results
 from demos.paper.pictures import draw_animation, draw_figure
 from demos.paper.runs import finish
+from shellmb.accuracy.measuring.times import Stopwatch
 from shellmb.barrier import arrive
 from shellmb.errors import SceneError
-from shellmb.measuring.times import Stopwatch
 
 # modules of the examples by their section in the paper
 EXAMPLES = {"6.1": "lateral_buckling", "6.2": "snap_through", "6.3": "antenna"}

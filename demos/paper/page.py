@@ -8,7 +8,7 @@ from decimal import Decimal
 from pathlib import Path
 
 from demos.paper.make import Judged
-from shellmb.measuring.tables import Column, markdown, replaced
+from shellmb.accuracy.measuring.tables import Column, markdown, replaced
 
 __all__ = ["PAGE", "differences", "with_table"]
 

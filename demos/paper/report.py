@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from demos.paper.make import Judged, Made
-from shellmb.measuring.tables import Column, console, line, print_table, verdict
+from shellmb.accuracy.measuring.tables import Column, console, line, print_table, verdict
 
 __all__ = ["print_made"]
 

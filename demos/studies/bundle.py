@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from shellmb.studies.quantity import Quantity, parse_quantity
-from shellmb.studies.sweep import Sweep
+from shellmb.accuracy.studies.quantity import Quantity, parse_quantity
+from shellmb.accuracy.studies.sweep import Sweep
 
 
 @dataclass(frozen=True)

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
+from shellmb.accuracy.studies.choice import Base
+from shellmb.accuracy.studies.sweep import Sweep
 from shellmb.demos import loaded_plate
 from shellmb.demos.references.plates import Plate, rectangle_uniform_deflection
 from shellmb.demos.studies.bundle import ALL, Bundled, Part, quantities
 from shellmb.demos.studies.problems2016 import FOUR
 from shellmb.demos.studies.solutions import crank_torque, top_center
 from shellmb.errors import SceneError
-from shellmb.studies.choice import Base
-from shellmb.studies.sweep import Sweep
 
 _NAVIER = rectangle_uniform_deflection(
     Plate(loaded_plate.E, loaded_plate.NU, loaded_plate.THICKNESS),

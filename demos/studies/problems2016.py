@@ -7,9 +7,9 @@ Syst. Dyn. 37 (2016) 29-48.
 
 from typing import Any
 
+from shellmb.accuracy.studies.choice import Base
+from shellmb.accuracy.studies.sweep import Sweep
 from shellmb.demos.studies.bundle import Bundled, Part, quantities
-from shellmb.studies.choice import Base
-from shellmb.studies.sweep import Sweep
 
 # one dissipation of each scheme, and a rival; rho = 0.6 for generalized-alpha
 SCHEMES: dict[str, Any] = {

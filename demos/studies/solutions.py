@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from shellmb.accuracy.studies.sweep import Solution
 from shellmb.arrays import Floats
 from shellmb.demos import heavy_top, slider_crank
-from shellmb.studies.sweep import Solution
 
 
 def crank_torque(end: float) -> Solution:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from shellmb.accuracy.measuring.records import to_json
+from shellmb.accuracy.measuring.tables import Column, console, line, print_table, verdict
 from shellmb.cli.report import say
 from shellmb.demos.verification.table import Row, run_cases
 from shellmb.errors import SceneError
-from shellmb.measuring.records import to_json
-from shellmb.measuring.tables import Column, console, line, print_table, verdict
 
 
 def run_verification(pattern: str | None, slow: bool, as_json: bool) -> bool:

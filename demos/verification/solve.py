@@ -10,7 +10,7 @@ from shellmb.arrays import Floats
 from shellmb.model.locations.nodes import Place, local_nodes
 from shellmb.native.kernels import compiled
 from shellmb.scene import Scene
-from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.simulate.simulation import BaseObserver, Simulation
 
 # points per direction and element for norms of errors: exact for the square of a quartic
 NORM_DEGREE = 8
@@ -70,7 +70,7 @@ def linear_displacement(scene: Scene, point: Place) -> Floats:
     return displacement(solved(scene), point)
 
 
-class Path(Silent):
+class Path(BaseObserver):
     """Displacements of points after each load step.
 
     Args:

@@ -17,6 +17,7 @@ from typing import Any
 
 from mpi4py import MPI
 
+from shellmb.accuracy.caveats import remarks
 from shellmb.accuracy.companions import (
     SHAPELESS,
     Change,
@@ -26,6 +27,7 @@ from shellmb.accuracy.companions import (
     is_reduced,
     prefers_degree,
 )
+from shellmb.accuracy.error_estimate import ErrorEstimate, Errors
 from shellmb.accuracy.estimates import (
     CAUTION,
     NONE,
@@ -37,10 +39,9 @@ from shellmb.accuracy.estimates import (
     step_error,
 )
 from shellmb.accuracy.family import Family
-from shellmb.accuracy.found import Errors, Found
-from shellmb.accuracy.kept import Kept, difference
-from shellmb.accuracy.remarks import remarks
 from shellmb.accuracy.repeat import Beginning
+from shellmb.accuracy.run_record import RunRecord, difference
+from shellmb.accuracy.studies.quantity import Quantity
 from shellmb.barrier import arrive
 from shellmb.observers.summary import write_json
 from shellmb.running.directory import written
@@ -50,7 +51,6 @@ from shellmb.running.results import Results
 from shellmb.running.standard import SUMMARY
 from shellmb.scene import Scene
 from shellmb.simulate.simulation import Observer
-from shellmb.studies.quantity import Quantity
 
 # norms in which the history of a probe is judged
 NORMS = ("l2", "end", "max", "min")
@@ -86,15 +86,17 @@ class Companions:
     """
 
     base: Change
-    mine: Kept
-    steps: tuple[Kept, ...]
+    mine: RunRecord
+    steps: tuple[RunRecord, ...]
     ratio: float
-    mesh: tuple[Kept, Kept] | None
+    mesh: tuple[RunRecord, RunRecord] | None
     better: bool
-    others: Mapping[str, tuple[Kept, Kept, float] | None]
-    meshes: tuple[Kept, ...] = ()
+    others: Mapping[str, tuple[RunRecord, RunRecord, float] | None]
+    meshes: tuple[RunRecord, ...] = ()
 
-    def find(self, quantity: Quantity, scene: Scene, order: float, resolved: bool = True) -> Found:
+    def find(
+        self, quantity: Quantity, scene: Scene, order: float, resolved: bool = True
+    ) -> ErrorEstimate:
         """A quantity with its error.
 
         Args:
@@ -120,7 +122,7 @@ class Companions:
         for name, pair in self.others.items():
             away = None if pair is None else difference(pair[0], pair[1], quantity)
             parts[name] = UNKNOWN if pair is None else model_error(away, pair[2])
-        return Found(self.mine.size(quantity), parts)
+        return ErrorEstimate(self.mine.size(quantity), parts)
 
     def _mesh(self, quantity: Quantity) -> Estimate:
         """The error of the mesh."""
@@ -228,7 +230,7 @@ def find_companions(
             smaller = family.run(replace(base, step=base.step * ratio))
             series = [mine] if smaller is None else [smaller, mine]
     mesh, better = None, True
-    meshes: tuple[Kept, ...] = ()
+    meshes: tuple[RunRecord, ...] = ()
     times = _largest(scene, steps, len(series) if ratio > 1 else 1)
     coarse = replace(base, step=base.step * times)
     if known is not None and known.base.mesh == base.mesh and moves:
@@ -238,7 +240,7 @@ def find_companions(
         mesh, better = _mesh_pair(family, base, coarse, scene)
         if mesh is not None and better and has_resultants(scene):
             meshes = _three_meshes(family, coarse, scene, mesh, fewer)
-    others: dict[str, tuple[Kept, Kept, float] | None] = {}
+    others: dict[str, tuple[RunRecord, RunRecord, float] | None] = {}
     for name, change, share in _others(scene, coarse):
         here, there = family.run(coarse), family.run(change)
         others[name] = None if here is None or there is None else (there, here, share)
@@ -259,7 +261,7 @@ def _largest(scene: Scene, steps: int, known: int) -> float:
 
 def _mesh_pair(
     family: Family, base: Change, coarse: Change, scene: Scene
-) -> tuple[tuple[Kept, Kept] | None, bool]:
+) -> tuple[tuple[RunRecord, RunRecord] | None, bool]:
     """Two comparison runs with different elements, and whether the first one has better ones."""
     divided, other = replace(coarse, mesh=2 * coarse.mesh), None
     if degree_of(scene) == 2:
@@ -279,7 +281,7 @@ def _mesh_pair(
     return None, True
 
 
-def _fewer(family: Family, coarse: Change) -> Kept | None:
+def _fewer(family: Family, coarse: Change) -> RunRecord | None:
     """A comparison run with half the elements along each side; None where there is no such mesh."""
     half = replace(coarse, mesh=coarse.mesh // 2)
     change = replace(coarse, coarser=2) if coarse.mesh % 2 else half
@@ -290,8 +292,12 @@ def _fewer(family: Family, coarse: Change) -> Kept | None:
 
 
 def _three_meshes(
-    family: Family, coarse: Change, scene: Scene, pair: tuple[Kept, Kept], fewer: Kept | None
-) -> tuple[Kept, ...]:
+    family: Family,
+    coarse: Change,
+    scene: Scene,
+    pair: tuple[RunRecord, RunRecord],
+    fewer: RunRecord | None,
+) -> tuple[RunRecord, ...]:
     """Three runs with fewer and fewer elements; none where a third one costs too much."""
     if fewer is not None:
         return *pair, fewer

@@ -11,10 +11,10 @@ from typing import Any
 from mpi4py import MPI
 
 from shellmb.accuracy.companions import Change
-from shellmb.accuracy.kept import Kept, keep
+from shellmb.accuracy.measuring.stepping import free
 from shellmb.accuracy.repeat import Beginning, Steps, kept, run_again
+from shellmb.accuracy.run_record import RunRecord, keep
 from shellmb.errors import ShellmbError, Stopped
-from shellmb.measuring.stepping import free
 from shellmb.running.execute import Companion, RunResult, execute
 from shellmb.running.request import Request
 from shellmb.running.results import Results
@@ -59,7 +59,7 @@ class Family:
     ) -> None:
         self.scene, self.comm = scene, comm
         self._results, self._companion = results, Companion(accounts)
-        self.found: dict[Change, Kept | None] = {}
+        self.found: dict[Change, RunRecord | None] = {}
         self.failures: dict[Change, str] = {}
         # the last model is used again where only steps differ
         self._model: Change | None = None
@@ -87,7 +87,7 @@ class Family:
             self._model, self._begin = change.model, begin
             on.enter_context(kept(run.simulation))
 
-    def run(self, change: Change) -> Kept | None:
+    def run(self, change: Change) -> RunRecord | None:
         """A comparison run; None where it cannot be, or fails; collective.
 
         Args:
@@ -97,7 +97,7 @@ class Family:
             self.found[change] = self._try(change)
         return self.found[change]
 
-    def _try(self, change: Change) -> Kept | None:
+    def _try(self, change: Change) -> RunRecord | None:
         try:
             run, begin, cpu = self.start(change, companion=self._companion)
         except Stopped:

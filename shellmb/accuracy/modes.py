@@ -9,18 +9,18 @@ from typing import Any
 
 from mpi4py import MPI
 
+from shellmb.accuracy.caveats import of_own
 from shellmb.accuracy.companions import Change, degree_of, is_reduced, prefers_degree
+from shellmb.accuracy.error_estimate import ErrorEstimate
 from shellmb.accuracy.estimates import NONE, Estimate, mesh_error, model_error
-from shellmb.accuracy.found import Found
-from shellmb.accuracy.remarks import of_own
 from shellmb.errors import ShellmbError, Stopped
 from shellmb.observers.summary import write_json
-from shellmb.rotating.loaded import modes_at_rest
 from shellmb.running.directory import written
+from shellmb.running.natural_modes.vibration import Modes
 from shellmb.running.results import measured
+from shellmb.running.rotating.loaded import modes_at_rest
 from shellmb.running.standard import SUMMARY
 from shellmb.scene import Scene
-from shellmb.vibration import Modes
 
 # relative error up to which elements follow the waves of a mode, and the share of it that higher
 # modes have then at least
@@ -38,7 +38,7 @@ def add_mode_errors(
     directory: Path,
     loaded: bool = False,
     results: ModeResults | None = None,
-) -> dict[str, Found]:
+) -> dict[str, ErrorEstimate]:
     """Estimate errors of modes and put them into the summary, also the one on disk; collective.
 
     In the summary, `errors` then has a table for each frequency, "f1", and `results` one for each
@@ -64,7 +64,7 @@ def write_mode_errors(
     comm: MPI.Comm,
     summary: dict[str, Any],
     directory: Path,
-    found: dict[str, Found],
+    found: dict[str, ErrorEstimate],
     remarks: Sequence[str],
 ) -> None:
     """Put errors of modes into the summary, also the one on disk; collective.
@@ -92,7 +92,7 @@ def mode_errors(
     loaded: bool,
     results: ModeResults | None,
     body: str | None = None,
-) -> tuple[dict[str, Found], list[str]]:
+) -> tuple[dict[str, ErrorEstimate], list[str]]:
     """Frequencies and results of modes with their errors, and what is not in these; collective.
 
     Args:
@@ -136,7 +136,7 @@ def mode_errors(
             "lower frequencies, by chance or because the modes differ in kind; their errors are "
             "rough estimates from the lower ones"
         )
-    return {name: Found(value, errors[name]) for name, value in mine.items()}, remarks
+    return {name: ErrorEstimate(value, errors[name]) for name, value in mine.items()}, remarks
 
 
 def _as_lower_ones(found: Sequence[tuple[float, float]]) -> list[float]:

@@ -14,11 +14,11 @@ from shellmb.running.execute import Companion, RunResult, execute
 from shellmb.running.request import Request
 from shellmb.running.results import Results
 from shellmb.scene import Scene
-from shellmb.simulate.simulation import Observer, Silent, Simulation
+from shellmb.simulate.simulation import BaseObserver, Observer, Simulation
 from shellmb.simulate.stepping import Arrays
 
 
-class Steps(Silent):
+class Steps(BaseObserver):
     """An observer that times the steps of a run.
 
     Attributes:

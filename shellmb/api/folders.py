@@ -9,7 +9,7 @@ import weakref
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from shellmb.locks import HELD
+from shellmb.files.locks import HELD
 
 if TYPE_CHECKING:
     from mpi4py import MPI

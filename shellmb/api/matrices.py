@@ -10,7 +10,7 @@ import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 
-from shellmb.api.requested import requested
+from shellmb.api.resolve_scene import requested
 from shellmb.arrays import Floats, Ints
 from shellmb.errors import SceneError
 from shellmb.options.described import options_of, takes
@@ -197,8 +197,8 @@ def matrices(
     """
     from mpi4py import MPI
 
-    from shellmb.rotating.axis import Axis
-    from shellmb.rotating.steady import SteadyRotation
+    from shellmb.running.rotating.axis import Axis
+    from shellmb.running.rotating.steady import SteadyRotation
 
     if MPI.COMM_WORLD.size > 1:
         raise SceneError(

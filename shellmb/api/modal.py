@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, overload
 
 from shellmb.api.modeshapes import ModeShapes
 from shellmb.api.record import Run
-from shellmb.api.requested import requested
+from shellmb.api.resolve_scene import requested
 from shellmb.api.rotating import RotatingModes, StateModes
 from shellmb.errors import SceneError
 from shellmb.options.accuracy import AccuracyOptions, take_accuracy
@@ -141,7 +141,7 @@ def modes(
     from mpi4py import MPI
 
     from shellmb.api.folders import gone_with, place
-    from shellmb.running.modes import find_modes
+    from shellmb.running.natural_modes.run import find_modes
     from shellmb.running.request import scene_of_run
 
     if isinstance(scene, Run):
@@ -161,21 +161,21 @@ def modes(
     frame = (chosen.axis, chosen.about)
     made: ModeShapes | RotatingModes | StateModes
     if accuracy is not None:
-        from shellmb.accuracy.request.place import run_to_accuracy
+        from shellmb.accuracy.request.directory import run_to_accuracy
         from shellmb.accuracy.request.search import Running
-        from shellmb.accuracy.request.wanted import wanted_of
+        from shellmb.accuracy.request.target import wanted_of
 
         of = replace(wanted_of(accuracy), modes=True, loaded=loaded, count=count)
         how = Running(world, request=wanted.request, mode_results=measure)
         run_to_accuracy(wanted.scene, of, directory, how, draw)
         made = ModeShapes(directory)
     elif chosen.buckling:
-        from shellmb.running.modes import find_buckling
+        from shellmb.running.natural_modes.run import find_buckling
 
         buckled = find_buckling(wanted.scene, directory, count, comm=world, pictures=draw)
         made = ModeShapes(directory, buckled)
     elif chosen.moving:
-        from shellmb.rotating.files import find_state_modes
+        from shellmb.running.rotating.files import find_state_modes
 
         state: Any = chosen.state
         run = state.directory if isinstance(state, Run) else state
@@ -194,7 +194,7 @@ def modes(
             add_mode_errors(wanted.scene, found, summary, directory, loaded, measure)
         made = ModeShapes(directory, found)
     else:
-        from shellmb.rotating.files import find_campbell
+        from shellmb.running.rotating.files import find_campbell
 
         over, _ = find_campbell(
             wanted.scene,

@@ -16,9 +16,9 @@ if TYPE_CHECKING:
     import pandas as pd
     import pyvista as pv
 
-    from shellmb.rotating.state import StateModes as AboutState
-    from shellmb.running.modes import BucklingModes
-    from shellmb.vibration import Modes
+    from shellmb.running.natural_modes.run import BucklingModes
+    from shellmb.running.natural_modes.vibration import Modes
+    from shellmb.running.rotating.state import StateModes as AboutState
 
 TABLE = "modes.csv"
 

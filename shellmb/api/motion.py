@@ -13,16 +13,16 @@ from dolfinx import fem
 from shellmb.errors import SceneError
 from shellmb.model.body import Body, constraint_error
 from shellmb.model.model import Model
-from shellmb.model.own.body import OwnBody
+from shellmb.model.user_bodies.body import OwnBody
 from shellmb.observers.account.energy import EnergyAccount, scalar
 from shellmb.options.described import takes
 from shellmb.scene import Solver
-from shellmb.scene.schemes import dissipation
-from shellmb.scene.values.sentences import show
+from shellmb.scene.schemes import SIMPLEST, dissipation
+from shellmb.scene.values.messages import show
 from shellmb.schemes.registry import make_scheme
 from shellmb.simulate.problem import Problem
 from shellmb.simulate.start.endforces import EndForces, begin_accelerations
-from shellmb.simulate.stepsize.landing import Count
+from shellmb.simulate.stepsize.target_times import Count
 
 
 @dataclass(frozen=True)
@@ -105,7 +105,7 @@ class Motion:
     def __init__(
         self,
         *bodies: OwnBody,
-        scheme: Any = "ep",
+        scheme: Any = SIMPLEST,
         dt: float,
         alpha: float | None = None,
         tolerance: float = 1e-10,

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, TypedDict
 from pydantic import TypeAdapter, ValidationError
 
 from shellmb.errors import SceneError
-from shellmb.guarding.reading import read_json
+from shellmb.files.reading import read_json
 from shellmb.observers.files.described import Described, read_described
 from shellmb.options.accuracy import ACCURACY
 from shellmb.running.results import plain_results

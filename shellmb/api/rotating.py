@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.figure import Figure
 
-    from shellmb.rotating.campbell import Campbell
+    from shellmb.running.rotating.campbell import Campbell
 
 TABLE = "campbell.csv"
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from shellmb.api.folders import gone_with, path_of, place
 from shellmb.api.modeshapes import ModeShapes, is_modes
 from shellmb.api.record import Run
-from shellmb.api.requested import requested
+from shellmb.api.resolve_scene import requested
 from shellmb.api.rotating import RotatingModes, StateModes, is_of_state, is_rotating
 from shellmb.errors import SceneError
 from shellmb.options.accuracy import ACCURACY, AccuracyOptions, take_accuracy
@@ -21,7 +21,7 @@ from shellmb.scene import Scene
 if TYPE_CHECKING:
     from mpi4py import MPI
 
-    from shellmb.sensitivity.record import Sensitivities
+    from shellmb.api.sensitivity.record import Sensitivities
     from shellmb.simulate.simulation import Observer
 
 # what a directory of sensitivities has
@@ -75,9 +75,9 @@ def run(
         observers = [*observers, report]
     draw = out is not None if pictures is None else pictures
     if accuracy is not None:
-        from shellmb.accuracy.request.place import run_to_accuracy
+        from shellmb.accuracy.request.directory import run_to_accuracy
         from shellmb.accuracy.request.search import Running
-        from shellmb.accuracy.request.wanted import UnknownQuantity, frequency_number, wanted_of
+        from shellmb.accuracy.request.target import UnknownQuantity, frequency_number, wanted_of
 
         tell = print if shown and world.rank == 0 else _nothing
         how = Running(world, wanted.results, wanted.request, observers, tell, modes=False)
@@ -194,7 +194,7 @@ def load(directory: Path | str) -> Run | ModeShapes | RotatingModes | Sensitivit
     """
     folder = path_of(directory)
     if (folder / SENSITIVITIES).is_file():
-        from shellmb.sensitivity.record import Sensitivities
+        from shellmb.api.sensitivity.record import Sensitivities
 
         return Sensitivities(folder)
     if is_rotating(folder):

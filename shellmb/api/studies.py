@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from shellmb.api.folders import path_of
-from shellmb.api.requested import as_text
+from shellmb.api.resolve_scene import as_text
 from shellmb.errors import SceneError
 from shellmb.options.described import options_of, takes
 from shellmb.options.run import Options
@@ -18,7 +18,7 @@ from shellmb.scene import Scene
 if TYPE_CHECKING:
     import pandas as pd
 
-    from shellmb.studies.report import Finding
+    from shellmb.accuracy.studies.report import Finding
 
 
 @dataclass(frozen=True)
@@ -71,7 +71,7 @@ class Study:
         Args:
             file: The picture.
         """
-        from shellmb.studies.picture import draw
+        from shellmb.accuracy.studies.picture import draw
 
         draw([(f.title, f.judged) for f in self.findings], Path(file))
         return Path(file)
@@ -116,10 +116,10 @@ def study(
         SceneError: If the scene, a value or a quantity is impossible.
         ConvergenceError: If the reference fails.
     """
+    from shellmb.accuracy.studies.report import evaluate
+    from shellmb.accuracy.studies.runner import measure
+    from shellmb.accuracy.studies.sweep import sweep_of
     from shellmb.running.loader import SceneModule, given
-    from shellmb.studies.report import evaluate
-    from shellmb.studies.runner import measure
-    from shellmb.studies.sweep import sweep_of
 
     if clock not in ("wall", "cpu"):
         raise SceneError(f"study: clock is '{clock}'; it must be 'wall' or 'cpu'")

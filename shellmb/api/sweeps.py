@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 from shellmb.api.folders import path_of
 from shellmb.errors import RunError, SceneError, ShellmbError
-from shellmb.guarding.writing import write_text
+from shellmb.files.writing import write_text
 from shellmb.options.accuracy import AccuracyOptions
 from shellmb.options.described import options_of, takes
 from shellmb.options.run import Options

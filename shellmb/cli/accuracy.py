@@ -11,7 +11,7 @@ from shellmb.cli.options import default_directory, requested
 from shellmb.cli.report import announce, print_mode_errors, print_summary, say
 
 if TYPE_CHECKING:
-    from shellmb.accuracy.request.wanted import Wanted
+    from shellmb.accuracy.request.target import Target
     from shellmb.options.accuracy import RequestedAccuracy
     from shellmb.running.loader import SceneModule
     from shellmb.running.request import Request
@@ -22,7 +22,7 @@ def run_accurately(
     scene: Scene,
     module: SceneModule,
     request: Request,
-    wanted: Wanted,
+    wanted: Target,
     directory: Path,
     *,
     quiet: bool,
@@ -43,7 +43,7 @@ def run_accurately(
     """
     from mpi4py import MPI
 
-    from shellmb.accuracy.request.place import run_to_accuracy
+    from shellmb.accuracy.request.directory import run_to_accuracy
     from shellmb.accuracy.request.search import Running
 
     how = Running(
@@ -58,7 +58,7 @@ def run_accurately(
     if not quiet:
         print_accuracy(directory)
     if check and module.check is not None:
-        from shellmb.guarding.reading import read_json
+        from shellmb.files.reading import read_json
         from shellmb.running.results import plain_results
 
         run_check(module.check, plain_results(read_json(directory / "summary.json")))
@@ -93,7 +93,7 @@ def modes_accurately(
     """
     from mpi4py import MPI
 
-    from shellmb.accuracy.request.wanted import wanted_of
+    from shellmb.accuracy.request.target import wanted_of
 
     request = requested(scene, parameters, **elements)
     built, module = request.build()
@@ -113,7 +113,7 @@ def print_accuracy(directory: Path) -> None:
     """
     if not first_rank():
         return
-    from shellmb.guarding.reading import read_json
+    from shellmb.files.reading import read_json
     from shellmb.options.accuracy import ACCURACY
 
     summary, about = read_json(directory / "summary.json"), read_json(directory / ACCURACY)

@@ -148,7 +148,7 @@ def run(
     from mpi4py import MPI
 
     if accuracy is not None:
-        from shellmb.accuracy.request.wanted import wanted_of
+        from shellmb.accuracy.request.target import wanted_of
         from shellmb.cli.accuracy import run_accurately
 
         directory = MPI.COMM_WORLD.bcast(out or default_directory(f"{module.name}-accuracy"))
@@ -287,7 +287,7 @@ def modes(
 
     from mpi4py import MPI
 
-    from shellmb.running.modes import find_modes
+    from shellmb.running.natural_modes.run import find_modes
 
     directory = MPI.COMM_WORLD.bcast(out or default_directory(f"{module.name}-modes"))
     options: Any = {"results": module.mode_results, "pictures": not no_pictures}
@@ -295,14 +295,14 @@ def modes(
     loaded, rates, frame = chosen.loaded, chosen.rates, (chosen.axis, chosen.about)
     found: Any
     if chosen.buckling:
-        from shellmb.running.modes import find_buckling
+        from shellmb.running.natural_modes.run import find_buckling
 
         found = find_buckling(built, directory, count, pictures=not no_pictures)
         if not quiet and first_rank():
             print_buckling(found, directory)
         return found
     if chosen.moving:
-        from shellmb.rotating.files import find_state_modes
+        from shellmb.running.rotating.files import find_state_modes
 
         del options["results"]
         steady = (state, count, rates, *frame)
@@ -311,7 +311,7 @@ def modes(
             print_state_modes(found, directory)
         return found
     if rates is not None:
-        from shellmb.rotating.files import find_campbell
+        from shellmb.running.rotating.files import find_campbell
 
         found, results = find_campbell(built, directory, rates, count, loaded, *frame, **options)
     else:

@@ -12,12 +12,12 @@ from shellmb.cli.failures import tell
 from shellmb.show.account import account, with_error
 
 if TYPE_CHECKING:
-    from shellmb.rotating.campbell import Campbell
-    from shellmb.rotating.state import StateModes
+    from shellmb.api.sensitivity.record import Sensitivities
     from shellmb.running.execute import RunResult
-    from shellmb.running.modes import BucklingModes
-    from shellmb.sensitivity.record import Sensitivities
-    from shellmb.vibration import Modes
+    from shellmb.running.natural_modes.run import BucklingModes
+    from shellmb.running.natural_modes.vibration import Modes
+    from shellmb.running.rotating.campbell import Campbell
+    from shellmb.running.rotating.state import StateModes
 
 
 def say(text: str) -> None:
@@ -56,8 +56,8 @@ def print_run(result: RunResult) -> None:
     """The numbers of a run that say whether to trust it, and its results."""
     from rich.markup import escape
 
+    from shellmb.accuracy.measuring.tables import console
     from shellmb.diagnostics.base import SETUP
-    from shellmb.measuring.tables import console
 
     _print_columns(("", ""), account(result.summary).items(), show_header=False)
     to = console()
@@ -205,7 +205,7 @@ def _print_columns(
     heads: Sequence[str], rows: Iterable[Sequence[str]], show_header: bool = True
 ) -> None:
     """Print a table whose cells are there already; the first column names the rows."""
-    from shellmb.measuring.tables import Column, console, print_table
+    from shellmb.accuracy.measuring.tables import Column, console, print_table
 
     columns = [
         Column(head, itemgetter(k), "number" if k else "words") for k, head in enumerate(heads)

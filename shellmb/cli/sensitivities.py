@@ -53,8 +53,8 @@ def sensitivities(
     Writes the run, and the derivatives of its history and results as CSV files.
     `shellmb.load` reads all of it.
     """
+    from shellmb.api.sensitivity.run import sensitivities as run
     from shellmb.running.request import parse_parameters
-    from shellmb.sensitivity.run import sensitivities as run
 
     options["end_forces"] = options["end_forces"] or None
     chosen: dict[str, Any] = {

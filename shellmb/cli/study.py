@@ -19,8 +19,8 @@ from shellmb.options.run import Options
 from shellmb.options.study import StudyOptions
 
 if TYPE_CHECKING:
-    from shellmb.studies.report import Finding
-    from shellmb.studies.sweep import Sweep
+    from shellmb.accuracy.studies.report import Finding
+    from shellmb.accuracy.studies.sweep import Sweep
 
     # name of its files, folder, what was found
     type Done = tuple[str, Path, list[Finding]]
@@ -68,8 +68,8 @@ def study(
     recorded in `--out` (default: runs/study-SCENE), where a stopped study continues. Times are
     medians over the rounds and exclude the set-up.
     """
+    from shellmb.accuracy.studies.sweep import sweep_of
     from shellmb.running.request import parse_parameters
-    from shellmb.studies.sweep import sweep_of
 
     for one in AXES:
         if one.about.many and options[one.name] is not None:
@@ -121,8 +121,8 @@ def _run_bundled(
 
 
 def _run(title: str, sweep: Sweep, folder: Path, clock: str, quiet: bool) -> list[Finding]:
-    from shellmb.studies.report import evaluate
-    from shellmb.studies.runner import measure
+    from shellmb.accuracy.studies.report import evaluate
+    from shellmb.accuracy.studies.runner import measure
 
     def report(text: str) -> None:
         if not quiet:
@@ -140,10 +140,10 @@ def _finish(done: list[Done], as_json: bool, pictures: bool) -> None:
     """Print and write what was found, on the first rank."""
     if not first_rank() or not done:
         return
-    from shellmb.measuring.records import to_json, write
-    from shellmb.measuring.tables import console
-    from shellmb.studies.picture import draw
-    from shellmb.studies.report import print_finding
+    from shellmb.accuracy.measuring.records import to_json, write
+    from shellmb.accuracy.measuring.tables import console
+    from shellmb.accuracy.studies.picture import draw
+    from shellmb.accuracy.studies.report import print_finding
 
     to = console(160)
     for name, folder, findings in done:

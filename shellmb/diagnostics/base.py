@@ -24,7 +24,7 @@ STIFFENED = 1e-2
 
 
 @dataclass(frozen=True)
-class Caution:
+class RunWarning:
     """A warning at the end of a run.
 
     Args:
@@ -61,18 +61,18 @@ class Watch(Observer, Protocol):
 
     def __init__(self, sources: Sources) -> None: ...
 
-    def cautions(self, simulation: Simulation) -> Iterator[Caution]:
+    def cautions(self, simulation: Simulation) -> Iterator[RunWarning]:
         """Warnings about the run so far; none where it does not apply."""
         ...
 
 
-def doubted(sentences: Iterable[str]) -> tuple[Caution, ...]:
+def setup_warnings(sentences: Iterable[str]) -> tuple[RunWarning, ...]:
     """Cautions of what was warned of before the run, each once."""
-    return tuple(Caution(SETUP, None, None, None, each) for each in dict.fromkeys(sentences))
+    return tuple(RunWarning(SETUP, None, None, None, each) for each in dict.fromkeys(sentences))
 
 
 @contextmanager
-def heard(comm: MPI.Comm) -> Iterator[list[str]]:
+def collect_warnings(comm: MPI.Comm) -> Iterator[list[str]]:
     """Collect the project's warnings of what is done in it; they are emitted behind it; collective.
 
     Args:

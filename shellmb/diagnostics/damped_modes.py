@@ -6,13 +6,13 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from shellmb.diagnostics.base import STIFFENED, Caution, said_of
+from shellmb.diagnostics.base import STIFFENED, RunWarning, said_of
 from shellmb.observers.fields.modal import ModalState
 from shellmb.observers.summary import Sources
-from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.simulate.simulation import BaseObserver, Simulation
 
 
-class DampedModes(Silent):
+class DampedModes(BaseObserver):
     """Watches what bodies in modes do not relax by.
 
     What strains of one kind resist by their rates the full body shifts to others; its modes cannot.
@@ -49,12 +49,12 @@ class DampedModes(Silent):
                 when = simulation.t
             self._largest[data.name] = np.maximum(before, products).tolist(), when
 
-    def cautions(self, simulation: Simulation) -> Iterator[Caution]:
+    def cautions(self, simulation: Simulation) -> Iterator[RunWarning]:
         """A sentence for each body that resists otherwise than its modes do."""
         for name, (products, when) in self._largest.items():
             share = _share(*products)
             if share > STIFFENED:
-                yield Caution(
+                yield RunWarning(
                     self.name,
                     name,
                     share,

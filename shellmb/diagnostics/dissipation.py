@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from shellmb.diagnostics.base import Caution, remedies, said_of
+from shellmb.diagnostics.base import RunWarning, remedies, said_of
 from shellmb.observers.summary import Sources
-from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.simulate.simulation import BaseObserver, Simulation
 
 # what is dissipated should be noise: frequencies that the step does not resolve
 BOUND = 0.05
 
 
-class Dissipation(Silent):
+class Dissipation(BaseObserver):
     """Watches what the scheme itself dissipates; impacts, dampers and terms are not its doing.
 
     Args:
@@ -24,7 +24,7 @@ class Dissipation(Silent):
     def __init__(self, sources: Sources) -> None:
         self._account = sources.energy
 
-    def cautions(self, simulation: Simulation) -> Iterator[Caution]:
+    def cautions(self, simulation: Simulation) -> Iterator[RunWarning]:
         """Decide whether the dissipation is out of proportion, and in which body."""
         share = self._account.dissipated_share
         if share <= BOUND:
@@ -32,7 +32,7 @@ class Dissipation(Silent):
         dissipated = self._account.dissipated
         worst = max(dissipated, key=dissipated.__getitem__)
         part = dissipated[worst] / sum(dissipated.values())
-        yield Caution(
+        yield RunWarning(
             self.name,
             worst,
             share,

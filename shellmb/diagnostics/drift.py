@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from shellmb.diagnostics.base import Caution, remedies, said_of
+from shellmb.diagnostics.base import RunWarning, remedies, said_of
 from shellmb.observers.account.momentum import KINDS
 from shellmb.observers.summary import Sources
-from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.simulate.simulation import BaseObserver, Simulation
 
 # what a scheme conserves it keeps as well as Newton's method solves, which over 100 000 steps adds
 # up to some 1e-9; of what it does not conserve, one per cent is an error that shows in results
@@ -17,7 +17,7 @@ CONSERVED, OTHERS = 1e-6, 1e-2
 ROTATION = 10.0
 
 
-class Drift(Silent):
+class Drift(BaseObserver):
     """Watches the balances of both momenta.
 
     Args:
@@ -29,7 +29,7 @@ class Drift(Silent):
     def __init__(self, sources: Sources) -> None:
         self._momentum, self._rotations = sources.momentum, sources.rotations
 
-    def cautions(self, simulation: Simulation) -> Iterator[Caution]:
+    def cautions(self, simulation: Simulation) -> Iterator[RunWarning]:
         """Decide whether drifts are out of proportion; rotations that may be why are named."""
         turns = self._rotations.turns
         most = max(turns, key=lambda name: turns[name].largest, default=None)
@@ -50,4 +50,4 @@ class Drift(Silent):
                     "step"
                 )
             says += f": use {remedies(simulation.scheme, 'a smaller step')}"
-            yield Caution(f"{which} momentum", fastest, drift, bound, says)
+            yield RunWarning(f"{which} momentum", fastest, drift, bound, says)

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from itertools import pairwise
 
-from shellmb.diagnostics.base import Caution
+from shellmb.diagnostics.base import RunWarning
 from shellmb.observers.summary import Sources
 from shellmb.scene import Hyperelastic, Scene
 from shellmb.scene.lookup import said
 from shellmb.schemes.base import has_energy_law
-from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.simulate.simulation import BaseObserver, Simulation
 
 # Newton's method stops at 1e-9 of its unknowns, and the account of a healthy run closes to 1e-10
 # and better, over 100 000 steps, too: what is beyond this is a force that is not in the account
@@ -30,7 +30,7 @@ def _suspects(scene: Scene) -> str:
     return f", and look at {' and '.join(found)}" if found else ""
 
 
-class EnergyLaw(Silent):
+class EnergyLaw(BaseObserver):
     """Watches whether "energy change = work - dissipation" holds, and where it breaks.
 
     Args:
@@ -48,14 +48,14 @@ class EnergyLaw(Silent):
         steps = [abs(b["energy_balance"] - a["energy_balance"]) for a, b in pairwise(rows)]
         return rows[1 + max(range(len(steps)), key=steps.__getitem__)]["t"]
 
-    def cautions(self, simulation: Simulation) -> Iterator[Caution]:
+    def cautions(self, simulation: Simulation) -> Iterator[RunWarning]:
         """Decide whether the balance is off."""
         error = self._account.relative_error
         if not simulation.scheme.dynamic:
             return
         if not has_energy_law(simulation.scheme):
             if error > LAWLESS:
-                yield Caution(
+                yield RunWarning(
                     self.name,
                     None,
                     error,
@@ -66,7 +66,7 @@ class EnergyLaw(Silent):
                     "--scheme ep4 or --scheme ed3",
                 )
         elif error > BOUND:
-            yield Caution(
+            yield RunWarning(
                 self.name,
                 None,
                 error,

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from shellmb.diagnostics.base import Caution, said_of
+from shellmb.diagnostics.base import RunWarning, said_of
 from shellmb.observers.summary import Sources
-from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.simulate.simulation import BaseObserver, Simulation
 
 
-class LargeTurns(Silent):
+class LargeTurns(BaseObserver):
     """Watches the angle of all bodies in a step against what the scheme says of itself.
 
     Args:
@@ -21,13 +21,13 @@ class LargeTurns(Silent):
     def __init__(self, sources: Sources) -> None:
         self._rotations = sources.rotations
 
-    def cautions(self, simulation: Simulation) -> Iterator[Caution]:
+    def cautions(self, simulation: Simulation) -> Iterator[RunWarning]:
         """A sentence for each body that turns too far."""
         bound = simulation.scheme.rotations.largest
         for name, turn in self._rotations.turns.items():
             if turn.largest > bound:
                 dt = turn.dt * bound / turn.largest
-                yield Caution(
+                yield RunWarning(
                     self.name,
                     name,
                     turn.largest,

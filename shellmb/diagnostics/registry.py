@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from shellmb.diagnostics.base import Caution, Watch
+from shellmb.diagnostics.base import RunWarning, Watch
 from shellmb.diagnostics.damped_modes import DampedModes
 from shellmb.diagnostics.dissipation import Dissipation
 from shellmb.diagnostics.drift import Drift
-from shellmb.diagnostics.elements.folded import Folded
+from shellmb.diagnostics.elements.director_angles import Folded
 from shellmb.diagnostics.elements.locked import Locked
 from shellmb.diagnostics.energy_law import EnergyLaw
 from shellmb.diagnostics.forces.alternating import Alternating
@@ -65,7 +65,7 @@ def watches(sources: Sources) -> list[Watch]:
     return [kind(sources) for kind in WATCHES]
 
 
-def cautions(watching: Sequence[Watch], simulation: Simulation) -> list[Caution]:
+def cautions(watching: Sequence[Watch], simulation: Simulation) -> list[RunWarning]:
     """Warnings of all watches.
 
     Args:

@@ -9,19 +9,20 @@ from mpi4py import MPI
 import numpy as np
 
 from shellmb.arrays import Floats
-from shellmb.diagnostics.base import STIFFENED, Caution, said_of
-from shellmb.modal.geometric_stiffness import GeometricStiffness
-from shellmb.modal.lowest import lowest_frequency
-from shellmb.modal.stretched import Parts, stiffening
-from shellmb.modal.tangent import bending_scale
+from shellmb.diagnostics.base import STIFFENED, RunWarning, said_of
 from shellmb.model.body import strain_energy
 from shellmb.model.frames.rigid import RigidBodies
 from shellmb.observers.account.energy import present
 from shellmb.observers.fields.modal import ModalState
 from shellmb.observers.fields.nodal import nodal_bodies
 from shellmb.observers.summary import Sources
+from shellmb.preprocessing.modal.geometric_stiffness import GeometricStiffness
+from shellmb.preprocessing.modal.lowest import lowest_frequency
+from shellmb.preprocessing.modal.stretched import Parts, stiffening
+from shellmb.preprocessing.modal.tangent import bending_scale
 from shellmb.scene.checks.linear import SMALL_ANGLE
-from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.scene.schemes import SIMPLEST
+from shellmb.simulate.simulation import BaseObserver, Simulation
 from shellmb.system.assembly.functionals import functionals
 
 # energy of bending below this share of all of it is round-off
@@ -33,7 +34,7 @@ CANTILEVER = 3.516
 COMPRESSED = 0.5
 
 
-class SmallDisplacements(Silent):
+class SmallDisplacements(BaseObserver):
     """Watches the directors of all bodies where forms are linearised.
 
     Args:
@@ -59,7 +60,7 @@ class SmallDisplacements(Silent):
             if size > self._largest.get(body.name, (0.0, 0.0))[0]:
                 self._largest[body.name] = size, simulation.t
 
-    def cautions(self, simulation: Simulation) -> Iterator[Caution]:
+    def cautions(self, simulation: Simulation) -> Iterator[RunWarning]:
         """A sentence for each body that turns too far; collective."""
         if not simulation.scheme.linear:
             return
@@ -69,7 +70,7 @@ class SmallDisplacements(Silent):
             if largest > SMALL_ANGLE:
                 rigid = isinstance(body, RigidBodies)
                 name = None if rigid else body.name
-                yield Caution(
+                yield RunWarning(
                     self.name,
                     name,
                     largest,
@@ -78,11 +79,11 @@ class SmallDisplacements(Silent):
                     f"{largest:.2g} rad, at t = {when:g}; with scheme "
                     f"'{simulation.scheme.name}' displacements are small, up to {SMALL_ANGLE:g} "
                     "rad: its results are of the size of the square of that off; use --scheme "
-                    f"{'ep' if simulation.scheme.dynamic else 'static'}",
+                    f"{SIMPLEST if simulation.scheme.dynamic else 'static'}",
                 )
 
 
-class _AboutFrames(Silent):
+class _AboutFrames(BaseObserver):
     """Watches bodies whose displacements are small about a frame: what these do not know.
 
     That is how far directors turn there, and stiffness by forces that act already: what forces
@@ -155,11 +156,11 @@ class _AboutFrames(Silent):
         here = self._largest[kind].get(name, (0.0, 0.0))
         return simulation.model.comm.allreduce(here, op=MPI.MAX)
 
-    def _bent(self, simulation: Simulation, name: str) -> Iterator[Caution]:
+    def _bent(self, simulation: Simulation, name: str) -> Iterator[RunWarning]:
         """Cautions of a body that bends too far, or by forces along it; collective."""
         turn, when = self._worst(simulation, "turns", name)
         if turn > SMALL_ANGLE:
-            yield Caution(
+            yield RunWarning(
                 self.name,
                 name,
                 turn,
@@ -199,11 +200,11 @@ class _AboutFrames(Silent):
                 "it bends in two directions",
             )
 
-    def _stiffer(self, simulation: Simulation, name: str, share: float, how: str) -> Caution:
+    def _stiffer(self, simulation: Simulation, name: str, share: float, how: str) -> RunWarning:
         """That a body's stiffness is off by a share, which small strains do not know."""
         who = f"{said_of(simulation, name)} {self.said}"
         says = f"{who} and {how}, and {self.blind} not know that; use model='exact'"
-        return Caution(self.name, name, share, STIFFENED, says)
+        return RunWarning(self.name, name, share, STIFFENED, says)
 
     def _stretched(self, simulation: Simulation, name: str) -> tuple[float, float]:
         """By what share a body is stiffer as it is stretched, and when; collective."""
@@ -219,7 +220,9 @@ class _AboutFrames(Silent):
         }
         return stiffening(simulation.scene, simulation.model.comm, parts), when
 
-    def _spun(self, simulation: Simulation, name: str, lowest: float, of: str) -> Iterator[Caution]:
+    def _spun(
+        self, simulation: Simulation, name: str, lowest: float, of: str
+    ) -> Iterator[RunWarning]:
         """The caution of a body that spins too fast; collective."""
         spin, when = self._worst(simulation, "spins", name)
         share = (spin / lowest) ** 2
@@ -281,7 +284,7 @@ class ReducedBodies(_AboutFrames):
                 rates = state.now(simulation, "v")[0][3:].reshape(3, 3)
                 self._spins(data.name, d, rates, t)
 
-    def cautions(self, simulation: Simulation) -> Iterator[Caution]:
+    def cautions(self, simulation: Simulation) -> Iterator[RunWarning]:
         """A sentence for each body that bends, is pressed or spins too much; collective."""
         for data in simulation.model.modal:
             yield from self._bent(simulation, data.name)
@@ -333,7 +336,7 @@ class LinearBodies(_AboutFrames):
                 rates = tie.changes(levels.rates["v"].x.array)
                 self._spins(body.name, np.eye(3) + tie.changes(q), rates, t)
 
-    def cautions(self, simulation: Simulation) -> Iterator[Caution]:
+    def cautions(self, simulation: Simulation) -> Iterator[RunWarning]:
         """A sentence for each body that bends, is pressed or spins too much; collective."""
         for body, _ in self._bodies:
             yield from self._bent(simulation, body.name)

@@ -8,9 +8,9 @@ from mpi4py import MPI
 
 import numpy as np
 
-from shellmb.diagnostics.base import Caution
+from shellmb.diagnostics.base import RunWarning
 from shellmb.observers.summary import Sources
-from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.simulate.simulation import BaseObserver, Simulation
 from shellmb.simulate.stepsize.tolerance import ErrorSize
 
 # a motion smaller than so many step errors is not known to a tenth of it
@@ -20,7 +20,7 @@ KNOWN = 10.0
 ADDED = 2.0
 
 
-class StepErrors(Silent):
+class StepErrors(BaseObserver):
     """Watches for steps that could not be small enough, and for motions too small to be controlled.
 
     Args:
@@ -46,7 +46,7 @@ class StepErrors(Silent):
                     moved = np.max(np.abs(values[body.mixed.dofs[part.name]]), initial=0.0)
                     self._reach = max(self._reach, float(moved) / part.scale)
 
-    def cautions(self, simulation: Simulation) -> Iterator[Caution]:
+    def cautions(self, simulation: Simulation) -> Iterator[RunWarning]:
         """A sentence for each."""
         size = simulation.size
         if not isinstance(size, ErrorSize) or size.settings.step_error is None:
@@ -60,7 +60,7 @@ class StepErrors(Silent):
                 else f"no step may be below min_dt = {size.smallest:.2g} s: use a smaller one, or "
                 "a larger step_error"
             )
-            yield Caution(
+            yield RunWarning(
                 self.name,
                 None,
                 size.worst,
@@ -71,7 +71,7 @@ class StepErrors(Silent):
         yield from self._added(simulation, size)
         reach = simulation.model.comm.allreduce(self._reach, op=MPI.MAX)
         if simulation.step and reach < KNOWN * wanted:
-            yield Caution(
+            yield RunWarning(
                 self.name,
                 None,
                 reach,
@@ -81,7 +81,7 @@ class StepErrors(Silent):
                 f"about {1e-2 * reach:.0e}",
             )
 
-    def _added(self, simulation: Simulation, size: ErrorSize) -> Iterator[Caution]:
+    def _added(self, simulation: Simulation, size: ErrorSize) -> Iterator[RunWarning]:
         """The step error is for each radian of the motion: what that makes of all of it."""
         allowed = size.settings.step_error
         if allowed is None or size.total <= ADDED * allowed:
@@ -97,7 +97,7 @@ class StepErrors(Silent):
         if slows:
             wanted += f", of {allowed**2 / (found + size.lag):.0e} where something spins"
         radians = "a radian" if size.radians == 1 else f"{size.radians:.1f} radians"
-        yield Caution(
+        yield RunWarning(
             self.name,
             None,
             found,

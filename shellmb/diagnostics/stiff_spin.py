@@ -16,17 +16,17 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from shellmb.diagnostics.base import Caution, remedies, said_of
+from shellmb.diagnostics.base import RunWarning, remedies, said_of
 from shellmb.observers.account.sizes import stiffness_of
 from shellmb.observers.summary import Sources
-from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.simulate.simulation import BaseObserver, Simulation
 
 HALF_STIFF = 40.0
 # as of a drift that shows (`drift.OTHERS`)
 BOUND = 1e-2
 
 
-class StiffSpin(Silent):
+class StiffSpin(BaseObserver):
     """Adds up what shells and beams lose of their spin, as far as the scheme says that they do.
 
     Args:
@@ -62,7 +62,7 @@ class StiffSpin(Silent):
                 soft = turn.radius / (speed * simulation.last.dt)
                 self._dissipated[name] += self._loss * turn.mean**2 / (1 + HALF_STIFF * soft**2)
 
-    def cautions(self, simulation: Simulation) -> Iterator[Caution]:
+    def cautions(self, simulation: Simulation) -> Iterator[RunWarning]:
         """A sentence for each body that spins and is stiff."""
         for name, dissipated in self._dissipated.items():
             if dissipated <= BOUND:
@@ -71,7 +71,7 @@ class StiffSpin(Silent):
             # what it loses in each step adds up by and by
             share = 1 - float(np.exp(-dissipated))
             step = f"a step of about {turn.dt * BOUND / dissipated:.1g} s"
-            yield Caution(
+            yield RunWarning(
                 self.name,
                 name,
                 share,

@@ -11,12 +11,12 @@ import numpy as np
 
 from shellmb.arrays import Floats
 from shellmb.diagnostics.base import STIFFENED
-from shellmb.modal.geometric_stiffness import GeometricStiffness
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.model import Model
 from shellmb.model.reduced.data import ModalBody
 from shellmb.model.shells.shell import ShellModel
 from shellmb.observers.fields.modal import ModalState
+from shellmb.preprocessing.modal.geometric_stiffness import GeometricStiffness
 
 # local arrays by names of the system's bodies: of a state, or of a mode
 type Parts = Callable[[str], Floats]

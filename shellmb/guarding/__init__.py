@@ -1,1 +1,1 @@
-"""Protection from strangers' files and folders, links and closed streams."""
+"""A process among others: its libraries' options, signals, streams and permissions."""

@@ -23,7 +23,7 @@ from dolfinx import fem
 
 from shellmb.arrays import Floats, Ints
 from shellmb.meshes.lifetime import count_in
-from shellmb.native.twins import Layout, twin
+from shellmb.native.shared_layout import Layout, moved_mesh
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,7 +102,7 @@ def shared_mesh(
         of, mesh = others.made.pop(number)
         if not np.array_equal(of.x, described.x):
             layouts = _LAYOUTS[mesh]
-            mesh = twin(mesh, described.element, described.x)
+            mesh = moved_mesh(mesh, described.element, described.x)
             _LAYOUTS[mesh] = layouts
     own.made.append((described, mesh))
     return mesh

@@ -29,7 +29,7 @@ from shellmb.errors import RunError
 from shellmb.native.compiling.compiler import run_compiler
 from shellmb.native.compiling.flags import COMPILER_FLAGS, FORCED_LANES, FORCED_LEVEL
 from shellmb.native.compiling.folder import cache_folder, raise_together
-from shellmb.native.compiling.store import is_whole, loading, writing
+from shellmb.native.compiling.store import is_intact, loading, writing
 
 _log = logging.getLogger(__name__)
 
@@ -231,7 +231,7 @@ def _compiled() -> tuple[Path, Future[None] | None]:
     name = f"shellmb_cells_{hashlib.sha256(key.encode()).hexdigest()[:16]}"
     where = cache_folder()
     target = where / f"{name}.so"
-    if is_whole(target):
+    if is_intact(target):
         return target, None
     _log.warning("the loops in C are compiled, once on this machine, which takes about 10 s")
     ffi = cffi.FFI()

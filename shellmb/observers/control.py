@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
-from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.simulate.simulation import BaseObserver, Simulation
 
 # what follows an event's name
 ON = ".on"
 
 
-class ControlColumns(Silent):
+class ControlColumns(BaseObserver):
     """`CONTROLLER.OUTPUT` of the step that ends, the readings it was made from, `EVENT.on`.
 
     Before the first step outputs are 0, and nothing has been read.

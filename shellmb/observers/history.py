@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import Any, Protocol, runtime_checkable
 
 from shellmb.errors import SceneError
-from shellmb.guarding.reading import read_bytes
+from shellmb.files.reading import read_bytes
 from shellmb.observers.files.batches import Batches
 from shellmb.observers.files.growingfile import GrowingFile
-from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.simulate.simulation import BaseObserver, Simulation
 
 # what every history begins and ends with
 STEP_COLUMNS = ("step", "t", "dt", "iterations", "rejected", "jump")
@@ -58,12 +58,12 @@ class _EachStep:
         return found
 
 
-class History(Silent):
+class History(BaseObserver):
     """Collects the numbers of measuring observers after every step, and writes them to a CSV file.
 
     It has to stand behind the observers it asks. Row 0 is the initial state. Rows of short steps
-    are collected (`Booked`) and written several at a time (`Batches`); all are there when a run
-    ends, however it ends.
+    are collected (`DeferredObserver`) and written several at a time (`Batches`); all are there when
+    a run ends, however it ends.
 
     Args:
         measuring: The observers to ask.

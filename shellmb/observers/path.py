@@ -6,10 +6,10 @@ import math
 from dataclasses import asdict
 from typing import Any
 
-from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.simulate.simulation import BaseObserver, Simulation
 
 
-class PathRecord(Silent):
+class PathRecord(BaseObserver):
     """Records where on a static path a run is; of other runs nothing.
 
     Attributes:

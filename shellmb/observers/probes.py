@@ -15,13 +15,13 @@ import numpy as np
 from shellmb.arrays import Floats
 from shellmb.model.locations.nodes import local_nodes, local_point
 from shellmb.model.locations.surrounding import is_point, surrounding
-from shellmb.observers.booking import STEPS, Booked, Row
+from shellmb.observers.deferred_observer import STEPS, DeferredObserver, Row
 from shellmb.observers.fields.modal import ModalNodes, modal_members
 from shellmb.observers.fields.modalresultants import ModalResultants
 from shellmb.observers.fields.nodal import Nodes, Reading, rotation_vectors
 from shellmb.observers.fields.resultants import Resultants, has_resultants
 from shellmb.observers.relative_motion import packed, seen, unpacked
-from shellmb.observers.whole_rotations import WholeTurns
+from shellmb.observers.unwrap import WholeTurns
 from shellmb.scene import Probe, RigidBody
 from shellmb.scene.description import Body
 from shellmb.simulate.simulation import Simulation
@@ -63,7 +63,7 @@ class _Spot:
         return found if self.turns is None else self.turns.count(found)
 
 
-class Probes(Booked):
+class Probes(DeferredObserver):
     """Records the probes of the scene, the same on all ranks.
 
     Motions are those at the end of a step. Forces, moments and other resultants are means over it,

@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
 
-from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.simulate.simulation import BaseObserver, Simulation
 
 # a line of the log at every tenth of the run, or when nothing was said for so long [s]
 TENTHS = 10
@@ -39,7 +39,7 @@ def _console() -> Console:
     return Console(stderr=True, width=WIDTH, **plain)  # type: ignore[arg-type]
 
 
-class ProgressReport(Silent):
+class ProgressReport(BaseObserver):
     """Shows how far a run is, on rank 0 only.
 
     Args:

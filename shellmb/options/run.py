@@ -93,9 +93,9 @@ class Options:
             scene = replace(scene, solver=replace(scene.solver, **solver))
         end_forces = chosen.pop("end_forces")
         # the scene is loaded here, and not where a command lists its options
-        from shellmb.scene.schemes import is_static
+        from shellmb.scene.schemes import SIMPLEST, is_static
 
-        scheme = self.scheme or "ep"
+        scheme = self.scheme or SIMPLEST
         if is_static(scheme) and not scene.static and self.dt is None:
             # a time step is no load step: take the default one
             end = scene.t_end if self.t_end is None else self.t_end

@@ -11,7 +11,7 @@ from pathlib import Path
 from mpi4py import MPI
 
 from shellmb.errors import RunError, SceneError
-from shellmb.locks import FileLock
+from shellmb.files.locks import FileLock
 from shellmb.running.error_origin import user_frame
 
 # name in a run directory

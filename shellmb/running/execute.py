@@ -19,7 +19,7 @@ import numpy as np
 
 from shellmb.arrays import Floats
 from shellmb.barrier import arrive
-from shellmb.diagnostics.base import Caution, doubted, heard
+from shellmb.diagnostics.base import RunWarning, collect_warnings, setup_warnings
 from shellmb.diagnostics.registry import cautions
 from shellmb.errors import (
     ControlError,
@@ -29,7 +29,7 @@ from shellmb.errors import (
     ShellmbError,
     Stopped,
 )
-from shellmb.locks import is_temporary
+from shellmb.files.locks import is_temporary
 from shellmb.native.assembler import assembled_as
 from shellmb.observers.account.energy import EnergyAccount
 from shellmb.observers.control import control_summary
@@ -45,7 +45,7 @@ from shellmb.running.request import REQUEST, Request
 from shellmb.running.results import Results, measured, plain_results
 from shellmb.running.standard import STATE, SUMMARY, StandardObservers
 from shellmb.scene import Modal, Scene
-from shellmb.scene.checks import effect
+from shellmb.scene.checks import ignored_settings
 from shellmb.scene.lookup import said
 from shellmb.scene.values.validate import show
 from shellmb.simulate.simulation import PAST, Observer, Simulation
@@ -81,7 +81,7 @@ class RunResult:
     summary: dict[str, Any]
     energy: EnergyAccount
     out: Path | None
-    warnings: tuple[Caution, ...] = ()
+    warnings: tuple[RunWarning, ...] = ()
     measure: Results | None = None
 
     @cached_property
@@ -203,7 +203,7 @@ def carry_out(
     STOPPING.renew()
     with (
         STOPPING.deferred(_say) if comm.size > 1 else nullcontext(),
-        heard(comm) as doubts,
+        collect_warnings(comm) as doubts,
         _no_exit(),
     ):
         simulation = simulation or Simulation(scene, comm)
@@ -226,7 +226,7 @@ def carry_out(
             simulation.run(list(standard.named.values()))
     except BaseException as error:
         failure = error
-    before = doubted([*effect.doubts(scene), *simulation.doubts])
+    before = setup_warnings([*ignored_settings.doubts(scene), *simulation.doubts])
     wall = clock.perf_counter() - begin
     result = _result(simulation, standard, directory, wall, failure, before, measure)
     try:
@@ -271,7 +271,7 @@ def _result(
     directory: Path | None,
     wall: float,
     failure: BaseException | None,
-    before: tuple[Caution, ...],
+    before: tuple[RunWarning, ...],
     measure: Results | None,
 ) -> RunResult:
     failed = None if failure is None else str(failure) or type(failure).__name__

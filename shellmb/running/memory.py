@@ -7,7 +7,7 @@ import os
 from mpi4py import MPI
 
 from shellmb.errors import SceneError
-from shellmb.model.alike import same_on_all
+from shellmb.model.rank_consistency import same_on_all
 from shellmb.scene import GmshFile, MeshFile, Scene, Shell
 from shellmb.scene.values.validate import show
 

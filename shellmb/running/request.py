@@ -10,7 +10,7 @@ from typing import Any
 from pydantic import TypeAdapter, ValidationError
 
 from shellmb.errors import SceneError
-from shellmb.guarding.seal import checksum, is_sealed, sealed
+from shellmb.files.checksums import add_checksum, checksum, is_intact
 from shellmb.options.described import of_today, parse_mesh
 from shellmb.options.run import Options
 from shellmb.running.loader import SceneModule, demos, is_file_name, load
@@ -58,7 +58,7 @@ class Request:
     def to_dict(self) -> dict[str, Any]:
         """Plain values with their checksum; the path of a file is absolute, with its own."""
         file = Path(self.scene).resolve() if is_file_name(self.scene) else None
-        return sealed(
+        return add_checksum(
             {
                 "scene": self.scene if file is None else str(file),
                 "scene_sha256": None if file is None else checksum(file.read_bytes()),
@@ -187,7 +187,7 @@ def read_request(out: Path | str) -> StoredRequest:
         raise SceneError(_unreadable(str(error))) from None
     if not is_file_name(request.scene) and request.scene not in demos():
         raise SceneError(_unreadable(f"{file} names the scene '{request.scene}', which is none"))
-    return StoredRequest(request, is_sealed(values), values.get("scene_sha256"))
+    return StoredRequest(request, is_intact(values), values.get("scene_sha256"))
 
 
 def scene_of_run(

@@ -12,8 +12,8 @@ from shellmb.observers.account.energy import EnergyAccount
 from shellmb.observers.account.momentum import Momentum
 from shellmb.observers.account.rotations import BodyRotations
 from shellmb.observers.account.step_error import StepError
-from shellmb.observers.booking import Booked
 from shellmb.observers.control import ControlColumns
+from shellmb.observers.deferred_observer import DeferredObserver
 from shellmb.observers.files.checkpoint import Checkpoint, Written
 from shellmb.observers.forces.blows import BlowColumns
 from shellmb.observers.forces.contacts import ContactForces
@@ -62,7 +62,7 @@ class StandardObservers:
     ) -> None:
         energy, constraints = EnergyAccount(), Constraints()
         momentum, rotations, joints = Momentum(energy), BodyRotations(), JointForces()
-        later: dict[str, Booked] = {
+        later: dict[str, DeferredObserver] = {
             "energy": energy,
             "constraints": constraints,
             "momentum": momentum,

@@ -5,11 +5,11 @@ from __future__ import annotations
 from mpi4py import MPI
 
 from shellmb.errors import Stopped
-from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.simulate.simulation import BaseObserver, Simulation
 from shellmb.stopping import STOPPING
 
 
-class Stop(Silent):
+class Stop(BaseObserver):
     """Raises `Stopped` on all ranks behind the step in which a signal came to one of them.
 
     It has to stand behind the observer that keeps the state.

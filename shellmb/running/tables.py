@@ -8,7 +8,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from shellmb.errors import SceneError
-from shellmb.guarding.reading import read_json
+from shellmb.files.reading import read_json
 
 
 class Damaged(Exception):

@@ -1,6 +1,6 @@
 """Schemes by their names: what a scene may have with each of them."""
 
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 
 class Scheme(Protocol):
@@ -10,31 +10,51 @@ class Scheme(Protocol):
     def name(self) -> str: ...  # noqa: D102
 
 
-# name -> whether it has velocities, and whether it has a state j just after the step's beginning
+class Traits(NamedTuple):
+    """Traits of a scheme that others than the schemes themselves have to know.
+
+    Args:
+        dynamic: Whether it has velocities.
+        jump: Whether it has a state j just after the step's beginning.
+        alpha: Default of the dissipation that a scene's ``alpha`` sets; None: it takes none.
+        ours: Whether it is one of the paper, or ours beyond it, for large displacements.
+        quadratic: Whether it is quadratic in time.
+        keeps_angular_momentum: Whether it keeps the angular momentum exactly.
+        work: About how many times the work of the simplest one a step is.
+    """
+
+    dynamic: bool = True
+    jump: bool = False
+    alpha: float | None = None
+    ours: bool = False
+    quadratic: bool = False
+    keeps_angular_momentum: bool = False
+    work: int = 1
+
+
+# defaults of alpha: what the studies use, and of generalized-alpha a spectral radius of 0.8, as is
+# usual
 SCHEMES = {
-    "static": (False, False),
-    "linear-statics": (False, False),
-    "linear-dynamics": (True, False),
-    "ep": (True, False),
-    "ed": (True, True),
-    "ep4": (True, False),
-    "ed3": (True, False),
-    "generalized-alpha": (True, False),
-    "ed-printed": (True, True),
+    "static": Traits(dynamic=False),
+    "linear-statics": Traits(dynamic=False),
+    "linear-dynamics": Traits(),
+    "ep": Traits(ours=True, keeps_angular_momentum=True),
+    "ed": Traits(jump=True, alpha=0.5, ours=True, work=3),
+    "ep4": Traits(ours=True, quadratic=True, work=4),
+    "ed3": Traits(alpha=0.5, ours=True, quadratic=True, work=4),
+    "generalized-alpha": Traits(alpha=1 / 9),
+    "ed-printed": Traits(jump=True, alpha=0.5, work=3),
 }
 
+# the simplest one for motions: taken where any of them will do
+SIMPLEST = "ep"
 # those of small displacements
 LINEAR = ("linear-statics", "linear-dynamics")
-
-# those that are quadratic in time
-QUADRATIC = ("ep4", "ed3")
-
-# those that keep the angular momentum exactly
-KEEP_ANGULAR_MOMENTUM = ("ep",)
-
-# those that take their dissipation from a scene's `alpha`, with its default: what the studies use,
-# and of generalized-alpha a spectral radius of 0.8, as is usual
-DISSIPATIVE = {"ed": 0.5, "ed3": 0.5, "generalized-alpha": 1 / 9, "ed-printed": 0.5}
+OURS = tuple(name for name, traits in SCHEMES.items() if traits.ours)
+# those in whose steps shells can touch, and that are taken backwards for derivatives
+COMPLETE = ("static", *OURS)
+# those that have dissipation, with its default
+DISSIPATIVE = {n: traits.alpha for n, traits in SCHEMES.items() if traits.alpha is not None}
 
 
 def dissipation(scheme: Any, alpha: float | None) -> float:
@@ -47,5 +67,5 @@ def dissipation(scheme: Any, alpha: float | None) -> float:
 def is_static(scheme: Any) -> bool:
     """Decide whether a scheme, or that of a name, has no velocities."""
     if isinstance(scheme, str):
-        return not SCHEMES.get(scheme, (True, True))[0]
+        return not SCHEMES.get(scheme, Traits()).dynamic
     return not getattr(scheme, "dynamic", True)

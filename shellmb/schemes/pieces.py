@@ -1,8 +1,9 @@
 """A step in straight pieces: how energies of distances act, which no form of a body knows.
 
 A distance is known at a few states of a step, and from one to the next it has a mean slope that
-works exactly its change (`model.touching.pulls`). What a scheme adds are these states, the stress
-of each piece, which is that of all potentials (`forms.steps.potentials`), and the rows that see it.
+works exactly its change (`model.shell_contact.mean_distance_slopes`). What a scheme adds are
+these states, the stress of each piece, which is that of all potentials
+(`forms.steps.potentials`), and the rows that see it.
 """
 
 from __future__ import annotations

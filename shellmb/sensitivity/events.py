@@ -30,10 +30,10 @@ from shellmb.scene.checks.control import functions_of_time
 from shellmb.scene.control.signals import Signal, Switched
 from shellmb.scene.lookup import listed
 from shellmb.sensitivity.parameters import Parameter
-from shellmb.sensitivity.shadow import Shadow
+from shellmb.sensitivity.perturbed_run import PerturbedRun
 from shellmb.simulate.simulation import Simulation
 from shellmb.simulate.stepsize.control import LEAST
-from shellmb.simulate.stepsize.landing import near
+from shellmb.simulate.stepsize.target_times import near
 
 # change of a step's length, in parts of it
 UNIT = 2e-4
@@ -54,7 +54,7 @@ class Sides(Protocol):
     """Scenes at both sides of a parameter (`sensitivity.tangent.Pair`)."""
 
     @property
-    def sides(self) -> tuple[Shadow, Shadow]: ...  # noqa: D102
+    def sides(self) -> tuple[PerturbedRun, PerturbedRun]: ...  # noqa: D102
     @property
     def parameter(self) -> Parameter: ...  # noqa: D102
 

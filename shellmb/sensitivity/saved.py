@@ -10,8 +10,8 @@ import numpy as np
 
 from shellmb.barrier import first_found
 from shellmb.errors import SceneError
-from shellmb.guarding.reading import read_bytes, unpacked
-from shellmb.guarding.writing import drafted
+from shellmb.files.reading import read_bytes, unpacked
+from shellmb.files.writing import drafted
 from shellmb.observers.files.checkpoint import Saved, Written
 from shellmb.running.execute import take_up
 from shellmb.scene.fingerprint import differences, fingerprint

@@ -6,8 +6,8 @@ a parameter, the derivatives `s' = ds/dp` and `u' = du/dp` obey
     J u' = -[R(u; s + eps s', p + eps) - R(u; s - eps s', p - eps)] / (2 eps),   J = dR/du
 
 and the state at the end is that which the scheme makes of both. The residuals are those of two
-scenes beside the run (`Shadow`): constants, loads and positions differ, kernels do not. Nothing has
-to be differentiated by hand, so that all that a residual may hold has derivatives.
+scenes beside the run (`PerturbedRun`): constants, loads and positions differ, kernels do not.
+Nothing has to be differentiated by hand, so that all that a residual may hold has derivatives.
 
 Factors of `J` that the run has may be those of an earlier state. So the equation is solved by
 iteration, `u'` being moved within the differences, too: what is left contracts as the run's own
@@ -29,16 +29,16 @@ import numpy.typing as npt
 from shellmb.errors import ConvergenceError
 from shellmb.native.operations import operations
 from shellmb.sensitivity.events import Corners, check_begun, ends
-from shellmb.sensitivity.guess import Guess
 from shellmb.sensitivity.parameters import STEP, Parameter
+from shellmb.sensitivity.perturbed_run import PerturbedRun, check_alike
+from shellmb.sensitivity.predictor import Predictor
 from shellmb.sensitivity.saved import SavedSide
-from shellmb.sensitivity.shadow import Shadow, check_alike
 from shellmb.sensitivity.sizes import Sizes
-from shellmb.simulate.simulation import Silent, Simulation
-from shellmb.system.both import Kind, both_sides
+from shellmb.simulate.simulation import BaseObserver, Simulation
 from shellmb.system.direct.linear import Linear
 from shellmb.system.direct.solver import Purpose
 from shellmb.system.newton.iteration import Iteration
+from shellmb.system.two_sided import Kind, two_sided
 
 Floats = npt.NDArray[np.float64]
 
@@ -84,9 +84,9 @@ class Pair:
     """
 
     parameter: Parameter
-    above: Shadow
-    below: Shadow
-    guess: Guess = field(default_factory=Guess)
+    above: PerturbedRun
+    below: PerturbedRun
+    guess: Predictor = field(default_factory=Predictor)
     contraction: float = 1.0
     floor: float = 0.0
     kinks: list[float] = field(default_factory=list)
@@ -95,18 +95,18 @@ class Pair:
     def begin(self, run: Simulation, u: Floats, sizes: Sizes) -> None:
         """Take the unknowns of the run, whose values change, and how their sizes are compared."""
         x = run.problem.system.x
-        self.both = both_sides(self.sides, u, sizes, STEP)
+        self.both = two_sided(self.sides, u, sizes, STEP)
         self.vectors = x.duplicate(), x.duplicate()
         own, above, below = (s.live().values() for s in (run, *(s.simulation for s in self.sides)))
         self.centre = operations().centring(list(own), list(above), list(below))
 
     @cached_property
-    def sides(self) -> tuple[Shadow, Shadow]:
+    def sides(self) -> tuple[PerturbedRun, PerturbedRun]:
         """Both of them."""
         return self.above, self.below
 
 
-class Tangents(Silent):
+class Tangents(BaseObserver):
     """Finds derivatives step by step, as an observer of the run.
 
     Unknowns at both sides are `u + d` and `u - d`; the derivative is `d` over half the distance of
@@ -202,7 +202,7 @@ class Tangents(Silent):
             side.solved(step, states)
         self.said += found.said
         # steps of other lengths tell little
-        pair.guess, pair.contraction = Guess(), 1.0
+        pair.guess, pair.contraction = Predictor(), 1.0
         return True
 
     def _solve(self, simulation: Simulation, pairs: Sequence[Pair]) -> list[Floats]:

@@ -12,7 +12,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from shellmb.arrays import Floats
-from shellmb.guarding.writing import drafted
+from shellmb.files.writing import drafted
 from shellmb.observers.drawing import STYLE, figure
 
 # lines of orders: 1P, 2P, ..., no more than these

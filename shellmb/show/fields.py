@@ -12,7 +12,7 @@ import numpy as np
 
 from shellmb.arrays import Floats
 from shellmb.errors import SceneError
-from shellmb.guarding.reading import read_json
+from shellmb.files.reading import read_json
 from shellmb.scene.fields import FIELDS
 from shellmb.scene.lookup import listed
 from shellmb.scene.units import Units
@@ -150,7 +150,7 @@ class Fields(Mapping[str, "xr.Dataset"]):
         """
         import pyvista as pv
 
-        from shellmb.guarding.grids import read_grid
+        from shellmb.files.grids import read_grid
 
         at = self.nearest(t)
         blocks = pv.MultiBlock({name: pv.wrap(read_grid(self.file(name, at))) for name in self})
@@ -162,7 +162,7 @@ class Fields(Mapping[str, "xr.Dataset"]):
         import xarray as xr
         from xarray.core import indexing
 
-        from shellmb.guarding.grids import read_grid
+        from shellmb.files.grids import read_grid
         from shellmb.show.lazy import OnFiles
         from shellmb.show.values import POSITION
 

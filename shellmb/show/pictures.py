@@ -14,8 +14,8 @@ import numpy as np
 
 from shellmb.arrays import Floats
 from shellmb.errors import RunError, SceneError
-from shellmb.guarding.reading import read_json
-from shellmb.guarding.writing import drafted
+from shellmb.files.reading import read_json
+from shellmb.files.writing import drafted
 from shellmb.observers.files.described import Described, read_described
 from shellmb.scene.lookup import listed
 from shellmb.show.account import bands

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 
 from shellmb.arrays import Floats
 from shellmb.errors import SceneError
-from shellmb.guarding.writing import drafted
+from shellmb.files.writing import drafted
 from shellmb.observers.curves import Table, draw_curves, joint_plots, legend
 from shellmb.observers.drawing import STYLE, figure
 from shellmb.observers.files.described import Described, ProbeLine

@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
 from shellmb.errors import RunError, SceneError
-from shellmb.guarding.reading import read_bytes, read_json
-from shellmb.guarding.writing import write_text
+from shellmb.files.reading import read_bytes, read_json
+from shellmb.files.writing import write_text
 from shellmb.options.accuracy import ACCURACY
 
 if TYPE_CHECKING:

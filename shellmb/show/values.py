@@ -10,7 +10,7 @@ from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
 
 from shellmb.arrays import Floats
 from shellmb.errors import SceneError
-from shellmb.guarding.grids import check_grid
+from shellmb.files.grids import check_grid
 
 # name of the positions, which are the points of the grid
 POSITION = "position"

@@ -16,11 +16,11 @@ from petsc4py import PETSc
 import numpy as np
 
 from shellmb.arrays import Floats
-from shellmb.bodyfields import kinematic_dofs
-from shellmb.checked_model import checked_model
 from shellmb.errors import ConvergenceError, SceneError
-from shellmb.modal.tangent import tangent
 from shellmb.model.model import Model
+from shellmb.preprocessing.bodyfields import kinematic_dofs
+from shellmb.preprocessing.checked_model import checked_model
+from shellmb.preprocessing.modal.tangent import tangent
 from shellmb.scene import Scene
 from shellmb.scene.lookup import small_strains
 from shellmb.simulate.simulation import Simulation

@@ -10,8 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from shellmb.errors import ConvergenceError
-from shellmb.modal.tangent import Blocks, bending_scales
 from shellmb.model.model import Model
+from shellmb.preprocessing.modal.tangent import Blocks, bending_scales
 from shellmb.scene.loads.loads import Gravity
 from shellmb.simulate.stability import Stability
 from shellmb.system.assembly.blocks import BlockSystem

@@ -12,7 +12,13 @@ import numpy as np
 from dolfinx import fem
 
 from shellmb.arrays import Bools, Floats
-from shellmb.bodyfields import (
+from shellmb.errors import ConvergenceError
+from shellmb.model.body import Body, TimeFunction
+from shellmb.model.model import Model
+from shellmb.model.sections.branches import MaxwellBranches
+from shellmb.model.sections.natural import NaturalStress
+from shellmb.native.assembler import Pairs, is_native
+from shellmb.preprocessing.bodyfields import (
     body_directors,
     body_field,
     kinematic_dofs,
@@ -20,27 +26,21 @@ from shellmb.bodyfields import (
     resultant_dofs,
     without_impulse,
 )
-from shellmb.errors import ConvergenceError
-from shellmb.model.body import Body, TimeFunction
-from shellmb.model.model import Model
-from shellmb.model.sections.branches import MaxwellBranches
-from shellmb.model.sections.natural import NaturalStress
-from shellmb.native.assembler import Pairs, is_native
 from shellmb.schemes.base import END, GAUSS_TIMES, GAUSS_WEIGHTS, Levels, Scheme, StepForms
 from shellmb.schemes.linearised import at_reference
 from shellmb.schemes.residuals.residual import StageForms
 from shellmb.simulate.couplings.faces import FacesCoupling
 from shellmb.simulate.predictor import Predictor
-from shellmb.simulate.scaled_rates import ScaledRates, flight
+from shellmb.simulate.scaled_rates import Arrays, ScaledRates, flight
 from shellmb.simulate.start.consistent import VelocityProjection
-from shellmb.simulate.stepsize.landing import rounded
+from shellmb.simulate.stepsize.target_times import rounded
 from shellmb.system.assembly.blocks import BlockSystem
 from shellmb.system.assembly.fields import (
+    DependentFunctions,
     DirectorPath,
     DirectorRates,
     Directors,
     Field,
-    Followers,
     Part,
 )
 from shellmb.system.condensation.reduction import Reduction
@@ -56,21 +56,6 @@ DIVERGED = 1e3
 SEARCHES = 8
 # step of the load factor in derivatives of what is prescribed by it: of fourth order
 FACTOR_STEP = 1e-3
-
-
-class Arrays:
-    """Arrays of a body's functions, which DOLFINx looks up anew whenever it is asked.
-
-    Args:
-        levels: The functions.
-    """
-
-    def __init__(self, levels: Levels) -> None:
-        self.q = levels.q.x.array
-        self.rates, self.unknown, self.scaled = (
-            {key: f.x.array for key, f in functions.items()}
-            for functions in (levels.rates, levels.unknown, levels.scaled)
-        )
 
 
 class Problem:
@@ -122,7 +107,7 @@ class Problem:
         self._arrays = {name: Arrays(levels) for name, levels in self.levels.items()}
         self.fields = [self._field(self._bodies[b], s) for b, s in names]
         made = [forms.states for stages in self.forms.values() for forms in stages.values()]
-        followers = [Followers(**vars(states)) for states in made if states is not None]
+        followers = [DependentFunctions(**vars(states)) for states in made if states is not None]
         self.system = BlockSystem(model.comm, self.fields, followers)
         self.couplings = self._couplings()
         every = {name: getattr(steps, "branches", None) for name, steps in self.steps.items()}

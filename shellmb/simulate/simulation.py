@@ -12,32 +12,32 @@ import numpy as np
 from dolfinx import fem
 
 from shellmb.arrays import Ints
-from shellmb.checked_model import checked_model
 from shellmb.clock import now
-from shellmb.constraint_analysis.redundancy import singular
 from shellmb.errors import ConvergenceError, petsc_in_words
 from shellmb.forms.steps.discrete import taken_once
 from shellmb.meshes.lifetime import uncollected
 from shellmb.meshes.shared import Meshes
-from shellmb.model.alike import same_on_all
 from shellmb.model.model import Model
+from shellmb.model.rank_consistency import same_on_all
 from shellmb.native.assembler import assembled_as
 from shellmb.prefixes import below
+from shellmb.preprocessing.checked_model import checked_model
+from shellmb.preprocessing.constraint_analysis.redundancy import singular
 from shellmb.restart import Restartable
 from shellmb.scene import Scene
-from shellmb.scene.checks.effect import check_begin
+from shellmb.scene.checks.ignored_settings import check_begin
 from shellmb.schemes.base import Scheme
 from shellmb.schemes.registry import make_scheme
 from shellmb.simulate.control.control import Control
-from shellmb.simulate.dropped import DroppedConstraints
-from shellmb.simulate.own import OwnScene
 from shellmb.simulate.paths.arclength import ArcSize, PathSteps
 from shellmb.simulate.problem import Problem
-from shellmb.simulate.start.cellwise import numbering, spread
+from shellmb.simulate.redundant_watch import DroppedConstraints
+from shellmb.simulate.scene_copy import SceneCopy
+from shellmb.simulate.start.redistribute import numbering, spread
 from shellmb.simulate.start.start import Start
 from shellmb.simulate.stepping import Arrays, Attempt, StepInfo, Stepping, TimeSteps
 from shellmb.simulate.stepsize.control import LoadSize, StepSize
-from shellmb.simulate.stepsize.landing import Count, Landing, near
+from shellmb.simulate.stepsize.target_times import Count, Landing, near
 from shellmb.simulate.stepsize.tolerance import ErrorSize
 
 # what names of saved arrays of steps before the last one begin with
@@ -83,7 +83,13 @@ class Observer(Protocol):
         ...
 
 
-class Silent(Restartable):
+def __getattr__(name: str) -> Any:
+    if name == "Silent":
+        raise ImportError("Silent is called BaseObserver now: derive from BaseObserver")
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+class BaseObserver(Restartable):
     """An observer that does nothing: a base class.
 
     Attributes:
@@ -125,8 +131,8 @@ class _Called:
     def __init__(self, observers: Sequence[Observer]) -> None:
         self.observers, self.count = observers, len(observers)
         acting = [observer for observer in observers if not getattr(observer, "idle", False)]
-        self.solved = [o for o in acting if _of(o.solved) is not Silent.solved]
-        self.accepted = [o for o in acting if _of(o.accepted) is not Silent.accepted]
+        self.solved = [o for o in acting if _of(o.solved) is not BaseObserver.solved]
+        self.accepted = [o for o in acting if _of(o.accepted) is not BaseObserver.accepted]
 
 
 def _of(method: Any) -> Any:
@@ -173,7 +179,7 @@ class Simulation:
         begin = now()
         same_on_all(scene, comm)
         check_begin(scene)
-        self._own = OwnScene(scene)
+        self._own = SceneCopy(scene)
         self.scene = scene = self._own.scene
         self.scheme: Scheme = make_scheme(scene.scheme, scene.dissipation)
         assert scene.dt is not None and scene.t_end is not None

@@ -18,8 +18,8 @@ from petsc4py import PETSc
 import numpy as np
 
 from shellmb.arrays import Bools, Floats
-from shellmb.bodyfields import NONE
 from shellmb.model.model import Model
+from shellmb.preprocessing.bodyfields import NONE
 from shellmb.system.assembly.blocks import BlockSystem
 from shellmb.system.direct.inertia import Inertia
 from shellmb.system.direct.mumps import new_prefix
@@ -34,7 +34,7 @@ ROUND_OFF = 10.0
 
 
 @dataclass(frozen=True)
-class Found:
+class StabilityState:
     """Properties of a state.
 
     Args:
@@ -65,7 +65,7 @@ class Stability:
         self._inertia: Inertia | None = None
         self._b, self._x = system.x.duplicate(), system.x.duplicate()
 
-    def look(self) -> Found:
+    def look(self) -> StabilityState:
         """Properties of the state that the functions hold; collective."""
         A = self._matrix_now = self._matrix()
         if self._inertia is None:
@@ -74,9 +74,11 @@ class Stability:
             negative = self._inertia.negative()
             # fewer than there are constraints: the matrix is singular
             known = negative is not None and negative >= self._constraints
-            return Found(negative - self._constraints if known else None, True)  # type: ignore
+            return StabilityState(negative - self._constraints if known else None, True)  # type: ignore
         odd = self._inertia.odd()
-        return Found(1 if odd is not None and odd != self._constraints % 2 else None, False)
+        return StabilityState(
+            1 if odd is not None and odd != self._constraints % 2 else None, False
+        )
 
     def apply_inverse(self, b: Floats) -> Floats:
         """Displacement by forces of the state last examined, whose matrix must be symmetric.

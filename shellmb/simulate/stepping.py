@@ -6,11 +6,11 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 
 from shellmb.arrays import Floats
-from shellmb.model.alike import TimesAlike
+from shellmb.model.rank_consistency import TimesAlike
 from shellmb.prefixes import below
 from shellmb.simulate.problem import Problem
+from shellmb.simulate.rotation_per_step import RotationPerStep, turned
 from shellmb.simulate.stepsize.errors import StepErrors
-from shellmb.simulate.turns import Turns, turned
 
 Arrays = dict[str, Floats]
 
@@ -115,7 +115,7 @@ class TimeSteps:
     """
 
     def __init__(self, problem: Problem) -> None:
-        self._problem, self._turns = problem, Turns(problem)
+        self._problem, self._turns = problem, RotationPerStep(problem)
         self._loads = not problem.scheme.dynamic and not problem.scheme.linear
         self._times = TimesAlike(problem.model.scene, problem.model.comm)
         controlled = problem.model.scene.step_control.step_error is not None

@@ -12,14 +12,14 @@ import pytest
 
 import shellmb as sm
 from shellmb.accuracy.companions import Change
+from shellmb.accuracy.error_estimate import Errors
 from shellmb.accuracy.errors import estimate_errors, execute_with_errors
-from shellmb.accuracy.found import Errors
 from shellmb.accuracy.repeat import Beginning, Steps, kept, run_again
+from shellmb.accuracy.studies.quantity import Quantity
 from shellmb.cli.main import app
 from shellmb.running.execute import Companion, RunResult, execute
 from shellmb.scene import Scene
 from shellmb.show.account import with_error
-from shellmb.studies.quantity import Quantity
 from tests import scenes
 
 STEEL = sm.Isotropic(E=210e9, nu=0.25, thickness=2e-3, density=7870)

@@ -12,8 +12,8 @@ from shellmb.accuracy.companions import Change
 from shellmb.accuracy.errors import Companions, execute_with_errors, judged
 from shellmb.accuracy.estimates import GROWING, SAFETY, Estimate, mesh_error, step_error
 from shellmb.accuracy.family import Family
-from shellmb.accuracy.kept import Kept
-from shellmb.accuracy.waves import alternating, damped
+from shellmb.accuracy.run_record import RunRecord
+from shellmb.accuracy.unresolved_vibration import alternating, damped
 from shellmb.running.execute import execute
 from shellmb.show.account import with_error
 from tests.bench.errors.mechanisms import chain
@@ -76,7 +76,7 @@ def swinging(phases: tuple[float, ...]) -> Companions:
     """A run and its companions, which swing alike, each with a phase of its own."""
     t = np.linspace(0.0, 1.0, 200)
     runs = tuple(
-        Kept(
+        RunRecord(
             {},
             pd.DataFrame({"t": t, "tip_x": np.sin(10 * t + p), "tip_z": t}),
             {},
@@ -105,12 +105,12 @@ def test_a_curve_of_any_phase_has_no_certain_end() -> None:
     assert found.remarks == ()
 
 
-def sampled(every: int, name: str = "largest") -> Kept:
+def sampled(every: int, name: str = "largest") -> RunRecord:
     """A run whose result is the largest value at ends of steps, of a curve without an error."""
     t = np.linspace(0.0, 1.0, 361)[::every]
     history = pd.DataFrame({"t": t, "tip_x": np.cos(10 * t - 4.87), "tip_z": t, "flag": t > 0.5})
     results = {"largest": history["tip_x"].max(), "count": 1.0, "number": 0.5, "nothing": 0.0}
-    return Kept({name: float(results[name])}, history, {}, frozenset(), 0.0, len(t) - 1)
+    return RunRecord({name: float(results[name])}, history, {}, frozenset(), 0.0, len(t) - 1)
 
 
 def test_an_extreme_of_ends_of_steps_misses_that_between_them() -> None:

@@ -16,12 +16,12 @@ from shellmb.accuracy.errors import execute_with_errors
 from shellmb.accuracy.modes import frequencies, mode_errors
 from shellmb.accuracy.request.levels import Store
 from shellmb.accuracy.request.search import Running, Search
-from shellmb.accuracy.request.wanted import Wanted
+from shellmb.accuracy.request.target import Target
+from shellmb.accuracy.studies.quantity import Quantity
 from shellmb.running.execute import execute
+from shellmb.running.natural_modes.vibration import natural_modes
 from shellmb.scene import Scene
 from shellmb.show.account import with_error
-from shellmb.studies.quantity import Quantity
-from shellmb.vibration import natural_modes
 from tests.bench.errors.points import double_pendulum, pushed
 
 SECTION = sm.RectangularSection(210e9, 0.3, width=0.02, height=0.01, density=7850)
@@ -111,7 +111,7 @@ def test_a_moment_under_a_point_force_has_no_limit_and_others_have() -> None:
 def test_what_does_not_converge_ends_a_request() -> None:
     levels: list[str] = []
     how = Running(MPI.COMM_WORLD, tell=levels.append)
-    asked = Wanted(1e-2, "m11_force:end")
+    asked = Target(1e-2, "m11_force:end")
     ended = Search(pushed((4, 4)), asked, Store(None, True), how).run()
     assert not ended.met and len(ended.levels) == 2
     assert "m11_force:end does not converge" in ended.says

@@ -13,19 +13,19 @@ import pandas as pd
 import pytest
 
 import shellmb as sm
+from shellmb.accuracy.caveats import remarks
 from shellmb.accuracy.companions import Change
 from shellmb.accuracy.family import Family
-from shellmb.accuracy.kept import Kept
-from shellmb.accuracy.remarks import remarks
 from shellmb.accuracy.request.choose import choose, mesh_order, work
 from shellmb.accuracy.request.curve import offers
 from shellmb.accuracy.request.levels import Level
+from shellmb.accuracy.run_record import RunRecord
 from shellmb.api.modeshapes import ModeShapes
 from shellmb.cli.main import app
 from shellmb.errors import SceneError, ShellmbWarning, Stopped
 from shellmb.running.execute import execute
 from shellmb.scene import Scene
-from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.simulate.simulation import BaseObserver, Simulation
 
 BAR = sm.RectangularSection(210e9, 0.3, width=0.02, height=0.01, density=7850)
 STEEL = sm.Isotropic(E=210e9, nu=0.25, thickness=2e-3, density=7870)
@@ -327,7 +327,7 @@ def test_contacts_are_judged_where_steps_are_fine() -> None:
 
 def test_a_polygon_of_a_file_is_said() -> None:
     """A mesh from a file is refined as it is, which a remark says."""
-    kept = Kept({}, pd.DataFrame(), {}, frozenset(), 0.0, 0)
+    kept = RunRecord({}, pd.DataFrame(), {}, frozenset(), 0.0, 0)
     read = sm.Shell("part", sm.MeshFile(__file__), STEEL)
     scene = replace(strip(), shells=(read,), supports=(), loads=(), probes=(), scheme="ep", dt=1.0)
     (said,) = remarks(kept, [kept], None, {}, scene, {})
@@ -335,7 +335,7 @@ def test_a_polygon_of_a_file_is_said() -> None:
     assert "chords" in said
 
 
-class Stopper(Silent):
+class Stopper(BaseObserver):
     """An observer that stops the second level, as a signal does."""
 
     def accepted(self, simulation: Simulation) -> None:

@@ -8,8 +8,8 @@ import scipy.sparse.linalg as spla
 
 import shellmb as sm
 from shellmb.errors import SceneError
-from shellmb.rotating.campbell import campbell
-from shellmb.vibration import natural_modes
+from shellmb.running.natural_modes.vibration import natural_modes
+from shellmb.running.rotating.campbell import campbell
 
 SECTION = sm.Isotropic(E=70e9, nu=0.3, thickness=2e-3, density=2700.0)
 MOTION: dict[str, Any] = {"scheme": "ep", "dt": 1.0, "t_end": 1.0}

@@ -227,7 +227,7 @@ def test_what_we_make_is_ours_alone_whatever_is_usual(tmp_path, monkeypatch) -> 
     before = store.os.umask(0)
     try:
         library = built(cache_folder())
-        assert store.is_whole(library)
+        assert store.is_intact(library)
         for path in (library, library.parent, library.parent.parent):
             assert not path.stat().st_mode & 0o022
     finally:
@@ -250,13 +250,13 @@ DAMAGE = {
 def test_a_damaged_library_is_made_anew(how, cache) -> None:
     """The kind: whatever is not as it was written, before the system loads (or maps) any of it."""
     library = built(cache)
-    assert store.is_whole(library)
+    assert store.is_intact(library)
     content = library.read_bytes()
     library.unlink()
     library.write_bytes(DAMAGE[how](content))
-    assert not store.is_whole(library)
+    assert not store.is_intact(library)
     # and made anew
-    assert store.is_whole(built(cache)) and library.stat().st_size == len(content)
+    assert store.is_intact(built(cache)) and library.stat().st_size == len(content)
 
 
 @pytest.mark.parametrize("what", ["writable", "shared", "another library", "another machine"])
@@ -274,8 +274,8 @@ def test_whole_libraries_that_are_not_ours_are_made_anew(what, cache, grouped) -
     store.seal(library)
     grouped(*SHARED["members"])
     library.chmod({"writable": 0o666, "shared": 0o664}.get(what, 0o644))
-    assert not store.is_whole(library)
-    assert store.is_whole(built(cache))
+    assert not store.is_intact(library)
+    assert store.is_intact(built(cache))
     assert library.read_bytes() == content and not library.stat().st_mode & 0o022
 
 
@@ -328,7 +328,7 @@ def test_a_compiler_that_fails_or_is_not_there_is_told(cache, monkeypatch) -> No
     with pytest.raises(RunError, match=r"no C compiler '/nowhere/cc'.*install"):
         built(cache)
     monkeypatch.delenv("CC")
-    assert store.is_whole(built(cache))
+    assert store.is_intact(built(cache))
 
 
 @pytest.mark.parametrize("named", ["gcc '", " ", '"'])

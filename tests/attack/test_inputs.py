@@ -43,7 +43,7 @@ from shellmb.scene import (
     Table,
     Weld,
 )
-from shellmb.scene.checks.effect import check_begin
+from shellmb.scene.checks.ignored_settings import check_begin
 from shellmb.scene.loads.supports import Clamped
 from tests.sentences import other_sentences
 

@@ -2,7 +2,7 @@
 
 import os
 
-from shellmb.locks import FileLock
+from shellmb.files.locks import FileLock
 
 
 def test_lock_of_a_removed_file_is_nobodys(tmp_path) -> None:

@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 import ufl
 
-from shellmb.checked_model import checked_model
 from shellmb.errors import SceneError
+from shellmb.preprocessing.checked_model import checked_model
+from shellmb.running.natural_modes.vibration import natural_modes
 from shellmb.scene import (
     GROUND,
     Beam,
@@ -47,7 +48,6 @@ from shellmb.scene import (
     Weld,
 )
 from shellmb.simulate.simulation import Simulation
-from shellmb.vibration import natural_modes
 
 SECTION = Isotropic(E=1e5, nu=0.3, thickness=0.05, density=1.0)
 PLATE = Shell("plate", Rectangle(1.0, 0.5), SECTION, mesh=(2, 1))

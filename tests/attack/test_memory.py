@@ -246,7 +246,7 @@ import sys
 from mpi4py import MPI
 import numpy as np
 import shellmb as sm
-from shellmb.vibration import natural_modes
+from shellmb.running.natural_modes.vibration import natural_modes
 from shellmb.simulate.simulation import Simulation
 rank = MPI.COMM_WORLD.rank
 steel = sm.Isotropic(E=2e11, nu=0.3, thickness=0.01, density=7800)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import shellmb as sm
-from shellmb.scene.values.given import given_functions
+from shellmb.scene.values.user_functions import given_functions
 
 FUNCTIONS = """
 import sys
@@ -15,7 +15,7 @@ import basix.ufl, dolfinx.mesh, ufl
 import numpy as np
 from dolfinx import fem
 import shellmb as sm
-from shellmb.model.alike import TimesAlike, same_on_all
+from shellmb.model.rank_consistency import TimesAlike, same_on_all
 from shellmb.native.kernels import compile_all
 world = MPI.COMM_WORLD
 steel = {"E": 2e11, "nu": 0.3, "density": 7800}

@@ -10,8 +10,8 @@ from mpi4py import MPI
 
 import numpy as np
 
+from shellmb.accuracy.measuring.times import slowest
 from shellmb.clock import now
-from shellmb.measuring.times import slowest
 from shellmb.native import library as native
 from shellmb.simulate.problem import Problem
 from shellmb.system.assembly.loops import FormLoop, LoopResiduals

@@ -11,13 +11,13 @@ from typing import Any
 
 from rich.console import Console
 
+from shellmb.accuracy.measuring.records import to_json, write
+from shellmb.accuracy.measuring.stepping import WARM
+from shellmb.accuracy.measuring.tables import Column, console, line, print_table, verdict
+from shellmb.accuracy.measuring.times import measured_in
 from shellmb.cli.failures import first_rank, tell
 from shellmb.cli.report import say
 from shellmb.errors import SceneError
-from shellmb.measuring.records import to_json, write
-from shellmb.measuring.stepping import WARM
-from shellmb.measuring.tables import Column, console, line, print_table, verdict
-from shellmb.measuring.times import measured_in
 from tests.bench.bars import Bar, bars
 from tests.bench.measure import Plan, measure, quick
 from tests.bench.pictures import draw

@@ -21,8 +21,8 @@ from shellmb.running.loader import load
 from shellmb.running.standard import StandardObservers
 from shellmb.scene import Scene
 from shellmb.sensitivity.adjoint.backwards import Reading
+from shellmb.sensitivity.adjoint.element_fields import ElementField, varying
 from shellmb.sensitivity.adjoint.elementwise import changes
-from shellmb.sensitivity.adjoint.places import Place, varying
 from shellmb.sensitivity.adjoint.steps import Steps
 from shellmb.sensitivity.adjoint.sweep import Sweep
 from shellmb.sensitivity.parameters import (
@@ -32,7 +32,7 @@ from shellmb.sensitivity.parameters import (
     parameters_of,
 )
 from shellmb.sensitivity.paths.tangent import PathTangents
-from shellmb.sensitivity.shadow import Shadow
+from shellmb.sensitivity.perturbed_run import PerturbedRun
 from shellmb.sensitivity.tangent import Pair, Tangents
 from shellmb.simulate.simulation import Observer, Simulation
 from tests.sensitivity.path_scenes import roof
@@ -116,7 +116,7 @@ def beside_it(
         forces, made_pairs = columns == "all", []
         for p in parameters_of(made, names):
             above, below = (
-                Shadow(Simulation(scene, like=run), observers(columns), forces)
+                PerturbedRun(Simulation(scene, like=run), observers(columns), forces)
                 for scene in beside(made, base, p)
             )
             made_pairs.append(Pair(p, above, below))
@@ -149,7 +149,7 @@ def there_and_back(
     made = differentiated(
         "sudden_load", None, mesh=mesh, scheme=scheme, newton=newton, t_end=steps * 1e-3
     )
-    place, kept = Place("plate", "thickness"), Steps()
+    place, kept = ElementField("plate", "thickness"), Steps()
     run = Simulation(varying(made.scene(), (place,)))
     every: list[Observer] = [*StandardObservers(None).named.values(), kept]
     for observer in every:

@@ -6,8 +6,8 @@ import math
 import numpy as np
 import pytest
 
+from shellmb.accuracy.measuring.tables import markdown
 from shellmb.errors import SceneError
-from shellmb.measuring.tables import markdown
 from tests.bench.peers.codes import EXUDYN, OPENSEES, OURS
 from tests.bench.peers.compare import Comparison, Point, in_turn
 from tests.bench.peers.dynamics.exudyn_buckling import ExudynBuckling

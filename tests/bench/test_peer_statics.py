@@ -5,8 +5,8 @@ import importlib.util
 import numpy as np
 import pytest
 
+from shellmb.accuracy.measuring.tables import markdown
 from shellmb.errors import SceneError
-from shellmb.measuring.tables import markdown
 from tests.bench.peers.codes import EXUDYN, KRATOS, NGSOLVE, OPENSEES, OURS
 from tests.bench.peers.statics import hemisphere, roll_up
 from tests.bench.peers.statics.problem import COLUMNS, Solved, Static, compared, sentence

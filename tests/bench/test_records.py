@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
+from shellmb.accuracy.measuring.stepping import observers_of_run
 from shellmb.errors import SceneError
-from shellmb.measuring.stepping import observers_of_run
 from shellmb.running.execute import execute
 from shellmb.running.request import Request
 from shellmb.simulate.simulation import Simulation

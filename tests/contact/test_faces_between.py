@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
-from shellmb.model.touching.between import closest
+from shellmb.model.shell_contact.uncovered_contact import closest
 from shellmb.running.execute import execute
 from shellmb.scene import (
     Beam,

@@ -10,13 +10,13 @@ from shellmb.errors import Stopped
 from shellmb.running.execute import execute
 from shellmb.running.resuming.resume import resume
 from shellmb.scene import InitialVelocity, Solver
-from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.simulate.simulation import BaseObserver, Simulation
 from tests.contact.test_faces import SPEED, plates
 
 SLOW = pytest.mark.slow
 
 
-class Stop(Silent):
+class Stop(BaseObserver):
     """Stops behind a step."""
 
     def __init__(self, step: int) -> None:

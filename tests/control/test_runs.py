@@ -33,7 +33,7 @@ from shellmb.scene import (
     Solver,
 )
 from shellmb.simulate.control.sampling import Sampler
-from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.simulate.simulation import BaseObserver, Simulation
 
 ANGLE, X = Sensor("hinge.rotation"), Sensor("slide.translation")
 
@@ -74,7 +74,7 @@ def busy(arm: Any, **more: Any) -> Scene:
     return scene
 
 
-class Stop(Silent):
+class Stop(BaseObserver):
     """Stops behind a step."""
 
     def __init__(self, step: int) -> None:

@@ -10,7 +10,7 @@ from mpi4py import MPI  # noqa: F401  (before dolfinx)
 import numpy as np
 import pytest
 
-from shellmb.diagnostics.base import Caution
+from shellmb.diagnostics.base import RunWarning
 from shellmb.diagnostics.forces.alternating import Alternating
 from shellmb.observers.summary import Sources
 from shellmb.running.execute import execute
@@ -34,7 +34,7 @@ from shellmb.simulate.simulation import Simulation
 SPEED, RISE = 4.0, 0.2
 
 
-def said(scene: Scene) -> list[Caution]:
+def said(scene: Scene) -> list[RunWarning]:
     return [c for c in execute(scene).warnings if c.watch == "alternation"]
 
 

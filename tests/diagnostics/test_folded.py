@@ -8,7 +8,7 @@ from typing import Any, cast
 
 import pytest
 
-from shellmb.diagnostics.elements.folded import BOUND, Folded, _Neighbours
+from shellmb.diagnostics.elements.director_angles import BOUND, Folded, _Neighbours
 from shellmb.running.execute import execute
 from shellmb.scene import (
     Beam,

@@ -12,6 +12,7 @@ import ufl
 from shellmb.demos.verification.problems.elements.curved import hypar
 from shellmb.diagnostics.elements.locking import excess
 from shellmb.running.execute import execute
+from shellmb.running.natural_modes.vibration import natural_modes
 from shellmb.scene import (
     Clamped,
     Cylinder,
@@ -30,7 +31,6 @@ from shellmb.scene import (
     SurfaceForce,
     SymmetryPlane,
 )
-from shellmb.vibration import natural_modes
 
 
 def hanging(thickness: float, mesh: int, distortion: float, **own) -> Scene:

@@ -7,7 +7,7 @@ import pytest
 import ufl
 
 from shellmb.demos.verification.problems.linear_shells import compressed_cylinder, compressed_plate
-from shellmb.running.modes import find_buckling
+from shellmb.running.natural_modes.run import find_buckling
 from shellmb.scene import Hyperelastic, Scene, ShellDamping
 
 

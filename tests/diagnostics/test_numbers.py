@@ -11,7 +11,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from shellmb.diagnostics.base import Caution
+from shellmb.diagnostics.base import RunWarning
 from shellmb.diagnostics.dissipation import Dissipation
 from shellmb.diagnostics.drift import Drift
 from shellmb.diagnostics.energy_law import EnergyLaw
@@ -48,12 +48,12 @@ STILL = Scene("rotor", rigid_bodies=ROTOR, scheme="ep", dt=0.1, t_end=0.1)
 UP, WEIGHT = (0.0, 0.0, 1.0), 9.81
 
 
-def of(watch: str, scene: Scene) -> list[Caution]:
+def of(watch: str, scene: Scene) -> list[RunWarning]:
     """What a watch says of a run."""
     return [c for c in execute(scene).warnings if c.watch == watch]
 
 
-def judged(kind: Any, scheme: Any = None, **sources: Any) -> list[Caution]:
+def judged(kind: Any, scheme: Any = None, **sources: Any) -> list[RunWarning]:
     """What a watch says of numbers that are given."""
     control = SimpleNamespace(output=SimpleNamespace(end_forces=False))
     simulation: Any = SimpleNamespace(
@@ -138,7 +138,7 @@ MOVING = ["ep", "ed", "ep4", "ed3"]
 def test_from_the_bound_of_turns_on_the_angle_is_five_per_cent_off(name: str) -> None:
     """A free rotor about a principal axis turns by `w t` exactly; measured over one step."""
 
-    def run(angle: float) -> tuple[float, list[Caution]]:
+    def run(angle: float) -> tuple[float, list[RunWarning]]:
         """What is made of an angle, and what is said."""
         scene = Scene(
             "rotor",
@@ -311,7 +311,7 @@ def test_a_contact_that_comes_in_one_step() -> None:
     ball = RigidBody("ball", 1.0, (0.1, 0.1, 0.1), position=(0, 0, 1e-9))
     k = (math.pi / lasts) ** 2
 
-    def said(steps: int) -> list[Caution]:
+    def said(steps: int) -> list[RunWarning]:
         scene = Scene(
             "bounce",
             rigid_bodies=ball,

@@ -10,7 +10,7 @@ import pytest
 
 from shellmb.api.runs import load
 from shellmb.cli.report import print_run
-from shellmb.diagnostics.base import Caution
+from shellmb.diagnostics.base import RunWarning
 from shellmb.diagnostics.energy_law import EnergyLaw
 from shellmb.diagnostics.registry import WATCHES
 from shellmb.errors import ShellmbWarning
@@ -33,7 +33,7 @@ from shellmb.scene import (
     Shell,
     SoftSupport,
 )
-from shellmb.scene.checks.effect import doubts
+from shellmb.scene.checks.ignored_settings import doubts
 from shellmb.schemes.ep import EnergyPreserving
 from shellmb.schemes.rivals.generalized_alpha import GeneralizedAlpha
 from shellmb.show.account import account
@@ -229,7 +229,7 @@ def test_warnings_are_printed(capsys) -> None:
 
 def test_watches_have_names_of_their_own() -> None:
     assert len({watch.name for watch in WATCHES}) == len(WATCHES)
-    caution = Caution("watch", None, 1.0, 0.5, "words")
+    caution = RunWarning("watch", None, 1.0, 0.5, "words")
     assert caution.to_dict()["says"] == "words"
 
 

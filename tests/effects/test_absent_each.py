@@ -8,9 +8,9 @@ from mpi4py import MPI  # noqa: F401  (before dolfinx)
 
 import pytest
 
+from shellmb.accuracy.measuring.stepping import Stepping
 from shellmb.demos.effects.catalogue.registry import EFFECTS, changed
 from shellmb.demos.effects.count import count, kernels_of
-from shellmb.measuring.stepping import Stepping
 from shellmb.native.kernels import watched
 from shellmb.scene import FromMode, Scene
 from shellmb.simulate.simulation import Simulation
@@ -275,4 +275,4 @@ def test_modes_beside_runs_are_not_even_loaded() -> None:
     code = "import sys, shellmb.running.execute as e; e.Simulation; print(*sys.modules)"
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, check=True).stdout
     assert b"shellmb.running.execute" in loaded
-    assert b"shellmb.rotating" not in loaded
+    assert b"shellmb.running.rotating" not in loaded

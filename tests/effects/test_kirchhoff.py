@@ -9,6 +9,7 @@ import pytest
 from shellmb.demos.verification import tables
 from shellmb.demos.verification.setups import CENTRE, plate_section, square
 from shellmb.demos.verification.solve import displacement, solved
+from shellmb.running.natural_modes.vibration import natural_modes
 from shellmb.scene import (
     Beam,
     Clamped,
@@ -22,7 +23,6 @@ from shellmb.scene import (
     Shell,
 )
 from shellmb.simulate.simulation import Simulation
-from shellmb.vibration import natural_modes
 
 # Timoshenko & Woinowsky-Krieger: uniform load, w D / (q a^4); docs/reference/literature.md
 THIN = {"hard": 4.062353e-3, "clamped": 1.265319087e-3}

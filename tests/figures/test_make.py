@@ -13,10 +13,10 @@ from demos.paper.example import Example, Figure, Results, Run, Statement, Verdic
 from demos.paper.make import Made, find_examples, make
 from demos.paper.report import print_made
 from demos.paper.runs import finish, request_of
+from shellmb.accuracy.measuring.records import to_json
 from shellmb.errors import SceneError, Stopped
-from shellmb.measuring.records import to_json
 from shellmb.running.execute import execute
-from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.simulate.simulation import BaseObserver, Simulation
 
 SHORT = {"t_end": 0.02}
 FIRST = Run("first", "slider_crank", {"flexible": False}, SHORT)
@@ -93,7 +93,7 @@ def test_only_one_run(made: Made, folder: Path) -> None:
     assert [j.statement for j in one.judged] == ["The slider is in its range"]
 
 
-class Stop(Silent):
+class Stop(BaseObserver):
     """Ends a run where the shorter one ends."""
 
     def accepted(self, simulation: Simulation) -> None:

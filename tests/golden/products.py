@@ -19,12 +19,12 @@ import numpy as np
 import shellmb as sm
 from shellmb.arrays import Floats
 from shellmb.errors import Stopped
-from shellmb.rotating.campbell import campbell
 from shellmb.running.execute import RunResult, execute
+from shellmb.running.natural_modes.vibration import natural_modes
 from shellmb.running.resuming.resume import resume
+from shellmb.running.rotating.campbell import campbell
 from shellmb.simulate.buckling import linear_buckling
-from shellmb.simulate.simulation import Silent, Simulation
-from shellmb.vibration import natural_modes
+from shellmb.simulate.simulation import BaseObserver, Simulation
 from tests.golden import features, scenes
 from tests.sensitivity import path_scenes, test_adjoint
 from tests.sensitivity import scenes as differentiable
@@ -120,7 +120,7 @@ def frequencies() -> Table:
     return {c: table[c].to_numpy(dtype=float) for c in table.columns}
 
 
-class StopAt(Silent):
+class StopAt(BaseObserver):
     """Ends a run behind a step, as a signal does."""
 
     def __init__(self, step: int) -> None:

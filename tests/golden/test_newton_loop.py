@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from dolfinx import cpp
 
-from shellmb.native.messages import without_messages
+from shellmb.native.silence_cerr import without_messages
 from shellmb.system.newton import solver
 from tests.golden.runs import history
 

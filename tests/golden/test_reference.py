@@ -21,8 +21,8 @@ from shellmb.native.assembler import NodeSums, Pairs, PartSizes
 from shellmb.native.operations import Loops
 from shellmb.native.reference import Reference
 from shellmb.running.execute import execute
+from shellmb.running.natural_modes.vibration import natural_modes
 from shellmb.scene import EnclosedVolume, Gas, InitialVelocity, PathFollowing, Pressure, Scene
-from shellmb.vibration import natural_modes
 from tests.contact.test_faces import plates
 from tests.golden import runs, scenes
 from tests.model.test_volumes import ball, octant

@@ -18,7 +18,7 @@ import pytest
 from shellmb.observers.account.constraints import Constraints
 from shellmb.observers.account.energy import EnergyAccount
 from shellmb.scene import Isotropic, Scene
-from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.simulate.simulation import BaseObserver, Simulation
 from tests.scenes import plate_scene
 
 # what the project asks of every run: violation of the energy law relative to the largest energy,
@@ -51,7 +51,7 @@ def worst(request: pytest.FixtureRequest) -> Worst:
     return keep
 
 
-class Watched(Silent):
+class Watched(BaseObserver):
     """A dynamic scene run to its end, with what the energy law and the constraints say.
 
     Attributes:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from shellmb.scene import Clamped, InitialVelocity, Isotropic, PointForce
-from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.simulate.simulation import BaseObserver, Simulation
 from tests.hard.conftest import SOFT
 
 SLOW = pytest.mark.slow
@@ -14,7 +14,7 @@ SLOW = pytest.mark.slow
 LOWEST = 0.203
 
 
-class Places(Silent):
+class Places(BaseObserver):
     """Displacements of all nodes of the plate at the ends of steps."""
 
     def __init__(self) -> None:

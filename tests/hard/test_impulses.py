@@ -20,11 +20,11 @@ from shellmb.scene import (
     Spherical,
     Table,
 )
-from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.simulate.simulation import BaseObserver, Simulation
 from tests.hard.conftest import EVERY, RIGID
 
 
-class Rows(Silent):
+class Rows(BaseObserver):
     """What an observer measures after every step."""
 
     def __init__(self, observer: Any) -> None:

@@ -13,13 +13,13 @@ from shellmb.scene import (
     RigidBody,
     Scene,
 )
-from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.simulate.simulation import BaseObserver, Simulation
 from tests.hard.conftest import EVERY, RIGID
 
 TURN = 2 * np.pi
 
 
-class Turned(Silent):
+class Turned(BaseObserver):
     """Angle by which the director at a node has turned about the y axis, whole turns counted."""
 
     def __init__(self) -> None:
@@ -84,7 +84,7 @@ def test_torsion_spring_winds_up_by_three_turns(scheme, alpha, watch, worst) -> 
     omega = np.sqrt(stiffness / inertia)
     joints, angles = JointForces(), []
 
-    class Angles(Silent):
+    class Angles(BaseObserver):
         def accepted(self, simulation: Simulation) -> None:
             angles.append((simulation.t, joints.measure()["shaft.rotation"]))
 

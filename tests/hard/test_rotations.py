@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from shellmb.demos.references.rotating import flapping, lagging
-from shellmb.rotating.campbell import campbell
+from shellmb.running.rotating.campbell import campbell
 from shellmb.scene import Beam, Clamped, Line, RectangularSection, Scene
 
 E, RHO = 2e11, 7800.0
@@ -92,7 +92,7 @@ SCRIPT = """
 from mpi4py import MPI
 from shellmb.scene import *
 from shellmb.demos.references.rotating import flapping, lagging
-from shellmb.rotating.campbell import campbell
+from shellmb.running.rotating.campbell import campbell
 section = RectangularSection(E=2e11, nu=0.3, width=0.04, height=0.01, density=7800.0)
 beam = Beam("beam", Line((0, 0, 0), (1, 0, 0)), section, elements=4)
 scene = Scene("s", beams=beam, supports=Clamped("start"), scheme="ep", dt=1.0, t_end=1.0)

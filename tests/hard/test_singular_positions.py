@@ -21,7 +21,7 @@ from shellmb.scene import (
     Scene,
     StepControl,
 )
-from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.simulate.simulation import BaseObserver, Simulation
 from shellmb.simulate.stepping import Attempt, TimeSteps
 from shellmb.simulate.stepsize.control import StepSize
 from tests.hard.conftest import RIGID
@@ -101,7 +101,7 @@ def parallelogram(angle: float, **more: Any) -> Scene:
     )
 
 
-class Crank(Silent):
+class Crank(BaseObserver):
     """Angle of the crank, whole turns counted, and what a closed chain may not open by."""
 
     def __init__(self) -> None:

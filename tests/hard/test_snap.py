@@ -19,7 +19,7 @@ from shellmb.scene import (
     Shell,
     Table,
 )
-from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.simulate.simulation import BaseObserver, Simulation
 from tests.hard.conftest import EVERY
 
 RADIUS = 5.1
@@ -28,7 +28,7 @@ RISE = RADIUS * (1 - np.cos(HALF))
 THICKNESS, WIDTH = 0.01, 0.25
 
 
-class Path(Silent):
+class Path(BaseObserver):
     """A probe's numbers after every step."""
 
     def __init__(self, probes: Probes) -> None:

@@ -31,7 +31,7 @@ from shellmb.scene import (
     Shell,
     Solver,
 )
-from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.simulate.simulation import BaseObserver, Simulation
 from tests.hard.conftest import EVERY
 
 
@@ -119,7 +119,7 @@ def places(simulation: Simulation) -> np.ndarray:
     return np.asarray(simulation.problem.state("plate").x.array[body.ravel()] / size)
 
 
-class Farthest(Silent):
+class Farthest(BaseObserver):
     """Largest displacement from the start, over the length."""
 
     most = 0.0

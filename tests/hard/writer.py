@@ -23,7 +23,7 @@ import shellmb.running.standard as standard
 from shellmb.observers.files.checkpoint import Checkpoint
 from shellmb.running.execute import execute
 from shellmb.running.request import Options, Request
-from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.simulate.simulation import BaseObserver, Simulation
 
 EVENTS = {"open": "open", "os.rename": "rename", "os.remove": "remove"}
 
@@ -52,7 +52,7 @@ class Moments:
             self(EVENTS[event])
 
 
-class Steps(Silent):
+class Steps(BaseObserver):
     """Every solved step is a moment, too: nothing of it is written yet."""
 
     def __init__(self, moments: Moments) -> None:

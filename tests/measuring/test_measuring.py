@@ -9,10 +9,10 @@ from operator import itemgetter
 import pytest
 from rich.console import Console
 
+from shellmb.accuracy.measuring.records import to_json, write
+from shellmb.accuracy.measuring.tables import Column, markdown, print_table, replaced, verdict
+from shellmb.accuracy.measuring.times import in_turn, measured_in, shares, spread, unbeaten
 from shellmb.clock import now
-from shellmb.measuring.records import to_json, write
-from shellmb.measuring.tables import Column, markdown, print_table, replaced, verdict
-from shellmb.measuring.times import in_turn, measured_in, shares, spread, unbeaten
 
 
 def test_every_other_round_goes_backwards():

@@ -14,10 +14,10 @@ from shellmb.native.kernels import compiled
 from shellmb.observers.account.constraints import Constraints
 from shellmb.observers.account.energy import EnergyAccount
 from shellmb.scene import RigidBody, Scene
-from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.simulate.simulation import BaseObserver, Simulation
 
 
-class ConstraintWork(Silent):
+class ConstraintWork(BaseObserver):
     """Work of the forces of all constraints between bodies, step by step.
 
     Attributes:

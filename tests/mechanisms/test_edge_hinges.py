@@ -39,7 +39,7 @@ from shellmb.scene import (
     Scene,
     Shell,
 )
-from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.simulate.simulation import BaseObserver, Simulation
 
 LENGTH, WIDTH = 0.5, 0.4
 SKIN = Isotropic(E=70e9, nu=0.3, thickness=2e-3, density=2700.0)
@@ -256,7 +256,7 @@ def test_satellite_in_two_bodies() -> None:
     assert apart < 0.02
 
 
-class Angles(Silent):
+class Angles(BaseObserver):
     """Columns of joints after each step."""
 
     def __init__(self) -> None:

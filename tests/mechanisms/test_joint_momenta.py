@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 
 import shellmb as sm
 from shellmb.model.locations.ends import frame_about
-from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.simulate.simulation import BaseObserver, Simulation
 
 AXIS, ACROSS, NORMAL = (0.2, 1.0, 0.3), (1.0, -0.2, 0.0), (0.0, 0.3, 1.0)
 KINDS: dict[str, tuple[Any, dict[str, Any]]] = {
@@ -37,7 +37,7 @@ EULER = INERTIA.sum() / 2 - INERTIA
 MOMENT = 25.0
 
 
-class Path(Silent):
+class Path(BaseObserver):
     """Positions, directors and their velocities of all rigid bodies, by name."""
 
     def __init__(self) -> None:

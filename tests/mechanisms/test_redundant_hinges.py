@@ -8,8 +8,8 @@ from mpi4py import MPI
 import pytest
 
 import shellmb as sm
-from shellmb.checked_model import checked_model
 from shellmb.errors import SceneError
+from shellmb.preprocessing.checked_model import checked_model
 from shellmb.scene import GROUND, EdgeHinge, Scene, Shell
 
 from .test_edge_hinges import hinge, panels

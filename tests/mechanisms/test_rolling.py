@@ -25,7 +25,7 @@ from shellmb.scene import (
     Spherical,
 )
 from shellmb.scene.multibody.joints import Joint
-from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.simulate.simulation import BaseObserver, Simulation
 from tests.mechanisms.rolling import Disc, Sleigh, ball_on_turntable, rolling_disc
 
 SCHEMES = [("ep", 0.0), ("ed", 0.0), ("ed", 1.0), ("ep4", 0.0), ("ed3", 0.5)]
@@ -42,7 +42,7 @@ G = 9.81
 DISC = Disc(2.0, axial=0.09, across=0.045, radius=0.3, gravity=G)
 
 
-class Path(Silent):
+class Path(BaseObserver):
     """Position and velocity of a rigid body's centre, and what the joint 'contact' says."""
 
     def __init__(self, body: str, *columns: str) -> None:

@@ -25,7 +25,7 @@ from shellmb.scene import (
     Screw,
     StepControl,
 )
-from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.simulate.simulation import BaseObserver, Simulation
 
 TURN = 2 * np.pi
 STEP = 0.01
@@ -35,7 +35,7 @@ RIVALS = [("generalized-alpha", 0.1), ("ed-printed", 0.5)]
 NOTHING = JointDamper("nothing", "hub", 1e-12)
 
 
-class Turned(Silent):
+class Turned(BaseObserver):
     """Angles of the joint's column, and of its second body's directors to its first's, about z."""
 
     def __init__(self) -> None:
@@ -133,7 +133,7 @@ def test_motor_and_spring_to_their_energy(scheme: str, alpha: float, sense: int)
     np.testing.assert_allclose(energies.kinetic, moved - lost, rtol=1e-9)
 
 
-class Energies(Silent):
+class Energies(BaseObserver):
     """Kinetic energy and what the scheme has dissipated, after each step, from the account."""
 
     def __init__(self) -> None:
@@ -166,7 +166,7 @@ def test_screw_goes_on_turn_by_turn(scheme: str, alpha: float) -> None:
     scene = wheel(scheme, alpha, 1.3, joints=screw, force_elements=(), initial=moving)
     height = []
 
-    class Height(Silent):
+    class Height(BaseObserver):
         def accepted(self, simulation: Simulation) -> None:
             rigid = simulation.model.rigid
             assert rigid is not None

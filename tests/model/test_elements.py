@@ -30,7 +30,7 @@ from shellmb.scene import (
     Spherical,
     Spring,
 )
-from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.simulate.simulation import BaseObserver, Simulation
 
 G = 9.81
 GRAVITY = Gravity((0, -G, 0))
@@ -39,7 +39,7 @@ HINGE = Revolute("hinge", "ground", "arm", at=(0, 0, 0), axis=(0, 0, 1))
 SCHEMES = [("ep", 0.0), ("ed", 0.0), ("ed", 0.5), ("ed", 1.0), ("ep4", 0.0), ("ed3", 0.5)]
 
 
-class Run(Silent):
+class Run(BaseObserver):
     """A run with its account and the coordinates after every step."""
 
     def __init__(self, scene: Scene) -> None:

@@ -17,7 +17,7 @@ from dolfinx import fem, mesh
 
 import shellmb as sm
 from shellmb.demos.own_body import chain
-from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.simulate.simulation import BaseObserver, Simulation
 
 SCHEMES = ("ep", "ed", "ep4", "ed3")
 MASS = 1e3 * 0.25**2
@@ -155,7 +155,7 @@ def test_fields_without_places_move_as_by_themselves(scheme: str) -> None:
     assert found.summary["constraint_max"] < 1e-12
 
 
-class Stop(Silent):
+class Stop(BaseObserver):
     """Ends a run after two steps, as Ctrl-C does."""
 
     count = 0
@@ -175,8 +175,8 @@ def test_files_pictures_and_restart(tmp_path: Path) -> None:
         sm.run(scene(), out, observers=[Stop()], pictures=False)
     other = scene(block(density=2e3))
     with pytest.raises(sm.SceneError, match=r"own_bodies\['block'\].mass.density was"):
-        sm.resume(out, other, observers=[Silent()], pictures=False)
-    again = sm.resume(out, scene(), observers=[Silent()], pictures=False)
+        sm.resume(out, other, observers=[BaseObserver()], pictures=False)
+    again = sm.resume(out, scene(), observers=[BaseObserver()], pictures=False)
     assert again.history["tip"].to_numpy() == pytest.approx(
         whole.history["tip"].to_numpy(), rel=1e-9
     )

@@ -15,6 +15,7 @@ from shellmb.model.shells.shell import ShellModel
 from shellmb.native.kernels import compiled
 from shellmb.running.execute import execute
 from shellmb.running.loader import load
+from shellmb.running.natural_modes.vibration import natural_modes
 from shellmb.running.request import Options
 from shellmb.scene import (
     Fixed,
@@ -29,7 +30,6 @@ from shellmb.scene import (
 )
 from shellmb.schemes.base import at_state
 from shellmb.schemes.residuals.forces import interval_forces
-from shellmb.vibration import natural_modes
 
 E = 1e9
 

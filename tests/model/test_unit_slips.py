@@ -9,7 +9,7 @@ import pytest
 
 import shellmb as sm
 from shellmb.model.building.meshed import build_meshed
-from shellmb.scene.checks.effect import doubts
+from shellmb.scene.checks.ignored_settings import doubts
 
 FORCE = sm.EdgeForce("right", (0, 0, -10.0))
 STILL = {"scheme": "static", "dt": 1.0, "t_end": 1.0, "loads": FORCE}

@@ -11,8 +11,9 @@ from scipy.integrate import quad
 import shellmb as sm
 from shellmb.errors import SceneError, ShellmbWarning
 from shellmb.model.model import build_model
-from shellmb.observers.files.drawn import DrawnMesh
+from shellmb.observers.files.output_parts import DrawnMesh
 from shellmb.running.execute import execute
+from shellmb.running.natural_modes.vibration import natural_modes
 from shellmb.scene import (
     Clamped,
     EdgeForce,
@@ -27,7 +28,6 @@ from shellmb.scene import (
     Scene,
     Shell,
 )
-from shellmb.vibration import natural_modes
 
 L, B, E, RHO, P = 1.0, 0.2, 1e9, 1000.0, 0.002
 THICK, THIN = 0.02, 0.01

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from shellmb.errors import ConvergenceError
-from shellmb.running.modes import find_modes
+from shellmb.running.natural_modes.run import find_modes
+from shellmb.running.natural_modes.vibration import natural_modes
 from shellmb.scene import (
     Beam,
     Clamped,
@@ -18,7 +19,6 @@ from shellmb.scene import (
     Scene,
     Weld,
 )
-from shellmb.vibration import natural_modes
 
 E, RHO, B, H, L = 2e11, 7800.0, 0.02, 0.01, 1.0
 BEAM = Beam(

@@ -10,7 +10,7 @@ import pytest
 import shellmb as sm
 from shellmb.arrays import Floats
 from shellmb.demos.verification.problems.linear_shells import compressed_cylinder
-from shellmb.rotating.campbell import campbell
+from shellmb.running.rotating.campbell import campbell
 
 # first true frequency along a free square, Hz (Rayleigh-Ritz; `tests/model/test_triangles.py`)
 TRUE = 1971.0

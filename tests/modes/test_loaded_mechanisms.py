@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from shellmb.running.natural_modes.vibration import natural_modes
 from shellmb.scene import (
     FollowerForce,
     Gravity,
@@ -18,7 +19,6 @@ from shellmb.scene import (
     RigidBody,
     Scene,
 )
-from shellmb.vibration import natural_modes
 
 UNITS = [(1.0, 1.0, 1.0), (1e6, 10.0, 1e3), (1e-6, 1e-3, 1e-3)]
 

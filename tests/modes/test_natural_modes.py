@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from shellmb.errors import SceneError
+from shellmb.running.natural_modes.vibration import natural_modes
 from shellmb.scene import (
     EdgeForce,
     Fixed,
@@ -16,7 +17,6 @@ from shellmb.scene import (
     Shell,
     SymmetryPlane,
 )
-from shellmb.vibration import natural_modes
 
 E, NU, H, RHO, L = 70e9, 0.0, 2e-3, 2700.0, 1.0
 BENDING = E * H**3 / 12
@@ -128,7 +128,7 @@ def test_two_ranks_give_the_same_frequencies(mpirun) -> None:  # type: ignore[no
 SCRIPT = """
 from mpi4py import MPI
 from shellmb.scene import *
-from shellmb.vibration import natural_modes
+from shellmb.running.natural_modes.vibration import natural_modes
 section = Isotropic(E=70e9, nu=0.0, thickness=2e-3, density=2700.0)
 strip = Shell("s", Rectangle(1.0, 0.25), section, mesh=(8, 1))
 supports = (

@@ -14,6 +14,7 @@ import pytest
 from scipy.optimize import brentq
 
 import shellmb as sm
+from shellmb.running.natural_modes.vibration import natural_modes
 from shellmb.scene import (
     Beam,
     Clamped,
@@ -34,7 +35,6 @@ from shellmb.scene import (
     Scene,
     Shell,
 )
-from shellmb.vibration import natural_modes
 from tests import scenes
 
 

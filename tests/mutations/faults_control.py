@@ -6,7 +6,7 @@ LAWS, EVENTS = "tests/control/test_laws.py", "tests/control/test_events.py"
 CONTROLLED = "tests/control/test_controlled.py"
 CONTROLLERS = "shellmb/scene/control/controllers.py"
 CONTROL = "shellmb/simulate/control"
-GIVEN, STARTS = "shellmb/simulate/start/given.py", "tests/simulate/test_starts.py"
+GIVEN, STARTS = "shellmb/simulate/start/initial_state.py", "tests/simulate/test_starts.py"
 SECTIONS = "tests/simulate/test_start_sections.py"
 TIMES = "tests/simulate/test_times.py"
 
@@ -65,7 +65,7 @@ FAULTS = (
     ),
     Fault(
         "rows of steps that are taken back stay",
-        "shellmb/observers/booking.py",
+        "shellmb/observers/deferred_observer.py",
         "del self._rows[rows:]",
         "del self._rows[rows + 1:]",
         (
@@ -132,14 +132,14 @@ FAULTS = (
     # times
     Fault(
         "times of steps are summed",
-        "shellmb/simulate/stepsize/landing.py",
+        "shellmb/simulate/stepsize/target_times.py",
         "return self.begin + self.steps * dt",
         "return t + dt",
         (f"{TIMES}::test_equal_steps_are_counted",),
     ),
     Fault(
         "a rest of a step is a step",
-        "shellmb/simulate/stepsize/landing.py",
+        "shellmb/simulate/stepsize/target_times.py",
         "(remaining / 2 if remaining < (1 + size.least_rest) * size.dt else size.dt)",
         "size.dt",
         (f"{TIMES}::test_a_rest_is_shared_where_it_is_short",),

@@ -29,14 +29,14 @@ FAULTS: tuple[Fault, ...] = (
     ),
     Fault(
         "a contact of faces without the thickness of the shell",
-        "shellmb/model/touching/faces.py",
+        "shellmb/model/shell_contact/faces.py",
         "reach = item.radius + faces.thickness / 2",
         "reach = item.radius + 1e-3 * faces.thickness",
         ("tests/contact/test_faces.py::test_energy_and_momenta[ep-None]",),
     ),
     Fault(
         "forces of faces that push the wrong body",
-        "shellmb/model/touching/faces.py",
+        "shellmb/model/shell_contact/faces.py",
         "weights = np.column_stack([np.ones(len(pairs)), -on])",
         "weights = np.column_stack([np.ones(len(pairs)), on])",
         ("tests/contact/test_faces.py::test_energy_and_momenta[ep-None]",),
@@ -50,14 +50,14 @@ FAULTS: tuple[Fault, ...] = (
     ),
     Fault(
         "facets of the elements of one rank only",
-        "shellmb/model/touching/facets.py",
+        "shellmb/model/shell_contact/facets.py",
         "cells = np.concatenate(domain.comm.allgather(mine))",
         "cells = mine",
         ("tests/contact/test_faces_ranks.py::test_one_and_two_ranks_agree[names0]",),
     ),
     Fault(
         "legs that pass through each other in a step in which they turn",
-        "shellmb/model/touching/passing.py",
+        "shellmb/model/shell_contact/tunnelling.py",
         "found[i + j + k] += np.vecdot(normal, away[k])",
         "found[3 * k] += 3 * np.vecdot(normal, away[k]) * (i == j == k)",
         ("tests/contact/test_passing.py::test_all_crossings_are_found[0.0]",),

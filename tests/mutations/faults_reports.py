@@ -123,7 +123,7 @@ FAULTS: tuple[Fault, ...] = (
     ),
     Fault(
         "edge hinges that hold what others hold",
-        "shellmb/constraint_analysis/redundancy.py",
+        "shellmb/preprocessing/constraint_analysis/redundancy.py",
         "            redundant += held",
         "            pass",
         (

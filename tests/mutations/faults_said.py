@@ -175,21 +175,21 @@ FAULTS: tuple[Fault, ...] = (
     # frequencies and their picture
     Fault(
         "complex modes in radians under the name of hertz",
-        "shellmb/rotating/modes.py",
+        "shellmb/running/rotating/modes.py",
         "return self.omega / (2 * np.pi)",
         "return self.omega",
         (f"{HERTZ}::test_modes_at_rates", f"{HERTZ}::test_modes_about_a_state_of_a_run"),
     ),
     Fault(
         "frequencies without damping",
-        "shellmb/rotating/modes.py",
+        "shellmb/running/rotating/modes.py",
         "return np.asarray(self.values.imag)",
         "return np.abs(self.values)",
         (f"{HERTZ}::test_modes_at_rates",),
     ),
     Fault(
         "growth and frequency change places in the table",
-        "shellmb/rotating/files.py",
+        "shellmb/running/rotating/files.py",
         "(modes.frequencies[k], value.imag, value.real,",
         "(modes.frequencies[k], value.real, value.imag,",
         (f"{HERTZ}::test_modes_at_rates",),
@@ -253,7 +253,7 @@ FAULTS: tuple[Fault, ...] = (
     ),
     Fault(
         "folds that come and go are not said",
-        f"{WATCHES}/elements/folded.py",
+        f"{WATCHES}/elements/director_angles.py",
         "EVERY = 10",
         "EVERY = 10_000",
         ("tests/diagnostics/test_folded.py::test_a_fold_that_comes_and_goes",),

@@ -97,7 +97,7 @@ FAULTS: tuple[Fault, ...] = (
     ),
     Fault(
         "factorisations kept when they do not pay",
-        "shellmb/system/newton/refresh.py",
+        "shellmb/system/newton/refactorisation.py",
         "self._wanted = left > min(self._cost, PATIENCE) + AFRESH",
         "self._wanted = left < min(self._cost, PATIENCE) + AFRESH",
         ("tests/system/test_refresh.py::test_costly_factorisations_are_kept_for_longer",),

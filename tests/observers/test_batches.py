@@ -13,7 +13,7 @@ from shellmb.running import standard
 from shellmb.running.execute import execute
 from shellmb.running.standard import HISTORY
 from shellmb.scene import Clamped, EdgeForce, Isotropic, Output, Rectangle, Scene, Shell
-from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.simulate.simulation import BaseObserver, Simulation
 
 STEPS = 5
 
@@ -43,7 +43,7 @@ def written(out: Path) -> tuple[list[int], list[object], int]:
     return [int(row["step"]) for row in read_history(out / HISTORY)], series, files
 
 
-class Watch(Silent):
+class Watch(BaseObserver):
     """Looks into the directory after every step, before the history and the frames of the step."""
 
     def __init__(self, out: Path) -> None:
@@ -56,7 +56,7 @@ class Watch(Silent):
         self.seen.append((len(steps), files))
 
 
-class Fails(Silent):
+class Fails(BaseObserver):
     """Fails in one of its calls, in the last step but one."""
 
     def __init__(self, where: str) -> None:
@@ -105,7 +105,7 @@ def test_steps_longer_than_a_batch_are_written_one_by_one(tmp_path, monkeypatch,
     assert (steps, len(series), files) == ([*range(STEPS + 1)], STEPS + 1, STEPS + 1)
 
 
-class Compare(Silent):
+class Compare(BaseObserver):
     """Holds the last state against what is on disk, after every step."""
 
     def __init__(self, out: Path) -> None:

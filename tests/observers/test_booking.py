@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from shellmb.native.assembler import assembled_by
-from shellmb.observers import booking
+from shellmb.observers import deferred_observer
 from shellmb.observers.account.energy import EnergyAccount
 from shellmb.observers.forces.reactions import ArmCarrier, Arms
 from shellmb.running.execute import RunResult, execute
@@ -27,9 +27,9 @@ from shellmb.scene import (
     Solver,
     Spherical,
 )
-from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.simulate.simulation import BaseObserver, Simulation
 
-COUNT = booking.STEPS + 5
+COUNT = deferred_observer.STEPS + 5
 
 
 def swing() -> Scene:
@@ -77,7 +77,7 @@ def observed(ask: bool) -> tuple[list[dict[str, float]], dict[str, Any], list[in
 
     energy.book_rows = counted  # type: ignore[method-assign]
 
-    class Reader(Silent):
+    class Reader(BaseObserver):
         def accepted(self, simulation: Simulation) -> None:
             for observer in standard.named.values():
                 if ask and hasattr(observer, "collect"):
@@ -85,7 +85,9 @@ def observed(ask: bool) -> tuple[list[dict[str, float]], dict[str, Any], list[in
 
     simulation.run([*standard.named.values(), Reader()])
     rows = [{k: v for k, v in r.items() if k != "wall_s"} for r in standard.sources.history.rows]
-    booking_ones = {n: o for n, o in standard.named.items() if isinstance(o, booking.Booked)}
+    booking_ones = {
+        n: o for n, o in standard.named.items() if isinstance(o, deferred_observer.DeferredObserver)
+    }
     return rows, {name: o.state() for name, o in booking_ones.items()}, booked
 
 
@@ -99,7 +101,7 @@ def test_rows_are_the_same_however_many_are_booked_together(monkeypatch) -> None
     assert repr(states) == repr(others) and {"energy", "turning"} <= set(states)
     assert len(alone) == COUNT + 1
     assert set(ones) == {1} and len(ones) == COUNT
-    assert max(several) == booking.STEPS and sum(several) == COUNT
+    assert max(several) == deferred_observer.STEPS and sum(several) == COUNT
 
 
 def test_forces_on_arms_are_the_same_however_many_steps_there_are() -> None:
@@ -137,7 +139,7 @@ TOLD = (
 )
 
 
-class Fails(Silent):
+class Fails(BaseObserver):
     """Fails when a step is accepted, behind observers that have taken it."""
 
     def __init__(self, step: int) -> None:
@@ -149,19 +151,19 @@ class Fails(Silent):
             raise KeyError("some other observer")
 
 
-@pytest.mark.parametrize("step", [2, booking.STEPS + 1, booking.STEPS + 3])
+@pytest.mark.parametrize("step", [2, deferred_observer.STEPS + 1, deferred_observer.STEPS + 3])
 def test_a_state_is_of_one_step(tmp_path: Path, step: int) -> None:
     """What failed in a step leaves the state before it, of all observers, and the run goes on."""
     with pytest.raises(KeyError):
         execute(swing(), tmp_path / "failed", [Fails(step)], pictures=False)
-    straight = execute(swing(), tmp_path / "straight", [Silent()], pictures=False)
+    straight = execute(swing(), tmp_path / "straight", [BaseObserver()], pictures=False)
     found = read_saved(tmp_path / "failed", straight.simulation.model.comm)
     assert found.simulation["step"] == step - 1
     row = straight.rows[step - 1]
     assert found.observers["energy"]["values"] == {k: row[k] for k in EnergyAccount.NAMES}
     freedoms = found.observers["joints"]["freedoms"]
     assert freedoms["values"] == {"hinge.rotation": row["hinge.rotation"]}
-    resumed = resume(tmp_path / "failed", [Silent()], scene=swing(), pictures=False)
+    resumed = resume(tmp_path / "failed", [BaseObserver()], scene=swing(), pictures=False)
     assert repr(rows_of(resumed)) == repr(rows_of(straight))
     for name in TOLD:
         assert resumed.summary[name] == straight.summary[name] != 0, name
@@ -176,8 +178,11 @@ def test_copies_are_of_the_step_they_were_taken_in(assembler) -> None:
     rng = np.random.default_rng(1)
     arrays = [np.zeros(3), np.zeros(0), np.zeros(5)]
     with assembled_by(assembler):
-        kept, none = booking.Kept(arrays), booking.Kept([])
-    expected = [np.zeros((booking.STEPS, len(array))) for array in arrays]
+        kept, none = (
+            deferred_observer.DeferredNumbers(arrays),
+            deferred_observer.DeferredNumbers([]),
+        )
+    expected = [np.zeros((deferred_observer.STEPS, len(array))) for array in arrays]
     for row in (4, 0, 31, 4):
         for array, table in zip(arrays, expected, strict=True):
             array[:] = table[row] = rng.normal(size=len(array))
@@ -191,7 +196,7 @@ def test_only_observers_with_something_to_do_are_called() -> None:
     """Idle ones are not; what somebody gives an observer in place of a method is."""
     calls: list[str] = []
 
-    class Looks(Silent):
+    class Looks(BaseObserver):
         def __init__(self, name: str, idle: bool) -> None:
             self.name, self._will = name, idle
 
@@ -201,21 +206,21 @@ def test_only_observers_with_something_to_do_are_called() -> None:
         def accepted(self, simulation: Simulation) -> None:
             calls.append(self.name)
 
-    given = Silent()
+    given = BaseObserver()
     given.solved = lambda simulation: calls.append("given")  # type: ignore[method-assign]
     scene = replace(swing(), t_end=0.02)
-    Simulation(scene).run([Looks("idle", True), Looks("busy", False), Silent(), given])
+    Simulation(scene).run([Looks("idle", True), Looks("busy", False), BaseObserver(), given])
     assert calls == ["given", "busy"] * 2
 
 
-class Squares(booking.Booked):
+class Squares(deferred_observer.DeferredObserver):
     """Books the squares of what it is given."""
 
     given = 0.0
 
     def __init__(self) -> None:
         super().__init__()
-        self.values = np.zeros(booking.STEPS)
+        self.values = np.zeros(deferred_observer.STEPS)
 
     def take_accepted(self, simulation: Any, row: int) -> None:
         self.values[row] = self.given

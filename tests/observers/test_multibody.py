@@ -29,7 +29,7 @@ from shellmb.scene import (
     Spherical,
     Weld,
 )
-from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.simulate.simulation import BaseObserver, Simulation
 
 G = 9.81
 # ED dissipates; EP takes no alpha
@@ -212,7 +212,7 @@ def test_violations_are_told_joint_by_joint():
     assert constraints.constraint_max == constraints.joints["elbow"]
 
 
-class Stop(Silent):
+class Stop(BaseObserver):
     """Stops a run after three steps."""
 
     def accepted(self, simulation):

@@ -22,7 +22,7 @@ from shellmb.scene import (
     Scene,
     Shell,
 )
-from shellmb.simulate.simulation import Silent
+from shellmb.simulate.simulation import BaseObserver
 
 STEEL = Isotropic(E=210e9, nu=0.25, thickness=2e-3, density=7870.0)
 PLATE = Shell("plate", Rectangle(1.0, 0.08), STEEL, mesh=(6, 2))
@@ -131,7 +131,7 @@ def test_pieces_of_a_cell_cover_it():
 
 
 def test_two_columns_of_one_name_are_refused():
-    class Measures(Silent):
+    class Measures(BaseObserver):
         def measure(self):
             return {"t": 0.0}
 

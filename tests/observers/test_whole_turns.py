@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from shellmb.observers.whole_rotations import WholeTurns
+from shellmb.observers.unwrap import WholeTurns
 from shellmb.running.execute import execute
 from shellmb.running.resuming.resume import resume
 from shellmb.scene import (
@@ -29,7 +29,7 @@ from shellmb.scene import (
     Solver,
     Weld,
 )
-from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.simulate.simulation import BaseObserver, Simulation
 
 TURN = 2 * np.pi
 
@@ -207,7 +207,7 @@ def test_a_rotation_vector_is_that_of_three_points(scheme: str, turned: Any) -> 
     assert np.abs(Rotation.from_rotvec(hinge).as_matrix() - seen).max() < 1e-11
 
 
-class Stop(Silent):
+class Stop(BaseObserver):
     """Stops behind a step."""
 
     def accepted(self, simulation: Simulation) -> None:

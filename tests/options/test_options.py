@@ -58,7 +58,7 @@ def test_another_name_is_refused_before_anything_runs() -> None:
 
 def test_texts_and_values_mean_the_same() -> None:
     """A mesh is a text on the command line, and may be one in Python."""
-    from shellmb.api.requested import requested as in_python
+    from shellmb.api.resolve_scene import requested as in_python
 
     scene, _ = requested("sudden_load", None, mesh="4x1", model="floating-frame").build()
     for mesh in ("4x1", (4, 1)):

@@ -9,9 +9,9 @@ import numpy as np
 import numpy.typing as npt
 
 from shellmb.arrays import Floats
-from shellmb.rotating.campbell import campbell
+from shellmb.running.natural_modes.vibration import natural_modes
+from shellmb.running.rotating.campbell import campbell
 from shellmb.scene import Isotropic, Modal, ShellDamping
-from shellmb.vibration import natural_modes
 from tests import scenes
 
 # so thick that its bending modes have a good part of their energy in shear, which alone is damped

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from shellmb.running.execute import execute
+from shellmb.running.natural_modes.vibration import natural_modes
 from shellmb.scene import (
     Clamped,
     Cylinder,
@@ -24,7 +25,6 @@ from shellmb.scene import (
     Shell,
     Sphere,
 )
-from shellmb.vibration import natural_modes
 
 SECTION = Isotropic(E=1e7, nu=0.3, thickness=0.02, density=1000.0)
 PANELS = {

@@ -10,6 +10,7 @@ import pytest
 
 from shellmb.errors import SceneError
 from shellmb.running.execute import RunResult, execute
+from shellmb.running.natural_modes.vibration import natural_modes
 from shellmb.scene import (
     Clamped,
     InitialVelocity,
@@ -23,7 +24,6 @@ from shellmb.scene import (
     ShellDamping,
     SurfaceForce,
 )
-from shellmb.vibration import natural_modes
 from tests import scenes
 
 PLATE = Isotropic(E=70e9, nu=0.3, thickness=5e-3, density=2700.0)

@@ -10,9 +10,9 @@ import ufl
 from dolfinx import fem
 from scipy.spatial.transform import Rotation
 
-from shellmb.checked_model import checked_model
-from shellmb.modal.geometric_stiffness import GeometricStiffness
-from shellmb.modal.lowest import lowest_frequency
+from shellmb.preprocessing.checked_model import checked_model
+from shellmb.preprocessing.modal.geometric_stiffness import GeometricStiffness
+from shellmb.preprocessing.modal.lowest import lowest_frequency
 from shellmb.running.execute import execute
 from shellmb.scene import (
     Beam,

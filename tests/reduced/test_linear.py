@@ -10,6 +10,7 @@ import pytest
 
 from shellmb.errors import SceneError
 from shellmb.running.execute import RunResult, execute
+from shellmb.running.natural_modes.vibration import natural_modes
 from shellmb.running.resuming.resume import resume
 from shellmb.scene import (
     Beam,
@@ -27,8 +28,7 @@ from shellmb.scene import (
     Scene,
     Shell,
 )
-from shellmb.simulate.simulation import Silent, Simulation
-from shellmb.vibration import natural_modes
+from shellmb.simulate.simulation import BaseObserver, Simulation
 from tests.reduced.conftest import Kept, kept
 
 PLATE = Isotropic(E=70e9, nu=0.3, thickness=5e-3, density=2700.0)
@@ -153,7 +153,7 @@ def test_its_path_by_arc_length_is_that_by_load_steps(kind) -> None:
     assert (along["unstable"] == 0).all()
 
 
-class Stop(Silent):
+class Stop(BaseObserver):
     """Stops a run after some steps."""
 
     def accepted(self, simulation: Simulation) -> None:

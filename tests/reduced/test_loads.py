@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from shellmb.running.execute import RunResult, execute
+from shellmb.running.natural_modes.vibration import natural_modes
 from shellmb.scene import (
     Beam,
     Clamped,
@@ -38,7 +39,6 @@ from shellmb.scene import (
     SurfaceForce,
     Weld,
 )
-from shellmb.vibration import natural_modes
 from tests import scenes
 
 PLATE = Isotropic(E=70e9, nu=0.3, thickness=5e-3, density=2700.0)

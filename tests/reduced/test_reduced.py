@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 from shellmb.errors import SceneError
-from shellmb.modal.reduce import reduce_bodies
+from shellmb.preprocessing.modal.reduce import reduce_bodies
 from shellmb.running.execute import execute
+from shellmb.running.natural_modes.vibration import natural_modes
 from shellmb.scene import (
     AlongEdge,
     Beam,
@@ -31,7 +32,6 @@ from shellmb.scene import (
     Shell,
     Weld,
 )
-from shellmb.vibration import natural_modes
 from tests import scenes
 from tests.reduced.conftest import Kept, kept
 

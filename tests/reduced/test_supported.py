@@ -9,6 +9,7 @@ from shellmb.demos.references.plates import Plate
 from shellmb.errors import SceneError
 from shellmb.native.kernels import watched
 from shellmb.running.execute import RunResult, execute
+from shellmb.running.natural_modes.vibration import natural_modes
 from shellmb.scene import (
     Beam,
     Clamped,
@@ -32,7 +33,6 @@ from shellmb.scene import (
     SymmetryPlane,
     Weld,
 )
-from shellmb.vibration import natural_modes
 from tests.analytic.solutions import rectangle_frequencies
 
 PLATE = Isotropic(E=70e9, nu=0.3, thickness=5e-3, density=2700.0)

@@ -6,8 +6,8 @@ from typing import Any
 import pytest
 
 from shellmb.errors import SceneError
-from shellmb.rotating.axis import Axis, check_steady, find_axis
-from shellmb.rotating.campbell import campbell
+from shellmb.running.rotating.axis import Axis, check_steady, find_axis
+from shellmb.running.rotating.campbell import campbell
 from shellmb.scene import (
     Contact,
     Driver,

@@ -12,7 +12,7 @@ from shellmb.demos.references.rotating import (
     sleeping_top,
     spinning_membrane,
 )
-from shellmb.rotating.campbell import campbell
+from shellmb.running.rotating.campbell import campbell
 from shellmb.scene import (
     Beam,
     Clamped,

@@ -7,7 +7,7 @@ from mpi4py import MPI  # noqa: F401
 import numpy as np
 
 import shellmb as sm
-from shellmb.rotating.campbell import SAME, _mixed
+from shellmb.running.rotating.campbell import SAME, _mixed
 
 STEEL = sm.CircularSection(210e9, 0.3, radius=0.01, density=7850.0)
 

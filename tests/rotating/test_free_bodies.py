@@ -12,7 +12,7 @@ import pytest
 from scipy.optimize import root
 
 import shellmb as sm
-from shellmb.rotating.campbell import campbell
+from shellmb.running.rotating.campbell import campbell
 from shellmb.scene import (
     Beam,
     Clamped,

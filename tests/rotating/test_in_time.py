@@ -10,7 +10,7 @@ from scipy.optimize import least_squares
 
 import shellmb as sm
 from shellmb.demos.campbell import scene as blade
-from shellmb.rotating.campbell import campbell
+from shellmb.running.rotating.campbell import campbell
 from shellmb.scene import (
     Gravity,
     InitialVelocity,

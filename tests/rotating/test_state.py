@@ -16,11 +16,11 @@ import shellmb as sm
 from shellmb.cli.main import app
 from shellmb.demos.campbell import scene as bladed
 from shellmb.errors import SceneError
-from shellmb.rotating.axis import find_axis
-from shellmb.rotating.campbell import campbell
-from shellmb.rotating.modes import modes_at, modes_of
-from shellmb.rotating.state import MovingState, check_state
-from shellmb.rotating.steady import SteadyRotation
+from shellmb.running.rotating.axis import find_axis
+from shellmb.running.rotating.campbell import campbell
+from shellmb.running.rotating.modes import modes_at, modes_of
+from shellmb.running.rotating.state import MovingState, check_state
+from shellmb.running.rotating.steady import SteadyRotation
 from shellmb.scene import (
     Beam,
     Clamped,

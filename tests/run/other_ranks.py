@@ -18,7 +18,7 @@ from shellmb.errors import ConvergenceError
 from shellmb.running.execute import execute
 from shellmb.running.resuming.resume import resume
 from shellmb.scene.control.sensors import Sensor
-from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.simulate.simulation import BaseObserver, Simulation
 
 sys.path.append(str(Path(__file__).parents[2]))
 from tests.contact.faces_ranks import sliding
@@ -79,7 +79,7 @@ def everything() -> sm.Scene:
     )
 
 
-class Stops(Silent):
+class Stops(BaseObserver):
     """Ends a run as a step that fails."""
 
     def accepted(self, simulation: Simulation) -> None:

@@ -16,7 +16,7 @@ from shellmb.running.loader import load
 from shellmb.running.request import Options, Request
 from shellmb.running.resuming.resume import resume
 from shellmb.scene import Solver, StepControl
-from shellmb.simulate.simulation import Silent
+from shellmb.simulate.simulation import BaseObserver
 
 SMALL = str(Path(__file__).with_name("scene_small.py"))
 
@@ -48,7 +48,7 @@ KEYS = {
 }
 
 
-class Stop(Silent):
+class Stop(BaseObserver):
     """Stops a run after some steps, as Ctrl-C does."""
 
     def __init__(self, steps):
@@ -59,7 +59,7 @@ class Stop(Silent):
             raise KeyboardInterrupt
 
 
-class Height(Silent):
+class Height(BaseObserver):
     """A measuring observer of a user."""
 
     def accepted(self, simulation):

@@ -10,12 +10,12 @@ import pytest
 from shellmb.running.execute import execute
 from shellmb.running.request import Options, Request
 from shellmb.running.resuming.resume import resume
-from shellmb.simulate.simulation import Silent
+from shellmb.simulate.simulation import BaseObserver
 
 REQUEST = Request("hinged_roof", {"load_end": "0.745"}, Options(mesh=(2, 2)))
 
 
-class Stop(Silent):
+class Stop(BaseObserver):
     """Stops a run after some steps, as Ctrl-C does."""
 
     def __init__(self, steps: int) -> None:

@@ -35,7 +35,7 @@ from shellmb.scene import (
     Solver,
     StepControl,
 )
-from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.simulate.simulation import BaseObserver, Simulation
 
 FULL = Solver(newton="full")
 INERTIA = (0.1, 0.2, 0.3)
@@ -104,7 +104,7 @@ SCENES: dict[str, tuple[Scene, int, set[str]]] = {
 }
 
 
-class Unchanged(Silent):
+class Unchanged(BaseObserver):
     """Sees that what a state was made of is its own: a step that fails comes after it."""
 
     def __init__(self, observed: list[StandardObservers]) -> None:
@@ -118,7 +118,7 @@ class Unchanged(Silent):
         self._before = [(n, state, json.dumps(state)) for n, state in states.items()]
 
 
-class Stop(Silent):
+class Stop(BaseObserver):
     """Stops behind a step."""
 
     def __init__(self, step: int) -> None:
@@ -233,7 +233,7 @@ def test_events_stay_as_they_were(tmp_path) -> None:
     assert result.summary["events"] == whole.summary["events"]
 
 
-class Refuses(Silent):
+class Refuses(BaseObserver):
     """Stops in the first step."""
 
     def solved(self, simulation: Simulation) -> None:

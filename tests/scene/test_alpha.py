@@ -7,7 +7,7 @@ import pytest
 from shellmb.errors import ShellmbWarning
 from shellmb.options.run import Options
 from shellmb.scene import Clamped, Isotropic, Rectangle, Scene, Shell
-from shellmb.scene.checks.effect import doubts
+from shellmb.scene.checks.ignored_settings import doubts
 from shellmb.scene.schemes import DISSIPATIVE, SCHEMES, dissipation
 from shellmb.schemes.registry import make_scheme
 

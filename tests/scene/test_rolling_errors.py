@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from shellmb.errors import SceneError
+from shellmb.running.natural_modes.vibration import natural_modes
 from shellmb.scene import (
     GROUND,
     Beam,
@@ -24,7 +25,6 @@ from shellmb.scene import (
     Spring,
 )
 from shellmb.simulate.simulation import Simulation
-from shellmb.vibration import natural_modes
 
 Z = (0.0, 0.0, 1.0)
 R = 0.3

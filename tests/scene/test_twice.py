@@ -18,7 +18,7 @@ from shellmb.scene import (
     Scene,
     Shell,
 )
-from shellmb.scene.checks.effect import doubts
+from shellmb.scene.checks.ignored_settings import doubts
 
 STEEL = Isotropic(210e9, 0.3, 2e-3, 7800.0)
 GROUND = Plane(point=(0, 0, -1), normal=(0, 0, 1))

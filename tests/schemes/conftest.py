@@ -14,7 +14,7 @@ from shellmb.observers.account.energy import EnergyAccount, scalar
 from shellmb.scene import Clamped, EdgeForce, InitialVelocity, Scene
 from shellmb.schemes.base import has_energy_law
 from shellmb.schemes.registry import SCHEMES, make_scheme
-from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.simulate.simulation import BaseObserver, Simulation
 from tests.scenes import plate_scene
 
 ALPHAS = {"ed": (0.0, 0.5, 1.0), "ed3": (0.5, 1.0)}
@@ -93,7 +93,7 @@ def swaying() -> Callable[..., Scene]:
     return make
 
 
-class History(Silent):
+class History(BaseObserver):
     """Energies, momenta and the directors' lengths after every step."""
 
     def __init__(self) -> None:

@@ -13,10 +13,10 @@ import ufl
 from shellmb.errors import SceneError
 from shellmb.forms import shell as shell_forms
 from shellmb.forms.shell import ShellStrains
-from shellmb.modal.tangent import tangent
 from shellmb.model.model import build_model
 from shellmb.model.shells.viscous import stiffness_at_rest
 from shellmb.observers.account.energy import EnergyAccount
+from shellmb.preprocessing.modal.tangent import tangent
 from shellmb.scene import (
     Beam,
     BeamDamping,
@@ -38,7 +38,7 @@ from shellmb.scene import (
     StepControl,
 )
 from shellmb.simulate.eigenmodes import shift_below
-from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.simulate.simulation import BaseObserver, Simulation
 from shellmb.system.eigenvalues import eigenpairs
 from tests.bench.effects.plates import _quadratic
 
@@ -74,7 +74,7 @@ def strip(kind: str, scheme: str, damping: Any = 0.0, mass: float = 0.0, **more:
     return Scene("strip", **bodies, **given)
 
 
-class Works(Silent):
+class Works(BaseObserver):
     """Energy and the work of damping after each step."""
 
     def __init__(self, account: EnergyAccount) -> None:

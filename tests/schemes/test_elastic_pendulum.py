@@ -15,7 +15,7 @@ from scipy.integrate import solve_ivp
 from shellmb.demos.verification.chains import Link, chain
 from shellmb.observers.forces.reactions import resistance
 from shellmb.scene import GROUND, Gravity, RigidBody, Scene, Solver, Spring
-from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.simulate.simulation import BaseObserver, Simulation
 
 G, END, ANGLES = 9.81, 0.5, (1.5, 2.2)
 DOWN = np.array([[np.sin(a), -np.cos(a)] for a in ANGLES])
@@ -45,7 +45,7 @@ def pendulum(k: float, scheme: str, alpha: float, steps: int) -> Scene:
     )
 
 
-class MeanTension(Silent):
+class MeanTension(BaseObserver):
     """Mean tension of the springs over each step, as it acts in the balance of momentum, N."""
 
     def __init__(self) -> None:

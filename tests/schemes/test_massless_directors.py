@@ -34,7 +34,7 @@ from shellmb.scene import (
     Solver,
 )
 from shellmb.schemes.quadratic import path_of
-from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.simulate.simulation import BaseObserver, Simulation
 from shellmb.system.nullspace.directorpath import MasslessPath, PathBases
 
 from .test_quadratic import GENERAL, SOFT, slope
@@ -89,7 +89,7 @@ CASES: dict[str, dict[str, Any]] = {
 }
 
 
-class Lengths(Silent):
+class Lengths(BaseObserver):
     """Largest violation of the constraints of directors, at all ends and middles of steps."""
 
     def __init__(self) -> None:
@@ -166,7 +166,7 @@ def test_order_in_large_motion(alpha: float) -> None:
     assert 2 < orders[2] < 3.2
 
 
-class Tip(Silent):
+class Tip(BaseObserver):
     """Change of the director at the loaded edge after each step."""
 
     def __init__(self) -> None:

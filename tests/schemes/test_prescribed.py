@@ -27,7 +27,7 @@ from shellmb.scene import (
     Spherical,
 )
 from shellmb.schemes.base import has_energy_law
-from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.simulate.simulation import BaseObserver, Simulation
 
 STEPS = (0.2, 0.1, 0.05)
 # Newton leaves an error of the order of the square of its tolerance; what is seen is round-off
@@ -79,7 +79,7 @@ def hanging(scheme: str, alpha: float, dt: float) -> Scene:
     )
 
 
-class Errors(Silent):
+class Errors(BaseObserver):
     """Largest errors of displacements, and of velocities where they are prescribed."""
 
     def __init__(self) -> None:

@@ -33,7 +33,7 @@ from shellmb.schemes.notation import MomentWeights
 from shellmb.schemes.quadratic import BOW, P0, P1, QuadraticInTime, strains
 from shellmb.schemes.registry import SCHEMES, make_scheme
 from shellmb.schemes.residuals.weights import END, END_VELOCITY, START, START_VELOCITY
-from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.simulate.simulation import BaseObserver, Simulation
 
 PAGE, SLOPES = QuadraticInTime().page, (P0.stresses, P1.stresses)
 GENERAL = np.random.default_rng(3)
@@ -157,7 +157,7 @@ def test_amplitudes_of_vibrations(alpha: float) -> None:
     np.testing.assert_allclose(1 - radii[0], alpha * 0.1**4 / 72, rtol=0.05, atol=1e-12)
 
 
-class Swing(Silent):
+class Swing(BaseObserver):
     """Centre and velocity of the lower rod at the end, and its forces."""
 
     def __init__(self) -> None:

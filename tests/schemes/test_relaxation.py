@@ -16,7 +16,7 @@ from shellmb.errors import ConvergenceError, SceneError
 from shellmb.observers.account.energy import EnergyAccount
 from shellmb.running.execute import execute
 from shellmb.running.resuming.resume import resume
-from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.simulate.simulation import BaseObserver, Simulation
 
 E, NU, RHO = 2e9, 0.3, 1000.0
 SERIES = ((0.3, 0.05), (0.2, 0.5))
@@ -46,7 +46,7 @@ def alpha(scheme: str, value: float = 0.5) -> dict[str, float]:
     return {"alpha": value} if scheme in ("ed", "ed3") else {}
 
 
-class Rows(Silent):
+class Rows(BaseObserver):
     def __init__(self, account: EnergyAccount) -> None:
         self._account, self.rows = account, list[dict[str, float]]()
 
@@ -135,7 +135,7 @@ def test_a_strip_creeps_as_theory_says(kind: str, shift: Any) -> None:
     np.testing.assert_allclose(found["tip"][10:], wanted[10:], rtol=2e-5)
 
 
-class Stops(Silent):
+class Stops(BaseObserver):
     """Ends a run in the middle."""
 
     def accepted(self, simulation: Simulation) -> None:

@@ -12,11 +12,11 @@ import shellmb as sm
 from shellmb.native.assembler import assembled_by
 from shellmb.native.operations import operations
 from shellmb.sensitivity.parameters import STEP, beside, differentiated, parameters_of
-from shellmb.sensitivity.shadow import Shadow
+from shellmb.sensitivity.perturbed_run import PerturbedRun
 from shellmb.sensitivity.sizes import Sizes
 from shellmb.sensitivity.tangent import Pair, Tangents
 from shellmb.simulate.simulation import Simulation
-from shellmb.system.both import AnyBoth, Both, Kind, SerialBoth
+from shellmb.system.two_sided import GeneralTwoSided, Kind, SerialTwoSided, TwoSided
 from tests.sensitivity import scenes
 
 # round-off of unknowns over their distance, which is 1e-5 of them, is 1e-11: 3e-12 was seen
@@ -40,7 +40,7 @@ def test_calls_of_c_are_those_of_numpy(
 
     def pairs(run: Simulation) -> list[Pair]:
         (p,) = parameters_of(made, (name,))
-        sides = (Shadow(Simulation(s, like=run), [], False) for s in beside(made, base, p))
+        sides = (PerturbedRun(Simulation(s, like=run), [], False) for s in beside(made, base, p))
         return [Pair(p, *sides)]
 
     run, tangents = Simulation(base), Tangents(pairs)
@@ -57,8 +57,8 @@ def test_calls_of_c_are_those_of_numpy(
     d = STEP * np.random.default_rng(0).standard_normal(len(u)) + pair.both.d
     d[system.fixed] = 0.0
     found = []
-    for make_both in (SerialBoth, AnyBoth):
-        both: Both = make_both(pair.sides, u, sizes, STEP)
+    for make_both in (SerialTwoSided, GeneralTwoSided):
+        both: TwoSided = make_both(pair.sides, u, sizes, STEP)
         both.d[:] = d
         rest, change, every = system.x.duplicate(), system.x.duplicate(), []
         change.array[:] = 1e2 * d

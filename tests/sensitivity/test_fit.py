@@ -8,13 +8,13 @@ import pandas as pd
 import pytest
 
 import shellmb as sm
+from shellmb.api.fitting.band import Band
+from shellmb.api.fitting.data import data_of
+from shellmb.api.fitting.fit import _Search
+from shellmb.api.fitting.fitted import Fit
+from shellmb.api.sensitivity.record import Sensitivities
 from shellmb.demos import identify_plate
-from shellmb.sensitivity.fitting.band import Band
-from shellmb.sensitivity.fitting.data import data_of
-from shellmb.sensitivity.fitting.fit import _Search
-from shellmb.sensitivity.fitting.fitted import Fit
 from shellmb.sensitivity.parameters import Parameter
-from shellmb.sensitivity.record import Sensitivities
 from tests.sensitivity import scenes
 
 NOISE = 1e-5
@@ -359,7 +359,7 @@ def test_a_column_that_there_is_not() -> None:
     ],
 )
 def test_bad_covariance(covariance, said: str) -> None:  # type: ignore[no-untyped-def]
-    from shellmb.sensitivity.fitting.band import covariance_of
+    from shellmb.api.fitting.band import covariance_of
 
     with pytest.raises(sm.SceneError, match=said):
         covariance_of(["a", "b"], covariance)
@@ -367,7 +367,7 @@ def test_bad_covariance(covariance, said: str) -> None:  # type: ignore[no-untyp
 
 def test_deviations_are_squared_and_may_be_zero() -> None:
     """The kind: a parameter that is known exactly, beside one that is not, in any order."""
-    from shellmb.sensitivity.fitting.band import covariance_of
+    from shellmb.api.fitting.band import covariance_of
 
     found = covariance_of(["a", "b"], {"b": 3.0, "a": 0.0})
     np.testing.assert_array_equal(found, [[0.0, 0.0], [0.0, 9.0]])

@@ -17,7 +17,7 @@ import shellmb as sm
 from shellmb.demos import lateral_plate
 from shellmb.options.run import Options
 from shellmb.running.execute import RunResult, execute
-from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.simulate.simulation import BaseObserver, Simulation
 from tests.sensitivity import scenes
 from tests.sensitivity.path_scenes import bent, followed, frame, pressed, roof, truss
 from tests.sensitivity.test_exact import NOISE, SHARP, TIGHT, ZERO, largest, stem
@@ -58,7 +58,7 @@ SHALLOW = {"rise": 0.5, "stiffness": 2.0, "span": 1.0, "push": 2.0}
 STEEP = SHALLOW | {"rise": 3.0}
 
 
-class Steps(Silent):
+class Steps(BaseObserver):
     """Gives a run the steps of another one; those that end early may be longer.
 
     Args:

@@ -8,7 +8,7 @@ import pytest
 
 import shellmb as sm
 from shellmb.sensitivity.parameters import differentiated, parameters_of
-from shellmb.sensitivity.shadow import Shadow
+from shellmb.sensitivity.perturbed_run import PerturbedRun
 from tests.sensitivity import scenes
 
 
@@ -75,13 +75,13 @@ def test_other_bad_input() -> None:
 
 def test_forces_beside_the_run_that_are_no_numbers(monkeypatch: pytest.MonkeyPatch) -> None:
     # as of a law in UFL with a root that ends at the value: its derivative is no number
-    prepare = Shadow.prepare
+    prepare = PerturbedRun.prepare
 
-    def without_numbers(self: Shadow, t: float, dt: float, until: float = 0.0) -> None:
+    def without_numbers(self: PerturbedRun, t: float, dt: float, until: float = 0.0) -> None:
         prepare(self, t, dt, until)
         next(iter(self.simulation.live().values()))[:] = np.nan
 
-    monkeypatch.setattr(Shadow, "prepare", without_numbers)
+    monkeypatch.setattr(PerturbedRun, "prepare", without_numbers)
     said = "no finite number in the step from t = 0 with 'E' = 2.099979e.11 or 2.100021e.11"
     with pytest.raises(sm.ConvergenceError, match=said):
         sm.sensitivities(scenes.plate, ("E",), columns="probes", fields=False)
@@ -284,6 +284,6 @@ def test_derivatives_that_are_round_off_are_said() -> None:
 
 def test_more_parameters_than_mpi_has_communicators_for(monkeypatch: pytest.MonkeyPatch) -> None:
     """MPI would end the program."""
-    monkeypatch.setattr("shellmb.sensitivity.run.OWN", 2000)
+    monkeypatch.setattr("shellmb.api.sensitivity.run.OWN", 2000)
     with pytest.raises(sm.SceneError, match=r"1 parameters are too many .* beside it of 0; free"):
         sm.sensitivities(scenes.plate, ("force",), values={"steps": 1})

@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 
 import shellmb as sm
-from shellmb.sensitivity.run import sensitivities
+from shellmb.api.sensitivity.run import sensitivities
 from shellmb.sensitivity.tangent import Tangents
 from tests.sensitivity import scenes
 

@@ -10,7 +10,7 @@ import pytest
 
 from shellmb.observers.probes import Probes
 from shellmb.sensitivity.parameters import beside, differentiated, parameters_of
-from shellmb.sensitivity.shadow import Shadow
+from shellmb.sensitivity.perturbed_run import PerturbedRun
 from shellmb.sensitivity.tangent import Pair, Tangents
 from shellmb.simulate.simulation import Simulation
 
@@ -26,7 +26,7 @@ def states(mesh: tuple[int, int], names: tuple[str, ...], steps: int) -> tuple[S
         found = []
         for p in parameters_of(made, names):
             above, below = (
-                Shadow(Simulation(scene, like=run), [Probes()], False)
+                PerturbedRun(Simulation(scene, like=run), [Probes()], False)
                 for scene in beside(made, base, p)
             )
             found.append(Pair(p, above, below))

@@ -8,12 +8,12 @@ from mpi4py import MPI
 import numpy as np
 import pytest
 
-from shellmb.checked_model import checked_model
 from shellmb.demos.references.beams import timoshenko_frequencies
 from shellmb.observers.account.energy import EnergyAccount
+from shellmb.preprocessing.checked_model import checked_model
+from shellmb.running.natural_modes.vibration import natural_modes
 from shellmb.scene import Clamped, EdgeForce, Isotropic, Join, Rectangle, Scene, Shell
 from shellmb.simulate.simulation import Simulation
-from shellmb.vibration import natural_modes
 
 L, B, T, E, RHO = 2.0, 0.2, 0.01, 7e10, 2700.0
 SECTION = Isotropic(E=E, nu=0.0, thickness=T, density=RHO)

@@ -14,7 +14,7 @@ from shellmb.scene import (
     Solver,
     StepControl,
 )
-from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.simulate.simulation import BaseObserver, Simulation
 from shellmb.simulate.stepsize.control import JUMP_ORDER, StepSize
 
 SOFT = Isotropic(E=1.0, nu=0.3, thickness=0.1, density=1.0)
@@ -28,7 +28,7 @@ def scene(scheme: str = "ed", **more: object) -> Scene:
     return Scene("strip", STRIP, scheme=scheme, **(choices | more))  # type: ignore[arg-type]
 
 
-class Steps(Silent):
+class Steps(BaseObserver):
     """Lengths and jumps of the accepted steps."""
 
     def __init__(self) -> None:

@@ -16,7 +16,7 @@ from shellmb.scene import (
     Weld,
 )
 from shellmb.simulate.simulation import Simulation
-from shellmb.system.newton.refresh import Once
+from shellmb.system.newton.refactorisation import Once
 from tests.scenes import cantilever
 
 TIP = (1.0, 0.25, 0.0)

@@ -11,6 +11,7 @@ from shellmb.errors import SceneError
 from shellmb.observers.account.energy import EnergyAccount
 from shellmb.observers.account.momentum import Momentum
 from shellmb.running.execute import execute
+from shellmb.running.natural_modes.vibration import natural_modes
 from shellmb.scene import (
     Clamped,
     Driven,
@@ -41,7 +42,6 @@ from shellmb.scene import (
     Weld,
 )
 from shellmb.simulate.simulation import Simulation
-from shellmb.vibration import natural_modes
 
 STEEL = Isotropic(E=2e11, nu=0.3, thickness=5e-3, density=7800.0)
 PLIES = PlyMaterial(E1=2e11, E2=1e11, nu12=0.3, G12=5e10, G13=5e10, G23=5e10, density=7800.0)

@@ -16,8 +16,8 @@ import shellmb as sm
 from shellmb.errors import SceneError, ShellmbWarning
 from shellmb.observers.account.energy import EnergyAccount
 from shellmb.running.execute import RunResult, execute
+from shellmb.running.natural_modes.vibration import natural_modes
 from shellmb.simulate.simulation import Simulation
-from shellmb.vibration import natural_modes
 
 E, H, RHO, L, WIDTH, FORCE = 70e9, 2e-3, 2700.0, 1.0, 0.25, 5.0
 SECTION = sm.Isotropic(E=E, nu=0.0, thickness=H, density=RHO)

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from shellmb.constraint_analysis.redundancy import singular
+from shellmb.preprocessing.constraint_analysis.redundancy import singular
 from shellmb.scene import (
     Clamped,
     Driven,

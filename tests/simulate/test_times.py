@@ -23,7 +23,7 @@ from shellmb.scene import (
     Sensor,
     StepControl,
 )
-from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.simulate.simulation import BaseObserver, Simulation
 from shellmb.simulate.stepping import Attempt
 from shellmb.simulate.stepsize.control import LEAST, SHORT
 
@@ -74,7 +74,7 @@ class Still:
     def restore(self, arrays: Any, state: Any) -> None: ...
 
 
-class Times(Silent):
+class Times(BaseObserver):
     """Ends of accepted steps, and their lengths."""
 
     def __init__(self) -> None:

@@ -35,7 +35,7 @@ from shellmb.scene import (
 )
 from shellmb.scene.schemes import DISSIPATIVE
 from shellmb.schemes.registry import SCHEMES
-from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.simulate.simulation import BaseObserver, Simulation
 from shellmb.simulate.stepsize.errors import difference
 from shellmb.simulate.stepsize.tolerance import AIM, ErrorSize
 
@@ -52,7 +52,7 @@ SOFT = Isotropic(E=1.0, nu=0.3, thickness=0.1, density=1.0)
 STRIP = Shell("strip", Rectangle(1.0, 0.5), SOFT, mesh=(2, 1))
 
 
-class Steps(Silent):
+class Steps(BaseObserver):
     """Begins, lengths and errors of the accepted steps."""
 
     def __init__(self) -> None:

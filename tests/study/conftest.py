@@ -4,10 +4,10 @@ from pathlib import Path
 
 import pytest
 
-from shellmb.studies.choice import Choice
-from shellmb.studies.points import Judged, Point
-from shellmb.studies.quantity import Quantity
-from shellmb.studies.reference import Reference
+from shellmb.accuracy.studies.choice import Choice
+from shellmb.accuracy.studies.points import Judged, Point
+from shellmb.accuracy.studies.quantity import Quantity
+from shellmb.accuracy.studies.reference import Reference
 
 SMALL = str(Path(__file__).parents[1] / "run" / "scene_small.py")
 

@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import pytest
 
-from shellmb.studies.advice import find_targets, sentence
-from shellmb.studies.choice import Choice
-from shellmb.studies.points import Point, credited, front
-from shellmb.studies.quantity import Quantity
+from shellmb.accuracy.studies.advice import find_targets, sentence
+from shellmb.accuracy.studies.choice import Choice
+from shellmb.accuracy.studies.points import Point, credited, front
+from shellmb.accuracy.studies.quantity import Quantity
 
 from .conftest import judged, point
 

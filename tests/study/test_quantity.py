@@ -4,9 +4,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from shellmb.accuracy.studies.quantity import Quantity, curve, default_quantity, parse_quantity
 from shellmb.errors import SceneError
 from shellmb.scene import Scene
-from shellmb.studies.quantity import Quantity, curve, default_quantity, parse_quantity
 
 
 def history(steps, function=np.sin, end=2.0):

@@ -6,9 +6,9 @@ from mpi4py import MPI
 
 import pytest
 
+from shellmb.accuracy.studies.choice import Choice
+from shellmb.accuracy.studies.records import RECORDS, Record, Store
 from shellmb.errors import SceneError
-from shellmb.studies.choice import Choice
-from shellmb.studies.records import RECORDS, Record, Store
 
 ABOUT = {"scene": "small", "quantities": ["tip_z:l2"]}
 COMM = MPI.COMM_SELF

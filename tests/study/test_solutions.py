@@ -6,15 +6,15 @@ from typing import Any
 
 import pytest
 
+from shellmb.accuracy.measuring.tables import replaced
+from shellmb.accuracy.studies.choice import Base
+from shellmb.accuracy.studies.quantity import parse_quantity
+from shellmb.accuracy.studies.report import evaluate
+from shellmb.accuracy.studies.runner import measure
+from shellmb.accuracy.studies.sweep import Sweep, make_grid
 from shellmb.demos.studies.bundled import BUNDLED
 from shellmb.demos.studies.solutions import crank_torque, top_center
-from shellmb.measuring.tables import replaced
 from shellmb.running.loader import load
-from shellmb.studies.choice import Base
-from shellmb.studies.quantity import parse_quantity
-from shellmb.studies.report import evaluate
-from shellmb.studies.runner import measure
-from shellmb.studies.sweep import Sweep, make_grid
 
 ROOT = Path(__file__).parents[2]
 

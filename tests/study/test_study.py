@@ -6,13 +6,13 @@ import pytest
 from typer.testing import CliRunner
 
 import shellmb as sm
+from shellmb.accuracy.studies import runner
+from shellmb.accuracy.studies.records import RECORDS
 from shellmb.cli.main import app
 from shellmb.errors import ConvergenceError
 from shellmb.running.execute import execute
 from shellmb.running.loader import load
 from shellmb.running.request import Options
-from shellmb.studies import runner
-from shellmb.studies.records import RECORDS
 
 from .conftest import SMALL
 

@@ -4,13 +4,20 @@ from types import ModuleType
 
 import pytest
 
+from shellmb.accuracy.studies.choice import Base, Choice
+from shellmb.accuracy.studies.quantity import parse_quantity
+from shellmb.accuracy.studies.sweep import (
+    Sweep,
+    chain,
+    make_grid,
+    not_refined,
+    sweep_of,
+    usual_axes,
+)
 from shellmb.demos.studies.bundled import BUNDLED, find_bundled
 from shellmb.errors import SceneError
 from shellmb.running.loader import SceneModule, load
 from shellmb.scene import Clamped, GmshFile, Isotropic, Scene, Shell
-from shellmb.studies.choice import Base, Choice
-from shellmb.studies.quantity import parse_quantity
-from shellmb.studies.sweep import Sweep, chain, make_grid, not_refined, sweep_of, usual_axes
 
 from .conftest import SMALL
 

@@ -1,9 +1,9 @@
 """Tolerances of the step control in a study, beside fixed steps."""
 
+from shellmb.accuracy.studies.choice import Base, Choice
+from shellmb.accuracy.studies.points import Point, credited
+from shellmb.accuracy.studies.sweep import Sweep, chain, make_grid
 from shellmb.running.loader import load
-from shellmb.studies.choice import Base, Choice
-from shellmb.studies.points import Point, credited
-from shellmb.studies.sweep import Sweep, chain, make_grid
 
 TOLERANCES, STEPS = (1e-2, 1e-3), (1e-2, 5e-3)
 

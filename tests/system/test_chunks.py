@@ -17,7 +17,7 @@ from shellmb.scene import (
     Shell,
 )
 from shellmb.simulate.simulation import Simulation
-from shellmb.system.condensation.eliminated import Chunks, elimination
+from shellmb.system.condensation.elimination import EliminationBlocks, elimination
 from shellmb.system.condensation.meshreduction import MeshReduction
 from tests.scenes import plate
 
@@ -76,7 +76,7 @@ def test_elimination_by_runs_is_that_of_the_whole() -> None:
     K = np.where(pattern, random.normal(size=(10, 10)), 0.0) + 5 * np.eye(10)
     wanted = K[:5, :5] - K[:5, 5:] @ np.linalg.inv(K[5:, 5:]) @ K[5:, :5]
     pointer = CArrays()
-    members, _ = elimination(Chunks(np.arange(10), [2, 3], pattern), pointer)
+    members, _ = elimination(EliminationBlocks(np.arange(10), [2, 3], pattern), pointer)
     for s in range(members["chunks"]):
         E = members["chunk_start"][s] + np.arange(members["chunk_width"][s])
         sides = {}

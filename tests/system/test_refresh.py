@@ -11,7 +11,7 @@ import pytest
 
 from shellmb.system.assembly.fields import Part
 from shellmb.system.newton.convergence import IDLE, Convergence
-from shellmb.system.newton.refresh import FAR, REFRESH, RESTS, Modified
+from shellmb.system.newton.refactorisation import FAR, REFRESH, RESTS, Modified
 
 TOLERANCE = 1e-9
 

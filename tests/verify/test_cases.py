@@ -5,11 +5,11 @@ import math
 
 import pytest
 
+from shellmb.accuracy.measuring.records import to_json
 from shellmb.demos.verification import table
 from shellmb.demos.verification.cases import Case, Check
 from shellmb.demos.verification.table import Row, find_cases, rows_of, run_cases
 from shellmb.errors import ConvergenceError
-from shellmb.measuring.records import to_json
 
 # a minute or more each
 # of orders there are tests for every scheme, too (`tests/schemes/test_accuracy.py`)

@@ -10,7 +10,7 @@ from shellmb.demos.effects.catalogue.parts import Fits, Flexible, switches, use_
 from shellmb.demos.effects.effect import Effect, Use, names, refuse, whole
 from shellmb.errors import SceneError
 from shellmb.scene import Ramp, RigidBody, Scene, StepControl
-from shellmb.scene.checks.effect import dissipates
+from shellmb.scene.checks.ignored_settings import dissipates
 from shellmb.scene.paths import PathFollowing
 from shellmb.scene.schemes import SCHEMES
 from shellmb.scene.values.validate import show
@@ -21,7 +21,7 @@ JUMP = 1e-2
 
 def _has_jump(scene: Scene) -> bool:
     if isinstance(scene.scheme, str):
-        return SCHEMES[scene.scheme][1]
+        return SCHEMES[scene.scheme].jump
     return "j" in getattr(scene.scheme, "stages", ())
 
 

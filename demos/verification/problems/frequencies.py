@@ -12,6 +12,7 @@ from shellmb.demos.verification import tables
 from shellmb.demos.verification.cases import Check, case
 from shellmb.demos.verification.problems.laminates import laminate
 from shellmb.demos.verification.setups import ALL, SUPPORTS, Edges, plate_section
+from shellmb.running.natural_modes.vibration import Modes, natural_modes
 from shellmb.scene import (
     Clamped,
     Fixed,
@@ -24,7 +25,6 @@ from shellmb.scene import (
     Shell,
     Support,
 )
-from shellmb.vibration import Modes, natural_modes
 
 RITZ = "Ritz, Reissner-Mindlin, plate_rm_freq_ritz.csv"
 THIN_RITZ = "Ritz, thin plate, plate_thin_freq_ritz.csv"

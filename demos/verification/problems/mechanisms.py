@@ -24,7 +24,7 @@ from shellmb.scene import (
     Spherical,
     Universal,
 )
-from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.simulate.simulation import BaseObserver, Simulation
 
 CONSTRAINT, SOLVER = 1e-10, 1e-10
 
@@ -34,7 +34,7 @@ LINKS = (Link.rod(1.0, 1.0), Link.rod(0.5, 0.8))
 ANGLES = (1.5, 2.2)
 
 
-class RigidPath(Silent):
+class RigidPath(BaseObserver):
     """Positions and axes of a rigid body after every step, the start included.
 
     Args:

@@ -10,10 +10,10 @@ import numpy as np
 from shellmb.arrays import Floats
 from shellmb.demos.references.rotating import flapping, lagging, sleeping_top, spinning_membrane
 from shellmb.demos.verification.cases import Check, case
-from shellmb.rotating.campbell import campbell
-from shellmb.rotating.modes import RotatingModes, modes_of
-from shellmb.rotating.state import MovingState
 from shellmb.running.resuming.reached import StateOfRun
+from shellmb.running.rotating.campbell import campbell
+from shellmb.running.rotating.modes import RotatingModes, modes_of
+from shellmb.running.rotating.state import MovingState
 from shellmb.scene import (
     Beam,
     Clamped,

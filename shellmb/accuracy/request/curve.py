@@ -11,7 +11,7 @@ from typing import Any
 from shellmb.accuracy.companions import Change
 from shellmb.accuracy.request.choose import choose
 from shellmb.accuracy.request.levels import Level
-from shellmb.accuracy.request.words import seconds
+from shellmb.accuracy.request.messages import seconds
 
 
 @dataclass(frozen=True)

@@ -6,14 +6,14 @@ import time
 from contextlib import ExitStack
 
 from shellmb.accuracy.companions import Change
+from shellmb.accuracy.measuring.times import slowest
 from shellmb.accuracy.modes import mode_errors, write_mode_errors
 from shellmb.accuracy.request.levels import Store
+from shellmb.accuracy.request.messages import mesh_label
 from shellmb.accuracy.request.search import Running, Search
-from shellmb.accuracy.request.wanted import UnknownQuantity, Wanted, frequency_number
-from shellmb.accuracy.request.words import mesh_label
+from shellmb.accuracy.request.target import Target, UnknownQuantity, frequency_number
 from shellmb.errors import SceneError
-from shellmb.measuring.times import slowest
-from shellmb.running.modes import find_modes
+from shellmb.running.natural_modes.run import find_modes
 from shellmb.scene import Scene
 
 
@@ -30,7 +30,7 @@ class ModeSearch(Search):
         SceneError: If a scheme is to be chosen.
     """
 
-    def __init__(self, scene: Scene, wanted: Wanted, store: Store, how: Running) -> None:
+    def __init__(self, scene: Scene, wanted: Target, store: Store, how: Running) -> None:
         super().__init__(scene, wanted, store, how)
         if wanted.auto:
             raise SceneError("scheme is 'auto', and natural modes have no scheme; leave it out")

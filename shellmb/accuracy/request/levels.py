@@ -15,9 +15,9 @@ import pandas as pd
 
 from shellmb.accuracy.companions import Change
 from shellmb.accuracy.family import Family
-from shellmb.accuracy.kept import Kept
-from shellmb.guarding.reading import read_json
-from shellmb.guarding.writing import write_text
+from shellmb.accuracy.run_record import RunRecord
+from shellmb.files.reading import read_json
+from shellmb.files.writing import write_text
 from shellmb.running.standard import SUMMARY
 
 # folder of a request in its directory, and file of what is kept of levels and companions
@@ -146,7 +146,7 @@ class Store:
         (self.directory / LEVELS).mkdir(parents=True, exist_ok=True)
         write_text(self.directory / LEVELS / f"{self.base}-{KEPT}", json.dumps(whole) + "\n")
 
-    def read(self) -> tuple[dict[Change, Kept | None], dict[Change, str], list[Level]]:
+    def read(self) -> tuple[dict[Change, RunRecord | None], dict[Change, str], list[Level]]:
         """Stored runs, why those without a result failed, and levels; empty if there are none."""
         file = None if self.directory is None else self.directory / LEVELS / f"{self.base}-{KEPT}"
         if file is None or not file.is_file():
@@ -161,7 +161,7 @@ class Store:
         return found, why, [Level.from_dict(level) for level in whole["levels"]]
 
 
-def _plain(kept: Kept) -> dict[str, Any]:
+def _plain(kept: RunRecord) -> dict[str, Any]:
     history = {str(name): kept.history[name].tolist() for name in kept.history}
     return {
         "results": dict(kept.results),
@@ -174,6 +174,6 @@ def _plain(kept: Kept) -> dict[str, Any]:
     }
 
 
-def _kept(values: dict[str, Any]) -> Kept:
+def _kept(values: dict[str, Any]) -> RunRecord:
     history, means = pd.DataFrame(values.pop("history")), frozenset(values.pop("means"))
-    return Kept(history=history, means=means, **values)
+    return RunRecord(history=history, means=means, **values)

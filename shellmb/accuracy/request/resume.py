@@ -7,7 +7,7 @@ from pathlib import Path
 
 from mpi4py import MPI
 
-from shellmb.accuracy.request.place import run_to_accuracy, wanted_in
+from shellmb.accuracy.request.directory import run_to_accuracy, wanted_in
 from shellmb.accuracy.request.search import Outcome, Running
 from shellmb.running.request import read_request
 from shellmb.scene import Scene

@@ -11,32 +11,31 @@ from math import isfinite
 
 from mpi4py import MPI
 
+from shellmb.accuracy.caveats import NO_LIMIT
 from shellmb.accuracy.companions import Change, degree_of
+from shellmb.accuracy.error_estimate import ErrorEstimate
 from shellmb.accuracy.errors import FEWEST, Companions, find_companions, judged, write_errors
 from shellmb.accuracy.estimates import RATIO, step_error
 from shellmb.accuracy.family import Family, is_large
-from shellmb.accuracy.found import Found
-from shellmb.accuracy.kept import Kept, difference
+from shellmb.accuracy.measuring.stepping import free
+from shellmb.accuracy.measuring.times import slowest
 from shellmb.accuracy.modes import ModeResults
-from shellmb.accuracy.remarks import NO_LIMIT
 from shellmb.accuracy.request.choose import AIM, Choice, choose
 from shellmb.accuracy.request.levels import Level, Store
-from shellmb.accuracy.request.wanted import Wanted
-from shellmb.accuracy.request.words import label, line, percent, seconds
+from shellmb.accuracy.request.messages import label, line, percent, seconds
+from shellmb.accuracy.request.target import Target
+from shellmb.accuracy.run_record import RunRecord, difference
 from shellmb.errors import ConvergenceError, SceneError, ShellmbError, Stopped
-from shellmb.measuring.stepping import free
-from shellmb.measuring.times import slowest
 from shellmb.running.execute import RunResult
 from shellmb.running.request import Request
 from shellmb.running.results import Results
 from shellmb.scene import Scene
+from shellmb.scene.schemes import OURS
 from shellmb.schemes.registry import make_scheme
 from shellmb.simulate.simulation import Observer
 
 type Tell = Callable[[str], None]
 
-# schemes among which one is chosen
-SCHEMES = ("ep", "ed", "ep4", "ed3")
 # steps of the first level at least, so many times larger than the scene's at most
 FIRST, LARGEST = FEWEST * RATIO**2, 9
 # levels at most
@@ -97,7 +96,7 @@ class Search:
         how: How they are run.
     """
 
-    def __init__(self, scene: Scene, wanted: Wanted, store: Store, how: Running) -> None:
+    def __init__(self, scene: Scene, wanted: Target, store: Store, how: Running) -> None:
         self.scene, self.wanted, self.store, self.how = scene, wanted, store, how
         self.quantity = wanted.quantity(scene, measures=how.results is not None)
         self.levels: list[Level] = []
@@ -181,7 +180,7 @@ class Search:
                 f"scheme is 'auto', and the scene '{self.scene.name}' is static; leave it out"
             )
         found: dict[str, float] = {}
-        for scheme in SCHEMES:
+        for scheme in OURS:
             own = replace(change, scheme=scheme)
             steps = (own, *(replace(own, step=own.step * RATIO**n) for n in (1, 2)))
             series = [kept for c in steps if (kept := self._family.run(c)) is not None]
@@ -241,7 +240,7 @@ class Search:
             self.store.keep(self._family, self.levels)
         return run
 
-    def _see(self, kept: Kept) -> None:
+    def _see(self, kept: RunRecord) -> None:
         """Learn from a run which results there are.
 
         Raises:
@@ -256,7 +255,9 @@ class Search:
         found, mine = companions.find(self.quantity, scene, order_of(scene)), companions.mine
         return self._level_of(change, found, mine.cpu, mine.seconds)
 
-    def _level_of(self, change: Change, found: Found, seconds: float, stepping: float) -> Level:
+    def _level_of(
+        self, change: Change, found: ErrorEstimate, seconds: float, stepping: float
+    ) -> Level:
         """A level with its errors and its processor times."""
         scene = change.apply(self.scene)
         parts = {k: p.error for k, p in found.parts.items()}

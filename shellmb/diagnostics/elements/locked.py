@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from shellmb.diagnostics.base import Caution, said_of
+from shellmb.diagnostics.base import RunWarning, said_of
+from shellmb.diagnostics.elements.element_sums import Summed
 from shellmb.diagnostics.elements.locking import (
     BOUND,
     PRONE,
@@ -14,7 +15,6 @@ from shellmb.diagnostics.elements.locking import (
     places,
     why,
 )
-from shellmb.diagnostics.elements.summed import Summed
 from shellmb.observers.account.energy import Scalar, scalar
 from shellmb.observers.fields.nodal import state
 from shellmb.observers.summary import Sources
@@ -65,7 +65,7 @@ class Locked(Summed):
             sums[name] = rough + here, strain + energy()
         return sums
 
-    def cautions(self, simulation: Simulation) -> Iterator[Caution]:
+    def cautions(self, simulation: Simulation) -> Iterator[RunWarning]:
         """A sentence for each body that is too stiff; collective."""
         for name, (rough, energy) in self._all(simulation).items():
             share = rough / energy if energy > 0 else 0.0
@@ -73,4 +73,4 @@ class Locked(Summed):
             found = excess(body, share)
             if found.value > BOUND:
                 said = f"{said_of(simulation, name)} is too stiff in bending, by {found.said}"
-                yield Caution(self.name, name, found.value, BOUND, f"{said}: {why(body, share)}")
+                yield RunWarning(self.name, name, found.value, BOUND, f"{said}: {why(body, share)}")

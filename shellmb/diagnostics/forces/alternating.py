@@ -8,9 +8,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from shellmb.arrays import Floats
-from shellmb.diagnostics.base import Caution
+from shellmb.diagnostics.base import RunWarning
 from shellmb.observers.summary import Sources
-from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.simulate.simulation import BaseObserver, Simulation
 
 # what alternates, as a part of what does not
 SHARE = 0.1
@@ -22,7 +22,7 @@ STEPS = 50
 NOTHING = 1e-9
 
 
-class Alternating(Silent):
+class Alternating(BaseObserver):
     """Looks at the end of a run at forces of joints and efforts of drivers and force elements.
 
     They are means over a step; velocities of EP violate constraints a little, by what changes its
@@ -39,7 +39,7 @@ class Alternating(Silent):
     def __init__(self, sources: Sources) -> None:
         self._history = sources.history
 
-    def cautions(self, simulation: Simulation) -> Iterator[Caution]:
+    def cautions(self, simulation: Simulation) -> Iterator[RunWarning]:
         """Warnings about the means and end values that alternate most."""
         scheme, rows = simulation.scheme, self._history.rows
         if not scheme.dynamic or len(rows) <= STEPS:
@@ -76,7 +76,7 @@ class Alternating(Silent):
 
     def _caution(
         self, units: list[list[list[str]]], says: str, beside: dict[str, list[str]] | None = None
-    ) -> Iterator[Caution]:
+    ) -> Iterator[RunWarning]:
         """A sentence about the columns that alternate, or are apart.
 
         Args:
@@ -104,7 +104,7 @@ class Alternating(Silent):
         what = re.sub(r"\.F[1x]$", "", _bare(column))
         others = f", and {len(alternate) - 1} more" if len(alternate) > 1 else ""
         said = f"the force of '{what}'{others} {says.format(share=share)}"
-        yield Caution(self.name, None, share, SHARE, said)
+        yield RunWarning(self.name, None, share, SHARE, said)
 
 
 def _units(rows: list[dict[str, float]], ending: str) -> list[list[list[str]]]:

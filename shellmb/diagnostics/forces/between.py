@@ -8,19 +8,19 @@ from dataclasses import dataclass
 import numpy as np
 
 from shellmb.arrays import Ints
-from shellmb.diagnostics.base import Caution
+from shellmb.diagnostics.base import RunWarning
 from shellmb.diagnostics.forces.outlines import Outline
 from shellmb.model.potentials.contact import ContactGroup
 from shellmb.observers.summary import Sources
 from shellmb.scene.lookup import said
-from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.simulate.simulation import BaseObserver, Simulation
 
 # depth that nodes miss, part of the radius of a ball or rod, or of half the thickness of a box: of
 # a ball that lies between two nodes it is an eighth of the square of their distance in radii
 MISSED = 0.1
 
 
-class Between(Silent):
+class Between(BaseObserver):
     """Watches what is between nodes, or points of rigid bodies, against obstacles that these touch.
 
     Args:
@@ -55,7 +55,7 @@ class Between(Silent):
             before = self._missed.get(name, (0.0, 0.0))
             self._missed[name] = max(before, (lines.missed(simulation), simulation.t))
 
-    def cautions(self, simulation: Simulation) -> Iterator[Caution]:
+    def cautions(self, simulation: Simulation) -> Iterator[RunWarning]:
         """The contacts whose obstacles come between nodes."""
         for lines in self._lines:
             group = lines.group
@@ -63,7 +63,7 @@ class Between(Silent):
             missed, when = self._missed[item.name]
             if missed <= MISSED:
                 continue
-            yield Caution(
+            yield RunWarning(
                 self.name,
                 group.owner,
                 missed,

@@ -7,12 +7,12 @@ from collections.abc import Iterator
 import numpy as np
 
 from shellmb.arrays import Floats
-from shellmb.diagnostics.base import Caution
+from shellmb.diagnostics.base import RunWarning
 from shellmb.diagnostics.forces.impacts import Impacts
 from shellmb.model.potentials.contact import ContactGroup
 from shellmb.observers.summary import Sources
 from shellmb.scene.lookup import said
-from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.simulate.simulation import BaseObserver, Simulation
 
 # part of the radius of a ball or rod, or of half the thickness of a box: deeper, or through it
 # within a step, a point soon leaves on the other side
@@ -21,7 +21,7 @@ DEEP = 0.5
 SLID = 0.1
 
 
-class Contacts(Silent):
+class Contacts(BaseObserver):
     """Watches how points move in a step, against the obstacles that they touch.
 
     Args:
@@ -69,7 +69,7 @@ class Contacts(Silent):
                 deepest = float(np.max(depth, initial=0.0)) / shape.depth
                 self._deep[name] = max(self._deep.get(name, (0.0, 0.0)), (deepest, simulation.t))
 
-    def cautions(self, simulation: Simulation) -> Iterator[Caution]:
+    def cautions(self, simulation: Simulation) -> Iterator[RunWarning]:
         """The contacts that the steps are too long for."""
         for group in _contacts(simulation):
             item, name = group.item, group.item.name
@@ -77,7 +77,7 @@ class Contacts(Silent):
             deep, when = max(simulation.model.comm.allgather(found))
             kind = item.obstacle.label
             if deep > DEEP:
-                yield Caution(
+                yield RunWarning(
                     self.name,
                     group.owner,
                     deep,
@@ -93,7 +93,7 @@ class Contacts(Silent):
             most, (missed, then) = max(row[0] for row in rows), max(row[1:] for row in rows)
             share = missed / most if most > 0 else 0.0
             if share > SLID:
-                yield Caution(
+                yield RunWarning(
                     self.name,
                     group.owner,
                     share,

@@ -5,16 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from shellmb.diagnostics.base import Caution
+from shellmb.diagnostics.base import RunWarning
 from shellmb.diagnostics.forces.contacts import DEEP
 from shellmb.diagnostics.forces.impacts import Impacts
 from shellmb.observers.summary import Sources
 from shellmb.scene.lookup import said
 from shellmb.simulate.couplings.faces import FacesCoupling
-from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.simulate.simulation import BaseObserver, Simulation
 
 
-class TouchingFaces(Silent):
+class TouchingFaces(BaseObserver):
     """Watches how deep points come in a shell, and whether the bodies pass between them.
 
     Args:
@@ -59,19 +59,19 @@ class TouchingFaces(Silent):
                 first, deepest = self._between.get(name, (t, now))
                 self._between[name] = first, max(deepest, now)
 
-    def cautions(self, simulation: Simulation) -> Iterator[Caution]:
+    def cautions(self, simulation: Simulation) -> Iterator[RunWarning]:
         """Say what is wrong with contacts."""
         for faces in simulation.problem.couplings:
             yield from self._cautions(faces, simulation.scheme.dynamic)
 
-    def _cautions(self, faces: FacesCoupling, dynamic: bool) -> Iterator[Caution]:
+    def _cautions(self, faces: FacesCoupling, dynamic: bool) -> Iterator[RunWarning]:
         name, contact = faces.name, faces.contact
         who = said(contact.item)
         if name in self._between:
             first, (intersect, depth, when, *place) = self._between[name]
             what = "intersect" if intersect else "come too near to each other"
             how = "have passed through" if intersect else "meet"
-            yield Caution(
+            yield RunWarning(
                 self.name,
                 contact.body,
                 depth,
@@ -85,7 +85,7 @@ class TouchingFaces(Silent):
             )
         deep, when = self._deep[name]
         if deep > DEEP:
-            yield Caution(
+            yield RunWarning(
                 self.name,
                 contact.body,
                 deep,

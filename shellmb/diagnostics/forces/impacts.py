@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from shellmb.diagnostics.base import Caution
+from shellmb.diagnostics.base import RunWarning
 from shellmb.restart import Restartable
 
 # part of the largest energy of a contact that comes or goes in one step: of an impact that takes
@@ -41,7 +41,7 @@ class Impacts(Restartable):
             most, when = change, t
         self._found[name] = max(largest, energy), most, when
 
-    def cautions(self, watch: str, owner: str, name: str, who: str) -> Iterator[Caution]:
+    def cautions(self, watch: str, owner: str, name: str, who: str) -> Iterator[RunWarning]:
         """A sentence if impacts of a contact are too short for the steps.
 
         Args:
@@ -53,7 +53,7 @@ class Impacts(Restartable):
         largest, change, when = self._found.get(name, (0.0, 0.0, 0.0))
         share = change / largest if largest > 0 else 0.0
         if share > SUDDEN:
-            yield Caution(
+            yield RunWarning(
                 watch,
                 owner,
                 share,

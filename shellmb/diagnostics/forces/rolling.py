@@ -8,11 +8,11 @@ from mpi4py import MPI
 
 import numpy as np
 
-from shellmb.diagnostics.base import Caution
+from shellmb.diagnostics.base import RunWarning
+from shellmb.model.joints.contact_slip import sliding
 from shellmb.model.joints.rolling import ContactGroup
-from shellmb.model.joints.slipping import sliding
 from shellmb.observers.summary import Sources
-from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.simulate.simulation import BaseObserver, Simulation
 
 # part of the largest pressure of a run; the mean of two steps is looked at, since forces of EP
 # alternate
@@ -21,7 +21,7 @@ PULL = 1e-3
 SLIP = 2e-2
 
 
-class Lifting(Silent):
+class Lifting(BaseObserver):
     """Watches the normal forces of rolling and knife-edge joints.
 
     Args:
@@ -58,13 +58,13 @@ class Lifting(Silent):
                 if -mean > self._pull.get(name, (0.0,))[0]:
                     self._pull[name] = -mean, simulation.t
 
-    def cautions(self, simulation: Simulation) -> Iterator[Caution]:
+    def cautions(self, simulation: Simulation) -> Iterator[RunWarning]:
         """The contacts that pull."""
         for name, (pull, when) in self._pull.items():
             share = pull / self._press[name]
             if share > PULL:
                 bound = simulation.model.mechanism.joints[name]
-                yield Caution(
+                yield RunWarning(
                     self.name,
                     bound.joint.second,
                     share,
@@ -75,7 +75,7 @@ class Lifting(Silent):
                 )
 
 
-class Slipping(Silent):
+class Slipping(BaseObserver):
     """Looks at the end of a run at the slip of contacts, which EP leaves.
 
     Args:
@@ -87,7 +87,7 @@ class Slipping(Silent):
     def __init__(self, sources: Sources) -> None:
         pass
 
-    def cautions(self, simulation: Simulation) -> Iterator[Caution]:
+    def cautions(self, simulation: Simulation) -> Iterator[RunWarning]:
         """The contacts that slip by more than that."""
         for group in simulation.model.mechanism.groups:
             if not isinstance(group, ContactGroup):
@@ -101,7 +101,7 @@ class Slipping(Silent):
             ):
                 if share > SLIP:
                     joint = group.joints[item].joint
-                    yield Caution(
+                    yield RunWarning(
                         self.name,
                         joint.second,
                         share,

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from shellmb.diagnostics.base import Caution
+from shellmb.diagnostics.base import RunWarning
 from shellmb.observers.summary import Sources
-from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.simulate.simulation import BaseObserver, Simulation
 
 # relative change of an unknown by round-off alone that is said: six digits are enough
 KNOWN = 1e-6
 
 
-class Undetermined(Silent):
+class Undetermined(BaseObserver):
     """Watches what round-off alone changes in solutions.
 
     Args:
@@ -31,10 +31,10 @@ class Undetermined(Silent):
         if change > self._worst:
             self._worst, self._what, self._time = change, what, simulation.t
 
-    def cautions(self, simulation: Simulation) -> Iterator[Caution]:
+    def cautions(self, simulation: Simulation) -> Iterator[RunWarning]:
         """A sentence if it is much."""
         if self._worst > KNOWN:
-            yield Caution(
+            yield RunWarning(
                 self.name,
                 None,
                 self._worst,

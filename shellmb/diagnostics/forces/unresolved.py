@@ -13,14 +13,14 @@ from typing import Any
 import numpy as np
 
 from shellmb.arrays import Floats
-from shellmb.diagnostics.base import Caution
+from shellmb.diagnostics.base import RunWarning
 from shellmb.model.elements.elements import Motors
 from shellmb.model.elements.lawvalues import LawValues
 from shellmb.model.joints.columns import COLUMN
 from shellmb.observers.summary import Sources
 from shellmb.scene.lookup import said
 from shellmb.schemes.base import GAUSS_TIMES, GAUSS_WEIGHTS
-from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.simulate.simulation import BaseObserver, Simulation
 
 # part of an impulse that is said where it is off; of what is smooth in steps it is below 1e-5
 MISSED = 1e-3
@@ -31,7 +31,7 @@ MORE = np.concatenate([-GAUSS_WEIGHTS, GAUSS_WEIGHTS / 2, GAUSS_WEIGHTS / 2])
 TOGETHER = 512
 
 
-class Unresolved(Silent):
+class Unresolved(BaseObserver):
     """Looks at the end of a run at what acted between the points of its steps.
 
     Args:
@@ -43,7 +43,7 @@ class Unresolved(Silent):
     def __init__(self, sources: Sources) -> None:
         self._history = sources.history
 
-    def cautions(self, simulation: Simulation) -> Iterator[Caution]:
+    def cautions(self, simulation: Simulation) -> Iterator[RunWarning]:
         """A sentence for each load and motor that steps do not resolve."""
         rows = self._history.rows
         if not simulation.scheme.dynamic or len(rows) < 2:
@@ -60,7 +60,7 @@ class Unresolved(Silent):
                     x = np.array([row[column] for row in rows])
                     yield from self._caution(said(item.element), t, _along(law, t, x))
 
-    def _caution(self, who: str, t: Floats, values: Floats) -> Iterator[Caution]:
+    def _caution(self, who: str, t: Floats, values: Floats) -> Iterator[RunWarning]:
         """Say what is missed of an impulse, if it is much.
 
         Args:
@@ -74,7 +74,7 @@ class Unresolved(Silent):
         if not share > MISSED:
             return
         worst = int(np.argmax(missed))
-        yield Caution(
+        yield RunWarning(
             self.name,
             None,
             share,

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from shellmb.diagnostics.base import Caution
+from shellmb.diagnostics.base import RunWarning
 from shellmb.observers.summary import Sources
-from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.simulate.simulation import BaseObserver, Simulation
 
 
-class LimitPoints(Silent):
+class LimitPoints(BaseObserver):
     """Looks whether all limit points of a path were located.
 
     Newton's method finds them where forces are smooth; contact that opens there has a corner.
@@ -23,12 +23,12 @@ class LimitPoints(Silent):
     def __init__(self, sources: Sources) -> None:
         pass
 
-    def cautions(self, simulation: Simulation) -> Iterator[Caution]:
+    def cautions(self, simulation: Simulation) -> Iterator[RunWarning]:
         """A sentence for the first one that was not."""
         path = simulation.path
         if path is None or not path.unsure:
             return
-        yield Caution(
+        yield RunWarning(
             self.name,
             None,
             float(len(path.unsure)),

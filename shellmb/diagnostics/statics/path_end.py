@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from shellmb.diagnostics.base import Caution
+from shellmb.diagnostics.base import RunWarning
 from shellmb.observers.summary import Sources
 from shellmb.simulate.paths.arclength import FARTHEST, ArcSize
-from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.simulate.simulation import BaseObserver, Simulation
 
 
-class PathEnd(Silent):
+class PathEnd(BaseObserver):
     """Looks at the end of a path whether it came to its `load_end`.
 
     Time is an arc length that grows like the load factor at the start. Slender bodies move far more
@@ -25,7 +25,7 @@ class PathEnd(Silent):
     def __init__(self, sources: Sources) -> None:
         pass
 
-    def cautions(self, simulation: Simulation) -> Iterator[Caution]:
+    def cautions(self, simulation: Simulation) -> Iterator[RunWarning]:
         """A sentence if the load factor is another one at the end of the longest path."""
         path, scene, size = simulation.path, simulation.scene.path, simulation.size
         if path is None or scene is None or scene.load_end is None or path.finished:
@@ -33,7 +33,7 @@ class PathEnd(Silent):
         if simulation.t < simulation.t_end or not isinstance(size, ArcSize):
             return
         whole = size.farthest / FARTHEST
-        yield Caution(
+        yield RunWarning(
             self.name,
             None,
             path.factor,

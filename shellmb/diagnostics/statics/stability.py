@@ -10,10 +10,10 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from shellmb.diagnostics.base import Caution
+from shellmb.diagnostics.base import RunWarning
 from shellmb.observers.summary import Sources
-from shellmb.simulate.simulation import Silent, Simulation
-from shellmb.simulate.stability import Found, Stability
+from shellmb.simulate.simulation import BaseObserver, Simulation
+from shellmb.simulate.stability import Stability, StabilityState
 
 # unknowns up to which a count takes about as long as a step of a few iterations; and counts of a
 # run, which add up to less than what its start takes
@@ -31,7 +31,7 @@ TOUCHING = (
 )
 
 
-class Unstable(Silent):
+class Unstable(BaseObserver):
     """Counts unstable directions of the states of static runs.
 
     Args:
@@ -64,13 +64,13 @@ class Unstable(Silent):
         if simulation.step % every == 0:
             self._take(simulation.t, self._stability.look())
 
-    def _take(self, t: float, found: Found) -> None:
+    def _take(self, t: float, found: StabilityState) -> None:
         if found.unstable:
             self._most = max(self._most, found.unstable)
             self._first = self._first or (self._last, t)
         self._last = t
 
-    def cautions(self, simulation: Simulation) -> Iterator[Caution]:
+    def cautions(self, simulation: Simulation) -> Iterator[RunWarning]:
         """A sentence about the end, or about what was passed."""
         if self._unknown:
             yield self._not_known(simulation)
@@ -83,7 +83,7 @@ class Unstable(Silent):
         factor = f"t = {t:g} (load factor {simulation.problem.start_factor(t, None):g})"
         count = now.unstable or 0
         if count:
-            yield Caution(
+            yield RunWarning(
                 self.name,
                 None,
                 float(count),
@@ -92,7 +92,7 @@ class Unstable(Silent):
                 f"{self._since(t)}: the structure does not stay in it; {self._remedies}",
             )
         elif self._first is not None:
-            yield Caution(
+            yield RunWarning(
                 self.name,
                 None,
                 float(self._most),
@@ -107,8 +107,8 @@ class Unstable(Silent):
             return ""
         return f", as those from t = {self._first[1]:g} on"
 
-    def _not_known(self, simulation: Simulation) -> Caution:
-        return Caution(
+    def _not_known(self, simulation: Simulation) -> RunWarning:
+        return RunWarning(
             self.name,
             None,
             float(self._unknown),
@@ -119,7 +119,7 @@ class Unstable(Silent):
         )
 
 
-def _directions(found: Found) -> str:
+def _directions(found: StabilityState) -> str:
     """Number of directions, in words."""
     if not found.symmetric:
         # the sign of a determinant

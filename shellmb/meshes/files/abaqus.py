@@ -17,7 +17,7 @@ import numpy as np
 from shellmb.arrays import Floats, Ints
 from shellmb.errors import SceneError
 from shellmb.meshes.files.cards import included
-from shellmb.meshes.files.found import Found
+from shellmb.meshes.files.file_content import FileContent
 
 __all__ = ["read_abaqus"]
 
@@ -54,7 +54,7 @@ class _Part:
     sets: dict[str, list[int]] = field(default_factory=dict)
 
 
-def read_abaqus(path: Path, who: str) -> Found:
+def read_abaqus(path: Path, who: str) -> FileContent:
     """Read an input file.
 
     Args:
@@ -83,7 +83,7 @@ class _Reader:
         # sets whose sections have a direction
         self.oriented: set[str] = set()
 
-    def read(self, path: Path) -> Found:
+    def read(self, path: Path) -> FileContent:
         for name, options, data in _keywords((path,), self.who, []):
             try:
                 self._take(name, options, data)
@@ -225,7 +225,7 @@ class _Reader:
         else:
             self._named(name).extend(numbers)
 
-    def _found(self) -> Found:
+    def _found(self) -> FileContent:
         """All instances, each with its nodes where it stands; without any the file as it is."""
         placed: list[tuple[str, _Part, list[list[float]]]] = []
         placed += [("", self.whole, [])] if self.whole.nodes or not self.parts else []
@@ -261,7 +261,7 @@ class _Reader:
         for name, group in groups.items():
             for kind, of_group in group.items() if name.upper() in self.oriented else ():
                 directed.setdefault(kind, []).extend(of_group)
-        return Found(
+        return FileContent(
             np.array(x, dtype=float).reshape(-1, 3),
             {kind: np.array(rows, dtype=np.int64) for kind, rows in cells.items()},
             {

@@ -8,7 +8,7 @@ from dolfinx.io.gmsh import cell_perm_array
 from dolfinx.mesh import CellType
 
 from shellmb.arrays import Floats, Ints
-from shellmb.meshes.files.found import KINDS
+from shellmb.meshes.files.file_content import KINDS
 from shellmb.meshes.raw import Cell
 
 __all__ = ["cut", "of_one_order", "weights"]

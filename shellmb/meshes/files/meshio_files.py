@@ -11,8 +11,8 @@ import numpy as np
 
 from shellmb.arrays import Floats, Ints
 from shellmb.errors import SceneError
-from shellmb.guarding.endless import reading
-from shellmb.meshes.files.found import Found
+from shellmb.files.read_timeout import reading
+from shellmb.meshes.files.file_content import FileContent
 from shellmb.scene.values.validate import in_words
 
 __all__ = ["read_meshio"]
@@ -30,7 +30,7 @@ LINES = ("line", "line3")
 NAMING = {".msh"}
 
 
-def read_meshio(path: Path, who: str) -> Found:
+def read_meshio(path: Path, who: str) -> FileContent:
     """Read a mesh.
 
     Args:
@@ -75,7 +75,7 @@ def read_meshio(path: Path, who: str) -> Found:
     joint = {k: np.concatenate(rows) for k, rows in blocks.items() if k != "polygon"}
     if "polygon" in blocks:
         left_out["cells 'polygon'"] = sum(map(len, blocks["polygon"]))
-    found = Found(x, {k: joint[k] for k in joint if k in CELLS.values()})
+    found = FileContent(x, {k: joint[k] for k in joint if k in CELLS.values()})
     named = _named(mesh)
     for name, rows_of in named.items():
         for (kind, begin), rows in zip(begins, rows_of, strict=True):
@@ -102,7 +102,7 @@ def read_meshio(path: Path, who: str) -> Found:
     return found
 
 
-def _sides(found: Found) -> Ints:
+def _sides(found: FileContent) -> Ints:
     """Ends of the sides of all cells, each pair as one number."""
     pairs = [np.zeros((0, 2), dtype=np.int64)]
     for kind, rows in found.cells.items():

@@ -16,7 +16,7 @@ import numpy as np
 from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.meshes.files.cards import cards, integer, real
-from shellmb.meshes.files.found import KINDS, Found
+from shellmb.meshes.files.file_content import KINDS, FileContent
 
 __all__ = ["is_nastran", "read_nastran"]
 
@@ -50,7 +50,7 @@ def is_nastran(path: Path) -> bool:
     return bool(re.search(found, begin, re.IGNORECASE | re.MULTILINE))
 
 
-def read_nastran(path: Path, who: str) -> Found:
+def read_nastran(path: Path, who: str) -> FileContent:
     """Read a deck.
 
     Args:
@@ -88,7 +88,7 @@ def read_nastran(path: Path, who: str) -> Found:
             left_out[offsets[part]] += 1
         groups.setdefault(f"PID {part}", {}).setdefault(kind, []).append(len(of_kind))
         of_kind.append(nodes)
-    return Found(
+    return FileContent(
         np.array(x, dtype=float).reshape(-1, 3),
         {kind: np.array(rows, dtype=np.int64) for kind, rows in cells.items()},
         {

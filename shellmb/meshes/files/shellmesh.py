@@ -9,7 +9,7 @@ from scipy.sparse.csgraph import connected_components
 from shellmb.arrays import Floats, Ints
 from shellmb.errors import SceneError, warn
 from shellmb.meshes.edges_where import true_at
-from shellmb.meshes.files.found import KINDS, Found
+from shellmb.meshes.files.file_content import KINDS, FileContent
 from shellmb.meshes.files.gaps import gaps
 from shellmb.meshes.files.joined import doubles, empty, joined
 from shellmb.meshes.files.kinds import cut, of_one_order
@@ -26,7 +26,7 @@ NAMES = {"quad": "quadrilaterals", "tri": "triangles"}
 PLACES = 5
 
 
-def shell_mesh(found: Found, shell: Shell, group: str | tuple[str, ...] | None) -> RawMesh:
+def shell_mesh(found: FileContent, shell: Shell, group: str | tuple[str, ...] | None) -> RawMesh:
     """The mesh of a shell.
 
     Args:
@@ -99,7 +99,7 @@ def _size(x: Floats) -> float:
     return float(np.ptp(x, axis=0).max()) if len(x) else 0.0
 
 
-def _chosen(found: Found, group: str | tuple[str, ...] | None, who: str) -> dict[str, Ints]:
+def _chosen(found: FileContent, group: str | tuple[str, ...] | None, who: str) -> dict[str, Ints]:
     """Rows of the cells of groups by kind, or of all."""
     if group is None:
         chosen = {kind: np.arange(len(rows)) for kind, rows in found.cells.items() if len(rows)}
@@ -121,7 +121,7 @@ def _chosen(found: Found, group: str | tuple[str, ...] | None, who: str) -> dict
     return chosen
 
 
-def _refuse_directions(found: Found, chosen: dict[str, Ints], shell: Shell, who: str) -> None:
+def _refuse_directions(found: FileContent, chosen: dict[str, Ints], shell: Shell, who: str) -> None:
     """Refuse directions of a file where stiffness depends on them and the scene gives none."""
     if shell.direction is not None or isinstance(shell.section, Isotropic | Hyperelastic):
         return
@@ -157,13 +157,13 @@ def _where(
     return cells, {c: parents[c][true[c]] for c in cells}
 
 
-def _offsets(found: Found) -> dict[str, int]:
+def _offsets(found: FileContent) -> dict[str, int]:
     """Number of the first cell of each kind, where all cells are counted through."""
     counts = np.cumsum([0, *(len(rows) for rows in found.cells.values())])
     return dict(zip(found.cells, counts.tolist(), strict=False))
 
 
-def _numbers(found: Found, rows: dict[str, Ints]) -> dict[str, Ints]:
+def _numbers(found: FileContent, rows: dict[str, Ints]) -> dict[str, Ints]:
     """Numbers of cells by kind, where all are counted through."""
     first = _offsets(found)
     return {kind: first[kind] + np.asarray(some) for kind, some in rows.items()}
@@ -273,7 +273,7 @@ def _of_one_type(
 
 
 def _edges(
-    found: Found, same: Ints, used: Ints, x: Floats, rows: Ints, cell: Cell
+    found: FileContent, same: Ints, used: Ints, x: Floats, rows: Ints, cell: Cell
 ) -> dict[str, Ints]:
     """Facets of the mesh on each named line; lines without any are left out."""
     if not found.lines:
@@ -305,14 +305,14 @@ def _edges(
     return edges
 
 
-def _points(found: Found, same: Ints, used: Ints) -> dict[str, int]:
+def _points(found: FileContent, same: Ints, used: Ints) -> dict[str, int]:
     """Named points that are nodes of the shell."""
     place = {int(node): k for k, node in enumerate(used)}
     rows = {name: int(same[row]) for name, row in found.points.items()}
     return {name: place[row] for name, row in rows.items() if row in place}
 
 
-def _areas(found: Found, shell: Shell, parent: Ints) -> dict[str, Ints]:
+def _areas(found: FileContent, shell: Shell, parent: Ints) -> dict[str, Ints]:
     """Cells of each group that is a part of the surface, unless the scene has another such name."""
     surface = shell.surface
     assert isinstance(surface, Meshed)

@@ -13,7 +13,7 @@ import numpy as np
 
 from shellmb.arrays import Ints
 from shellmb.errors import SceneError, warn
-from shellmb.meshes.files.found import Found
+from shellmb.meshes.files.file_content import FileContent
 from shellmb.meshes.files.shellmesh import shell_mesh
 from shellmb.meshes.raw import RawMesh
 from shellmb.scene import GmshFile, GmshModel, Shell
@@ -171,7 +171,7 @@ def _extract(model: Any, shell: Shell) -> RawMesh:
         for name, parts in _groups(model, 2).items()
         if set(map(int, parts)) <= set(entities)
     }
-    found = Found(
+    found = FileContent(
         coordinates.reshape(-1, 3),
         cells,
         groups,

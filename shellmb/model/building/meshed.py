@@ -9,7 +9,7 @@ from shellmb.meshes.surfaces.shell_lines import ShellLine
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.frames.glue import line_along
 from shellmb.model.frames.linear import build_beam
-from shellmb.model.plausible import doubt_slits, doubt_thickness
+from shellmb.model.sanity_checks import doubt_slits, doubt_thickness
 from shellmb.model.sections.natural import Distributed
 from shellmb.model.sections.natural_size import doubt_natural
 from shellmb.model.sections.unit_slips import doubt_units

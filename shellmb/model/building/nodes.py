@@ -11,10 +11,10 @@ import numpy as np
 from shellmb.arrays import Floats
 from shellmb.model.building.meshed import Meshed
 from shellmb.model.frames.rigid import GROUND, RigidBodies, ground_node, rigid_node
-from shellmb.model.frames.rigidify import RigidMeshes
+from shellmb.model.frames.rigid_from_mesh import RigidMeshes
 from shellmb.model.locations.finder import RigidPlaces
-from shellmb.model.own.placed import PlacedBody
 from shellmb.model.reduced.data import ModalBody
+from shellmb.model.user_bodies.placed import PlacedBody
 from shellmb.scene import Scene
 from shellmb.scene.loads.loads import Gravity
 from shellmb.scene.multibody.elements import PointElement

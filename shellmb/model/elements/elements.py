@@ -19,7 +19,7 @@ from shellmb.forms.constraints import elements as forms
 from shellmb.forms.state import Layout
 from shellmb.meshes.nodes import constant_vector, node_mesh, node_space, set_constants
 from shellmb.model.body import Elastic, Rates
-from shellmb.model.elements.bound import BoundElement
+from shellmb.model.elements.force_element import BoundElement
 from shellmb.model.elements.lawvalues import LawValues
 from shellmb.model.elements.springs import LawSprings, LinearSprings
 from shellmb.model.joints.coordinates import gathered, scalar_links

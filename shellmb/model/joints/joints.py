@@ -23,7 +23,7 @@ from shellmb.model.body import LoadFactors, TimeFunction
 from shellmb.model.joints.constraints import ConstraintGroup, GivenValues, forces_and_sizes
 from shellmb.model.locations.ends import End, EndGroup, end_pair, frame_about
 from shellmb.model.massless import Massless
-from shellmb.model.own.joints import check_equations, own_kind
+from shellmb.model.user_bodies.joints import check_equations, own_kind
 from shellmb.scene import Scene
 from shellmb.scene.loads.loads import Gravity
 from shellmb.scene.multibody import joints as scene_joints

@@ -12,8 +12,8 @@ import numpy as np
 
 from shellmb.errors import SceneError
 from shellmb.model.body import Body, FixedDofs, PrescribedTurn, TimeFunction
-from shellmb.model.elements.bound import BoundElement, bind_element, coordinate_of
 from shellmb.model.elements.elements import ElementGroup, Motors, check_at_rest, element_groups
+from shellmb.model.elements.force_element import BoundElement, bind_element, coordinate_of
 from shellmb.model.hinges.edges import bind_hinges
 from shellmb.model.hinges.frames import EdgeFrames
 from shellmb.model.joints.columns import (
@@ -27,6 +27,7 @@ from shellmb.model.joints.columns import (
     read_coordinates,
 )
 from shellmb.model.joints.constraints import ConstraintGroup
+from shellmb.model.joints.contact_slip import read_contacts
 from shellmb.model.joints.coordinates import (
     BoundCoordinate,
     Coordinate,
@@ -45,7 +46,6 @@ from shellmb.model.joints.joints import (
 from shellmb.model.joints.linear import HeldCoordinates, TiedCoordinates
 from shellmb.model.joints.regions import bind
 from shellmb.model.joints.rolling import BoundContact, bind_contact, contact_groups
-from shellmb.model.joints.slipping import read_contacts
 from shellmb.model.joints.switches import Locks, State, Switched, Switches, Windows
 from shellmb.model.locations.finder import Finder
 from shellmb.model.shells.shell import ShellModel

@@ -49,7 +49,7 @@ from shellmb.scene import Scene
 from shellmb.scene.checks.locations import numbers_at
 from shellmb.scene.loads.volumes import EnclosedVolume
 from shellmb.scene.lookup import said
-from shellmb.scene.schemes import KEEP_ANGULAR_MOMENTUM
+from shellmb.scene.schemes import SCHEMES, Traits
 
 ADVICE = "a smaller step"
 # pressure, relative to its size, below which it counts as zero
@@ -335,7 +335,8 @@ def enclosed_volumes(
         gas = item.gas
         pressure = force / length**2 if gas is None else max(gas.pressure, gas.outside)
         # planes of two normals hold it
-        moment_free = scene.scheme_name in KEEP_ANGULAR_MOMENTUM and not differ(normals)
+        traits = SCHEMES.get(scene.scheme_name, Traits())
+        moment_free = traits.keeps_angular_momentum and not differ(normals)
         filling = Filling(item, comm, abs(volume), pressure, moment_free)
         surfaces = [
             Enclosing(item, shell, float(outwards * sign), filling)

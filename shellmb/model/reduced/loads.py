@@ -33,7 +33,7 @@ from shellmb.meshes.nodes import NodeMesh, constant_vector, node_mesh, node_spac
 from shellmb.model.body import LoadFactors, TimeFunction
 from shellmb.model.massless import Massless
 from shellmb.model.reduced.data import amplitudes
-from shellmb.model.reduced.onframe import OnArms, Reduced, frame_links
+from shellmb.model.reduced.floating_body import OnArms, Reduced, frame_links
 
 
 class Factors:

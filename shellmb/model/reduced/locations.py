@@ -29,7 +29,7 @@ from shellmb.model.body import NodeLink
 from shellmb.model.locations.nodes import part_dofs
 from shellmb.model.potentials.points import Points, points_on
 from shellmb.model.reduced.data import Member, amplitudes
-from shellmb.model.reduced.onframe import Reduced, frame_links
+from shellmb.model.reduced.floating_body import Reduced, frame_links
 
 
 def _gathered(member: Member, wanted: Ints) -> tuple[Floats, Floats]:

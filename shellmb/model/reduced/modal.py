@@ -9,10 +9,10 @@ from mpi4py import MPI
 from shellmb.model.body import Body
 from shellmb.model.frames.rigid import RigidBodies
 from shellmb.model.reduced.data import ModalBody
+from shellmb.model.reduced.floating_body import InertiaPoints, Interfaces, Reduced
 from shellmb.model.reduced.loads import FrameLoads, LoadPoints
 from shellmb.model.reduced.locations import ModalPoints, reduced_points
 from shellmb.model.reduced.modes import Modes
-from shellmb.model.reduced.onframe import InertiaPoints, Interfaces, Reduced
 from shellmb.model.reduced.terms import ModalTerms, has_terms
 
 

@@ -26,7 +26,7 @@ from shellmb.model.body import NodeLink, Rates
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.massless import Massless
 from shellmb.model.reduced.data import Member, amplitudes
-from shellmb.model.reduced.onframe import Reduced
+from shellmb.model.reduced.floating_body import Reduced
 
 
 def has_terms(member: Member) -> bool:

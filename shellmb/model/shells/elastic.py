@@ -20,7 +20,7 @@ from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed
 from shellmb.forms.steps.path import is_quadratic
 from shellmb.forms.surface import Surface
 from shellmb.model.sections.strains import GeneralStrains, HyperelasticStrains, Strains
-from shellmb.model.shells.bound import BoundShell
+from shellmb.model.shells.discrete_shell import DiscreteShell
 from shellmb.native.expressions import compiled_expression
 from shellmb.scene.values.validate import show
 
@@ -28,7 +28,7 @@ from shellmb.scene.values.validate import show
 NONE = 1e-10
 
 
-def shell_strains(shell: BoundShell) -> tuple[Strains, ...]:
+def shell_strains(shell: DiscreteShell) -> tuple[Strains, ...]:
     """Strains of a shell with their section.
 
     Args:
@@ -49,7 +49,7 @@ def shell_strains(shell: BoundShell) -> tuple[Strains, ...]:
     return (GeneralStrains(section, *common, weight, _product_of(shell)),)
 
 
-def _refuse_prestrain(shell: BoundShell) -> None:
+def _refuse_prestrain(shell: DiscreteShell) -> None:
     """Refuse strains of the user that are not zero at rest: resultants begin as zero; collective.
 
     Raises:
@@ -77,7 +77,7 @@ def _refuse_prestrain(shell: BoundShell) -> None:
         )
 
 
-def _product_of(shell: BoundShell) -> Callable[[Expr, Expr], Expr]:
+def _product_of(shell: DiscreteShell) -> Callable[[Expr, Expr], Expr]:
     """Product of two states of a shell, by their gradients and directors."""
     return partial(_product, shell.straining, shell.surface, shell.thickness)
 
@@ -90,7 +90,7 @@ def _product(
     return sum(s * ufl.dot(x, y) for s, x, y in zip(sizes, first, second, strict=True))
 
 
-def quadratic_strains(shell: BoundShell) -> bool:
+def quadratic_strains(shell: DiscreteShell) -> bool:
     """Decide whether strains are at most quadratic in the state."""
     if shell.shell.strains is None:
         return True

@@ -20,7 +20,7 @@ from shellmb.scene import Shell
 
 
 class LinearShell(ShellModel):
-    """A shell with a floating frame; made as `BoundShell` is."""
+    """A shell with a floating frame; made as `DiscreteShell` is."""
 
     everywhere = EVERYWHERE
 
@@ -56,6 +56,6 @@ class LinearShell(ShellModel):
 def build_shell(
     shell: Shell, surface_mesh: SurfaceMesh, loads: Sequence[Distributed], dynamic: bool
 ) -> ShellModel:
-    """A shell with the strains that its model has; arguments as of `BoundShell`."""
+    """A shell with the strains that its model has; arguments as of `DiscreteShell`."""
     kind = LinearShell if shell.model == "floating-frame" else ShellModel
     return kind(shell, surface_mesh, loads, dynamic)

@@ -15,7 +15,7 @@ from shellmb.forms import loads as load_forms
 from shellmb.forms.surface import Surface
 from shellmb.model.body import TimeFunction
 from shellmb.model.sections.natural import Distributed, NaturalStress
-from shellmb.model.shells.bound import BoundShell
+from shellmb.model.shells.discrete_shell import DiscreteShell
 from shellmb.model.shells.positions import interpolated
 from shellmb.scene.loads.loads import (
     EdgeForce,
@@ -80,7 +80,7 @@ class ShellLoads(DistributedLoads):
         loads: Its loads.
     """
 
-    def __init__(self, body: BoundShell, loads: Sequence[Distributed]) -> None:
+    def __init__(self, body: DiscreteShell, loads: Sequence[Distributed]) -> None:
         super().__init__(body.mixed.space.mesh, loads, body.natural)
         self._body = body
 

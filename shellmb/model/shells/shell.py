@@ -24,16 +24,15 @@ from shellmb.model.sections.branches import MaxwellBranches
 from shellmb.model.sections.damping import StrainDamping, mass_damping, slowing
 from shellmb.model.sections.section import Arm, mass_arm
 from shellmb.model.sections.strains import HyperelasticStrains, Strains
-from shellmb.model.shells.bound import BoundShell
+from shellmb.model.shells.discrete_shell import DiscreteShell
 from shellmb.model.shells.elastic import shell_strains
 from shellmb.model.shells.loads import ShellLoads
-from shellmb.model.shells.relaxing import maxwell_branches
-from shellmb.model.shells.viscous import strain_damping
+from shellmb.model.shells.viscous import maxwell_branches, strain_damping
 from shellmb.model.user_forms import virtual_work
 
 
-class ShellModel(BoundShell):
-    """A shell body: energies, and virtual work of all that acts in it; made as `BoundShell` is."""
+class ShellModel(DiscreteShell):
+    """A shell body: energies, and virtual work of all that acts in it."""
 
     @cached_property
     def elastic(self) -> tuple[Strains, ...]:

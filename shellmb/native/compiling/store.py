@@ -218,7 +218,7 @@ def seal(library: Path) -> None:
         os.fchmod(file.fileno(), stat.S_IMODE(os.fstat(file.fileno()).st_mode) & ~OTHERS)
 
 
-def is_whole(library: Path) -> bool:
+def is_intact(library: Path) -> bool:
     """Decide whether a library is there, ours, and as it was written.
 
     Args:

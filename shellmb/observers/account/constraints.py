@@ -11,7 +11,7 @@ import numpy as np
 from shellmb.arrays import Bools, Floats
 from shellmb.model.body import Body, constraint_errors
 from shellmb.model.joints.joints import JointGroup
-from shellmb.observers.booking import STEPS, Booked, Kept, Row
+from shellmb.observers.deferred_observer import STEPS, DeferredNumbers, DeferredObserver, Row
 from shellmb.observers.fields.nodal import nodal_bodies
 from shellmb.simulate.simulation import Simulation
 
@@ -20,7 +20,7 @@ from shellmb.simulate.simulation import Simulation
 SMALL = 2000
 
 
-class Constraints(Booked):
+class Constraints(DeferredObserver):
     """Largest constraint errors; nothing in linear statics, where constraints are linearised."""
 
     remembered = ("_director_max", "_constraint_max", "_joints")
@@ -75,7 +75,7 @@ class Constraints(Booked):
         self._switched_groups = [group for group in self._groups if group.switched]
         kept: list[_Errors | _Violations] = [body for body in self._bodies if body.small]
         kept += self._groups
-        self._kept = Kept([each.q for each in kept])
+        self._kept = DeferredNumbers([each.q for each in kept])
         for each, states in zip(kept, self._kept.tables, strict=True):
             each.states = states
         # of each step: of directors, of all constraints, and of each joint

@@ -21,7 +21,7 @@ from shellmb.model.body import Body, kinetic_energy
 from shellmb.model.body import strain_energy as stored_energy
 from shellmb.model.sections.branches import MaxwellBranches
 from shellmb.observers.account.sizes import stiffness_of
-from shellmb.observers.booking import STEPS, Booked, Row
+from shellmb.observers.deferred_observer import STEPS, DeferredObserver, Row
 from shellmb.schemes.base import Levels
 from shellmb.schemes.linearised import change, strain_energy
 from shellmb.simulate.couplings.faces import FacesCoupling
@@ -58,7 +58,7 @@ _SUMS = ("_values", "_error", "_exchanged", "_dissipated", "_initial")
 _SIZES = ("_largest", "_lowest", "_fastest", "_floor", "_there")
 
 
-class EnergyAccount(Booked):
+class EnergyAccount(DeferredObserver):
     """Keeps the energy balance of a dynamic run."""
 
     NAMES = (

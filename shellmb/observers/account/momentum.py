@@ -20,11 +20,11 @@ from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats
 from shellmb.observers.account.energy import EnergyAccount, present
-from shellmb.observers.booking import STEPS, Booked, Row
+from shellmb.observers.deferred_observer import STEPS, DeferredObserver, Row
 from shellmb.observers.forces.impulse import Impulse
 from shellmb.simulate.simulation import Simulation
+from shellmb.system.assembly.deferred import DeferredValues
 from shellmb.system.assembly.functionals import functionals, functionals_of_steps, vector_of
-from shellmb.system.assembly.steps import OfSteps
 
 KINDS = {"momentum": "linear", "angular momentum": "angular"}
 # impulses of loads, of supports, and of impacts at which something begins to act
@@ -40,7 +40,7 @@ SMALL = 1e-3
 SLOWEST, STILL = 1e-9, 1e-10
 
 
-class Momentum(Booked):
+class Momentum(DeferredObserver):
     """Momenta about the origin, what was exchanged of them, and their drift.
 
     Args:
@@ -91,7 +91,7 @@ class Momentum(Booked):
             self._drift.setdefault(kind, 0.0)
         self._sizes(self._vectors[:, None])
 
-    def _functionals(self, simulation: Simulation, bodies: list[Any]) -> OfSteps:
+    def _functionals(self, simulation: Simulation, bodies: list[Any]) -> DeferredValues:
         """Both momenta, six numbers."""
         forms: list[Form | None] = []
         for body, axes in zip(bodies, self._axes, strict=True):

@@ -20,7 +20,7 @@ import numpy as np
 from shellmb.arrays import Floats
 from shellmb.model.frames.rigid import GROUND, RigidBodies
 from shellmb.native.operations import operations
-from shellmb.observers.booking import STEPS, Booked, Row
+from shellmb.observers.deferred_observer import STEPS, DeferredObserver, Row
 from shellmb.observers.fields.nodal import Nodes, nodal_bodies
 from shellmb.simulate.simulation import Simulation
 
@@ -73,7 +73,7 @@ class Turn:
             self.t, self.dt = when[angles.index(most)]
 
 
-class BodyRotations(Booked):
+class BodyRotations(DeferredObserver):
     """Follows how all bodies of a dynamic scene turn."""
 
     def __init__(self) -> None:

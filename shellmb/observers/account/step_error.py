@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
-from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.simulate.simulation import BaseObserver, Simulation
 from shellmb.simulate.stepsize.tolerance import ErrorSize
 
 UNIT = "1: error by the time a motion as large as the body has turned by 1 rad, over its size"
 
 
-class StepError(Silent):
+class StepError(BaseObserver):
     """The estimated error of each step, for the history of runs that are controlled by it."""
 
     def __init__(self) -> None:

@@ -11,8 +11,8 @@ from shellmb.arrays import Bools, Floats, Int32s
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.frames.rigid import RigidBodies
 from shellmb.model.model import Model
-from shellmb.model.own.placed import PlacedBody
 from shellmb.model.shells.shell import ShellModel
+from shellmb.model.user_bodies.placed import PlacedBody
 from shellmb.native.assembler import NodeSums
 from shellmb.native.operations import operations
 from shellmb.simulate.simulation import Simulation

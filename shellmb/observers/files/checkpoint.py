@@ -13,10 +13,10 @@ import numpy as np
 
 from shellmb.arrays import Floats, Ints
 from shellmb.errors import ControlError, ConvergenceError, Stopped
-from shellmb.guarding.seal import checksum, sealed
-from shellmb.guarding.writing import drafted, make_folder, write_text
+from shellmb.files.checksums import add_checksum, checksum
+from shellmb.files.writing import drafted, make_folder, write_text
 from shellmb.scene.fingerprint import Fingerprint, fingerprint
-from shellmb.simulate.simulation import Observer, Silent, Simulation
+from shellmb.simulate.simulation import BaseObserver, Observer, Simulation
 
 Arrays = dict[str, Floats]
 
@@ -75,7 +75,7 @@ class Later(Protocol):
         ...
 
 
-class Checkpoint(Silent):
+class Checkpoint(BaseObserver):
     """Writes the last accepted state now and then, at the end, and when a run fails.
 
     The arrays of a step are written first, one file per rank; `state.json`, replaced in one go,
@@ -172,7 +172,7 @@ class Checkpoint(Silent):
                 "simulation": simulation,
                 "observers": observers | counted,
             }
-            write_text(self._folder / STATE_FILE, json.dumps(sealed(state), indent=1))
+            write_text(self._folder / STATE_FILE, json.dumps(add_checksum(state), indent=1))
             kept = (f"{stem}-", f"cells-of-{self._comm.size}-")
             for old in self._folder.glob("*-rank*.npz"):
                 if not old.name.startswith(kept):

@@ -10,8 +10,8 @@ from typing import Any
 from pydantic import TypeAdapter, ValidationError
 
 from shellmb.errors import SceneError
-from shellmb.guarding.reading import read_json
-from shellmb.guarding.writing import write_text
+from shellmb.files.reading import read_json
+from shellmb.files.writing import write_text
 from shellmb.scene import Beam, Scene, Shell
 from shellmb.scene.units import Units, parse_units
 

@@ -14,16 +14,16 @@ import numpy as np
 
 from shellmb.arrays import Floats
 from shellmb.errors import ConvergenceError
-from shellmb.guarding.writing import make_folder
+from shellmb.files.writing import make_folder
+from shellmb.observers.fields.field_selection import RequestedFields
 from shellmb.observers.fields.nodal import nodal_values
-from shellmb.observers.fields.requested import RequestedFields
 from shellmb.observers.files.batches import Batches
 from shellmb.observers.files.collection import Collection
-from shellmb.observers.files.drawn import drawn_parts
 from shellmb.observers.files.grid import Grid
 from shellmb.observers.files.gridfiles import GridFiles
+from shellmb.observers.files.output_parts import drawn_parts
 from shellmb.observers.forces.joints import JointForces
-from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.simulate.simulation import BaseObserver, Simulation
 
 _log = logging.getLogger(__name__)
 
@@ -48,7 +48,7 @@ class Frame:
     displacement: dict[str, Floats]
 
 
-class Frames(Silent):
+class Frames(BaseObserver):
     """Takes snapshots, the first and the last state included.
 
     Each shell and each beam gets files `NAME_0000.vtu` with the fields that the scene asks for, and

@@ -15,10 +15,10 @@ from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridWriter
 
 from shellmb.arrays import Floats
 from shellmb.errors import SceneError
-from shellmb.guarding.grids import read_grid, seal_grid
-from shellmb.guarding.reading import read_bytes
-from shellmb.guarding.seal import checksum
-from shellmb.guarding.writing import write_bytes
+from shellmb.files.checksums import checksum
+from shellmb.files.grids import read_grid, seal_grid
+from shellmb.files.reading import read_bytes
+from shellmb.files.writing import write_bytes
 from shellmb.observers.files.grid import Grid
 from shellmb.observers.files.growingfile import GrowingFile
 

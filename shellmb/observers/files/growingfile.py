@@ -5,7 +5,7 @@ import os
 from collections.abc import Sequence
 from pathlib import Path
 
-from shellmb.guarding.writing import open_new
+from shellmb.files.writing import open_new
 
 
 class GrowingFile:

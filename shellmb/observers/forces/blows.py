@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from shellmb.model.joints.slipping import read_contacts
+from shellmb.model.joints.contact_slip import read_contacts
 from shellmb.observers.forces.joints import Span, column_names, columns, group_loops, joint_forces
-from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.simulate.simulation import BaseObserver, Simulation
 from shellmb.simulate.start.endforces import Impulses
 
 ENDING = "_impulse"
 
 
-class BlowColumns(Silent):
+class BlowColumns(BaseObserver):
     """Impulses [N s, N m s] of joints, locks and drivers where something begins to act.
 
     Velocities jump then, before a step, by an impact without restitution, which goes through the

@@ -13,7 +13,7 @@ from shellmb.model.potentials.contact import ContactGroup
 from shellmb.model.potentials.group import PotentialGroup
 from shellmb.observers.forces.impulse import last_middle
 from shellmb.observers.forces.reactions import resistance
-from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.simulate.simulation import BaseObserver, Simulation
 from shellmb.system.assembly.residuals import Residuals
 
 AXES = ("Fx", "Fy", "Fz")
@@ -35,7 +35,7 @@ class _Loop(NamedTuple):
     place: Floats
 
 
-class ContactForces(Silent):
+class ContactForces(BaseObserver):
     """Forces [N] of potentials and contacts on their bodies, as means over the step.
 
     Attributes:

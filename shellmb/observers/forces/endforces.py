@@ -16,13 +16,13 @@ from shellmb.observers.forces.joints import (
 )
 from shellmb.observers.forces.meanforces import ConsistentMeans
 from shellmb.observers.forces.supports import SupportForces
-from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.simulate.simulation import BaseObserver, Simulation
 from shellmb.simulate.start.endforces import EndForces
 
 ENDING = "_end"
 
 
-class EndForceColumns(Silent):
+class EndForceColumns(BaseObserver):
     """Forces of joints and all that acts on them, and of supports, at the end of a step.
 
     Those of force elements follow from coordinates and rates there, all others from the equations

@@ -24,12 +24,12 @@ from ufl import Form
 from shellmb.arrays import Floats
 from shellmb.model.body import Body
 from shellmb.native.kernels import compile_all
-from shellmb.observers.booking import STEPS
+from shellmb.observers.deferred_observer import STEPS
 from shellmb.observers.forces.reactions import Arms, HeldForces, NodalForces
 from shellmb.schemes.residuals.residual import StageForms
 from shellmb.simulate.simulation import Simulation
+from shellmb.system.assembly.deferred import DeferredValues
 from shellmb.system.assembly.meshgroups import residuals_of_steps
-from shellmb.system.assembly.steps import OfSteps
 
 # numbers of local dofs of all steps that are added up together: more are no quicker
 TOGETHER = 100_000
@@ -151,7 +151,7 @@ class _Acting(NodalForces):
         super().__init__(problem.system)
         # all of what potentials exert comes from outside, and what volumes exert on lids, which
         # are no bodies; residuals are against it
-        self._forces: list[tuple[float, slice, OfSteps]] = []
+        self._forces: list[tuple[float, slice, DeferredValues]] = []
         for body in simulation.model.bodies:
             row, outside = problem.forms[body.name][stage], body in simulation.model.outside
             forms = row.residual if outside else self._work(row, body)

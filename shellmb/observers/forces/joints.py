@@ -16,8 +16,8 @@ from shellmb.model.joints.joints import BoundJoint, JointGroup
 from shellmb.model.joints.linear import TiedCoordinates
 from shellmb.model.joints.mechanism import Mechanism
 from shellmb.model.model import Model
-from shellmb.observers.booking import STEPS, Booked, Row
-from shellmb.observers.forces.freedoms import Freedoms
+from shellmb.observers.deferred_observer import STEPS, DeferredObserver, Row
+from shellmb.observers.forces.free_coordinates import FreeCoordinates
 from shellmb.observers.forces.locations import Places
 from shellmb.observers.forces.reactions import Assembled, resistance, resistance_of_steps
 from shellmb.schemes.base import END
@@ -26,7 +26,7 @@ from shellmb.simulate.simulation import Simulation
 COMPONENTS = ("F1", "F2", "F3", "M1", "M2", "M3")
 
 
-class JointForces(Booked):
+class JointForces(DeferredObserver):
     """Forces [N] and moments [N m] that joints exert on their second bodies.
 
     They are means over the step, in statics the values: the force is that of the row that balances
@@ -53,7 +53,7 @@ class JointForces(Booked):
         super().__init__()
         self._joints: list[str] = []
         self._found = np.zeros((0, 4, 3))
-        self._freedoms = Freedoms()
+        self._freedoms = FreeCoordinates()
 
     @property
     def values(self) -> Row:

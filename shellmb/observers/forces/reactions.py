@@ -10,13 +10,13 @@ from dolfinx import fem
 
 from shellmb.arrays import Bools, Floats
 from shellmb.model.model import Model
-from shellmb.model.reduced.onframe import OnArms
+from shellmb.model.reduced.floating_body import OnArms
 from shellmb.observers.fields.nodal import NodalBody, Nodes, nodal_bodies
 from shellmb.system.assembly.blocks import BlockSystem
+from shellmb.system.assembly.deferred import DeferredValues
 from shellmb.system.assembly.fields import Field
 from shellmb.system.assembly.meshgroups import residuals_of, residuals_of_steps
 from shellmb.system.assembly.residuals import Residuals
-from shellmb.system.assembly.steps import OfSteps
 
 
 class Assembled(Protocol):
@@ -55,7 +55,7 @@ def resistance(problem: Assembled, name: str, stage: str | None = None) -> tuple
     return residuals, np.zeros(problem.fields[number].size_all)
 
 
-def resistance_of_steps(problem: Assembled, name: str, steps: int, stage: str) -> OfSteps:
+def resistance_of_steps(problem: Assembled, name: str, steps: int, stage: str) -> DeferredValues:
     """Virtual work of a group's forces in a row, in many steps.
 
     Args:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.simulate.simulation import BaseObserver, Simulation
 
 
-class Volumes(Silent):
+class Volumes(BaseObserver):
     """Enclosed volumes [m^3] at the end of a step, and their pressures [Pa] over that outside.
 
     Attributes:

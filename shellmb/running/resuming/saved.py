@@ -11,8 +11,8 @@ from pydantic import BaseModel, ConfigDict, Field, StringConstraints, Validation
 
 from shellmb.barrier import first_found
 from shellmb.errors import SceneError
-from shellmb.guarding.reading import read_bytes
-from shellmb.guarding.seal import checksum, is_sealed
+from shellmb.files.checksums import checksum, is_intact
+from shellmb.files.reading import read_bytes
 from shellmb.observers.files.checkpoint import FORMAT, STATE_FILE, Saved
 from shellmb.observers.history import read_rows
 from shellmb.running.standard import HISTORY, STATE, SUMMARY
@@ -151,7 +151,7 @@ def _read_state(file: Path, ranks: int | None) -> dict[str, Any]:
             f"resume: the state in {file.parent} has format {version}; this version of shellmb "
             f"reads format {FORMAT}, so start the run again"
         )
-    if not is_sealed(values):
+    if not is_intact(values):
         raise Damaged(f"{file} is damaged or was edited (its checksum differs)")
     try:
         state = _State.model_validate(values)

@@ -13,6 +13,7 @@ from shellmb.scene.loads.volumes import EnclosedVolume
 from shellmb.scene.lookup import bodies_of, find_body, find_shell, kind_of, listed, model_of, said
 from shellmb.scene.multibody.elements import JointStop
 from shellmb.scene.multibody.rigid import RigidBody
+from shellmb.scene.schemes import COMPLETE
 from shellmb.scene.shells.shell import Shell
 from shellmb.scene.values.models import Modal
 from shellmb.scene.values.validate import show
@@ -21,9 +22,6 @@ if TYPE_CHECKING:
     from shellmb.scene.description import Description
 
 __all__ = ["check_potentials"]
-
-# schemes in whose steps faces of shells can be touched
-FACES = ("static", "ep", "ed", "ep4", "ed3")
 
 
 def check_potentials(scene: Description) -> None:
@@ -119,10 +117,10 @@ def _faces(scene: Description, contact: Contact, faces: Faces) -> None:
                 f"be {' or '.join(map(show, models))} (what is rigid has points that touch, or "
                 "carries a Box, see obstacle_body)"
             )
-    if scene.scheme_name not in FACES:
+    if scene.scheme_name not in COMPLETE:
         raise SceneError(
             f"{who}: the scheme is '{scene.scheme_name}'; with the faces of a shell it must be "
-            f"one of {listed(FACES)}"
+            f"one of {listed(COMPLETE)}"
         )
     if scene.path is not None:
         raise SceneError(

@@ -10,7 +10,7 @@ import numpy as np
 
 from shellmb.errors import SceneError
 from shellmb.scene.beams.beam import Beam
-from shellmb.scene.checks import effect as checks_effect
+from shellmb.scene.checks import ignored_settings as checks_effect
 from shellmb.scene.checks import linear as checks_linear
 from shellmb.scene.checks import multibody as checks_multibody
 from shellmb.scene.checks import reduced as checks_reduced
@@ -33,7 +33,7 @@ from shellmb.scene.lookup import bodies_of, find_shell, kind_of, listed, said
 from shellmb.scene.multibody.joints import GROUND
 from shellmb.scene.multibody.own_bodies import UserBody
 from shellmb.scene.probes import Probe
-from shellmb.scene.schemes import QUADRATIC, SCHEMES
+from shellmb.scene.schemes import DISSIPATIVE, SCHEMES, Traits
 from shellmb.scene.shells.sections import LinearSection
 from shellmb.scene.shells.shell import Join, Shell
 from shellmb.scene.values.models import Modal
@@ -109,7 +109,7 @@ def _scheme(scene: Description) -> None:
                 f"it must be one of {listed(SCHEMES)}, or a scheme object"
                 + choice_of_today("scheme", scheme)
             )
-        has_jump = SCHEMES[scheme][1]
+        has_jump = SCHEMES[scheme].jump
     elif not isinstance(getattr(scheme, "name", None), str):
         raise SceneError(
             f"scene '{scene.name}': scheme is {show(scheme)}; "
@@ -137,11 +137,11 @@ def _quadratic(scene: Description) -> None:
         SceneError: Names the body, or those that share directors.
     """
     scheme = scene.scheme_name
-    if scheme not in QUADRATIC:
+    if not SCHEMES.get(scheme, Traits()).quadratic:
         return
     bodies: list[Any] = [*scene.shells, *scene.beams]
     light = {b.name: not (b.rotary_inertia and b.section.masses[2]) for b in bodies if b.nodal}
-    alpha = getattr(scene.scheme, "alpha", scene.dissipation if scheme == "ed3" else 0.0)
+    alpha = getattr(scene.scheme, "alpha", scene.dissipation if scheme in DISSIPATIVE else 0.0)
     for body in scene.meshed:
         if alpha == 0 and light.get(body.name):
             raise SceneError(
@@ -176,7 +176,7 @@ def _end_forces(scene: Description) -> None:
 
 
 def _relaxation(scene: Description) -> None:
-    """What bodies whose sections relax cannot have."""
+    """Refuse what bodies whose sections relax cannot have."""
     for body in scene.meshed:
         if not body.section.relaxes or body.model == "rigid":
             continue

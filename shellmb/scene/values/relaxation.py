@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator
 
 from shellmb.errors import SceneError
-from shellmb.scene.values.sentences import plain
+from shellmb.scene.values.messages import plain
 from shellmb.scene.values.validate import Finite, Positive, described, number, show
 
 __all__ = ["WLF", "Prony"]

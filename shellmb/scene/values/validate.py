@@ -21,8 +21,8 @@ from pydantic import (
 from pydantic.dataclasses import dataclass as pydantic_dataclass
 
 from shellmb.errors import SceneError
+from shellmb.scene.values.messages import in_words, plain, sentence, show, with_name
 from shellmb.scene.values.renamed import still_read
-from shellmb.scene.values.sentences import in_words, plain, sentence, show, with_name
 
 __all__ = [
     "NONE",

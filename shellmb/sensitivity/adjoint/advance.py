@@ -10,8 +10,8 @@ from __future__ import annotations
 import numpy as np
 
 from shellmb.arrays import Floats
-from shellmb.bodyfields import kinematic_dofs, resultant_dofs
 from shellmb.model.body import Body
+from shellmb.preprocessing.bodyfields import kinematic_dofs, resultant_dofs
 from shellmb.schemes.base import END
 from shellmb.sensitivity.adjoint.transposed import Covector
 from shellmb.simulate.problem import Problem

@@ -14,15 +14,15 @@ from shellmb.observers.probes import places_of, plain_spot
 from shellmb.running.execute import RunResult, execute
 from shellmb.running.results import Results
 from shellmb.scene import Probe, Scene
+from shellmb.sensitivity.adjoint.element_fields import ElementField
 from shellmb.sensitivity.adjoint.elementwise import by_element, changes
 from shellmb.sensitivity.adjoint.objective import Objective, evaluated, slopes
-from shellmb.sensitivity.adjoint.places import Place
 from shellmb.sensitivity.adjoint.steps import Steps, copied, starts
 from shellmb.sensitivity.adjoint.sweep import Sweep, weighed
 from shellmb.sensitivity.adjoint.transposed import Covector
 from shellmb.sensitivity.events import Corners
 from shellmb.sensitivity.parameters import Parameter
-from shellmb.sensitivity.shadow import Shadow, check_alike
+from shellmb.sensitivity.perturbed_run import PerturbedRun, check_alike
 from shellmb.simulate.simulation import Simulation
 
 if TYPE_CHECKING:
@@ -64,7 +64,7 @@ class Reading:
 def there_and_back(
     scene: Scene,
     objective: Objective,
-    places: Sequence[Place],
+    places: Sequence[ElementField],
     both: Sequence[tuple[Parameter, Scene, Scene]],
     states: int | None,
     comm: MPI.Comm,
@@ -101,7 +101,7 @@ def _by_parameter(
         simulation = Simulation(scene, run.model.comm, run)
         check_alike(run, simulation, parameter.name)
         ends.append(copied(starts(simulation.problem)))
-        work.append(weighed(Shadow(simulation, [], forces=False), sweep.kept))
+        work.append(weighed(PerturbedRun(simulation, [], forces=False), sweep.kept))
         del simulation
         gc.collect()
     corners = Corners(run, parameter, (scenes[0], scenes[1]))
@@ -116,7 +116,7 @@ def _by_parameter(
 def _backwards(
     run: RunResult,
     steps: Steps,
-    places: Sequence[Place],
+    places: Sequence[ElementField],
     both: Sequence[tuple[Parameter, Scene, Scene]],
     objective: Objective,
     said: list[str],

@@ -26,7 +26,7 @@ from shellmb.model.shells.shell import ShellModel
 from shellmb.native.kernels import compiled
 from shellmb.scene import Shell
 from shellmb.sensitivity.adjoint.differences import FOURTH
-from shellmb.sensitivity.adjoint.places import changed
+from shellmb.sensitivity.adjoint.element_fields import changed
 from shellmb.sensitivity.adjoint.transposed import Change
 
 if TYPE_CHECKING:

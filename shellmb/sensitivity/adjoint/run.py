@@ -11,8 +11,9 @@ from shellmb.options.described import options_of, takes
 from shellmb.options.run import Options
 from shellmb.scene import FromMode, Scene
 from shellmb.scene.loads.contacts import Faces
+from shellmb.scene.schemes import COMPLETE
+from shellmb.sensitivity.adjoint.element_fields import ElementField, varying
 from shellmb.sensitivity.adjoint.objective import Objective, check_objective, check_probes
-from shellmb.sensitivity.adjoint.places import Place, varying
 from shellmb.sensitivity.parameters import (
     beside,
     differentiated,
@@ -28,9 +29,6 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from shellmb.running.execute import RunResult
-
-# schemes whose steps go backwards here
-SCHEMES = ("static", "ep", "ed", "ep4", "ed3")
 
 
 @dataclass(frozen=True)
@@ -144,7 +142,7 @@ def adjoint(
     return Adjoint(value, by_parameters, by_fields, run, sentences)
 
 
-def _places(fields: Any) -> tuple[Place, ...]:
+def _places(fields: Any) -> tuple[ElementField, ...]:
     """Fields that are differentiated by.
 
     Raises:
@@ -158,7 +156,7 @@ def _places(fields: Any) -> tuple[Place, ...]:
     return places
 
 
-def _place(given: Any) -> Place:
+def _place(given: Any) -> ElementField:
     """A field that is differentiated by.
 
     Raises:
@@ -169,20 +167,20 @@ def _place(given: Any) -> Place:
             f"adjoint: a field is {given!r}; it must be the name of a shell and of a parameter of "
             "its section, such as ('plate', 'thickness')"
         )
-    return Place(*given)
+    return ElementField(*given)
 
 
-def _refuse(scene: Scene, places: Sequence[Place]) -> None:
+def _refuse(scene: Scene, places: Sequence[ElementField]) -> None:
     """Refuse what has no adjoint here.
 
     Raises:
         SceneError: If the scene has something that changes at times of its own, or memory.
     """
     name, where = scene.name, "; use `sensitivities`, or compare runs (`sweep`)"
-    if scene.scheme_name not in SCHEMES:
+    if scene.scheme_name not in COMPLETE:
         raise SceneError(
             f"adjoint: scheme '{scene.scheme_name}' of scene '{name}' does not go backwards; use "
-            + ", ".join(SCHEMES)
+            + ", ".join(COMPLETE)
         )
     check_probes(scene)
     said = {

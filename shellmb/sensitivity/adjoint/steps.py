@@ -17,7 +17,7 @@ from checkpoint_schedules import (  # type: ignore[import-untyped]
 
 from shellmb.arrays import Floats
 from shellmb.simulate.problem import Problem
-from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.simulate.simulation import BaseObserver, Simulation
 
 # functions of a body by name; of all bodies by theirs
 State = dict[tuple[str, str], Floats]
@@ -67,7 +67,7 @@ def put(values: State, into: State) -> None:
 
 
 @dataclass
-class Steps(Silent):
+class Steps(BaseObserver):
     """Keeps the steps of a run, as an observer.
 
     Args:

@@ -24,14 +24,14 @@ from shellmb.sensitivity.adjoint.advance import Advance
 from shellmb.sensitivity.adjoint.multipliers import ROUND_OFF, TOLERANCE, Multipliers
 from shellmb.sensitivity.adjoint.steps import State, Step, put, starts, unknowns
 from shellmb.sensitivity.adjoint.transposed import Change, Covector, Refreshed, Transposed
-from shellmb.sensitivity.shadow import Shadow
+from shellmb.sensitivity.perturbed_run import PerturbedRun
 from shellmb.simulate.simulation import Simulation
 from shellmb.system.condensation.reduction import Reduction
 from shellmb.system.direct.linear import Unreduced
 from shellmb.system.direct.mumps import new_prefix
 
 
-class Kept(NamedTuple):
+class StoredSteps(NamedTuple):
     """A step that was taken back.
 
     Args:
@@ -49,7 +49,7 @@ class Kept(NamedTuple):
     dt: float
 
 
-def weighed(side: Shadow, steps: Sequence[Kept]) -> float:
+def weighed(side: PerturbedRun, steps: Sequence[StoredSteps]) -> float:
     """Residuals of a scene beside the run at its states, times the multipliers; this rank's share.
 
     Args:
@@ -96,7 +96,7 @@ class Sweep:
         solver = Multipliers(system, self._transposed, self._linear, ready, tolerance)
         self.multipliers = solver
         self._right = system.x.duplicate()
-        self._weighing, self.kept = weighing, list[Kept]()
+        self._weighing, self.kept = weighing, list[StoredSteps]()
         self.covector: Covector = {k: np.zeros_like(a) for k, a in starts(problem).items()}
         cells = [problem.levels[body].q.function_space.dofmap.list for body, _ in fields]
         self.by_fields = [np.zeros(len(c)) for c in cells]
@@ -141,7 +141,7 @@ class Sweep:
         self._solve(before, dt)
         if self._weighing:
             own = system.global_values(self.multipliers.by_field())
-            self.kept.append(Kept(step.start, np.array(system.x.array_r), own, t, dt))
+            self.kept.append(StoredSteps(step.start, np.array(system.x.array_r), own, t, dt))
         self._given(before, t, dt)
         self._transposed.add_start(before, -1.0)
         self._transposed.add_by_fields(self.by_fields, -1.0)

@@ -25,8 +25,8 @@ import numpy as np
 from shellmb.arrays import Floats
 from shellmb.errors import ConvergenceError
 from shellmb.sensitivity.parameters import STEP
+from shellmb.sensitivity.perturbed_run import PerturbedRun
 from shellmb.sensitivity.saved import SavedSide
-from shellmb.sensitivity.shadow import Shadow
 from shellmb.sensitivity.tangent import KINK, MOST, STALLED, TOLERANCE, USELESS, Pair, Tangents
 from shellmb.simulate.paths.arclength import PathSteps
 from shellmb.simulate.paths.branches import PathState
@@ -310,7 +310,7 @@ class PathTangents(Tangents):
             return math.nan
         step = APART * (state.t - path.here.t)
 
-        def value(side: Shadow, sign: float, along: float) -> float:
+        def value(side: PerturbedRun, sign: float, along: float) -> float:
             bordered = _path(side.simulation).bordered
             unknowns = self._u + sign * d + along * state.tangent
             bordered.hold(unknowns, state.factor + sign * delta + along * state.rate)

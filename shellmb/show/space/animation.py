@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from shellmb.errors import RunError
-from shellmb.guarding.writing import drafted
+from shellmb.files.writing import drafted
 from shellmb.observers.files.described import Described
 from shellmb.show.fields import Fields
 from shellmb.show.space.scenery import images, showing

@@ -14,7 +14,7 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 
 from shellmb.arrays import Floats, Ints
 from shellmb.errors import SceneError
-from shellmb.guarding.grids import read_grid
+from shellmb.files.grids import read_grid
 from shellmb.observers.files.grid import lattice
 from shellmb.show.fields import NAMES, REFERENCE, Fields
 

@@ -11,15 +11,15 @@ import numpy as np
 
 from shellmb.arrays import Floats, Ints
 from shellmb.errors import ConvergenceError
-from shellmb.model.touching.between import Meeting
-from shellmb.model.touching.blend import mixed
-from shellmb.model.touching.faces import FacesContact, Touching
-from shellmb.model.touching.pulls import mean_slope
+from shellmb.model.shell_contact.faces import FacesContact, Touching
+from shellmb.model.shell_contact.mean_distance_slopes import mean_slope
+from shellmb.model.shell_contact.smooth_least_distance import mixed
+from shellmb.model.shell_contact.uncovered_contact import Meeting
 from shellmb.scene.lookup import said
 from shellmb.schemes.base import END, Levels
 from shellmb.schemes.pieces import START, START_RATE, Pieces
-from shellmb.simulate.couplings.acting import Block, Force, blocks
-from shellmb.simulate.couplings.rubbing import Ends, Rubbing
+from shellmb.simulate.couplings.contact_forces import Block, Force, blocks
+from shellmb.simulate.couplings.friction import Ends, FacetFriction
 from shellmb.simulate.couplings.stresses import PointForces, StepStresses, opposite
 from shellmb.system.couplings import Entries, SharedDofs, joined
 
@@ -120,7 +120,7 @@ class FacesCoupling:
         self._stages = tuple(pieces.rows)
         self._stresses = StepStresses(comm, pieces, contact.law)
         rubs, directors = contact.item.friction > 0, contact.d.shape[1]
-        self._rubbing = Rubbing(comm, contact.law, directors) if rubs else None
+        self._rubbing = FacetFriction(comm, contact.law, directors) if rubs else None
         self._last = len(pieces.states) - 1
         self._arrays = {name: _arrays(levels[name]) for name in (contact.holder, contact.shell)}
 

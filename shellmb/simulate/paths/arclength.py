@@ -31,9 +31,9 @@ from shellmb.simulate.paths.branches import (
 from shellmb.simulate.paths.levels import crossings, land, reached
 from shellmb.simulate.paths.limits import Limit, Whole, locate
 from shellmb.simulate.problem import Problem
+from shellmb.simulate.rotation_per_step import RotationPerStep
 from shellmb.simulate.stepping import Arrays, Attempt
 from shellmb.simulate.stepsize.control import StepSize
-from shellmb.simulate.turns import Turns
 from shellmb.system.newton.bordered import Bordered
 
 # Largest step, where the scene does not say: relative to the first one; or, if that is more, the
@@ -136,7 +136,7 @@ class PathSteps:
         self._given = _moves(problem)
         follow = problem.follow_given if self._given else None
         self.bordered = Bordered(problem.iteration, self._set_factor, follow)
-        self._turns = Turns(problem)
+        self._turns = RotationPerStep(problem)
         self.moving = self._displacements()
         self._branches = Branches(problem, self.bordered, self.moving, path)
         self._next: _Arrived | None = None

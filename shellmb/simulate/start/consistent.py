@@ -14,9 +14,9 @@ import ufl
 from dolfinx import fem
 
 from shellmb.arrays import Floats
-from shellmb.bodyfields import NONE, body_field, kinematic_dofs, without_jump
 from shellmb.model.body import FixedDofs
 from shellmb.model.model import Model
+from shellmb.preprocessing.bodyfields import NONE, body_field, kinematic_dofs, without_jump
 from shellmb.schemes.base import Levels
 from shellmb.schemes.residuals.forces import velocity_constraint
 from shellmb.system.assembly.blocks import BlockSystem

@@ -23,10 +23,10 @@ from ufl import Form
 from ufl.core.expr import Expr
 
 from shellmb.arrays import Int32s
-from shellmb.bodyfields import body_field, kinematic_dofs, without_jump
 from shellmb.forms.steps.mixed import Interval
 from shellmb.model.body import Body, Rates
 from shellmb.model.joints.constraints import ConstraintGroup
+from shellmb.preprocessing.bodyfields import body_field, kinematic_dofs, without_jump
 from shellmb.schemes.base import END, end_acceleration, end_velocity
 from shellmb.schemes.residuals.forces import interval_forces, velocity_constraint
 from shellmb.schemes.residuals.residual import Sample

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from shellmb.arrays import Floats
 from shellmb.errors import SceneError
-from shellmb.guarding.reading import read_json
+from shellmb.files.reading import read_json
 from shellmb.scene import Scene
 from shellmb.scene.lookup import said
 
@@ -113,7 +113,7 @@ class StoredFrame:
         """The arrays of a body's file at that time, and the file."""
         from vtkmodules.util.numpy_support import vtk_to_numpy
 
-        from shellmb.guarding.grids import read_grid
+        from shellmb.files.grids import read_grid
 
         series = self._folder / f"{stem}{SERIES}"
         if not series.is_file():

@@ -21,16 +21,16 @@ from dolfinx import fem
 from ufl import Form
 from ufl.core.expr import Expr
 
-from shellmb.bodyfields import NONE, body_field, residual_terms
 from shellmb.errors import ConvergenceError
 from shellmb.model.body import LoadFactors, Rates, TimeFunction
 from shellmb.model.model import Model
+from shellmb.preprocessing.bodyfields import NONE, body_field, residual_terms
 from shellmb.schemes.base import Levels
 from shellmb.schemes.interval import at_state
 from shellmb.schemes.residuals.forces import sub_forces
 from shellmb.schemes.residuals.rows import Span
 from shellmb.system.assembly.blocks import BlockSystem
-from shellmb.system.assembly.fields import Field, Followers, Part
+from shellmb.system.assembly.fields import DependentFunctions, Field, Part
 from shellmb.system.direct.mumps import new_prefix
 from shellmb.system.newton.iteration import Iteration, NewtonSettings
 from shellmb.system.newton.solver import NEWTON
@@ -78,7 +78,7 @@ class Relaxation:
         self._loads: list[LoadFactors] = []
         numbers = {body.name: k for k, body in enumerate(model.bodies)}
         fields: list[Field] = []
-        followers: list[Followers] = []
+        followers: list[DependentFunctions] = []
         for body in model.bodies:
             space, q = body.mixed.space, levels[body.name].q
             unknown = fem.Function(space, name=f"relaxed_{body.name}")
@@ -114,7 +114,7 @@ class Relaxation:
             field = body_field(body, unknown, residual, numbers, parts)
             fields.append(replace(field, terms=residual_terms(terms, [numbers[body.name]])))
             if sub.states is not None:
-                followers.append(Followers(**vars(sub.states)))
+                followers.append(DependentFunctions(**vars(sub.states)))
         self._fields = {f.name: f for f in fields}
         self.system = BlockSystem(model.comm, fields, followers)
         self._newton = NEWTON["newton"](

@@ -8,18 +8,24 @@ from functools import cached_property
 import numpy as np
 from ufl import Form
 
-from shellmb.bodyfields import NONE, kinematic_dofs
-from shellmb.constraint_analysis.redundancy import RATE_STEP, largest_gap
 from shellmb.errors import ConvergenceError, SceneError, warn
 from shellmb.model.body import Body, kinetic_energy
+from shellmb.model.joints.contact_slip import refuse_slip
 from shellmb.model.joints.rolling import ContactGroup
-from shellmb.model.joints.slipping import refuse_slip
+from shellmb.preprocessing.bodyfields import NONE, kinematic_dofs
+from shellmb.preprocessing.constraint_analysis.redundancy import RATE_STEP, largest_gap
 from shellmb.scene import FromMode, Scene
 from shellmb.schemes.base import Levels
 from shellmb.schemes.linearised import strain_energy
 from shellmb.simulate.problem import Problem
 from shellmb.simulate.start.endforces import EndForces, begin_accelerations
-from shellmb.simulate.start.given import count, instant, largest_misfit, stress_dofs, take
+from shellmb.simulate.start.initial_state import (
+    count,
+    instant,
+    largest_misfit,
+    load_state,
+    stress_dofs,
+)
 from shellmb.simulate.start.relaxation import Relaxation
 from shellmb.system.assembly.functionals import functionals
 
@@ -57,7 +63,7 @@ class Start:
         """
         for start in self.scene.starts:
             if start != "equilibrium":
-                self._anew = take(start, self.problem, self._described) or self._anew
+                self._anew = load_state(start, self.problem, self._described) or self._anew
                 self._taken = True
             elif self.problem.scheme.dynamic:
                 self._close()

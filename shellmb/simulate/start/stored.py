@@ -15,8 +15,8 @@ from mpi4py import MPI
 from shellmb.arrays import Floats
 from shellmb.barrier import first_found
 from shellmb.errors import SceneError
-from shellmb.guarding.reading import read_bytes, read_json, unpacked
-from shellmb.guarding.seal import checksum, is_sealed
+from shellmb.files.checksums import checksum, is_intact
+from shellmb.files.reading import read_bytes, read_json, unpacked
 from shellmb.prefixes import below
 from shellmb.scene.schemes import is_static
 
@@ -119,7 +119,7 @@ def _read(directory: Path, comm: MPI.Comm, whole: bool) -> Stored:
         name, sums = str(values["arrays"]), values["arrays_sha256"]
         ranks, scene = values["ranks"], dict(values["scene"])
         t, control = float(values["simulation"]["t"]), values["simulation"].get("control")
-        sealed = is_sealed(values) and math.isfinite(t)
+        sealed = is_intact(values) and math.isfinite(t)
     except (KeyError, TypeError, ValueError):
         sealed = False
     if not sealed:

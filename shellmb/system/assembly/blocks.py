@@ -24,14 +24,14 @@ from shellmb.native import library as native
 from shellmb.native.assembler import is_native
 from shellmb.native.derivatives import derivative
 from shellmb.native.kernels import compile_each, together
+from shellmb.system.assembly.dependent_functions import following
 from shellmb.system.assembly.entries import most_entries
-from shellmb.system.assembly.fields import Field, Followers
-from shellmb.system.assembly.following import following
+from shellmb.system.assembly.fields import DependentFunctions, Field
 from shellmb.system.assembly.numbering import Numbering
 from shellmb.system.assembly.residuals import DolfinxResiduals, Residuals, RowForm
 from shellmb.system.assembly.scatter import exchange
 from shellmb.system.couplings import Coupled, Coupling
-from shellmb.system.general import general_position
+from shellmb.system.generic_values import general_position
 
 
 class Evaluate(Protocol):
@@ -87,7 +87,7 @@ class BlockSystem:
     """
 
     def __init__(
-        self, comm: MPI.Comm, fields: list[Field], followers: Sequence[Followers] = ()
+        self, comm: MPI.Comm, fields: list[Field], followers: Sequence[DependentFunctions] = ()
     ) -> None:
         self.comm, self.fields = comm, fields
         self.couplings: list[Coupling] = []

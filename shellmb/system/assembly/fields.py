@@ -110,7 +110,7 @@ class DirectorPath(Directors):
     massless: bool = False
 
 
-class Followers(NamedTuple):
+class DependentFunctions(NamedTuple):
     """Functions that are combinations of others, among them unknown ones.
 
     Args:

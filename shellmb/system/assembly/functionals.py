@@ -17,8 +17,13 @@ from shellmb.arrays import Floats
 from shellmb.native import library as native
 from shellmb.native.assembler import is_native
 from shellmb.native.kernels import compile_all
+from shellmb.system.assembly.deferred import (
+    BatchedValues,
+    DeferredValues,
+    ImmediateValues,
+    recording_of,
+)
 from shellmb.system.assembly.loops import FormLoop, Inputs, MeshGeometry
-from shellmb.system.assembly.steps import AtOnce, OfSteps, Together, tape_of
 
 
 def vector_of(mesh: Any, size: int) -> Any:
@@ -50,7 +55,9 @@ def functionals(sums: Sequence[Sequence[Form]], comm: MPI.Comm) -> Functionals:
     return LoopFunctionals(_Compiled(sums), comm) if is_native() else DolfinxFunctionals(sums, comm)
 
 
-def functionals_of_steps(sums: Sequence[Sequence[Form]], comm: MPI.Comm, steps: int) -> OfSteps:
+def functionals_of_steps(
+    sums: Sequence[Sequence[Form]], comm: MPI.Comm, steps: int
+) -> DeferredValues:
     """Make what evaluates several sums of integrals in many steps.
 
     Args:
@@ -60,12 +67,12 @@ def functionals_of_steps(sums: Sequence[Sequence[Form]], comm: MPI.Comm, steps: 
     """
     if not is_native():
         found = functionals(sums, comm)
-        return AtOnce(_filled(found), sum(map(_size, sums)), steps)
+        return ImmediateValues(_filled(found), sum(map(_size, sums)), steps)
     compiled = _Compiled(sums)
-    tape = tape_of(compiled.forms, steps) if comm.size == 1 else None
+    tape = recording_of(compiled.forms, steps) if comm.size == 1 else None
     if tape is None:
-        return AtOnce(_filled(LoopFunctionals(compiled, comm)), compiled.size, steps)
-    return Together(tape, compiled.loops(tape), "functionals_of_states", compiled.size)
+        return ImmediateValues(_filled(LoopFunctionals(compiled, comm)), compiled.size, steps)
+    return BatchedValues(tape, compiled.loops(tape), "functionals_of_states", compiled.size)
 
 
 def _filled(found: Functionals) -> Callable[[Floats], None]:

@@ -10,9 +10,14 @@ from dolfinx import fem
 from shellmb.arrays import Floats
 from shellmb.native.assembler import is_native
 from shellmb.system.assembly.blocks import BlockSystem
+from shellmb.system.assembly.deferred import (
+    BatchedValues,
+    DeferredValues,
+    ImmediateValues,
+    recording_of,
+)
 from shellmb.system.assembly.loops import Inputs, LoopResiduals, MeshCells, PlacedForm, Rows
 from shellmb.system.assembly.residuals import DolfinxResiduals, Residuals
-from shellmb.system.assembly.steps import AtOnce, OfSteps, Together, tape_of
 
 
 @dataclass(frozen=True)
@@ -92,7 +97,7 @@ def _loops_of(
 
 def residuals_of_steps(
     system: BlockSystem, number: int, forms: Sequence[fem.Form], steps: int
-) -> OfSteps:
+) -> DeferredValues:
     """Make what assembles residuals of one field alone in many steps.
 
     Args:
@@ -102,13 +107,13 @@ def residuals_of_steps(
         steps: How many steps are kept.
     """
     size = system.fields[number].size_all
-    if is_native() and system.comm.size == 1 and (tape := tape_of(forms, steps)) is not None:
+    if is_native() and system.comm.size == 1 and (tape := recording_of(forms, steps)) is not None:
         loops = _loops_of(system, number, forms, tape).loops
-        return Together(tape, loops, "residuals_of_states", size)
+        return BatchedValues(tape, loops, "residuals_of_states", size)
     residuals = residuals_of(system, number, forms)
 
     def find(to: Floats) -> None:
         residuals.refresh()
         residuals.add(to)
 
-    return AtOnce(find, size, steps)
+    return ImmediateValues(find, size, steps)

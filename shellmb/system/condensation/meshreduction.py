@@ -13,8 +13,13 @@ from shellmb.native import library as native
 from shellmb.native.compiling.flags import LANES
 from shellmb.native.library import CArrays
 from shellmb.system.assembly.loops import FormLoop, MeshCells, PlacedForm
-from shellmb.system.condensation.eliminated import elimination, find_chunks
-from shellmb.system.condensation.kept import groups_of, inner_kept, place_for, places_of_groups
+from shellmb.system.condensation.cell_storage import (
+    groups_of,
+    inner_kept,
+    place_for,
+    places_of_groups,
+)
+from shellmb.system.condensation.elimination import elimination, find_blocks
 from shellmb.system.condensation.sparsity import CHUNK, Lists, find_runs
 from shellmb.system.nullspace.numbers import ReducedNumbers
 from shellmb.system.nullspace.prolongation import RowMap
@@ -41,7 +46,7 @@ class MeshReduction:
         jacobian: list[PlacedForm],
         numbers: ReducedNumbers,
     ) -> None:
-        self.chunks = find_chunks(cells, jacobian)
+        self.chunks = find_blocks(cells, jacobian)
         self.cells, self.numbers = cells.arranged(self.chunks.order), numbers
         cells = self.cells
         self.loop = FormLoop(cells, jacobian)

@@ -28,14 +28,14 @@ from shellmb.native import library as native
 from shellmb.system.assembly.loops import LoopResiduals
 from shellmb.system.assembly.meshgroups import MeshGroup, mesh_groups
 from shellmb.system.assembly.scatter import SerialExchange
-from shellmb.system.condensation.evaluation import AtOnce
+from shellmb.system.condensation.fused_residual import FusedResidual
 from shellmb.system.condensation.matrix import reduced_matrix
 from shellmb.system.condensation.meshreduction import MeshReduction, SingularCell, check
 from shellmb.system.condensation.substitution import SerialPasses, SeveralPasses, passes
 from shellmb.system.couplings import CoupledEntries
 from shellmb.system.direct.linear import one_by_one, refresh_cost
 from shellmb.system.direct.solver import DirectSolver, Purpose
-from shellmb.system.general import general_position
+from shellmb.system.generic_values import general_position
 from shellmb.system.newton.convergence import unknown_scales
 from shellmb.system.nullspace.directornodes import DirectorNodes
 from shellmb.system.nullspace.nodes import SystemNodes
@@ -65,7 +65,7 @@ class Reduction:
         self._groups = groups = mesh_groups(system)
         system.residuals = residuals = LoopResiduals(group.residuals for group in groups)
         if isinstance(system.exchange, SerialExchange):
-            system.at_once = AtOnce(system, system.exchange, residuals)
+            system.at_once = FusedResidual(system, system.exchange, residuals)
         kept = [system.coupled.dofs.local] if system.couplings else []
         self.numbers = ReducedNumbers(nodes, [group.cells for group in groups], kept)
         self._prefix = prefix

@@ -15,7 +15,7 @@ from shellmb.system.assembly.blocks import BlockSystem
 from shellmb.system.direct.linear import Linear, Unreduced
 from shellmb.system.direct.solver import Purpose
 from shellmb.system.newton.convergence import Convergence
-from shellmb.system.newton.refresh import REFRESH, Full, Refresh
+from shellmb.system.newton.refactorisation import REFRESH, Full, Refresh
 from shellmb.system.newton.roundoff import RoundOff
 from shellmb.system.nullspace.nodes import SystemNodes
 

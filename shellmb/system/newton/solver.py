@@ -14,7 +14,7 @@ from petsc4py import PETSc
 from dolfinx import cpp, log  # type: ignore[attr-defined]
 
 from shellmb.errors import ConvergenceError
-from shellmb.native.messages import without_messages
+from shellmb.native.silence_cerr import without_messages
 from shellmb.system.newton.iteration import Iteration
 
 # DOLFINx logs a warning where Newton fails; here that is an error with words of its own, or a

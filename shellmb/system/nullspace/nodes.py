@@ -15,7 +15,7 @@ from shellmb.native import library as native
 from shellmb.native.assembler import is_native
 from shellmb.system.assembly.blocks import BlockSystem
 from shellmb.system.nullspace.directornodes import TURN, DirectorNodes
-from shellmb.system.nullspace.ghosts import Numbers
+from shellmb.system.nullspace.ghost_exchange import Numbers
 
 # a method of `DirectorNodes`: number of the field, values of its nodes, values found so far
 Take = Callable[[DirectorNodes, int, Floats, dict[int, Floats]], None]

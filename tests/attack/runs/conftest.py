@@ -8,14 +8,14 @@ import pytest
 from shellmb.errors import Stopped
 from shellmb.running.execute import execute
 from shellmb.running.request import Request
-from shellmb.simulate.simulation import Silent
+from shellmb.simulate.simulation import BaseObserver
 
 SCENE = Path(__file__).with_name("scene_pendulum.py")
 # the state is that of the step before
 STOPPED_AT = 3
 
 
-class StopAt(Silent):
+class StopAt(BaseObserver):
     """Ends a run behind a step, as a signal does."""
 
     def accepted(self, simulation) -> None:

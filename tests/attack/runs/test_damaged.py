@@ -13,7 +13,7 @@ import pytest
 
 import shellmb as sm
 from shellmb.errors import SceneError
-from shellmb.guarding.seal import sealed
+from shellmb.files.checksums import add_checksum
 from shellmb.observers.files.checkpoint import FORMAT
 from shellmb.observers.history import read_history
 from shellmb.running.loader import load as load_scene
@@ -115,7 +115,7 @@ def test_what_is_only_shown_stops_nothing(name: str, how: str, run: Path, whole,
 def edit(file: Path, change: Callable[[dict[str, Any]], Any], seal: bool = False) -> None:
     values = json.loads(file.read_text())
     change(values)
-    file.write_text(json.dumps(sealed(values) if seal else values))
+    file.write_text(json.dumps(add_checksum(values) if seal else values))
 
 
 # values that a program could have written, with their checksum: the schema has to find them

@@ -7,8 +7,8 @@ import pytest
 
 from shellmb.api.runs import load
 from shellmb.errors import RunError, SceneError
-from shellmb.guarding.writing import drafted, make_folder
-from shellmb.locks import FileLock
+from shellmb.files.locks import FileLock
+from shellmb.files.writing import drafted, make_folder
 from shellmb.observers.files.growingfile import GrowingFile
 from shellmb.running.resuming.resume import resume
 

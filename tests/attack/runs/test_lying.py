@@ -17,11 +17,11 @@ from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridWriter
 import shellmb as sm
 from shellmb.api.runs import load
 from shellmb.errors import RunError, SceneError, ShellmbWarning
-from shellmb.guarding.grids import check_grid, read_grid, seal_grid
-from shellmb.guarding.reading import check_archive, read_bytes
+from shellmb.files.grids import check_grid, read_grid, seal_grid
+from shellmb.files.reading import check_archive, read_bytes
 from shellmb.running.execute import execute
 from shellmb.running.loader import load as load_scene
-from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.simulate.simulation import BaseObserver, Simulation
 
 SCENE = str(Path(__file__).with_name("scene_pendulum.py"))
 GRID = "fields/rigid_bodies_0001.vtu"
@@ -185,7 +185,7 @@ def test_a_file_is_read_up_to_a_size(tmp_path: Path) -> None:
         read_bytes(tmp_path / "x", 4)
 
 
-class Removes(Silent):
+class Removes(BaseObserver):
     """Removes a file of the run after its second step."""
 
     def __init__(self, file: Path) -> None:

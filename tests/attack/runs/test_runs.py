@@ -17,14 +17,14 @@ from typer.testing import CliRunner
 
 from shellmb.cli import app
 from shellmb.errors import RunError, SceneError, Stopped
-from shellmb.locks import FileLock
+from shellmb.files.locks import FileLock
 from shellmb.observers.files.gridfiles import GridFiles
 from shellmb.observers.files.growingfile import GrowingFile
 from shellmb.running import execute as executing
 from shellmb.running.execute import execute
 from shellmb.running.loader import load
 from shellmb.running.resuming.resume import resume
-from shellmb.simulate.simulation import Silent
+from shellmb.simulate.simulation import BaseObserver
 from shellmb.stopping import STOPPING
 
 SCENE = Path(__file__).with_name("scene_pendulum.py")
@@ -132,7 +132,7 @@ def test_a_run_that_has_computed_nothing_does_not_begin_as_another(run: Path) ->
 
 
 # --- one writer ---------------------------------------------------------------------------------
-class Meanwhile(Silent):
+class Meanwhile(BaseObserver):
     """Tries to write the same directory while the run goes on."""
 
     def __init__(self, out: Path) -> None:
@@ -188,7 +188,7 @@ def test_nothing_is_left_of_a_run_that_cannot_be_built(tmp_path: Path, monkeypat
 
 
 # --- signals --------------------------------------------------------------------------------------
-class Signal(Silent):
+class Signal(BaseObserver):
     """Sends this process a signal in the middle of a step."""
 
     def __init__(self, number: int, times: int = 1) -> None:
@@ -296,7 +296,7 @@ def test_a_signal_ends_two_ranks_behind_the_same_step(number, tmp_path: Path) ->
 
 
 # --- full disks -----------------------------------------------------------------------------------
-class Full(Silent):
+class Full(BaseObserver):
     """From the second step on nothing can be written."""
 
     def __init__(self, monkeypatch, *places: tuple[object, str]) -> None:

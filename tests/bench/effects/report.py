@@ -8,11 +8,11 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from shellmb.accuracy.measuring.records import to_json, write
+from shellmb.accuracy.measuring.tables import Column, console, line, print_table
 from shellmb.cli.failures import first_rank, tell
 from shellmb.cli.report import say
 from shellmb.errors import SceneError
-from shellmb.measuring.records import to_json, write
-from shellmb.measuring.tables import Column, console, line, print_table
 from tests.bench.effects.picture import draw
 from tests.bench.effects.record import EffectRecord, Side
 from tests.bench.effects.rows import NO_ROW, EffectPlan, measure_effects

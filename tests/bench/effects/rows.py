@@ -12,12 +12,12 @@ from mpi4py import MPI
 
 import numpy as np
 
+from shellmb.accuracy.measuring.stepping import WARM, Stepping, free, observer_shares, scratch
+from shellmb.accuracy.measuring.times import Stopwatch, in_turn, shares, slowest
 from shellmb.arrays import Ints
 from shellmb.demos.effects.catalogue.registry import EFFECTS, find_effect
 from shellmb.demos.effects.count import count
 from shellmb.errors import SceneError
-from shellmb.measuring.stepping import WARM, Stepping, free, observer_shares, scratch
-from shellmb.measuring.times import Stopwatch, in_turn, shares, slowest
 from shellmb.scene import Output, Scene
 from tests.bench.effects.case import Case, Mesh
 from tests.bench.effects.mechanisms import CASES as MECHANISMS

@@ -11,15 +11,15 @@ from typing import Any
 from mpi4py import MPI
 
 from shellmb.accuracy.errors import execute_with_errors
-from shellmb.accuracy.kept import Kept, keep
+from shellmb.accuracy.measuring.stepping import free
 from shellmb.accuracy.modes import frequencies, mode_errors
-from shellmb.measuring.stepping import free
+from shellmb.accuracy.run_record import RunRecord, keep
+from shellmb.accuracy.studies.quantity import Quantity, parse_quantity
 from shellmb.running.execute import execute
 from shellmb.running.loader import demos, load
+from shellmb.running.natural_modes.vibration import natural_modes
 from shellmb.running.results import Results
 from shellmb.scene import Scene
-from shellmb.studies.quantity import Quantity, parse_quantity
-from shellmb.vibration import natural_modes
 from tests.bench.errors.case import Case
 
 # below this part of the size of the quantity errors are of Newton's method and of round-off
@@ -112,7 +112,7 @@ def compare(case: Case) -> Compared:
     stated = {**run.summary["results"], **found["probes"]}
     said = tuple(found["remarks"])
     free()
-    fine: Kept | None = None
+    fine: RunRecord | None = None
     if set(case.quantities) - set(case.exact):
         fine = keep(execute(case.finer(scene), pictures=False, results=results))
     rows = []
@@ -128,7 +128,9 @@ def _results_of(scene: Scene) -> Results | None:
     return load(scene.name).results if scene.name in demos() else scene.results
 
 
-def _true(mine: Kept, fine: Kept | None, quantity: Quantity, exact: float | None) -> float:
+def _true(
+    mine: RunRecord, fine: RunRecord | None, quantity: Quantity, exact: float | None
+) -> float:
     if exact is not None:
         return abs(mine.size(quantity) - exact)
     assert fine is not None

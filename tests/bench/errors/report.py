@@ -8,9 +8,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from statistics import median
 
+from shellmb.accuracy.measuring.records import to_json
+from shellmb.accuracy.measuring.tables import replaced
 from shellmb.errors import SceneError
-from shellmb.measuring.records import to_json
-from shellmb.measuring.tables import replaced
 from tests.bench.errors.bodies import MOTIONS, OTHERS, STATICS
 from tests.bench.errors.case import Case
 from tests.bench.errors.compare import Compared, Row, compare

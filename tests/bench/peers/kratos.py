@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from shellmb.measuring.times import Stopwatch
+from shellmb.accuracy.measuring.times import Stopwatch
 from tests.bench.peers.codes import require_package
 
 ELEMENT = "ShellThinElementCorotational3D4N"

@@ -9,12 +9,12 @@ from pathlib import Path
 
 from rich.console import Console
 
+from shellmb.accuracy.measuring.records import to_json, write
+from shellmb.accuracy.measuring.tables import Column, console, line, markdown, print_table
 from shellmb.cli.failures import tell
 from shellmb.cli.report import say
 from shellmb.errors import SceneError
-from shellmb.guarding.writing import write_text
-from shellmb.measuring.records import to_json, write
-from shellmb.measuring.tables import Column, console, line, markdown, print_table
+from shellmb.files.writing import write_text
 from tests.bench.peers.codes import OURS
 from tests.bench.peers.compare import Comparison, Point, compare
 from tests.bench.peers.dynamics import buckling, plates

@@ -15,9 +15,9 @@ from statistics import median, quantiles
 
 from rich.console import Console
 
+from shellmb.accuracy.measuring.tables import Column, print_table
+from shellmb.accuracy.measuring.times import in_turn
 from shellmb.errors import SceneError
-from shellmb.measuring.tables import Column, print_table
-from shellmb.measuring.times import in_turn
 
 WORKER = Path(__file__).with_name("worker.py")
 SCHEMES = ("ep", "ed", "ep4", "ed3")

@@ -14,6 +14,7 @@ from shellmb.demos.references.beams import Ends, lateral_buckling, roll_up, timo
 from shellmb.demos.verification.cantilever import exact_cantilever, section_stiffness
 from shellmb.demos.verification.cases import Check, case
 from shellmb.running.execute import RunResult, execute
+from shellmb.running.natural_modes.vibration import natural_modes
 from shellmb.scene import (
     Beam,
     CircularArc,
@@ -28,7 +29,6 @@ from shellmb.scene import (
     Scene,
     Solver,
 )
-from shellmb.vibration import natural_modes
 
 Degree = Literal[2, 3]
 

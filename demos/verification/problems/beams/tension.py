@@ -11,8 +11,9 @@ from scipy.optimize import brentq
 from shellmb.arrays import Floats
 from shellmb.demos.references.rotating import flapping
 from shellmb.demos.verification.cases import Check, case
-from shellmb.rotating.campbell import campbell
 from shellmb.running.execute import execute
+from shellmb.running.natural_modes.vibration import natural_modes
+from shellmb.running.rotating.campbell import campbell
 from shellmb.scene import (
     GROUND,
     Beam,
@@ -32,7 +33,6 @@ from shellmb.scene import (
     Scene,
     Weld,
 )
-from shellmb.vibration import natural_modes
 
 Degree = Literal[2, 3]
 BOTH: tuple[Degree, ...] = (2, 3)

@@ -12,6 +12,7 @@ from shellmb.demos.verification.problems.elements.curved import DENSITY, NU, STE
 from shellmb.demos.verification.problems.elements.plane import AT_THE_FORCE, PLANE
 from shellmb.demos.verification.problems.elements.rows import MOVED, Mesh, Row, Values, problem
 from shellmb.demos.verification.setups import plate_section
+from shellmb.running.natural_modes.vibration import Modes, natural_modes
 from shellmb.scene import (
     Clamped,
     Cylinder,
@@ -25,7 +26,6 @@ from shellmb.scene import (
     Shell,
     Spherical,
 )
-from shellmb.vibration import Modes, natural_modes
 
 
 def modes(count: int, *shells: Shell, loaded: bool = False, **more: Any) -> Modes:

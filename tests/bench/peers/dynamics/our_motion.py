@@ -7,8 +7,8 @@ from typing import ClassVar
 
 import numpy as np
 
+from shellmb.accuracy.measuring.times import Stopwatch
 from shellmb.errors import ConvergenceError
-from shellmb.measuring.times import Stopwatch
 from shellmb.model.locations.nodes import local_nodes
 from shellmb.scene import Scene, StepControl
 from shellmb.scene.schemes import DISSIPATIVE

@@ -8,10 +8,10 @@ from typing import Any, ClassVar
 import numpy as np
 from scipy.interpolate import CubicSpline
 
+from shellmb.accuracy.measuring.times import Stopwatch
 from shellmb.arrays import Floats
 from shellmb.errors import ConvergenceError, SceneError
-from shellmb.measuring.times import Stopwatch
-from shellmb.observers.booking import STEPS
+from shellmb.observers.deferred_observer import STEPS
 from shellmb.running.standard import StandardObservers
 from shellmb.scene import (
     GROUND,

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+from shellmb.accuracy.measuring.times import Stopwatch
 from shellmb.errors import ConvergenceError
-from shellmb.measuring.times import Stopwatch
 from shellmb.model.locations.nodes import local_nodes
 from shellmb.scene import Scene
 from shellmb.simulate.simulation import Simulation

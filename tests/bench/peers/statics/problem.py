@@ -6,9 +6,9 @@ import math
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 
+from shellmb.accuracy.measuring.tables import Column
+from shellmb.accuracy.measuring.times import in_turn, spread
 from shellmb.arrays import Floats
-from shellmb.measuring.tables import Column
-from shellmb.measuring.times import in_turn, spread
 from tests.bench.peers.codes import OURS
 from tests.bench.peers.words import fastest
 

@@ -1,0 +1,262 @@
+"""A request in its directory: levels in folders of their own, the last one as the run itself."""
+
+from __future__ import annotations
+
+import shutil
+from dataclasses import asdict, fields, replace
+from math import isfinite
+from pathlib import Path
+from typing import Any
+
+from shellmb.accuracy.request.curve import draw, offers
+from shellmb.accuracy.request.frequencies import ModeSearch
+from shellmb.accuracy.request.levels import KEPT, LEVELS, Store
+from shellmb.accuracy.request.search import Outcome, Running, Search
+from shellmb.accuracy.request.target import Target, UnknownQuantity, frequency_number
+from shellmb.errors import SceneError, Stopped
+from shellmb.files.locks import is_temporary
+from shellmb.files.reading import read_json
+from shellmb.observers.summary import write_json
+from shellmb.options.accuracy import ACCURACY
+from shellmb.running.directory import LOCK, claimed, refuse_used, written
+from shellmb.running.loader import is_file_name
+from shellmb.running.request import REQUEST
+from shellmb.running.standard import SUMMARY
+from shellmb.scene import GmshFile, MeshFile, Scene
+from shellmb.scene.fingerprint import differences, fingerprint
+
+# picture in the directory
+PICTURE = "accuracy.png"
+# elements along a side of which half are enough to tell anything
+FEW = 4
+# what belongs to the request and not to its last run
+OWN = {LOCK, ACCURACY, REQUEST, LEVELS, PICTURE}
+
+
+def run_to_accuracy(
+    scene: Scene, wanted: Target, out: Path, how: Running, pictures: bool = True
+) -> Outcome:
+    """Run levels of a scene until an error is met; the last one is the run in the directory.
+
+    A request that was stopped, or asks for less or more now, goes on from its levels.
+
+    Args:
+        scene: The scene.
+        wanted: What is requested.
+        out: The directory.
+        how: How levels are run.
+        pictures: Whether pictures are drawn.
+
+    Raises:
+        SceneError: If there is no such quantity, the scene is impossible, or `out` holds something
+            else.
+        ConvergenceError: If the scene fails at all steps of the first level.
+        Stopped: If a signal ended a level; those before it are kept.
+    """
+    comm = how.comm
+    wanted = _understood(scene, wanted, how)
+    with claimed(out, comm, new=False):
+        stored, begun = comm.bcast(
+            (_stored(out), _has_levels(out)) if comm.rank == 0 else (None, False)
+        )
+        other = "" if stored is None else _difference(stored, scene, wanted)
+        if stored is None:
+            refuse_used(out, comm)
+        elif other and begun:
+            raise SceneError(
+                f"out is {out}, which holds levels of another request ({other}); give another "
+                "directory"
+            )
+        elif other and comm.rank == 0:
+            # that request was refused, or ended in its first level
+            shutil.rmtree(out / LEVELS, ignore_errors=True)
+        about: dict[str, Any] = asdict(wanted) | {"scene": fingerprint(scene), "met": None}
+        if comm.rank == 0:
+            with written(out, comm):
+                _put_back(out, stored)
+                write_json(out / ACCURACY, about)
+                if how.request is not None:
+                    write_json(out / REQUEST, how.request.to_dict())
+        comm.Barrier()
+        try:
+            search, outcome = _search(scene, wanted, out, how)
+        except Stopped as error:
+            says = f"{going_on(out, how)} repeats the level it was in"
+            if is_temporary(out):
+                says = "nothing of it is left when Python ends; give out to go on later"
+            raise Stopped(error.signal, says) from None
+        size = search.size
+        found = offers(outcome.levels, wanted.accuracy, size, search.label)
+        about |= asdict(search.wanted) | {
+            "met": outcome.met,
+            "says": outcome.says,
+            "quantity": str(search.quantity),
+            "size": size,
+            "levels": [_plain(level.to_dict()) for level in outcome.levels],
+            "offers": [offer.to_dict() for offer in found],
+        }
+        if comm.rank == 0:
+            with written(out, comm):
+                # before the files of the last level, of which it says what they are: a request that
+                # is stopped among them puts them back
+                write_json(out / ACCURACY, about)
+                _move(out / LEVELS / str(len(outcome.levels)), out)
+                if pictures:
+                    _draw(out, outcome, size, found)
+        comm.Barrier()
+    run = None if outcome.run is None else replace(outcome.run, out=out)
+    return replace(outcome, run=run)
+
+
+def going_on(out: Path, how: Running) -> str:
+    """The command that goes on with a request.
+
+    Args:
+        out: Its directory.
+        how: How levels are run.
+    """
+    named = "" if how.request is None else how.request.scene
+    return f"`shellmb resume {out}{f' {named}' if is_file_name(named) else ''}`"
+
+
+def wanted_in(out: Path) -> Target | None:
+    """Request stored in a directory; None if there is none.
+
+    Args:
+        out: The directory.
+
+    Raises:
+        SceneError: If the file of the request is damaged.
+    """
+    stored = _stored(out)
+    if stored is None:
+        return None
+    try:
+        return Target(**{f.name: stored[f.name] for f in fields(Target) if f.name in stored})
+    except (KeyError, TypeError) as error:
+        raise SceneError(f"{out / ACCURACY} is damaged ({error})") from None
+
+
+def coarser(scene: Scene, body: str | None) -> Scene | None:
+    """The scene with half the elements along each side; None where there is no such mesh.
+
+    Args:
+        scene: The scene.
+        body: The only body that gets them; None: all.
+    """
+    bodies = [b for b in scene.meshed if body in (None, b.name)]
+    shells = {s.name: s for s in scene.shells if s in bodies}
+    beams = {b.name: b for b in scene.beams if b in bodies}
+    counts = [n for s in shells.values() for n in s.mesh] + [b.elements for b in beams.values()]
+    read = any(isinstance(s.surface, GmshFile | MeshFile) for s in shells.values())
+    if read or not counts or any(n % 2 for n in counts) or min(counts) < FEW:
+        return None
+    halved = {n: replace(s, mesh=(s.mesh[0] // 2, s.mesh[1] // 2)) for n, s in shells.items()}
+    fewer = {n: replace(b, elements=b.elements // 2) for n, b in beams.items()}
+    try:
+        return replace(
+            scene,
+            shells=tuple(halved.get(s.name, s) for s in scene.shells),
+            beams=tuple(fewer.get(b.name, b) for b in scene.beams),
+        )
+    except SceneError:
+        return None
+
+
+def _understood(scene: Scene, wanted: Target, how: Running) -> Target:
+    """Parse what is wanted; "f1" is of modes if the scene has no probe or results of that name.
+
+    Raises:
+        SceneError: If there is no such quantity, as far as is known before a run.
+    """
+    try:
+        wanted.quantity(scene, measures=how.results is not None)
+    except UnknownQuantity:
+        if frequency_number(wanted.of) is None or not how.modes:
+            raise
+        return replace(wanted, modes=True)
+    return wanted
+
+
+def _search(scene: Scene, wanted: Target, out: Path, how: Running) -> tuple[Search, Outcome]:
+    """Search for modes, too, where no result of a run has the name of a frequency."""
+    try:
+        return _from_half(scene, wanted, out, how)
+    except UnknownQuantity:
+        if wanted.modes or frequency_number(wanted.of) is None or not how.modes:
+            raise
+    if how.comm.rank == 0:
+        shutil.rmtree(out / LEVELS, ignore_errors=True)
+    how.comm.Barrier()
+    return _from_half(scene, replace(wanted, modes=True), out, how)
+
+
+def _from_half(scene: Scene, wanted: Target, out: Path, how: Running) -> tuple[Search, Outcome]:
+    """Search from half the mesh, or from the scene's own where places are no nodes of that."""
+    writes, kind = how.comm.rank == 0, ModeSearch if wanted.modes else Search
+    half = coarser(scene, wanted.body)
+    if half is not None:
+        search = kind(half, wanted, Store(out, writes, "half"), how)
+        try:
+            return search, search.run()
+        except UnknownQuantity:
+            raise
+        except SceneError:
+            if search.levels:
+                raise
+            if writes:
+                shutil.rmtree(out / LEVELS, ignore_errors=True)
+            how.comm.Barrier()
+    search = kind(scene, wanted, Store(out, writes), how)
+    return search, search.run()
+
+
+def _stored(out: Path) -> dict[str, Any] | None:
+    file = out / ACCURACY
+    return read_json(file) if file.is_file() else None
+
+
+def _has_levels(out: Path) -> bool:
+    """Decide whether a level of a request is complete: the last one is the run at its end."""
+    files = (out / LEVELS).glob(f"*-{KEPT}")
+    return (out / SUMMARY).is_file() or any(read_json(file)["levels"] for file in files)
+
+
+def _difference(stored: dict[str, Any], scene: Scene, wanted: Target) -> str:
+    """Find what differs in the scene or quantity of a stored request; empty: nothing."""
+    found = differences(stored.get("scene", {}), fingerprint(scene))
+    found = [d for d in found if d[0] != "errors"]
+    named = asdict(wanted)
+    other = [k for k in ("of", "auto", "body", "loaded") if stored.get(k, named[k]) != named[k]]
+    if found:
+        return f"{found[0][0]} was {found[0][1]}, is {found[0][2]}"
+    return other[0] if other else ""
+
+
+def _put_back(out: Path, stored: dict[str, Any] | None) -> None:
+    """The run of a request that had ended, or all but ended, is a level again."""
+    if stored is not None and stored.get("levels"):
+        place = out / LEVELS / str(len(stored["levels"]))
+        place.mkdir(parents=True, exist_ok=True)
+        for path in [p for p in out.iterdir() if p.name not in OWN]:
+            path.rename(place / path.name)
+
+
+def _move(level: Path, out: Path) -> None:
+    for path in [p for p in level.iterdir() if p.name != LOCK] if level.is_dir() else []:
+        path.rename(out / path.name)
+    shutil.rmtree(level, ignore_errors=True)
+
+
+def _draw(out: Path, outcome: Outcome, size: float, found: Any) -> None:
+    from shellmb.show.pictures import budget_of, draw_directory
+
+    known = [level for level in outcome.levels if isfinite(level.error) and level.error > 0]
+    if known:
+        draw(known, found, size, out / PICTURE)
+    draw_directory(out, budget=budget_of(outcome.levels[-1].total))
+
+
+def _plain(values: dict[str, Any]) -> dict[str, Any]:
+    """Values without infinite ones."""
+    return {k: None if isinstance(v, float) and not isfinite(v) else v for k, v in values.items()}

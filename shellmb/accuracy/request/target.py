@@ -1,0 +1,133 @@
+"""Requests of an accuracy, and of the quantity that has to meet it."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+from shellmb.accuracy.run_record import RunRecord
+from shellmb.accuracy.studies.quantity import NORMS, Quantity, default_quantity, parse_quantity
+from shellmb.errors import SceneError
+from shellmb.options.accuracy import RequestedAccuracy
+from shellmb.scene import Scene
+
+
+@dataclass(frozen=True)
+class Target:
+    """An accuracy that is requested.
+
+    Args:
+        accuracy: The relative error.
+        of: The quantity as it is named; None: the first probe.
+        budget: Time after which no level begins [s]; None: there is no end.
+        auto: Whether the scheme is chosen.
+        body: The only body whose mesh is refined; None: all.
+        modes: Whether it is of natural modes, and not of a run.
+        loaded: Whether these are about the static equilibrium.
+        count: Number of modes at least.
+    """
+
+    accuracy: float
+    of: str | None = None
+    budget: float | None = None
+    auto: bool = False
+    body: str | None = None
+    modes: bool = False
+    loaded: bool = False
+    count: int = 1
+
+    def quantity(
+        self, scene: Scene, known: RunRecord | None = None, measures: bool = False
+    ) -> Quantity:
+        """The quantity: a result, or a probe in the norm of its history that fits the scene.
+
+        Args:
+            scene: The scene.
+            known: A run of it, which tells the names of its results; None: there is none yet.
+            measures: Whether it has results, though the scene itself does not say so.
+
+        Raises:
+            SceneError: If there is none of that name, as far as is known.
+        """
+        names = [b.name for b in scene.meshed]
+        if self.body is not None and self.body not in names:
+            listed = ", ".join(f"'{n}'" for n in names) or "none"
+            raise SceneError(
+                f"body is '{self.body}'; it must be one of the scene's shells and beams, {listed}"
+            )
+        if self.modes:
+            return Quantity(self.of or "f1")
+        if self.of is None:
+            return _default(scene)
+        name, colon, norm = self.of.rpartition(":")
+        if colon and norm in NORMS and name:
+            return parse_quantity(self.of)
+        if self.of in [probe.name for probe in scene.probes]:
+            return Quantity(self.of, "end" if scene.static else "l2")
+        if colon and norm not in NORMS:
+            raise UnknownQuantity(self._unknown(scene, tuple(known.results) if known else ()))
+        if known is None:
+            if scene.results is None and not measures and ":" not in self.of:
+                raise UnknownQuantity(self._unknown(scene, ()))
+            return Quantity(self.of)
+        if self.of not in known.results:
+            raise UnknownQuantity(self._unknown(scene, tuple(known.results)))
+        return Quantity(self.of)
+
+    def check(self, scene: Scene, quantity: Quantity, known: RunRecord) -> None:
+        """Check that a run has the quantity.
+
+        Args:
+            scene: The scene.
+            quantity: The quantity.
+            known: The run.
+
+        Raises:
+            SceneError: If it has none of that name.
+        """
+        names = known.results if quantity.norm is None else known.history.columns
+        if quantity.name not in names:
+            raise UnknownQuantity(self._unknown(scene, tuple(known.results)))
+
+    def _unknown(self, scene: Scene, results: tuple[str, ...]) -> str:
+        names = [*(p.name for p in scene.probes), *results]
+        listed = ", ".join(f"'{n}'" for n in names) or "none"
+        return (
+            f"of is '{self.of}'; it must be one of the scene's probes and results, {listed}, or "
+            f"COLUMN:NORM of its history, as 'tip:max' (norms: {', '.join(NORMS)})"
+        )
+
+
+class UnknownQuantity(SceneError):
+    """A quantity that a run of the scene does not have."""
+
+
+def frequency_number(name: str | None) -> int | None:
+    """Number of a natural frequency from its name, "f1"; None: the name is none of a frequency.
+
+    Args:
+        name: The name.
+    """
+    found = re.fullmatch(r"f([1-9][0-9]*)", name or "")
+    return None if found is None else int(found[1])
+
+
+def wanted_of(requested: RequestedAccuracy) -> Target:
+    """Request that follows from options.
+
+    Args:
+        requested: The options.
+    """
+    own = requested.options
+    assert own.accuracy is not None
+    return Target(own.accuracy, own.of, own.budget, requested.auto, requested.body)
+
+
+def _default(scene: Scene) -> Quantity:
+    try:
+        return default_quantity(scene)
+    except SceneError:
+        raise SceneError(
+            f"the scene '{scene.name}' has no probe; give of, a name of its results or COLUMN:NORM "
+            "of its history"
+        ) from None

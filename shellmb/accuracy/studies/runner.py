@@ -1,0 +1,216 @@
+"""Runs the configurations of a study in turn, and keeps what they leave."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from mpi4py import MPI
+
+from shellmb.accuracy.measuring.stepping import free
+from shellmb.accuracy.measuring.times import Stopwatch
+from shellmb.accuracy.studies.choice import Choice
+from shellmb.accuracy.studies.quantity import Quantity, default_quantity
+from shellmb.accuracy.studies.records import Record, Store
+from shellmb.accuracy.studies.sweep import Grid, Sweep, chain, make_grid
+from shellmb.errors import SceneError, ShellmbError
+from shellmb.running.execute import RunResult, execute
+from shellmb.running.loader import SceneModule
+from shellmb.scene.fingerprint import fingerprint
+from shellmb.scene.probes import RESULTANTS
+from shellmb.simulate.simulation import BaseObserver, Simulation
+
+type Tell = Callable[[str], None]
+
+
+class ProcessorTime(BaseObserver):
+    """Processor time between the start and the end of a run.
+
+    Attributes:
+        seconds: It, s.
+    """
+
+    def __init__(self) -> None:
+        self.seconds = 0.0
+
+    def start(self, simulation: Simulation) -> None:
+        """Before the first step."""
+        self._watch = Stopwatch()
+
+    def finish(self, simulation: Simulation, error: BaseException | None) -> None:
+        """After the last one."""
+        self.seconds = self._watch.cpu
+
+
+@dataclass(frozen=True)
+class Measured:
+    """A study that has been run.
+
+    Args:
+        sweep: What was requested.
+        name: Name of the scene.
+        quantities: What is judged.
+        grid: The configurations.
+        chain: Those of the reference, the finest first; empty where the exact value is given.
+        store: The records.
+    """
+
+    sweep: Sweep
+    name: str
+    quantities: tuple[Quantity, ...]
+    grid: Grid
+    chain: tuple[Choice, ...]
+    store: Store
+
+    def name_of(self, choice: Choice) -> str:
+        """A configuration in words: what is swept, mesh and step."""
+        return choice.label(self.grid.named)
+
+
+def measure(
+    sweep: Sweep,
+    folder: Path | None = None,
+    tell: Tell = lambda text: None,
+) -> Measured:
+    """Run a study, or what is left of it; collective.
+
+    Each configuration is run once, coarse ones first; then the reference; then all again, round by
+    round, so that what else the machine does hits all alike.
+
+    Args:
+        sweep: What.
+        folder: Where the records are kept; None: nowhere.
+        tell: Callback for progress messages.
+
+    Raises:
+        SceneError: If the scene, a value or a quantity is impossible, or the folder is taken.
+    """
+    comm, module = MPI.COMM_WORLD, sweep.base.module()
+    grid = make_grid(sweep, module)
+    scene = sweep.base.build(module, grid.choices[0])
+    quantities = sweep.quantities or (default_quantity(scene),)
+    finer = () if sweep.known else tuple(chain(sweep, grid))
+    for choice in finer:
+        sweep.base.build(module, choice)
+    store = Store(folder, about(sweep, module, quantities), comm)
+    plan = [(c, 0) for c in (*grid.choices, *reversed(finer))]
+    plan += [(c, k) for k in range(1, sweep.repeat) for c in grid.choices]
+    todo = [(c, k) for c, k in dict.fromkeys(plan) if store.find(c, k) is None]
+    if len(todo) < len(set(plan)):
+        tell(f"{len(set(plan)) - len(todo)} of {len(set(plan))} runs are done already")
+    for n, (choice, round_) in enumerate(todo):
+        first = store.find(choice)
+        if round_ and first is not None and first.failed:
+            continue
+        tell(f"run {n + 1} of {len(todo)}: {choice.label(grid.named)}")
+        record = run_once(sweep, module, choice, quantities, round_, comm)
+        if record.failed:
+            tell(f"failed: {record.failed}")
+        store.add(record)
+    return Measured(sweep, scene.name, quantities, grid, finer, store)
+
+
+def about(sweep: Sweep, module: SceneModule, quantities: Sequence[Quantity]) -> dict[str, Any]:
+    """Origin of records: scene with its source, parameters, end, quantities."""
+    file = getattr(module.module, "__file__", None)
+    # of a scene that is in no file all its fields
+    fields = json.dumps(fingerprint(module.build()), sort_keys=True) if file is None else ""
+    source = fields.encode() if file is None else Path(file).read_bytes()
+    return {
+        "scene": module.name,
+        "source": hashlib.sha256(source).hexdigest()[:16],
+        "parameters": dict(sweep.base.parameters),
+        "t_end": sweep.base.t_end,
+        "body": sweep.base.body,
+        "quantities": [str(q) for q in quantities],
+    }
+
+
+def run_once(
+    sweep: Sweep,
+    module: SceneModule,
+    choice: Choice,
+    quantities: Sequence[Quantity],
+    round_: int,
+    comm: MPI.Comm,
+) -> Record:
+    """One run; what goes wrong in it is recorded.
+
+    Raises:
+        SceneError: If a quantity does not exist.
+    """
+    clock = ProcessorTime()
+    # what a scene measures may need the whole of its time: it is asked only where it is needed
+    requested = module.results if any(q.norm is None for q in quantities) else _nothing
+    scene = sweep.base.build(module, choice)
+    try:
+        result = execute(scene, None, [clock], comm=comm, pictures=False, results=requested)
+    except ShellmbError as error:
+        return Record(choice, round_, cpu_s=clock.seconds, failed=str(error))
+    record = _record(choice, round_, clock.seconds, result, quantities)
+    del result
+    free(comm)
+    return record
+
+
+def _nothing(run: RunResult) -> dict[str, float]:
+    return {}
+
+
+def _record(
+    choice: Choice, round_: int, cpu_s: float, result: RunResult, quantities: Sequence[Quantity]
+) -> Record:
+    summary = result.summary
+    means = means_of(result)
+    taken = {str(q): q.take(result.results, result.history, means) for q in quantities}
+    if round_:
+        # the curves are those of the first round
+        taken = {name: {"value": kept["value"]} for name, kept in taken.items()}
+    bad = [name for name, kept in taken.items() if not math.isfinite(kept["value"])]
+    return Record(
+        choice,
+        round_,
+        result.simulation.step_seconds,
+        cpu_s,
+        summary["setup_s"],
+        summary["jit_s"],
+        summary["steps"],
+        summary["rejected_steps"],
+        summary["newton_iterations"],
+        summary["unknowns"],
+        summary["jump_max"],
+        taken,
+        f"{' and '.join(bad)} is not finite" if bad else "",
+    )
+
+
+def means_of(result: RunResult) -> set[str]:
+    """Names of columns that are means over a step: those of sections, and all without a start.
+
+    Args:
+        result: A run.
+    """
+    forms = result.simulation.problem.forms.values()
+    stages = [made.stage for rows in forms for made in rows.values()]
+    # schemes with a single state have forces at the ends of steps, and no means
+    if all(stage is not None and stage.single for stage in stages):
+        return set()
+    history, probes = result.history, result.simulation.scene.probes
+    sections = {probe.name for probe in probes if probe.quantity in RESULTANTS}
+    return sections | {str(name) for name in history if math.isnan(history[name].iloc[0])}
+
+
+def known_quantity(record: Record, quantity: Quantity) -> dict[str, Any]:
+    """Record of a quantity of a finished run.
+
+    Raises:
+        SceneError: If it keeps nothing of it.
+    """
+    if record.taken is None or str(quantity) not in record.taken:
+        raise SceneError(f"study: no record of '{quantity}'")
+    return record.taken[str(quantity)]

@@ -1,0 +1,244 @@
+"""A run with the derivatives of all that it finds by parameters of its scene."""
+
+from __future__ import annotations
+
+import json
+import time as clock
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from shellmb.api.folders import gone_with, place
+from shellmb.api.sensitivity.record import ABOUT, RUN, SIDES, Sensitivities, side_folder
+from shellmb.errors import SceneError
+from shellmb.files.writing import write_text
+from shellmb.options.described import options_of, takes
+from shellmb.options.run import Options
+from shellmb.scene import Scene
+from shellmb.sensitivity.parameters import (
+    Differentiated,
+    Parameter,
+    beside,
+    differentiated,
+    independent,
+    next_to,
+    parameters_of,
+    widened,
+    without_effect,
+)
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
+
+    from shellmb.running.execute import RunResult
+    from shellmb.simulate.simulation import Simulation
+
+COLUMNS = ("all", "probes")
+# what both sides of a static path have in common with the run
+AT = ("length", "load")
+# communicators of a scene beside a run, those of meshes that are moved left out: seven were seen
+OWN = 20
+
+
+@takes(*options_of(Options))
+def sensitivities(
+    scene: Callable[..., Scene] | str,
+    parameters: Sequence[str],
+    out: Path | str | None = None,
+    *,
+    values: Mapping[str, Any] | None = None,
+    scales: Mapping[str, float] | None = None,
+    columns: str = "all",
+    fields: bool = True,
+    at: str = "length",
+    resume: bool = False,
+    comm: MPI.Comm | None = None,
+    **options: Any,
+) -> Sensitivities:
+    """Run a scene and differentiate its histories, results and fields by parameters.
+
+    Derivatives are those of the motion in its time steps, exact to about seven digits; they are
+    found step by step beside the run, whose factorisations they share (`sensitivity.tangent`).
+
+    Args:
+        scene: A function that makes the scene from its parameters, the name of a bundled scene, or
+            the path of a Python file.
+        parameters: Names of the parameters.
+        out: Directory to write, new or empty; None: a temporary one, which is gone with the result.
+        values: Values of parameters of the scene that replace its defaults.
+        scales: Sizes of parameters, where their values do not tell: of one that is zero, say.
+        columns: "all" columns of the history, or those of "probes" only, which costs less; with
+            controllers all of them.
+        fields: Whether fields have derivatives, too.
+        at: On a static path, derivatives at the same arc "length", or at the same "load" factor;
+            the latter grow without bound at limit points.
+        resume: Whether to go on in `out`, where this run was stopped; all else is given again.
+        comm: Communicator; None: all ranks.
+        **options: Choices that replace the scene's, as `shellmb run` has them.
+
+    Returns:
+        The run and its derivatives.
+
+    Raises:
+        SceneError: If the scene, a parameter or `out` is impossible.
+        ConvergenceError: If a step fails at the smallest step size, or a step that ends with an
+            event is too short for the differences.
+    """
+    made = differentiated(scene, values, **options)
+    chosen = parameters_of(made, parameters, scales)
+    if columns not in COLUMNS:
+        raise SceneError(f"sensitivities: columns is '{columns}'; it must be 'all' or 'probes'")
+    base = made.base()
+    _refuse(base, at)
+    if base.controllers or base.all_events:
+        # their sensors may read any column
+        fields, columns = fields and columns == "all", "all"
+    scenes = {p: beside(made, base, p) for p in widened(chosen, base)}
+    unmoved = [p for p, both in scenes.items() if independent(*both)]
+    said = [without_effect(p, base, scenes[p][0]) for p in unmoved]
+    if base.errors:
+        said.append(
+            "errors=True has no effect beside derivatives; run the scene by itself for errors"
+        )
+    from mpi4py import MPI
+
+    world = MPI.COMM_WORLD if comm is None else comm
+    directory, temporary = place(out, world)
+    begun = world.bcast((directory / RUN).is_dir())
+    if begun and not resume:
+        raise SceneError(
+            f"sensitivities: out is {out}, in which a run with derivatives was begun; give another "
+            "directory, or go on with it by resume=True (--resume)"
+        )
+    if resume and not begun:
+        raise SceneError(
+            f"sensitivities: out is {out}, in which no run with derivatives was begun; give the "
+            "directory of the one that was stopped, or resume=False"
+        )
+    from shellmb.running.directory import claimed
+
+    fields = fields and columns == "all"
+    with claimed(directory, world, new=not resume):
+        computed = _execute(
+            made, base, scenes, unmoved, directory, said, world, columns, fields, resume, at
+        )
+    world.Barrier()
+    found = Sensitivities(directory, computed)
+    if temporary:
+        gone_with(found, directory, world.rank)
+    return found
+
+
+def _refuse(scene: Scene, at: str) -> None:
+    """Refuse what has no derivatives here.
+
+    Raises:
+        SceneError: If `at` is of no use; says what to do.
+    """
+    if at not in AT:
+        raise SceneError(f"sensitivities: at is '{at}'; it must be 'length' or 'load'")
+    if at != "length" and scene.path is None:
+        raise SceneError(
+            f"sensitivities: at is '{at}', and scene '{scene.name}' follows no static path; leave "
+            "it out"
+        )
+
+
+def _check_room(run: Simulation, made: int, count: int) -> None:
+    """Refuse more parameters than MPI has communicators for, which ends the program; collective."""
+    from shellmb.meshes.lifetime import room_for
+
+    if room_for(run.model.comm, 2 * (len(run.meshes.made) + OWN)):
+        return
+    advice = f"differentiate by at most {made} parameters at a time" if made else "free other runs"
+    raise SceneError(
+        f"sensitivities: {count} parameters are too many for one run of '{run.scene.name}': MPI "
+        f"has communicators for the scenes beside it of {made}; {advice}, or differentiate one "
+        "number by all of them with `adjoint`"
+    )
+
+
+def _execute(
+    made: Differentiated,
+    base: Scene,
+    scenes: Mapping[Parameter, tuple[Scene, Scene]],
+    unmoved: Sequence[Parameter],
+    directory: Path,
+    said: list[str],
+    comm: MPI.Comm,
+    columns: str,
+    fields: bool,
+    resumed: bool,
+    at: str,
+) -> RunResult:
+    """Run the scene with those beside it, and write what there is of each."""
+    from shellmb.running.execute import execute
+    from shellmb.running.resuming.resume import resume
+    from shellmb.sensitivity.paths.tangent import PathTangents
+    from shellmb.sensitivity.perturbed_scene import PerturbedScene
+    from shellmb.sensitivity.saved import SavedSide
+    from shellmb.sensitivity.tangent import Pair, Tangents
+
+    begin = clock.perf_counter()
+    sides: dict[Parameter, list[PerturbedScene]] = {}
+    saved: list[SavedSide] = []
+
+    def make(run: Simulation) -> list[Pair]:
+        for p, both in scenes.items():
+            _check_room(run, len(sides), len(scenes))
+            with next_to(p):
+                sides[p] = [
+                    PerturbedScene(
+                        scene, directory / side_folder(p.name, side), columns, fields, run
+                    )
+                    for scene, side in zip(both, SIDES, strict=True)
+                ]
+            saved.extend(side.saved for side in sides[p])
+        return [Pair(p, above.shadow, below.shadow) for p, (above, below) in sides.items()]
+
+    paths = base.path is not None
+    tangents = PathTangents(make, saved, at == "load") if paths else Tangents(make, saved)
+    how: dict[str, Any] = {"comm": comm, "pictures": False, "results": made.results}
+    if resumed:
+        result = resume(directory / RUN, [tangents], scene=base, **how)
+    else:
+        result = execute(base, directory / RUN, [tangents], **how)
+    if columns == "all":
+        for both in sides.values():
+            for side in both:
+                side.finish(result.summary, clock.perf_counter() - begin, made.results)
+    said += dict.fromkeys(tangents.said)
+    for pair in tangents.pairs:
+        if pair.kinks:
+            first, count = pair.kinks[0], len(pair.kinks)
+            said.append(
+                f"the motion has a kink in '{pair.parameter.name}' at t = {first:g}"
+                + (f" and in {count - 1} more steps" if count > 1 else "")
+                + ": contact, a stop or friction changes within the distance of the differences; "
+                "derivatives after it are those of one side at best"
+            )
+    if comm.rank == 0:
+        about = {
+            "scene": base.name,
+            "parameters": [asdict(p) for p in scenes],
+            "independent": [p.name for p in unmoved],
+            "columns": columns,
+            "fields": fields,
+            "warnings": said,
+            "points": tangents.points,
+            "iterations": tangents.iterations,
+        }
+        write_text(directory / ABOUT, json.dumps(about, indent=1) + "\n")
+        found = Sensitivities(directory)
+        found.write()
+        zero = [
+            f"no result and no probe depends on '{p.name}' near {p.value:g}: their derivatives by "
+            "it are round-off"
+            for p in scenes
+            if p not in unmoved and found.is_round_off(p)
+        ]
+        if zero:
+            about["warnings"] = [*said, *zero]
+            write_text(directory / ABOUT, json.dumps(about, indent=1) + "\n")
+    return result

@@ -1,0 +1,145 @@
+"""Directors of neighbouring nodes turn apart by more than an element can tell.
+
+Directors are interpolated, and what is between two that are far apart is short. An element of
+degree 2 that is bent by 60, 90, 123 degrees resists further bending by 1.4 and 7 per cent too
+little, and not at all; from there on it folds by itself, and neighbours may stay in opposite
+directions, with next to no energy, although the energy balance closes. With degree 3 it is too
+stiff by 0.2, 0.9 and 3.3 per cent at 60, 90 and 135 degrees, and nothing is left at 247. So the
+bound is 45 degrees between neighbours, which are two or three to an element. What counts is what
+they turn apart by since the reference: a curve or a fold at rest is a matter of the mesh.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from mpi4py import MPI
+
+import numpy as np
+
+from shellmb.arrays import Floats
+from shellmb.diagnostics.base import RunWarning, said_of
+from shellmb.model.frames.beam import BeamModel
+from shellmb.model.shells.shell import ShellModel
+from shellmb.observers.fields.nodal import Nodes, state
+from shellmb.observers.summary import Sources
+from shellmb.simulate.simulation import BaseObserver, Simulation
+
+BOUND = math.pi / 4
+# what is folded stays so: it costs next to nothing to look at every tenth step, and at the end
+EVERY = 10
+# elements fold by themselves beyond this, and a load step may jump there
+JUMPED = math.radians(80)
+
+
+class _Neighbours:
+    """Pairs of nodes that are next to one another in an element.
+
+    Args:
+        body: A shell or a beam; its cells of this rank count.
+    """
+
+    def __init__(self, body: ShellModel | BeamModel) -> None:
+        self._nodes = Nodes(body)
+        space = body.mixed.subspaces["u"]
+        points = np.asarray(space.element.interpolation_points)
+        # number of each point along each axis of the cell
+        places = np.stack([np.unique(np.round(x, 9), return_inverse=True)[1] for x in points.T], 1)
+        apart = places[:, None] - places[None]
+        if space.mesh.topology.cell_name() == "triangle":
+            near = np.max(np.abs([*apart.T, apart.sum(axis=-1).T]), axis=0) == 1
+        else:
+            near = np.abs(apart).sum(axis=-1) == 1
+        first, second = np.nonzero(np.triu(near))
+        local = space.mesh.topology.index_map(space.mesh.topology.dim).size_local
+        cells = space.dofmap.list[:local]
+        pairs = np.stack([cells[:, first].ravel(), cells[:, second].ravel()], axis=1)
+        self._pairs = np.unique(np.sort(pairs, axis=1), axis=0)
+
+    def largest(self, q: Floats) -> tuple[float, tuple[float, ...]]:
+        """Largest angle by which two have turned apart, rad, and where, m; 0 without any.
+
+        Args:
+            q: Local array of a state.
+        """
+        if not len(self._pairs):
+            return 0.0, ()
+        values = self._nodes.values(q)
+        first, second = self._pairs.T
+        D, d = values.reference_directors, values.directors
+        if D.shape[1] == 3:
+            Q = np.einsum("nki,nkj->nij", d, D)
+            cosine = (np.einsum("nij,nij->n", Q[first], Q[second]) - 1) / 2
+            angle = np.arccos(np.clip(cosine, -1, 1))
+        else:
+            now, rest = (
+                np.arccos(np.clip(np.einsum("nki,nki->n", v[first], v[second]), -1, 1))
+                for v in (d, D)
+            )
+            angle = np.abs(now - rest)
+        worst = int(np.argmax(angle))
+        place = values.reference[self._pairs[worst]].mean(axis=0)
+        return float(angle[worst]), tuple(map(float, place))
+
+
+class Folded(BaseObserver):
+    """Watches by how much neighbouring directors of shells and beams have turned apart.
+
+    Args:
+        sources: The observers of the run.
+    """
+
+    name = "folded"
+    remembered = ("_steps", "_largest")
+
+    def __init__(self, sources: Sources) -> None:
+        self._bodies: dict[str, _Neighbours] = {}
+        self._steps = 0
+        # by body the largest angle on this rank, when, and where
+        self._largest: dict[str, tuple[float, float, tuple[float, ...]]] = {}
+
+    def start(self, simulation: Simulation) -> None:
+        """Find the neighbours; where displacements are small there is another watch."""
+        model = simulation.model
+        if not simulation.scheme.linear:
+            bodies: dict[str, ShellModel | BeamModel] = {**model.shells, **model.beams}
+            self._bodies = {name: _Neighbours(body) for name, body in bodies.items()}
+        self.idle = not self._bodies
+
+    def accepted(self, simulation: Simulation) -> None:
+        """Look at every tenth step."""
+        self._steps += 1
+        if self._steps % EVERY == 0:
+            self._look(simulation)
+
+    def _look(self, simulation: Simulation) -> None:
+        for name, neighbours in self._bodies.items():
+            angle, place = neighbours.largest(state(simulation, name))
+            if angle > self._largest.get(name, (0.0,))[0]:
+                self._largest[name] = angle, simulation.t, place
+
+    def cautions(self, simulation: Simulation) -> Iterator[RunWarning]:
+        """A sentence for each body that is bent too far for its elements; collective."""
+        self._look(simulation)
+        for name in self._bodies:
+            here = self._largest.get(name, (0.0, 0.0, ()))
+            angle, when, place = simulation.model.comm.allreduce(here, op=MPI.MAX)
+            if angle > BOUND:
+                jumped = simulation.scene.static and angle > JUMPED
+                smaller = ", or smaller load steps (dt), which do not jump there" if jumped else ""
+                yield RunWarning(
+                    self.name,
+                    name,
+                    angle,
+                    BOUND,
+                    f"{said_of(simulation, name)} turns by {math.degrees(angle):.0f} degrees "
+                    f"between neighbouring nodes of an element, near {_named(place)} at "
+                    f"t = {when:g}; from {math.degrees(BOUND):.0f} degrees on the stiffness of an "
+                    "element is off by several per cent, and beyond 60 (degree 2) or 80 (degree 3) "
+                    f"it folds: use a finer mesh there{smaller}",
+                )
+
+
+def _named(place: tuple[float, ...]) -> str:
+    return f"({', '.join(f'{x:.3g}' for x in place)})"

@@ -1,0 +1,266 @@
+"""A shell bound to mesh, space, section, rules of its integrals, and kinematics."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from functools import cached_property, partial
+from typing import Any
+
+import numpy as np
+import ufl
+from dolfinx import fem, mesh
+from ufl.core.expr import Expr
+
+from shellmb.arrays import Floats
+from shellmb.forms import shell as shell_forms
+from shellmb.forms.measure import Measure, measure
+from shellmb.forms.shell import ShellStrains
+from shellmb.forms.state import Layout
+from shellmb.forms.steps.mixed import LinearMixed, LinearOwn, assumed
+from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed
+from shellmb.forms.surface import Surface, surface
+from shellmb.forms.tying import Tying, tying
+from shellmb.meshes.directors import reference_director
+from shellmb.meshes.mesh import SurfaceMesh
+from shellmb.meshes.shared import space_on
+from shellmb.meshes.spaces import NO_PARTS, MixedSpace, shell_space
+from shellmb.meshes.tying import cell_directions, cell_squares, shell_forces
+from shellmb.model.body import FixedDofs, NodeLink, PartScale
+from shellmb.model.frames.floating import FloatingFrame
+from shellmb.model.frames.unit import DirectorConstraint, directors_held
+from shellmb.model.rules import over_surface, quadrature_rules
+from shellmb.model.sections.natural import Distributed, NaturalStress
+from shellmb.model.sections.section import bind_mass, bind_section, has_own_strains
+from shellmb.model.sections.strains import Integrate
+from shellmb.model.shells.compatible import forces_of
+from shellmb.model.shells.direction import direction_1
+from shellmb.model.shells.positions import interpolated
+from shellmb.model.user_forms import components
+from shellmb.scene import Shell
+from shellmb.scene.loads.loads import Gravity
+
+# strains that a user's measure gives, and how many of each
+STRAINS = {"eps": 3, "kap": 3, "gam": 2}
+_ADVICE_MOTION = "a smaller step, a finer mesh, or a smaller load step"
+_ADVICE_FORCE = "a smaller step, or check the stiffness and thickness of the section"
+
+
+class DiscreteShell:
+    """A shell on its mesh, before any force acts in it.
+
+    Args:
+        shell: Description.
+        surface_mesh: Its meshed surface.
+        loads: Loads on it.
+        dynamic: Whether it moves in time, and so has inertia.
+
+    Attributes:
+        everywhere: Parts of its state that are the same all over it, with their sizes.
+        ties: Floating frames that its strains are small relative to.
+    """
+
+    everywhere: Mapping[str, int] = NO_PARTS
+    ties: tuple[FloatingFrame, ...] = ()
+
+    def __init__(
+        self,
+        shell: Shell,
+        surface_mesh: SurfaceMesh,
+        loads: Sequence[Distributed],
+        dynamic: bool,
+    ) -> None:
+        self.name, self.shell, self.surface_mesh = shell.name, shell, surface_mesh
+        domain = surface_mesh.mesh
+        own = has_own_strains(shell, domain)
+        self.mixed: MixedSpace = shell_space(domain, shell.degree, own, self.everywhere)
+        self.director = reference_director(
+            surface_mesh, self.mixed.subspaces["u"], shell.degree, shell.name
+        )
+        direction = direction_1(shell, surface_mesh, self.mixed, self.director)
+        self.surface: Surface = surface(ufl.Jacobian(domain), direction, self.director)
+        self.tying = maps = bind_tying(domain, shell.degree, self.surface)
+        self.layout = Layout(self.mixed.parts, maps)
+        self.rules = quadrature_rules(domain, shell.degree)
+        self._ds = self._edge_measure(domain)
+        self.section = bind_section(shell, domain, maps, at_rest=not dynamic)
+        if not isinstance(self.section.formulation, NonlinearMixed):
+            self.mixed = replace(self.mixed, stresses=self.mixed.elementwise)
+        if shell.holds_strains:
+            # forces of constrained strains have hardly a compliance to be eliminated by
+            self.mixed = replace(self.mixed, elementwise=self.mixed.elementwise - {"N"})
+        weighed = any(isinstance(load, Gravity) for load in loads)
+        # an eccentric weight turns the director whether or not its rotation has inertia
+        every = replace(shell, rotary_inertia=True, eccentric_inertia=True)
+        self.mass_of_section = bind_mass(every, domain) if weighed else None
+        self.mass = bind_mass(shell, domain) if dynamic else None
+        self._loads = loads
+        self.fixed: list[FixedDofs] = []
+        self.links: tuple[NodeLink, ...] = ()
+        self.kinematic = frozenset({"u", "w"})
+        # set where joints tie the shell's velocities to those of other bodies
+        self.slenderness = slenderness = self.section.sizes.thickness / surface_mesh.length
+        label = f"of shell '{shell.name}'"
+        scales = {
+            "u": (f"displacement {label}", surface_mesh.length, _ADVICE_MOTION),
+            "w": (f"director {label}", 1.0, _ADVICE_MOTION),
+            "N": (f"forces of the elements {label}", min(slenderness, 1e-3), _ADVICE_FORCE),
+            "S": (f"strains of the elements {label}", min(slenderness, 1e-3), _ADVICE_FORCE),
+            "lam": (f"director multiplier {label}", slenderness**2, _ADVICE_MOTION),
+            "frame": (f"floating frame {label}", 1.0, _ADVICE_MOTION),
+            "hold": (f"multiplier of the floating frame {label}", slenderness**2, _ADVICE_MOTION),
+        }
+        self.parts = tuple(PartScale(name, *scales[name]) for name in self.mixed.parts)
+
+    @property
+    def domain(self) -> SurfaceMesh:
+        """Mesh of the shell with names."""
+        return self.surface_mesh
+
+    @property
+    def force_size(self) -> float:
+        """Size of its resultants, N."""
+        return float(self.section.force.value)
+
+    @cached_property
+    def thickness(self) -> fem.Constant:
+        """Length that makes curvatures comparable with strains, m."""
+        return fem.Constant(self.mixed.space.mesh, self.section.sizes.thickness)
+
+    def node_directors(self) -> Floats:
+        """Reference directors of the local nodes (owned and ghost), shape (n, 1, 3)."""
+        return np.asarray(self.director.x.array.reshape(-1, 1, 3))
+
+    def _edge_measure(self, domain: mesh.Mesh) -> ufl.Measure:
+        """Measure over all named edges, numbered in their order; edges may share facets."""
+        kind = fem.IntegralType.exterior_facet
+        entities = [
+            (k, fem.compute_integration_domains(kind, domain.topology, facets))
+            for k, facets in enumerate(self.surface_mesh.edges.values())
+        ]
+        degree = {"quadrature_degree": 2 * self.shell.degree + 1}
+        return ufl.Measure("ds", domain, subdomain_data=entities, metadata=degree)
+
+    def ds(self, edge: str | tuple[str, ...], who: str) -> ufl.Measure:
+        """Measure along an edge or several.
+
+        Args:
+            edge: Name or names.
+            who: Who asks, for the error.
+
+        Raises:
+            SceneError: If there is no such edge.
+        """
+        self.surface_mesh.facets(edge, who)
+        names = (edge,) if isinstance(edge, str) else edge
+        numbers = list(self.surface_mesh.edges)
+        return self._ds(tuple(numbers.index(name) for name in names))
+
+    @cached_property
+    def strain(self) -> Measure:
+        """Strains (eps, kap, gam), shape (8,): those of eq. (9), or of the user's measure."""
+        own = self.shell.strains
+        if own is None:
+            return shell_forms.strain_measure(self.surface, self.straining)
+
+        def strains(q: Expr) -> Expr:
+            at = (*self.straining(q), self.surface)
+            return ufl.as_vector(components(own, at, f"shell '{self.name}': strains", STRAINS))
+
+        return measure(strains)
+
+    @cached_property
+    def length(self) -> Measure:
+        """The constraint of the director, shape (1,)."""
+        layout, director = self.layout, self.director
+
+        def value(q: Expr) -> Expr:
+            return shell_forms.director_constraint(layout.part(q, "w"), director)
+
+        return measure(lambda q: ufl.as_vector([value(q)]))
+
+    @cached_property
+    def natural(self) -> NaturalStress | None:
+        """The stress of its natural strain; None without one."""
+        given = self.shell.natural
+        if given is None:
+            return None
+        domain, formulation = self.mixed.space.mesh, self.section.formulation
+        parts: list[Expr] = []
+        for name in ("membrane", "curvature"):
+            value = getattr(given, name)
+            who = f"natural strain of shell '{self.name}': {name}"
+            if callable(value):
+                parts.append(interpolated(value, self.mixed, 3, who))
+            else:
+                parts.append(fem.Constant(domain, np.asarray(value, dtype=float)))
+        membrane = parts[0] if self.shell.stretching else ufl.as_vector([0, 0, 0])
+        e = ufl.as_vector([*membrane, *parts[1], 0.0, 0.0])
+        factors: tuple[Any, ...] = given.time, *(fem.Constant(domain, 0.0) for _ in range(2))
+        if isinstance(formulation, NonlinearMixed):
+            resultants, seen = formulation.stress(e), assumed(self.strain, self.layout)
+            return NaturalStress(e, (resultants,), resultants, seen, self.integrate, *factors)
+        assert isinstance(formulation, LinearMixed | LinearOwn)
+        N = forces_of(self, e)
+        found = formulation.stress(e, N), formulation.joined(e, N)
+        return NaturalStress(e, *found, self.strain, self.integrate, *factors)
+
+    def strains(self, q: Expr) -> ShellStrains:
+        """Strains of a state by their names."""
+        return shell_forms.named(self.strain.value(q))
+
+    @property
+    def integrate(self) -> Integrate:
+        """Integral of densities, by rule."""
+        return partial(over_surface, self.rules)
+
+    def velocities(self, v: Expr) -> tuple[Expr, Expr]:
+        """Velocity of the surface and of the director in a rate of the state."""
+        return self.layout.displacement(v), self.layout.director_change(v)
+
+    @property
+    def straining(self) -> Callable[[Expr], tuple[Expr, Expr]]:
+        """Displacement and change of the director in a state that strains are taken of."""
+        return self.layout.moved
+
+    @property
+    def _turns(self) -> bool:
+        """Decide whether the rotation of the director has inertia, or nothing has."""
+        return self.mass is None or self.mass.I is not None
+
+    @property
+    def inertialess(self) -> bool:
+        """Decide whether the directors have no inertia though the shell moves."""
+        return not self._turns
+
+    def position(self, q: Expr) -> Expr:
+        """Position of the deformed surface, shape (3,), m."""
+        return ufl.SpatialCoordinate(self.mixed.space.mesh) + self.layout.displacement(q)
+
+    @property
+    def held(self) -> DirectorConstraint:
+        """The constraint of the director as numbers."""
+        return directors_held(shell_forms.director_constraint, 1)
+
+
+def bind_tying(domain: mesh.Mesh, degree: int, surf: Surface) -> Tying:
+    """Maps of the forces of elements.
+
+    Args:
+        domain: Mesh of the shell.
+        degree: Degree of displacements.
+        surf: Its local basis.
+    """
+    forces = shell_forces(domain.basix_cell(), degree)
+    direction = None
+    if forces.constants:
+        direction = _per_cell(domain, cell_directions(domain), 3)
+    size = _per_cell(domain, cell_squares(domain), 1)
+    components = forces.weights, forces.polynomials, forces.constants
+    rules = tuple(rule.strains for rule in forces.rules)
+    return tying(ufl.Jacobian(domain), surf, direction, size, components, rules)
+
+
+def _per_cell(domain: mesh.Mesh, values: Floats, size: int) -> Expr:
+    shape = (size,) if size > 1 else ()
+    function = fem.Function(space_on(domain, ("DG", 0, shape) if shape else ("DG", 0)))
+    function.x.array[:] = values.ravel()
+    return function

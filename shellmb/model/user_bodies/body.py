@@ -1,0 +1,338 @@
+"""A body of the user's own: measures with an energy, mass and constraints on any DOLFINx space."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from types import MappingProxyType
+from typing import Any
+
+from mpi4py import MPI
+
+import basix.ufl
+import numpy as np
+import ufl
+from dolfinx import fem
+from ufl import Form
+from ufl.algorithms.analysis import extract_coefficients
+from ufl.core.expr import Expr
+
+from shellmb.arrays import Bools, Floats, Int32s
+from shellmb.errors import SceneError
+from shellmb.forms.constraints.held import Held
+from shellmb.forms.measure import measure
+from shellmb.forms.state import Layout
+from shellmb.forms.steps.path import is_quadratic
+from shellmb.meshes.spaces import mixed_space
+from shellmb.model.body import Constraint, Elastic, FixedDofs, PartScale, Rates, TimeFunction
+from shellmb.model.joints.held import Constraints
+from shellmb.model.massless import Massless
+from shellmb.model.sections.strains import Strains
+from shellmb.model.user_bodies.strains import PotentialStrains, Stiffness
+from shellmb.model.user_forms import vector_of, written
+from shellmb.native.expressions import compiled_expression
+from shellmb.scene.multibody.own_bodies import UserBody
+from shellmb.scene.values.validate import vector
+
+ADVICE = "a smaller step"
+# of the energy of a constraint, below which a multiplier counts as zero
+SMALL_FORCE = 1e-3
+NOTHING: Mapping[str, Any] = MappingProxyType({})
+
+
+@dataclass(frozen=True)
+class Hold:
+    """Constraints `g(u) = 0` at the nodes of an element, enforced by multipliers.
+
+    Args:
+        constraint: Function of the unknown field in UFL, a scalar or a vector, at most quadratic in
+            the field. It is evaluated at the nodes of the element.
+        element: Scalar element of `basix.ufl`, which has a multiplier at each node.
+        dx: Measure whose quadrature points are these nodes, such as
+            `ufl.dx(metadata={"quadrature_rule": "vertex"})`.
+        force: Characteristic magnitude of the multipliers, used to scale convergence tests, N.
+    """
+
+    constraint: Callable[[Expr], Any]
+    element: Any
+    dx: ufl.Measure
+    force: float = 1.0
+
+
+class OwnBody(Massless, UserBody):
+    """A body that is described in UFL, in scenes (`Scene(own_bodies=...)`) or by itself (`Motion`).
+
+    The unknown is a field `u` of the space. `strain(u)` is a vector of strains, at most quadratic
+    in `u`, and `energy(e)` an energy density, any function of the strains; the work of the stresses
+    over a step is its change, plus the dissipation of the scheme. All are integrated with `dx`.
+
+    Args:
+        name: Its name.
+        space: Function space of DOLFINx; or a function that makes one on a communicator, which
+            scenes need that are run on other communicators than the space's.
+        strain: Strains of a field, a UFL vector without units; their value at the zero field is
+            a prestrain. None: no energy.
+        energy: Energy density as a function of the strains, J per unit of `dx`; or a stiffness, a
+            symmetric matrix of numbers or of UFL.
+        mass: `m v . w` as a function of two fields, symmetric and bilinear, per unit of `dx`; half
+            of it at `v, v` is the kinetic energy. None: massless.
+        force: Virtual power of applied forces per unit of `dx`: a function of the field, its rate
+            (None in statics), a virtual field and the time (a UFL constant, s). None: no force.
+        constraints: Constraints on the field.
+        dx: Measure of the integrals.
+        size: Characteristic magnitude of the field, used to scale convergence tests, m.
+        points: Named points of scenes, by their coordinates [m]; each is a vertex of the mesh.
+        regions: Named parts of scenes, by functions of coordinates, shape (3, n), that mark what is
+            in them, as `lambda x: np.isclose(x[0], 0)`.
+
+    Raises:
+        SceneError: If strains or constraints are not quadratic.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        space: fem.FunctionSpace | Callable[[MPI.Comm], fem.FunctionSpace],
+        *,
+        strain: Callable[[Expr], Expr] | None = None,
+        energy: Callable[[Expr], Expr] | Any = None,
+        mass: Callable[[Expr, Expr], Expr] | None = None,
+        force: Callable[[Expr, Expr | None, Expr, Expr], Expr] | None = None,
+        constraints: Sequence[Hold] = (),
+        dx: ufl.Measure = ufl.dx,
+        size: float = 1.0,
+        points: Mapping[str, Sequence[float]] = NOTHING,
+        regions: Mapping[str, Callable[[Floats], Any]] = NOTHING,
+    ) -> None:
+        self._given = {
+            "space": space,
+            "strain": strain,
+            "energy": energy,
+            "mass": mass,
+            "force": force,
+            "constraints": tuple(constraints),
+            "dx": dx,
+            "size": size,
+            "points": dict(points),
+            "regions": dict(regions),
+        }
+        self._nodes_held: list[tuple[Any, ...]] = []
+        if callable(space):
+            space = space(MPI.COMM_WORLD)
+        elements = {"u": space.ufl_element()}
+        for k, hold in enumerate(constraints):
+            at = (ufl.Coefficient(space),)
+            count = len(vector_of(hold.constraint, at, f"body '{name}': constraint {k}"))
+            shaped = basix.ufl.blocked_element(hold.element, (count,)) if count > 1 else None
+            elements[f"mu{k}"] = shaped or hold.element
+        mixed = mixed_space(space.mesh, elements, frozenset())
+        parts = [PartScale("u", f"'{name}'", size, ADVICE)]
+        parts += [
+            PartScale(p, f"multiplier of '{name}'", SMALL_FORCE, ADVICE)
+            for p in elements
+            if p != "u"
+        ]
+        super().__init__(name, mixed, tuple(parts), ())
+        self.kinematic, self.jump_parts = frozenset({"u"}), frozenset(elements)
+        self.layout, self.dx = Layout(mixed.parts), dx(space.mesh)
+        self.space = mixed.subspaces["u"]
+        self._strain, self._energy, self._mass, self._force = strain, energy, mass, force
+        self._holds = tuple(constraints)
+        self.points = {n: vector(x) for n, x in points.items()}
+        self.regions = dict(regions)
+        self.massive, self.placed = mass is not None, is_placed(space)
+        self._one = fem.Constant(space.mesh, 1.0)
+        for what, function in self._functions():
+            state = ufl.Coefficient(mixed.space)
+            if state not in extract_coefficients(function(state)):
+                raise SceneError(f"body '{name}': {what} does not depend on the field; it must")
+            if not is_quadratic(function, state):
+                raise SceneError(
+                    f"body '{name}': {what} is not quadratic in the field; it must be: put "
+                    "functions of quadratic measures into the energy"
+                )
+
+    def _functions(self) -> list[tuple[str, Callable[[Expr], Expr]]]:
+        found = [("strain", self._measure)] if self._strain is not None else []
+        return found + [(f"constraint {k}", law.function) for k, law in enumerate(self._laws)]
+
+    def field(self, q: Expr) -> Expr:
+        """The field of a state."""
+        return self.layout.part(q, "u")
+
+    def _measure(self, q: Expr) -> Expr:
+        assert self._strain is not None
+        return vector_of(self._strain, (self.field(q),), f"body '{self.name}': strain")
+
+    @cached_property
+    def elastic(self) -> tuple[Elastic, ...]:
+        """The energy."""
+        if self._strain is None or self._energy is None:
+            return ()
+        strain = measure(self._measure)
+        if callable(self._energy):
+            terms = self._measure, self._potential, self._one, self.dx, strain
+            return (PotentialStrains(*terms),)
+        section, dx = Stiffness(_matrix(self._energy, self.mixed.space.mesh)), self.dx
+        return (Strains(section, self.layout, strain, lambda d: d[0] * dx),)
+
+    def _potential(self, e: Expr) -> Expr:
+        return self._scalar("energy", self._energy, e)
+
+    def _scalar(self, what: str, function: Callable[..., Any], *arguments: Any) -> Expr:
+        """Value of one of the user's densities."""
+        return written(function, arguments, f"body '{self.name}': {what}")
+
+    @cached_property
+    def _laws(self) -> tuple[Held, ...]:
+        name = self.name
+
+        def law(hold: Hold) -> Held:
+            who = f"body '{name}': constraint"
+            return Held(lambda q: vector_of(hold.constraint, (self.field(q),), who))
+
+        return tuple(map(law, self._holds))
+
+    @cached_property
+    def constraints(self) -> tuple[Constraint, ...]:
+        """Constraints that act."""
+        mesh = self.mixed.space.mesh
+        return tuple(
+            Constraints(
+                law,
+                lambda q, part=f"mu{k}": self.layout.part(q, part),  # type: ignore[misc]
+                fem.Constant(mesh, float(hold.force)),
+                hold.dx(mesh),
+                _Errors(self, law, hold),
+            )
+            for k, (law, hold) in enumerate(zip(self._laws, self._holds, strict=True))
+        )
+
+    def inertia(self, rate: Expr, dq: Expr) -> Form | None:
+        """Virtual work of the inertia forces."""
+        if self._mass is None:
+            return None
+        return self._scalar("mass", self._mass, self.field(rate), self.field(dq)) * self.dx
+
+    def momentum_along(self, v: Expr, motion: Expr) -> Form | None:
+        """Momentum of velocities in the direction of a field."""
+        if self._mass is None:
+            return None
+        return self._scalar("mass", self._mass, self.field(v), motion) * self.dx
+
+    def applied(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
+        """Virtual work of the applied forces."""
+        if self._force is None:
+            return None
+        rate = None if rates is None else self.field(rates.chord)
+        # on the mesh, and of the time, whatever the force is of
+        at = self.field(mid), rate, self.field(dq), time
+        return self._one * self._scalar("force", self._force, *at) * self.dx
+
+    def dofs(self, where: Callable[[Floats], Bools], components: Sequence[int] = ()) -> Int32s:
+        """Local dofs of the state at nodes.
+
+        Args:
+            where: Function of coordinates, shape (3, n), that marks nodes, shape (n,).
+            components: Components of the field; all if there are none.
+        """
+        nodes = fem.locate_dofs_geometrical(self.space, where)
+        rows = self.mixed.dofs["u"].reshape(-1, self.space.dofmap.index_map_bs)[nodes]
+        return (rows[:, list(components)] if components else rows).ravel()
+
+    def hold(
+        self,
+        where: Callable[[Floats], Bools],
+        components: Sequence[int] = (),
+        motion: TimeFunction | None = None,
+    ) -> None:
+        """Fix nodes, or prescribe their motion.
+
+        Args:
+            where: Function of coordinates, shape (3, n), that marks nodes, shape (n,).
+            components: Components of the field; all if there are none.
+            motion: Their value as a function of time; None: zero.
+        """
+        self._nodes_held.append((where, components, motion))
+        dofs = self.dofs(where, components)
+        ones = np.ones(len(dofs))
+        self.fixed.append(
+            FixedDofs(dofs, lambda t: (motion(t) if motion else 0.0) * ones, motion is not None)
+        )
+
+    def in_values(self) -> dict[str, Any]:
+        """Description in values: the space by its element and the size of its mesh."""
+        topology = self.space.mesh.topology
+        counts = [topology.index_map(d).size_global for d in (0, topology.dim)]
+        plain = {"space": [str(self.space.ufl_element()), *counts], "dx": str(self._given["dx"])}
+        return {"name": self.name, **self._given, **plain, "hold": self._nodes_held}
+
+    def again[B: OwnBody](self, comm: MPI.Comm, kind: type[B]) -> B:
+        """The body of a scene's model, made anew; collective.
+
+        Args:
+            comm: Communicator of the model.
+            kind: Its class.
+
+        Raises:
+            SceneError: If its space is on another communicator.
+        """
+        given: dict[str, Any] = dict(self._given)
+        if callable(given["space"]):
+            given["space"] = given["space"](comm)
+        elif MPI.Comm.Compare(comm, self.space.mesh.comm) not in (MPI.IDENT, MPI.CONGRUENT):
+            raise SceneError(
+                f"own body '{self.name}': its space is on another communicator than the scene is "
+                "run on; space must be a function that makes it on a communicator"
+            )
+        made = kind(self.name, **given)
+        for held in self._nodes_held:
+            made.hold(*held)
+        return made
+
+
+def is_placed(space: fem.FunctionSpace) -> bool:
+    """Decide whether a field is a displacement at nodes: of three components, Lagrange.
+
+    Args:
+        space: Its space.
+    """
+    if tuple(space.value_shape) != (3,) or space.num_sub_spaces != 3:
+        return False
+    element: Any = space.element.basix_element
+    return bool(element.family == basix.ElementFamily.P and not element.discontinuous)
+
+
+class _Errors:
+    """Largest violations of what is held, at the middles of the cells it is held on.
+
+    Args:
+        body: The body.
+        law: The constraints.
+        hold: Where they are held.
+    """
+
+    def __init__(self, body: OwnBody, law: Held, hold: Hold) -> None:
+        self._state = fem.Function(body.mixed.space)
+        mesh = body.mixed.space.mesh
+        points = hold.element.basix_element.points
+        self._mesh, self._law = mesh, law
+        self._read = compiled_expression(law.function(self._state), np.asarray(points))
+        count = mesh.topology.index_map(mesh.topology.dim).size_local
+        self._cells = np.arange(count, dtype=np.int32)
+
+    def __call__(self, states: Floats) -> Floats:
+        return np.array([self._of(state) for state in states])
+
+    def _of(self, state: Floats) -> float:
+        self._state.x.array[:] = state
+        found = self._read.eval(self._mesh, self._cells)
+        return float(np.max(np.abs(found), initial=0.0))
+
+
+def _matrix(stiffness: Any, mesh: Any) -> Expr:
+    """A stiffness as a matrix of UFL."""
+    if isinstance(stiffness, Expr):
+        return stiffness
+    return fem.Constant(mesh, np.ascontiguousarray(stiffness, dtype=float))

@@ -1,0 +1,1 @@
+"""Analyses of a model before its run: bodies reduced to modes, constraints that can be solved."""

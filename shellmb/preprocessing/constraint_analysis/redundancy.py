@@ -1,0 +1,352 @@
+"""Redundant and contradictory constraints, found before anything is built and named.
+
+Supports, drivers, joins, glued nodes and joints are one set of constraints. Those on velocities,
+`Dg v = 0`, are the rows of a matrix, of which unknowns that supports and drivers give are no
+columns. Going through the rows in the order of the scene, one that is a combination of those before
+it is redundant; if the same combination of the right-hand sides is not zero, it contradicts them.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from dolfinx import fem
+
+from shellmb.arrays import Floats, Ints
+from shellmb.errors import SceneError
+from shellmb.model.body import FixedDofs
+from shellmb.model.joints.constraints import ConstraintGroup
+from shellmb.model.locations.nodes import said_point
+from shellmb.model.model import Model
+from shellmb.model.unknowns import Given, Unknowns
+from shellmb.preprocessing.constraint_analysis.rows import Row, connected, inner_rows, local_rows
+from shellmb.scene.lookup import listed
+from shellmb.scene.multibody.edge_hinges import EdgeHinge
+
+# a row whose part outside the rows before it is below this fraction of it counts as dependent:
+# far above round-off, far below the angle between independent constraints of a sound mechanism
+DEPENDENT = 1e-8
+CONTRADICTION = 1e-6
+# below this it is nearly so: of a parallelogram of rods, within a thousandth of a radian of its
+# change point, from where steps may fail
+SINGULAR = 1e-3
+# share of a row in a combination above which it counts as a part of it
+INVOLVED = 1e-6
+# step of the difference that gives rates at the start, in steps of the scene
+RATE_STEP = 1e-3
+# prescribed motions are compared at that many times
+TIMES = 17
+# values of one unknown that differ by less, in m per length of the scene or as directors, are one
+SAME = 1e-9
+
+
+@dataclass(frozen=True)
+class Redundant:
+    """A constraint that the ones before it imply.
+
+    Args:
+        row: The constraint.
+        with_: Whose constraints imply it, besides what supports and drivers prescribe.
+        contradicts: Whether it demands another motion than they do.
+        apart: Its part that is no combination of theirs.
+    """
+
+    row: Row
+    with_: tuple[str, ...]
+    contradicts: bool
+    apart: float
+
+
+def look_through(model: Model) -> list[Redundant]:
+    """Leave out what other constraints of the model imply; collective.
+
+    What joints have too many is left out if the scene says so; what joins and glued nodes have is
+    left out always, because no results depend on which of them carries the force.
+
+    Args:
+        model: The bodies; dropped constraints get multipliers of zero.
+
+    Returns:
+        What was left out.
+
+    Raises:
+        SceneError: If constraints contradict one another, or joints have redundant ones and the
+            scene does not drop them; names them.
+    """
+    scene = model.scene
+    assert scene.dt is not None
+    unknowns = Unknowns(model.bodies, model.comm)
+    times = np.linspace(0.0, scene.given_until, TIMES).tolist()
+    given = unknowns.given(times, RATE_STEP * scene.dt)
+    _agree(model, unknowns, given, times)
+    redundant = _all_dependent(model, unknowns, given)
+    refuse(model, redundant)
+    _drop(model, unknowns, redundant)
+    return redundant
+
+
+def singular(model: Model, at: Mapping[str, Floats]) -> str:
+    """Say which constraints nearly depend on one another at a state; collective.
+
+    Args:
+        model: The bodies, looked through.
+        at: Local arrays of their states, by name.
+
+    Returns:
+        Which constraint, on which others, and how nearly, in words; empty where none does.
+    """
+    assert model.scene.dt is not None
+    unknowns = Unknowns(model.bodies, model.comm)
+    given = unknowns.given([0.0], RATE_STEP * model.scene.dt)
+    found = _all_dependent(model, unknowns, given, at, SINGULAR)
+    joints = {body.name for body in model.mechanism.bodies}
+    found = [item for item in found if item.row.body in joints and item.with_]
+    if not found:
+        return ""
+    worst = min(found, key=lambda item: item.apart)
+    return (
+        f"a constraint of '{worst.row.owner}' nearly depends on those of {listed(worst.with_)} "
+        f"(its part that does not is {worst.apart:.1e})"
+    )
+
+
+def _all_dependent(
+    model: Model,
+    unknowns: Unknowns,
+    given: Given,
+    at: Mapping[str, Floats] | None = None,
+    bound: float = DEPENDENT,
+) -> list[Redundant]:
+    """Constraints that those before them imply; collective.
+
+    Args:
+        model: The bodies.
+        unknowns: Their unknowns.
+        given: Which of them are given.
+        at: Local arrays of their states, by name; None: the reference.
+        bound: Part of a constraint outside of those before it that counts as none.
+    """
+    rows = local_rows(model, unknowns, given, at)
+    everywhere = model.comm.allgather(np.unique(_columns(rows)))
+    inner = inner_rows(model, unknowns, given, np.unique(np.concatenate(everywhere)), at)
+    everywhere = model.comm.allgather(np.unique(_columns([*inner, *rows])))
+    columns = np.unique(np.concatenate(everywhere))
+    sizes = unknowns.sizes(columns)
+    gathered = model.comm.gather((inner, rows))
+    found = None
+    if gathered is not None:
+        every = [row for part in gathered for row in part[0]]
+        every += sorted((row for part in gathered for row in part[1]), key=_order(model))
+        found = [
+            item for part in connected(every) for item in _dependent(part, columns, sizes, bound)
+        ]
+    return model.comm.bcast(found) or []
+
+
+def _columns(rows: list[Row]) -> Ints:
+    return np.concatenate([np.zeros(0, dtype=np.int64), *(row.columns for row in rows)])
+
+
+def _order(model: Model) -> Callable[[Row], tuple[int, int, str, int, int]]:
+    """Key that sorts constraints: inside bodies, of joints, of their coordinates, as in a scene."""
+    joints = {name: k for k, name in enumerate(model.mechanism.joints)}
+    mechanism = {body.name for body in model.mechanism.bodies}
+
+    def key(row: Row) -> tuple[int, int, str, int, int]:
+        kind = 0 if row.body not in mechanism else 1 if row.owner in joints else 2
+        # what drives, locks or pitches a joint has its name before the last dot
+        joint = row.owner if kind < 2 else row.owner.rpartition(".")[0]
+        return kind, joints.get(joint, len(joints)), row.owner, row.item, row.component
+
+    return key
+
+
+def _agree(model: Model, unknowns: Unknowns, given: Given, times: list[float]) -> None:
+    """Supports that hold a common node prescribe the same motion.
+
+    Raises:
+        SceneError: If they do not; names the bodies and the node.
+    """
+    numbers, differences = given.repeated()
+    largest = np.max(np.abs(differences), axis=1, initial=0.0)
+    here: list[tuple[int, str, str]] = []
+    for name, body in model.meshed.items():
+        for part, size in (("u", model.length), ("w", 1.0)):
+            dofs = body.mixed.dofs[part]
+            wrong = numbers[largest > SAME * size]
+            for k in np.flatnonzero(np.isin(unknowns.numbers[name][dofs], wrong)):
+                node = body.mixed.nodes("u")[k // body.mixed.parts[part][1]]
+                kind = "displacement" if part == "u" else "director"
+                what = f"{kind} along {'xyz'[k % 3]} at {said_point(node, model.length)}"
+                here.append((int(unknowns.numbers[name][dofs[k]]), what, name))
+    found = sorted({item for part in model.comm.allgather(here) for item in part})
+    if found:
+        number, what, _ = found[0]
+        names = sorted({f"'{item[2]}'" for item in found if item[0] == number})
+        apart = np.abs(differences[numbers == number][0])
+        late = int(np.argmax(apart))
+        raise SceneError(
+            f"the supports of {' and '.join(names)} contradict one another: two of them prescribe "
+            f"the {what}, with values {apart[late]:.3g} apart at t = "
+            f"{times[late]:g}; remove one of them"
+        )
+
+
+def _dependent(
+    rows: list[Row], known: Ints, sizes: Floats, bound: float = DEPENDENT
+) -> list[Redundant]:
+    """Find which rows are combinations of those before; `sizes` of all `known` columns.
+
+    By motions relative to the size of bodies: what depends on what is no question of units.
+    """
+    columns = np.unique(_columns(rows))
+    # orthonormal combinations of the rows kept: vectors, right-hand sides, what each is made of
+    size = min(len(rows), len(columns))
+    basis, sides = np.zeros((size, len(columns))), np.zeros(size)
+    made_of = np.zeros((size, len(rows)))
+    kept: list[int] = []
+    found = []
+    for number, row in enumerate(rows):
+        entries = row.entries * sizes[np.searchsorted(known, row.columns)]
+        n, length = len(kept), float(np.linalg.norm(entries))
+        if not length:
+            # all that it ties is given
+            found.append(Redundant(row, (), row.gap > CONTRADICTION, 0.0))
+            continue
+        vector, side, combination = np.zeros(len(columns)), row.rate / length, np.zeros(len(rows))
+        vector[np.searchsorted(columns, row.columns)] = entries / length
+        combination[number] = 1.0
+        for _ in range(2):
+            # twice is enough: the second pass removes the round-off of the first
+            shares = basis[:n] @ vector
+            vector -= shares @ basis[:n]
+            side -= float(shares @ sides[:n])
+            combination -= shares @ made_of[:n]
+        rest = float(np.linalg.norm(vector))
+        if rest >= bound:
+            basis[n], sides[n], made_of[n] = vector / rest, side / rest, combination / rest
+            kept.append(number)
+            continue
+        others = [rows[k] for k in kept if abs(combination[k]) > INVOLVED]
+        names = {other.owner for other in others if not other.inner} - {row.owner}
+        scale = max(np.max(np.abs(sides[:n]), initial=0.0), abs(row.rate) / length, 1e-300)
+        contradicts = bool(abs(side) > CONTRADICTION * scale)
+        found.append(Redundant(row, tuple(sorted(names)), contradicts, rest))
+    return found
+
+
+def _givers(model: Model) -> str:
+    """Describe what implies constraints that no other constraint does."""
+    scene = model.scene
+    given = ["the supports"] * bool(scene.supports) + ["the drivers"] * bool(scene.drivers)
+    return " and ".join(given) or "the rigidity of its bodies"
+
+
+def refuse(model: Model, redundant: list[Redundant]) -> None:
+    """Refuse constraints that contradict others, and redundant ones unless they are dropped.
+
+    Args:
+        model: The bodies.
+        redundant: What was found.
+
+    Raises:
+        SceneError: Names the joints.
+    """
+    joints = {body.name for body in model.mechanism.bodies}
+    given = _givers(model)
+
+    def said(name: str, body: str) -> str:
+        return f"joint '{name}'" if body in joints else name
+
+    for item in redundant:
+        row = item.row
+        others = " and ".join(f"'{name}'" for name in item.with_) or given
+        if row.inner and np.isinf(row.gap):
+            raise SceneError(
+                f"{row.owner} is fixed along its own direction by a support, and by its unit "
+                "length too; fix all three components, or the two normal to it"
+            )
+        if item.contradicts:
+            raise SceneError(
+                f"{said(row.owner, row.body)}: its motion contradicts {others}: no velocities "
+                "satisfy them all; remove one of the drivers, supports or joints"
+            )
+    counts: dict[str, int] = {}
+    # hinges of edges leave out by themselves what supports and, at corners, one another imply
+    hinges = [j for j in model.scene.joints if isinstance(j, EdgeHinge)]
+    named = {hinge.name for hinge in hinges}
+    of_edges = [item for item in redundant if item.row.owner in named]
+    redundant = [item for item in redundant if item.row.owner not in named]
+    for hinge in hinges:
+        mine = [item for item in of_edges if item.row.owner == hinge.name]
+        if _beyond_a_corner([item.row for item in mine if item.row.void]):
+            raise SceneError(
+                f"{hinge.said} cannot turn: the edges of '{hinge.first}' and '{hinge.second}' are "
+                "joined there; remove the join or the hinge"
+            )
+        held = [item for item in mine if item.with_]
+        if _beyond_a_corner([item.row for item in held]):
+            redundant += held
+    for item in redundant:
+        if item.row.body in joints:
+            counts[item.row.owner] = counts.get(item.row.owner, 0) + 1
+    if counts and model.scene.redundant != "drop":
+        ours = [item for item in redundant if item.row.body in joints]
+        words = ", ".join(f"{n} of joint '{name}'" for name, n in counts.items())
+        names = {repr(name) for item in ours for name in item.with_ if name not in counts}
+        implied = sorted(names) + [given] * any(not item.with_ for item in ours)
+        raise SceneError(
+            f"{len(ours)} of the constraints are redundant: {words}"
+            + (f" (implied by {', '.join(implied)})" if implied else "")
+            + "; use joints with fewer constraints, or redundant='drop'"
+        )
+
+
+def _beyond_a_corner(rows: list[Row]) -> bool:
+    """Decide whether rows of a hinge hold neighbouring nodes, and not single ones at its ends."""
+    counts = Counter(row.item for row in rows)
+    whole = [item for item, count in counts.items() if count == 3]
+    return any(item + 1 in whole for item in whole)
+
+
+def _drop(model: Model, unknowns: Unknowns, redundant: list[Redundant]) -> None:
+    """Hold the multipliers of redundant constraints at zero."""
+    multipliers = [item.row.multiplier for item in redundant if item.row.inner]
+    for body in model.bodies:
+        if isinstance(body, ConstraintGroup):
+            for item in redundant:
+                if item.row.body == body.name:
+                    body.drop(item.row.item, item.row.component)
+        elif "lam" in body.mixed.parts:
+            lam = body.mixed.dofs["lam"]
+            idle = lam[np.isin(unknowns.numbers[body.name][lam], multipliers)]
+            if len(idle):
+                zeros = np.zeros(len(idle))
+                body.fixed.append(FixedDofs(idle, lambda t, zeros=zeros: zeros, False))  # type: ignore[misc]
+
+
+def largest_gap(model: Model, q: Mapping[str, fem.Function]) -> tuple[float, str, str]:
+    """The constraint with the largest violation; collective.
+
+    Args:
+        model: The bodies.
+        q: Their states by name.
+
+    Returns:
+        The violation, relative to the scene's length, or of directions; whose it is; the violation
+        in words.
+    """
+    worst = (0.0, "", "")
+    for body in model.bodies:
+        if not isinstance(body, ConstraintGroup):
+            continue
+        values = body.apart(q[body.name])
+        if np.max(values, initial=0.0) > worst[0]:
+            row, component = np.unravel_index(np.argmax(values), values.shape)
+            apart = float(values[row, component])
+            label = body.labels[int(body.nodes.item[row])]
+            worst = (apart, label, body.said(int(component), apart))
+    return max(model.comm.allgather(worst))

@@ -1,0 +1,350 @@
+"""Modes of a body about a floating frame, from its Ritz vectors.
+
+What these span is made orthogonal to rigid motions and to itself: the modes are those of the free
+body in that space. Masses follow from the body's own mass matrix for the scalar fields `1`, `X_a`,
+`phi_ka`, along x, of which all velocities of the reduced body consist (`model.reduced.data`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+from mpi4py import MPI
+
+import numpy as np
+
+from shellmb.arrays import Floats
+from shellmb.errors import SceneError
+from shellmb.model.reduced.data import InterfaceModes, Member, ModalBody
+from shellmb.preprocessing.modal.isolated import Arrays, IsolatedBody
+from shellmb.preprocessing.modal.loads import SpreadLoads, TermsAtRest
+from shellmb.preprocessing.modal.relaxing import relaxing
+from shellmb.preprocessing.modal.ritz import ritz_vectors
+from shellmb.preprocessing.modal.supports import support_joint
+from shellmb.scene import Scene, Weld
+from shellmb.scene.lookup import said
+from shellmb.scene.multibody.joints import Joint
+from shellmb.scene.multibody.rigid import FloatingFrame, Interface, RigidBody
+from shellmb.scene.schemes import SIMPLEST
+from shellmb.scene.values.models import Modal
+
+type Touched = Mapping[str, tuple[str, Any, str]]
+
+# shares below which a combination of Ritz vectors is none, a point has no mass that counts (as
+# motions in the plane that come with bending: with every point a step takes longer), and a body has
+# no inertia about an axis
+NO_MODE, NO_MASS, NO_INERTIA = 1e-10, 1e-6, 1e-12
+# a square of a frequency below this share of the lowest free one is that of a rigid motion
+FREE = 1e-6
+
+
+@dataclass(frozen=True)
+class Attachment:
+    """A place on a shell or beam at which something is attached.
+
+    Args:
+        body: Name of the shell or beam.
+        where: Edge, area, name of a point or coordinates.
+        frame: The frame that moves with it.
+    """
+
+    body: str
+    where: Any
+    frame: Interface
+
+
+def reduced_body(
+    scene: Scene,
+    comm: MPI.Comm,
+    names: Sequence[str],
+    attached: Sequence[Attachment],
+    loads: Sequence[Any],
+    supports: Sequence[Any],
+    touched: Touched,
+) -> tuple[ModalBody, tuple[RigidBody, ...], tuple[Joint, ...]]:
+    """Reduce shells and beams that are joined to modes; collective.
+
+    Args:
+        scene: The scene.
+        comm: Communicator.
+        names: Names of the shells and beams.
+        attached: Where something is attached to them.
+        loads: Distributed loads on them, each with the name of its body.
+        supports: What holds nodes of them, each with the name of its body.
+        touched: As of `ModalBody`.
+
+    Returns:
+        The modes; the floating frame with the mass of the body, and all others; and what holds one
+        of these to the ground, if there are supports.
+
+    Raises:
+        SceneError: If the body has no mass, or no inertia about some axis, or supports leave it
+            motions that no joint has.
+    """
+    bodies = [b for b in scene.meshed if b.name in names]
+    words = [b.model for b in bodies if isinstance(b.model, Modal)]
+    isolated = held = IsolatedBody(scene_of(scene, names, attached, loads), comm)
+    frames, joints = [a.frame for a in attached], []
+    if supports:
+        held = IsolatedBody(replace(isolated.model.scene, supports=tuple(supports)), comm)
+        frame, joint = support_joint(held, names[0], said(bodies[0]), supports)
+        frames, joints = [*frames, frame], [joint]
+    slowing = float(bodies[0].section.mass_damping)
+    terms = TermsAtRest(held, float(scene.t_end or 0.0), scene.static)
+    modes = _Modes(isolated, held, words[0].modes, said(bodies[0]), slowing, loads, terms)
+    body = modes.body(names[0], frames, touched)
+    return body, (modes.frame(names[0]), *frames), tuple(joints)
+
+
+def scene_of(
+    scene: Scene, names: Sequence[str], attached: Sequence[Attachment], loads: Sequence[Any]
+) -> Scene:
+    """A body alone, with its loads, and frames where something is attached.
+
+    Args:
+        scene: The scene.
+        names: Names of the shells and beams that it consists of.
+        attached: Where something is attached to them.
+        loads: Distributed loads on them, each with the name of its body.
+    """
+    welds = []
+    for k, item in enumerate(attached):
+        named = isinstance(item.where, str)
+        place: dict[str, Any] = {"second_at" if named else "at": item.where}
+        welds.append(Weld(f"weld {k}", item.frame.name, item.body, **place))
+    return Scene(
+        f"{names[0]} alone",
+        shells=tuple(replace(s, model="exact") for s in scene.shells if s.name in names),
+        beams=tuple(replace(b, model="exact") for b in scene.beams if b.name in names),
+        joins=tuple(j for j in scene.joins if j.first in names),
+        glues=tuple(g for g in scene.glues if g.beam in names),
+        rigid_bodies=tuple(item.frame for item in attached),
+        joints=tuple(welds),
+        # when they act, and what commands them, is a matter of the run
+        loads=tuple(replace(load, time=None) for load in loads),
+        scheme=SIMPLEST,
+        dt=1.0,
+        t_end=1.0,
+        redundant="drop",
+    )
+
+
+class _Modes:
+    """The modes, as local arrays of the bodies that have nodes.
+
+    Args:
+        isolated: The body by itself.
+        held: The same with its supports.
+        count: Number of modes with its frames fixed.
+        who: What messages call it.
+        slowing: Rate of the damping in proportion to the mass, 1/s.
+        loads: Distributed loads on it.
+        terms: The user's terms on it.
+
+    Raises:
+        SceneError: If it has no mass, or no inertia about some axis.
+    """
+
+    def __init__(
+        self,
+        isolated: IsolatedBody,
+        held: IsolatedBody,
+        count: int,
+        who: str,
+        slowing: float,
+        loads: Sequence[Any],
+        terms: TermsAtRest,
+    ) -> None:
+        self._isolated, self._supported, self._slowing = isolated, held, slowing
+        self._length = max(body.domain.length for body in isolated.model.meshed.values())
+        # moments about a point nearby: far from the origin nothing must cancel
+        X = np.concatenate([isolated.nodes(name)[0] for name in isolated.model.meshed])
+        comm = isolated.comm
+        total = comm.allreduce(X.sum(axis=0), op=MPI.SUM)
+        middle = total / comm.allreduce(len(X), op=MPI.SUM)
+        gram = self._masses([isolated.one(), *(isolated.arm(a, middle) for a in range(3))])
+        self.mass = float(gram[0, 0])
+        if not self.mass > 0:
+            raise SceneError(f"{who} has no mass; reduced to modes it must have")
+        away = gram[0, 1:] / self.mass
+        self.center = middle + away
+        self.euler = gram[1:, 1:] - self.mass * np.outer(away, away)
+        inertia = np.trace(self.euler) * np.eye(3) - self.euler
+        principal = np.linalg.eigvalsh(inertia)
+        if principal[0] < NO_INERTIA * principal[2]:
+            raise SceneError(
+                f"{who} is reduced to modes and has no inertia about one of its axes; it must have "
+                "rotary_inertia=True"
+            )
+        self.inertia = (inertia + inertia.T) / 2
+        self._loads = SpreadLoads(isolated, loads)
+        forces = [*self._loads.vectors(), *terms.forces()]
+        found = ritz_vectors(held, count, self.center, forces, terms.stiffness())
+        self._find([isolated.vector(held.arrays(vector)) for vector in found])
+        self.relaxing = relaxing(held, found, self._mixed, self.stiffness, self.center)
+
+    def _find(self, vectors: list[Any]) -> None:
+        """Modes, their stiffness and frequencies."""
+        isolated = self._isolated
+        rigid = [isolated.vector(isolated.motion(k, self.center)) for k in range(6)]
+        both = isolated.gram(isolated.M, [*rigid, *vectors])
+        shares = np.linalg.solve(both[:6, :6], both[:6, 6:])
+        lengths = np.sqrt(np.maximum(np.diag(both)[6:], 1e-300))
+        for column, vector in enumerate(vectors):
+            for k in range(6):
+                vector.axpy(-float(shares[k, column]), rigid[k])
+            vector.scale(1 / float(lengths[column]))
+        M, K = isolated.gram(isolated.M, vectors), isolated.gram(isolated.K, vectors)
+        size, U = np.linalg.eigh(M)
+        keep = size > NO_MODE * size[-1]
+        T = U[:, keep] / np.sqrt(size[keep])
+        values, V = np.linalg.eigh(T.T @ K @ T)
+        T = T @ V
+        local = [isolated.arrays(vector) for vector in vectors]
+        self.arrays: list[Arrays] = [
+            {n: sum(t * a[n] for t, a in zip(column, local, strict=True)) for n in local[0]}
+            for column in T.T
+        ]
+        # amplitudes are displacements: the largest one of each mode, or turn times length, is one
+        sizes = np.array([self._largest(arrays) for arrays in self.arrays])
+        for arrays, largest in zip(self.arrays, sizes, strict=True):
+            for array in arrays.values():
+                array /= largest
+        T /= sizes
+        self.omega2, self.stiffness = values, values / sizes**2
+        self._mixed = T / lengths[:, None]
+        # of what supports hold the rigid motions that the modes were made orthogonal to
+        self._carried = shares @ self._mixed
+        self.damping, viscous = None, isolated.damping
+        if viscous is not None:
+            self.damping = T.T @ isolated.gram(viscous, vectors) @ T
+
+    def _largest(self, arrays: Arrays) -> float:
+        # in torsion a straight line does not move: directors times the length count, too
+        found = [
+            size * np.linalg.norm(arrays[name][body.mixed.dofs[part]].reshape(-1, 3), axis=1)
+            for name, body in self._isolated.model.meshed.items()
+            for part, size in (("u", 1.0), ("w", self._length))
+        ]
+        local = float(np.max(np.concatenate(found), initial=0.0))
+        return self._isolated.comm.allreduce(local, op=MPI.MAX)
+
+    def _masses(self, fields: list[Arrays]) -> Floats:
+        """Gram matrix of scalar fields in the metric of the mass."""
+        return self._isolated.gram(self._isolated.M, [self._isolated.vector(f) for f in fields])
+
+    @cached_property
+    def _points(self) -> tuple[Floats, Floats, Floats]:
+        """Masses of the points (R,), where they are (R, 3, K), and their coupling (R, 3)."""
+        isolated, K = self._isolated, len(self.arrays)
+        # in the order of the axes, then of the modes
+        shapes = [isolated.along_x(arrays, a) for a in range(3) for arrays in self.arrays]
+        arms = [isolated.arm(a, self.center) for a in range(3)]
+        gram = self._masses([*arms, *shapes])
+        # of each mode nearly all of its own mass is kept, however small that is
+        own = np.tile(np.sqrt(np.diag(gram)[3:].reshape(3, K).sum(axis=0) / self.mass), 3)
+        masses, Q = np.linalg.eigh(gram[3:, 3:] / np.outer(own, own))
+        keep = masses > NO_MASS * self.mass
+        Q = Q[:, keep].T
+        return masses[keep], (Q * own).reshape(-1, 3, K), (Q / own) @ gram[3:, :3]
+
+    def frame(self, name: str) -> FloatingFrame:
+        """The floating frame, with the mass and inertia of the body as it is at rest."""
+        rows: Any = tuple(tuple(map(float, row)) for row in self.inertia)
+        x, y, z = map(float, self.center)
+        scene = self._isolated.model.scene
+        terms = tuple(term for body in scene.meshed for term in body.terms)
+        at, slowing = (x, y, z), self._slowing
+        return FloatingFrame(name, self.mass, rows, at, mass_damping=slowing, terms=terms)
+
+    def body(self, name: str, frames: Sequence[Interface], touched: Touched) -> ModalBody:
+        """All that is kept.
+
+        Args:
+            name: Name of the body.
+            frames: The frames welded to it, and that of its supports.
+            touched: As of `ModalBody`.
+        """
+        isolated, model = self._isolated, self._isolated.model
+        mass, points, coupling = self._points
+        interfaces = tuple(self._interface(frame) for frame in frames)
+        members = {
+            member: Member(
+                isolated.bodies[member],
+                *self._shapes(member),
+                np.stack([arrays[member] for arrays in self.arrays], axis=-1),
+            )
+            for member in model.meshed
+        }
+        return ModalBody(
+            name,
+            members,
+            interfaces,
+            self.stiffness,
+            self.omega2,
+            self.damping,
+            self.relaxing,
+            self._slowing,
+            mass,
+            points,
+            coupling,
+            self._loads.points(self.arrays, self.center, self._length),
+            self._loads.forces(self.arrays, self.center),
+            touched,
+            self._length,
+            float(np.sqrt(self._held(frames, interfaces))),
+        )
+
+    def _held(self, frames: Sequence[Interface], interfaces: Sequence[InterfaceModes]) -> float:
+        """Square of the lowest angular frequency with one of the frames fixed; of the free body."""
+        K = len(self.omega2)
+        stiffness = np.diag(np.concatenate([np.zeros(6), self.stiffness]))
+        mass = np.diag(np.concatenate([np.full(6, self.mass), self.stiffness / self.omega2]))
+        mass[3:6, 3:6] = self.inertia
+        lowest = [float(self.omega2[0])]
+        for frame, item in zip(frames, interfaces, strict=True):
+            arm = frame.center - self.center
+            moves = np.zeros((6, 6 + K))
+            moves[:3, :3] = moves[3:, 3:6] = np.eye(3)
+            moves[:3, 3:6] = np.cross(np.eye(3), arm).T
+            moves[:3, 6:], moves[3:, 6:] = item.shift, item.turn
+            _, s, V = np.linalg.svd(moves)
+            Z = V[int(np.sum(s > NO_MODE * s[0])) :].T
+            root = np.linalg.cholesky(Z.T @ mass @ Z)
+            half = np.linalg.solve(root, Z.T @ stiffness @ Z)
+            values = np.linalg.eigvalsh(np.linalg.solve(root, half.T))
+            # about the director of a single node it is free to turn
+            lowest += [v for v in values if v > FREE * self.omega2[0]][:1]
+        return min(lowest)
+
+    def _shapes(self, name: str) -> tuple[Floats, Floats]:
+        """Displacements and changes of directors of a body's nodes by the modes."""
+        dofs, (_, D) = self._isolated.bodies[name].mixed.dofs, self._isolated.nodes(name)
+        u = [arrays[name][dofs["u"]].reshape(-1, 3) for arrays in self.arrays]
+        w = [arrays[name][dofs["w"]].reshape(D.shape) for arrays in self.arrays]
+        return np.stack(u, axis=-1), np.stack(w, axis=-1)
+
+    def _interface(self, described: Interface) -> InterfaceModes:
+        """Find how a frame moves with the modes; the same on all ranks."""
+        rigid, comm, frame = self._isolated.model.rigid, self._isolated.comm, described.name
+        if rigid is None or frame not in rigid.index:
+            # that of the supports is where it is in all that these hold; about a hinge, which they
+            # leave free, it does not turn relative to the floating frame
+            free = self._supported.free_motions(self.center)
+            carried = self._carried - free @ np.linalg.pinv(free[3:]) @ self._carried[3:]
+            arm = np.cross(carried[3:].T, described.center - self.center).T
+            return InterfaceModes(frame, -carried[:3] - arm, -carried[3:])
+        u, w = self._shapes(rigid.name)
+        here = np.flatnonzero(rigid.node_mesh.item == rigid.index[frame])
+        index_map = rigid.mixed.space.dofmap.index_map
+        first = rigid.mixed.dofs["u"].reshape(-1, 3)[here, 0]
+        here = here[first < index_map.size_local]
+        D = rigid.bodies[rigid.index[frame]].directors
+        # w_k = t x D_k, so that the sum of D_k x w_k is 2 t
+        turns = [np.cross(D[:, :, None], w[n], axis=1).sum(axis=0) / 2 for n in here]
+        found = comm.allgather([(u[n], turn) for n, turn in zip(here, turns, strict=True)])
+        shift, turn = next(pair for part in found for pair in part)
+        return InterfaceModes(frame, shift, turn)

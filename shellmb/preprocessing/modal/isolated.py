@@ -1,0 +1,238 @@
+"""A body by itself, with frames welded to it: its matrices, motions and forces."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import Any
+
+from mpi4py import MPI
+from petsc4py import PETSc
+
+import numpy as np
+import ufl
+from dolfinx import fem, la
+
+from shellmb.arrays import Floats
+from shellmb.model.model import build_model
+from shellmb.native.kernels import compile_all
+from shellmb.preprocessing.constraint_analysis.mobility import Motions
+from shellmb.preprocessing.constraint_analysis.motions import SMALL, Frame
+from shellmb.preprocessing.constraint_analysis.redundancy import look_through
+from shellmb.preprocessing.modal.tangent import Blocks, bending_scales, tangent
+from shellmb.scene import Scene
+from shellmb.system.direct.mumps import mumps_options, new_prefix, use_mumps
+
+# local arrays by name of the body
+Arrays = dict[str, Floats]
+
+# the shift of eigenproblems, and of static modes, relative to D/(m L^4): the latter is so small
+# that they are static, and not zero, because a frame may leave the body free to turn about it
+SHIFT, STATIC = 10.0, 1e-6
+
+
+class IsolatedBody:
+    """A body by itself.
+
+    Args:
+        scene: The scene of it: shells and beams, massless frames welded to them, and supports.
+        comm: Communicator.
+
+    Attributes:
+        model: The model.
+        system: Its block system.
+    """
+
+    def __init__(self, scene: Scene, comm: MPI.Comm) -> None:
+        self.comm, self.model = comm, build_model(scene, comm)
+        look_through(self.model)
+        self.system, self._stiffness, self._mass = tangent(self.model)
+        # those that have nodes
+        self.bodies: dict[str, Any] = dict(self.model.meshed)
+        if self.model.rigid is not None:
+            self.bodies[self.model.rigid.name] = self.model.rigid
+
+    @cached_property
+    def K(self) -> PETSc.Mat:
+        """Stiffness matrix at the reference, resultants and multipliers included."""
+        return self.system.symmetric_matrix(self._stiffness, 1.0)
+
+    @cached_property
+    def M(self) -> PETSc.Mat:
+        """Mass matrix."""
+        return self.system.symmetric_matrix(self._mass, 0.0)
+
+    def tangent_at(self, state: PETSc.Vec) -> PETSc.Mat:
+        """Stiffness matrix at a state; collective."""
+        self.system.scatter(state)
+        return self.system.symmetric_matrix(self._stiffness, 1.0)
+
+    def elastic(self, arrays: Arrays) -> PETSc.Vec:
+        """Elastic forces of bodies by small states of each, as of `force`; collective."""
+        forces = self.zeros()
+        for k, body in enumerate(self.model.bodies):
+            kernels = self._stiffness[k, k] if body.name in arrays else ()
+            for form in compile_all(kernels):
+                A = fem.assemble_matrix(form)
+                A.scatter_reverse()
+                # columns of other ranks' nodes are more than those that the body has here
+                owned, state = A.index_map(0).size_local, la.vector(A.index_map(1))
+                state.array[:owned] = arrays[body.name][:owned]
+                state.scatter_forward()
+                forces[body.name][:owned] += A.to_scipy() @ state.array
+        return self.force(forces)
+
+    @property
+    def damping(self) -> PETSc.Mat | None:
+        """Damping matrix of the strains at the reference; None without any."""
+        blocks: Blocks = {}
+        for k, body in enumerate(self.model.bodies):
+            if body.damping is not None:
+                q, space = fem.Function(body.mixed.space), body.mixed.space
+                test, trial = ufl.TestFunction(space), ufl.TrialFunction(space)
+                blocks[k, k] = [body.damping.at(q, trial, test)]
+        return self.system.symmetric_matrix(blocks, 0.0) if blocks else None
+
+    @property
+    def scale(self) -> float:
+        """Size of the squares of the lowest frequencies, rad^2/s^2."""
+        return min(bending_scales(self.model))
+
+    def nodes(self, name: str) -> tuple[Floats, Floats]:
+        """Positions (n, 3) and directors (n, m, 3) of the nodes of a body on this rank."""
+        body, rigid = self.bodies[name], self.model.rigid
+        if rigid is not None and body is rigid:
+            items = [rigid.bodies[k] for k in rigid.node_mesh.item]
+            X = np.array([b.center for b in items]).reshape(-1, 3)
+            return X, np.array([b.directors for b in items]).reshape(-1, 3, 3)
+        return body.mixed.nodes("u"), body.node_directors()
+
+    def zeros(self) -> Arrays:
+        """Local arrays of all bodies that have nodes."""
+        return {f.name: np.zeros(f.size_all) for f in self.system.fields if f.name in self.bodies}
+
+    def vector(self, arrays: Arrays) -> PETSc.Vec:
+        """A vector of the system from local arrays, zero where there are none."""
+        fields = self.system.fields
+        every = [arrays.get(f.name, np.full(f.size_all, np.nan)) for f in fields]
+        out = self.K.createVecRight()
+        out.array[:] = self.system.global_values(every, known=True)
+        return out
+
+    def arrays(self, vector: PETSc.Vec) -> Arrays:
+        """Local arrays of the bodies that have nodes."""
+        values, numbering = self.system.local_values(vector), self.system.numbering
+        fields = enumerate(self.system.fields)
+        return {f.name: values[numbering.slice(k)] for k, f in fields if f.name in self.bodies}
+
+    def motion(self, axis: int, about: Floats, name: str | None = None) -> Arrays:
+        """A rigid motion of all bodies, or of one frame.
+
+        Args:
+            axis: 0, 1, 2: along; 3, 4, 5: about x, y, z.
+            about: Point that rotations are about, shape (3,), m.
+            name: Name of the frame that moves alone; None: everything.
+        """
+        arrays, unit = self.zeros(), np.eye(3)[axis % 3]
+        for body_name, body in self.bodies.items():
+            X, D = self.nodes(body_name)
+            u, w = np.tile(unit, (len(X), 1)), np.zeros_like(D)
+            if axis > 2:
+                u, w = np.cross(unit, X - about), np.cross(unit, D)
+            if name is not None:
+                rigid = body is self.model.rigid
+                here = body.node_mesh.item == body.index[name] if rigid else np.zeros(len(X), bool)
+                u, w = u * here[:, None], w * here[:, None, None]
+            arrays[body_name][body.mixed.dofs["u"]] = u.ravel()
+            arrays[body_name][body.mixed.dofs["w"]] = w.ravel()
+        return arrays
+
+    @property
+    def middle(self) -> Floats:
+        """Middle of the box around its first shell or beam, shape (3,), m."""
+        return self._free[0].middle
+
+    def free_motions(self, about: Floats) -> Floats:
+        """Rigid motions that supports leave, as combinations of `motion`, shape (6, n); collective.
+
+        Args:
+            about: Point that rotations are about, shape (3,), m.
+        """
+        frame, free = self._free
+        shifts, turns = frame.size * free[:3], free[3:]
+        return np.vstack([shifts + np.cross(turns.T, about - frame.middle).T, turns])
+
+    @cached_property
+    def _free(self) -> tuple[Frame, Floats]:
+        motions, name = Motions(self.model), next(iter(self.model.meshed))
+        first = 6 * motions.blocks[name]
+        # a frame at a single node of a shell turns about the director by itself
+        U, s, _ = np.linalg.svd(motions.free()[first : first + 6], full_matrices=False)
+        return motions.frames[name], U[:, s > SMALL]
+
+    def one(self) -> Arrays:
+        """The scalar field 1, along x."""
+        return self.along_x(self.motion(0, np.zeros(3)), 0)
+
+    def arm(self, a: int, about: Floats) -> Arrays:
+        """The scalar field `X_a` with the directors' `D_a`, along x."""
+        arrays = self.zeros()
+        for name in self.model.meshed:
+            X, D = self.nodes(name)
+            dofs = self.bodies[name].mixed.dofs
+            arrays[name][dofs["u"].reshape(-1, 3)[:, 0]] = X[:, a] - about[a]
+            arrays[name][dofs["w"].reshape(D.shape)[:, :, 0]] = D[:, :, a]
+        return arrays
+
+    def along_x(self, arrays: Arrays, a: int) -> Arrays:
+        """One component of a vector field as a scalar field, along x."""
+        return self._moved(arrays, a, 0)
+
+    def along(self, arrays: Arrays, a: int) -> Arrays:
+        """A scalar field, which is along x, along another axis."""
+        return self._moved(arrays, 0, a)
+
+    def _moved(self, arrays: Arrays, a: int, to: int) -> Arrays:
+        """A component of a vector field as another one, of a field that has no more."""
+        out = self.zeros()
+        for name in self.model.meshed:
+            dofs = self.bodies[name].mixed.dofs
+            for part in ("u", "w"):
+                triples = dofs[part].reshape(-1, 3)
+                out[name][triples[:, to]] = arrays[name][triples[:, a]]
+        return out
+
+    def force(self, arrays: Arrays) -> PETSc.Vec:
+        """Nodal forces as a vector of the system, none on what supports hold.
+
+        Those of nodes that are shared add up.
+        """
+        numbering, out = self.system.numbering, self.K.createVecLeft()
+        numbers = numbering.local_to_global.astype(PETSc.IntType)
+        local = np.zeros(len(numbers))
+        for k, field in enumerate(self.system.fields):
+            if field.name in arrays:
+                # each on the rank that owns it
+                owned = self.bodies[field.name].mixed.space.dofmap.index_map.size_local
+                local[numbering.slice(k)][:owned] = arrays[field.name][:owned]
+        out.set(0.0)
+        out.setValues(numbers, local, addv=PETSc.InsertMode.ADD)
+        out.assemble()
+        out.array[self.system.fixed] = 0.0
+        return out
+
+    def solver(self, K: PETSc.Mat) -> PETSc.KSP:
+        """A direct solver for a matrix of the system, or a part of it."""
+        solver = PETSc.KSP().create(self.comm)
+        solver.setOperators(K)
+        solver.setType(PETSc.KSP.Type.PREONLY)
+        options = mumps_options(K.getSize()[0], reduced=False)
+        use_mumps(solver.getPC(), "lu", new_prefix(self), options)
+        return solver
+
+    def gram(self, A: PETSc.Mat, vectors: list[PETSc.Vec]) -> Floats:
+        """`v_i . A v_j` of vectors; collective."""
+        image, found = A.createVecLeft(), np.zeros((len(vectors), len(vectors)))
+        for j, vector in enumerate(vectors):
+            A.mult(vector, image)
+            found[:, j] = [other.dot(image) for other in vectors]
+        return np.asarray((found + found.T) / 2)

@@ -1,0 +1,304 @@
+"""Distributed loads and users' terms on a body in modes, by the virtual work of each.
+
+That of a dead load is linear in positions and directors, and so the same as that of one force at a
+point for each direction that the load has (`model.reduced.loads`). What turns with the body, and
+moments, are taken to the first order in the modes. Terms act on the body's own mesh, and only the
+modes follow from what they are at rest.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any
+
+from mpi4py import MPI
+from petsc4py import PETSc
+
+import numpy as np
+import ufl
+from dolfinx import fem, la
+from ufl import Form
+
+from shellmb.arrays import Floats
+from shellmb.model.body import Rates, TimeFunction
+from shellmb.model.frames.beam import BeamLoads, BeamModel
+from shellmb.model.reduced.data import ModalForces, ModalPoint
+from shellmb.model.shells.loads import DistributedLoads, ShellLoads
+from shellmb.native.derivatives import derivative
+from shellmb.native.kernels import compiled
+from shellmb.preprocessing.modal.isolated import Arrays, IsolatedBody
+from shellmb.preprocessing.modal.tangent import Blocks
+from shellmb.scene.loads.body_loads import LineForce, LineMoment
+from shellmb.scene.loads.loads import EdgeForce, EdgeMoment, Gravity, SurfaceForce
+
+DEAD = (SurfaceForce, EdgeForce, LineForce, Gravity)
+MOMENTS = (EdgeMoment, LineMoment)
+
+# when terms are looked at, as shares of the run: unevenly, so that no wave is zero at all of them
+TIMES = (0.0, 0.04, 0.11, 0.23, 0.37, 0.53, 0.71, 0.89, 1.0)
+# directions in which a load has less than this share of its forces are none
+NO_FORCE = 1e-12
+
+
+@dataclass(frozen=True)
+class Dead:
+    """Part of a load that keeps its direction.
+
+    Args:
+        time: Function of time of the load.
+        force: The direction, shape (3,).
+        profile: Nodal forces in it, along x.
+    """
+
+    time: TimeFunction | None
+    force: Floats
+    profile: Arrays
+
+
+@dataclass(frozen=True)
+class FollowerLoad:
+    """Part of a load that turns with the body, or one of a moment's components along it.
+
+    Args:
+        time: Function of time of the load.
+        along: As of `ModalForces`.
+        body: Name of the shell or beam.
+        work: Its virtual work at rest, or the derivative along a state; local arrays.
+    """
+
+    time: TimeFunction | None
+    along: Floats | None
+    body: str
+    work: Callable[[Floats | None], Floats]
+
+
+class SpreadLoads:
+    """Distributed loads on a body.
+
+    Args:
+        isolated: The body by itself.
+        loads: The loads, each with the name of its body; collective.
+    """
+
+    def __init__(self, isolated: IsolatedBody, loads: Sequence[Any]) -> None:
+        self._isolated = isolated
+        dead = [load for load in loads if isinstance(load, DEAD)]
+        self._dead = [found for load in dead for found in self._directions(load)]
+        others = [load for load in loads if not isinstance(load, DEAD)]
+        self._followers = [found for load in others for found in self._turned_by(load)]
+
+    def vectors(self) -> list[Arrays]:
+        """Nodal forces of all loads, of dead ones along each axis: as the body may be turned."""
+        isolated, found = self._isolated, []
+        for dead in self._dead:
+            found += [isolated.along(dead.profile, axis) for axis in range(3)]
+        for item in self._followers:
+            arrays = isolated.zeros()
+            arrays[item.body] = item.work(None)
+            # no moment is about the director of a shell
+            if self._work(arrays, arrays) > 0:
+                found.append(arrays)
+        return found
+
+    def points(self, modes: list[Arrays], center: Floats, length: float) -> tuple[ModalPoint, ...]:
+        """Dead loads on the modes, as forces at points; collective.
+
+        Args:
+            modes: The modes.
+            center: Centre of mass, where the frame is, shape (3,), m.
+            length: Size of the body, m.
+        """
+        isolated, found = self._isolated, []
+        fields = (
+            [isolated.one(), *(isolated.arm(a, center) for a in range(3))] if self._dead else []
+        )
+        fields += [isolated.along_x(m, a) for a in range(3) for m in modes] if self._dead else []
+        for dead in self._dead:
+            sums = np.array([self._work(dead.profile, field) for field in fields])
+            # forces and moments in one unit: nothing of the arms is large
+            size = float(np.linalg.norm([sums[0], *sums[1:4] / length, *sums[4:]]))
+            share, arm, shape = sums[0] / size, sums[1:4] / size, sums[4:] / size
+            force = size * dead.force
+            found.append(ModalPoint(dead.time, force, float(share), arm, shape.reshape(3, -1)))
+        return tuple(found)
+
+    def forces(self, modes: list[Arrays], center: Floats) -> tuple[ModalForces, ...]:
+        """All others, as forces on frame and amplitudes; collective."""
+        return tuple(
+            ModalForces(item.time, item.along, self._table(item, modes, center))
+            for item in self._followers
+        )
+
+    def _directions(self, load: Any) -> Iterator[Dead]:
+        """Directions in space that a load has independently."""
+        isolated = self._isolated
+        arrays = isolated.zeros()
+        arrays[load.body] = _assembled(isolated.bodies[load.body], load)(None)
+        parts = [isolated.along_x(arrays, i) for i in range(3)]
+        gram = np.array([[self._work(a, b) for b in parts] for a in parts])
+        sizes, directions = np.linalg.eigh(gram)
+        for size, direction in zip(sizes, directions.T, strict=True):
+            if size > NO_FORCE * sizes[-1]:
+                pairs = list(zip(direction, parts, strict=True))
+                profile = {n: sum(c * part[n] for c, part in pairs) for n in arrays}
+                yield Dead(load.time, direction, profile)
+
+    def _turned_by(self, load: Any) -> Iterator[FollowerLoad]:
+        """List what turns with the body; of a moment each component along its axes."""
+        body = self._isolated.bodies[load.body]
+
+        def follower(item: Any, along: Floats | None) -> FollowerLoad:
+            return FollowerLoad(load.time, along, load.body, _assembled(body, item))
+
+        if not isinstance(load, MOMENTS):
+            yield follower(load, None)
+            return
+        given: Any = load.moment
+        for a, unit in enumerate(np.eye(3)):
+            if not callable(given):
+                yield follower(_with(load, tuple(map(float, unit))), np.outer(unit, given).ravel())
+                continue
+            for i in range(3):
+                turned = _with(load, partial(_component, given, a, i))
+                yield follower(turned, np.outer(unit, np.eye(3)[i]).ravel())
+
+    def _table(self, item: FollowerLoad, modes: list[Arrays], center: Floats) -> Floats:
+        """Force and moment along the axes of the frame, and forces on the amplitudes.
+
+        Returns:
+            Of the body at rest, and per amplitude, shape (6 + K, 1 + K).
+        """
+        isolated, K = self._isolated, len(modes)
+        rigid = [isolated.motion(axis, center) for axis in range(6)]
+        found = np.zeros((6 + K, 1 + K))
+        still = isolated.zeros()
+        still[item.body] = item.work(None)
+        for column, mode in enumerate([None, *modes]):
+            changed = still
+            if mode is not None:
+                changed = isolated.zeros()
+                changed[item.body] = item.work(mode[item.body])
+            found[:, column] = [self._work(changed, f) for f in (*rigid, *modes)]
+            if mode is not None:
+                # forces at rest on what the mode has moved
+                found[3:6, column] += [self._work(still, self._turned(mode, a)) for a in range(3)]
+        return found
+
+    def _turned(self, mode: Arrays, axis: int) -> Arrays:
+        """`e_a x phi`."""
+        out = self._isolated.zeros()
+        for name in self._isolated.model.meshed:
+            dofs = self._isolated.bodies[name].mixed.dofs
+            for part in ("u", "w"):
+                vectors = mode[name][dofs[part]].reshape(-1, 3)
+                out[name][dofs[part].ravel()] = np.cross(np.eye(3)[axis], vectors).ravel()
+        return out
+
+    def _work(self, forces: Arrays, field: Arrays) -> float:
+        """Work of nodal forces on a field, of what each rank owns; collective."""
+        total = 0.0
+        for name in self._isolated.model.meshed:
+            index_map = self._isolated.bodies[name].mixed.space.dofmap.index_map
+            here = slice(index_map.size_local)
+            total += float(forces[name][here] @ field[name][here])
+        return self._isolated.comm.allreduce(total, op=MPI.SUM)
+
+
+class TermsAtRest:
+    """The user's terms on a body that is at rest, at several times of the run.
+
+    Args:
+        isolated: The body by itself, in its supports.
+        t_end: Time at the end of the run, s.
+        static: Whether there are no velocities.
+    """
+
+    def __init__(self, isolated: IsolatedBody, t_end: float, static: bool) -> None:
+        self._isolated, self._times = isolated, [share * t_end for share in TIMES]
+        self._forms: list[tuple[str, Any, fem.Function, Any]] = []
+        for body in isolated.model.meshed.values():
+            space = body.mixed.space
+            q, v = fem.Function(space), fem.Function(space)
+            time: Any = fem.Constant(space.mesh, 0.0)
+            rates = None if static else Rates(v, v)
+            work = body.users(q, rates, ufl.TestFunction(space), time)
+            if work is not None:
+                self._forms.append((body.name, work, q, time))
+
+    def forces(self) -> list[Arrays]:
+        """Independent nodal forces; collective."""
+        if not self._forms:
+            return []
+        found = []
+        for t in self._times:
+            found.append(self._isolated.zeros())
+            for name, work, _, time in self._forms:
+                time.value = t
+                found[-1][name] += _nodal(work)
+        forces = [self._isolated.force(arrays) for arrays in found]
+        gram = np.array([[one.dot(other) for one in forces] for other in forces])
+        if not np.all(np.isfinite(gram)) or not np.any(gram):
+            return []
+        sizes, directions = np.linalg.eigh(gram)
+        return [
+            {n: sum(c * a[n] for c, a in zip(shares, found, strict=True)) for n in found[0]}
+            for shares in directions.T[sizes > NO_FORCE * sizes[-1]]
+        ]
+
+    def stiffness(self) -> PETSc.Mat | None:
+        """Stiffness that holds the body, when it is largest; None without; collective."""
+        numbers = {body.name: k for k, body in enumerate(self._isolated.model.bodies)}
+        blocks: Blocks = {
+            (numbers[name], numbers[name]): [derivative(-work, q)]
+            for name, work, q, _ in self._forms
+            if q in work.coefficients()
+        }
+        largest, size = None, 0.0
+        for t in self._times if blocks else ():
+            for _, _, _, time in self._forms:
+                time.value = t
+            found = self._isolated.system.symmetric_matrix(blocks, 0.0)
+            # a length that is zero at rest has no slope there
+            if np.isfinite(found.norm()) and found.norm() > size:
+                largest, size = found, found.norm()
+        return largest
+
+
+def _assembled(body: Any, load: Any) -> Callable[[Floats | None], Floats]:
+    """Virtual work of a load at rest, or its derivative along a state; local arrays."""
+    kind: Any = BeamLoads if isinstance(body, BeamModel) else ShellLoads
+    acting: DistributedLoads = kind(body, [load])
+    acting.update(lambda time: 1.0)
+    q, change = fem.Function(body.mixed.space), fem.Function(body.mixed.space)
+    work = acting.virtual_work(q, ufl.TestFunction(body.mixed.space))
+    assert work is not None
+
+    def along(direction: Floats | None) -> Floats:
+        if direction is None:
+            return _nodal(work)
+        change.x.array[:] = direction
+        return _nodal(ufl.derivative(work, q, change))
+
+    return along
+
+
+def _nodal(form: Form) -> Floats:
+    """Nodal forces of a virtual work; a local array, collective."""
+    vector = fem.assemble_vector(compiled(form))
+    vector.scatter_reverse(la.InsertMode.add)
+    vector.scatter_forward()
+    return np.array(vector.array)
+
+
+def _with(load: Any, moment: Any) -> Any:
+    return replace(load, moment=moment)
+
+
+def _component(moment: Callable[[Any], Any], a: int, i: int, x: Any) -> Floats:
+    """One component of a moment at positions, about another axis, shape (3, n)."""
+    values = np.asarray(moment(x), dtype=float)
+    found = np.zeros_like(values)
+    found[a] = values[i]
+    return found

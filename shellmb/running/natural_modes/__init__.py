@@ -1,0 +1,1 @@
+"""Natural modes: found of a scene, and runs that write them."""

@@ -1,0 +1,266 @@
+"""Natural frequencies and modes about the reference or a loaded state (SLEPc, shift and invert)."""
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+
+from mpi4py import MPI
+from petsc4py import PETSc
+
+import numpy as np
+
+from shellmb.arrays import Bools, Floats
+from shellmb.diagnostics.elements.locked_modes import locked_modes
+from shellmb.diagnostics.stiffened_modes import Motion, stiffened_modes
+from shellmb.errors import SceneError, petsc_in_words
+from shellmb.model.model import Model
+from shellmb.native.assembler import assembled_as
+from shellmb.observers.fields.modal import ModalNodes, modal_members
+from shellmb.preprocessing.checked_model import checked_model
+from shellmb.preprocessing.modal.tangent import Blocks, tangent
+from shellmb.scene import Scene
+from shellmb.scene.schemes import SIMPLEST
+from shellmb.simulate.eigenmodes import Lowest, lowest
+from shellmb.simulate.simulation import Simulation
+from shellmb.system.assembly.blocks import BlockSystem
+
+Shape = dict[str, Floats]
+
+
+@dataclass(frozen=True)
+class Modes:
+    """Natural modes, lowest first.
+
+    Args:
+        omega2: Squares of the angular frequencies, rad^2/s^2; negative ones are unstable. Of
+            complex ones, which come in pairs where loads follow the bodies, the real parts.
+        shapes: For each mode, by the body's name in the system, the displacement of a shell or a
+            beam at this rank's nodes, shape (n, 3), and of the rigid bodies of this rank the
+            displacement of the centre and the changes of the three directors, shape (n, 12).
+        model: The model, with the nodes' positions.
+        unknowns: Number of unknowns of the eigenproblem.
+        rigid: Number of rigid-body modes, which are the first ones.
+        imaginary: Imaginary parts of the squares, zero where these are real.
+        unstable: Number of directions in which the state is unstable; None where it is not known.
+        doubtful: Warnings about bodies that are too stiff, as their elements lock, on modes that
+            these hardly resist, and on bodies that forces do not stiffen, as their strains are
+            small.
+    """
+
+    omega2: Floats
+    shapes: list[Shape]
+    model: Model
+    unknowns: int
+    rigid: int
+    imaginary: Floats
+    unstable: int | None
+    doubtful: Sequence[str] = ()
+
+    @property
+    def omega(self) -> Floats:
+        """Angular frequencies, rad/s; a mode that grows without swinging has a negative one."""
+        root = np.sqrt(self.omega2 + 1j * self.imaginary)
+        return np.where(self.imaginary == 0.0, np.sign(self.omega2) * np.abs(root), root.real)
+
+    @property
+    def growth(self) -> Floats:
+        """Rates at which modes grow, `exp(growth t)`, 1/s; zero of those that do not."""
+        root = np.sqrt(self.omega2 + 1j * self.imaginary)
+        grows = np.arange(len(root)) >= self.rigid
+        return np.where(grows, np.abs(root.imag), 0.0)
+
+    @property
+    def growing(self) -> Bools:
+        """Modes that grow."""
+        return self.growth > 0
+
+    @property
+    def fields(self) -> list[dict[str, Shape]]:
+        """Fields of each mode by name, as files have them."""
+        return [{"displacement": shape} for shape in self.shapes]
+
+    @property
+    def warnings(self) -> list[str]:
+        """Warnings that the state is unstable, or that bodies are too stiff or too soft."""
+        said, growth = [], self.growth
+        places = np.flatnonzero(self.growing)
+        if len(places):
+            k = int(places[np.argmax(growth[places])])
+            numbers = ", ".join(str(n + 1) for n in places)
+            which = f"mode {numbers} grows" if len(places) == 1 else f"modes {numbers} grow"
+            kind = "flutter" if self.imaginary[k] or self.omega[k] > 0 else "divergence"
+            said.append(
+                f"the state is unstable: {which}, the fastest by {growth[k]:.4g}/s (mode {k + 1}, "
+                f"{kind})"
+            )
+        if self.unstable is not None and self.unstable > len(places):
+            said.append(
+                f"the state is unstable in {self.unstable} directions, {len(places)} of which are "
+                "among the modes; ask for more modes"
+            )
+        return [*said, *self.doubtful]
+
+    @property
+    def frequencies(self) -> Floats:
+        """Frequencies, Hz; a mode that grows without swinging has a negative one."""
+        return self.omega / (2 * np.pi)
+
+
+@petsc_in_words()
+@assembled_as(lambda scene, *_, **__: scene.solver)
+def natural_modes(
+    scene: Scene, comm: MPI.Comm = MPI.COMM_WORLD, count: int = 6, loaded: bool = False
+) -> Modes:
+    """Natural modes of a scene.
+
+    Args:
+        scene: The scene; its scheme does not matter.
+        comm: Communicator.
+        count: Number of modes wanted, rigid-body modes included.
+        loaded: Whether the modes are those of the static equilibrium under the scene's loads.
+
+    Raises:
+        SceneError: If a body has no mass, `count` is not positive, or constraints contradict one
+            another.
+        ConvergenceError: If the static state or the eigenproblem does not converge, or there are
+            fewer modes than wanted.
+    """
+    return modes_about(scene, comm, count, equilibrium(scene, comm) if loaded else None)
+
+
+def equilibrium(scene: Scene, comm: MPI.Comm) -> Simulation:
+    """Static run of a scene to its end, before it begins.
+
+    Args:
+        scene: The scene; its scheme does not matter.
+        comm: Communicator.
+    """
+    return Simulation(scene.with_options(scheme="static"), comm)
+
+
+def modes_about(scene: Scene, comm: MPI.Comm, count: int, state: Simulation | None) -> Modes:
+    """Natural modes as of `natural_modes`, without what resists velocities.
+
+    Args:
+        scene: The scene.
+        comm: Communicator.
+        count: Number of modes wanted, rigid-body modes included.
+        state: Static run whose end they are about, which is run here; None: the reference.
+    """
+    check_count(count)
+    moving = scene.with_options(scheme=SIMPLEST, dt=scene.dt or 1.0, t_end=scene.t_end or 1.0)
+    # forces of joints and supports are those of the equilibrium, in its unit
+    model, _ = checked_model(moving, comm, None if state is None else state.model.force)
+    if state is not None:
+        state.run()
+    system, stiffness, mass = _tangent_at(model, state)
+    found = lowest(model, system, stiffness, mass, count, state is not None)
+    shapes = [mode_shape(system, model, vector) for vector in found.vectors]
+    values = found.values
+    return Modes(
+        values.real,
+        shapes,
+        model,
+        system.size,
+        found.rigid,
+        values.imag,
+        found.unstable,
+        _doubtful(model, system, found, state),
+    )
+
+
+def check_count(count: int) -> None:
+    """A number of modes.
+
+    Raises:
+        SceneError: If it is not positive.
+    """
+    if count < 1:
+        raise SceneError(f"modes: count is {count}; it must be at least 1")
+
+
+def _doubtful(
+    model: Model, system: BlockSystem, found: Lowest, simulation: Simulation | None
+) -> list[str]:
+    """Sentences on bodies that are too stiff or too soft in modes; collective."""
+    directors = state = None
+    if simulation is not None:
+        arrays = simulation.arrays()
+
+        def state(name: str) -> Floats:
+            return arrays[f"{name}/q"]
+
+        def directors(name: str) -> Floats:
+            return state(name)[model.shells[name].mixed.dofs["w"]].reshape(-1, 3)
+
+    modes = [
+        (k + 1, found.energies[k], part)
+        for k, part in enumerate(parts_of(system, found.vectors))
+        if k >= found.rigid and found.energies[k] > 0
+    ]
+    if not modes:
+        return []
+    elastic = [Motion(number, energy, (part,)) for number, energy, part in modes]
+    return [
+        *(stiffened_modes(model, state, elastic) if state is not None else ()),
+        *locked_modes(model, modes, directors),
+    ]
+
+
+def parts_of(
+    system: BlockSystem, vectors: Iterable[PETSc.Vec]
+) -> Iterator[Callable[[str], Floats]]:
+    """Local arrays of each vector by names of bodies; collective."""
+    place = {f.name: system.numbering.slice(k) for k, f in enumerate(system.fields)}
+
+    def parts(values: Floats) -> Callable[[str], Floats]:
+        return lambda name: values[place[name]]
+
+    for vector in vectors:
+        yield parts(system.local_values(vector))
+
+
+def _tangent_at(model: Model, state: Simulation | None) -> tuple[BlockSystem, Blocks, Blocks]:
+    """Stiffness and mass at the end of a static simulation, or at the reference."""
+    if state is None:
+        return tangent(model)
+    end, t = state.problem.start_factor, state.t
+    return tangent(model, state.arrays(), lambda function: end(t, function))
+
+
+def mode_shape(system: BlockSystem, model: Model, vector: PETSc.Vec) -> Shape:
+    """The mode, its largest displacement one unit of length."""
+    (shape,) = scaled(model, nodal_shape(system, model, vector))
+    return shape
+
+
+def nodal_shape(system: BlockSystem, model: Model, vector: PETSc.Vec) -> Shape:
+    """Values of a mode at the nodes of this rank, as of `Modes`, of whatever size."""
+    values = system.local_values(vector)
+    shapes, meshed = {}, {**model.meshed, **model.own}
+    part_of = {f.name: values[system.numbering.slice(k)] for k, f in enumerate(system.fields)}
+    for k, field in enumerate(system.fields):
+        part = values[system.numbering.slice(k)]
+        if field.name in meshed:
+            shapes[field.name] = part[meshed[field.name].mixed.dofs["u"]].reshape(-1, 3)
+        elif model.rigid is not None and field.name == model.rigid.name:
+            dofs = model.rigid.mixed.dofs
+            rows = [part[dofs["u"]].reshape(-1, 3), part[dofs["w"]].reshape(-1, 9)]
+            shapes[field.name] = np.concatenate(rows, axis=1)
+    for name in modal_members(model):
+        state = ModalNodes(model, name)
+        frame, eta = (part_of[n] for n in (state.state.rigid, state.state.modes.name))
+        shapes[name] = state.shape(*state.state.read(frame, eta))
+    return shapes
+
+
+def scaled(model: Model, *shapes: Shape) -> tuple[Shape, ...]:
+    """Shapes that belong together, the largest displacement in them one unit of length."""
+    # of rigid bodies that turn about their centres, the directors times the length of the scene
+    sizes = (_size(part, model.length) for shape in shapes for part in shape.values())
+    largest = model.comm.allreduce(max(sizes, default=0.0), op=MPI.MAX)
+    return tuple({name: part / largest for name, part in shape.items()} for shape in shapes)
+
+
+def _size(shape: Floats, length: float) -> float:
+    turned = float(np.max(np.abs(shape[:, 3:]), initial=0.0))
+    return max(float(np.max(np.abs(shape[:, :3]), initial=0.0)), length * turned)

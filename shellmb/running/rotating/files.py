@@ -1,0 +1,241 @@
+"""Campbell diagrams in a directory: table, summary, picture, and the shapes at each rate."""
+
+from __future__ import annotations
+
+import math
+import time as clock
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+from mpi4py import MPI
+
+from shellmb.barrier import arrive
+from shellmb.errors import SceneError
+from shellmb.files.writing import write_text
+from shellmb.observers.summary import versions, write_json
+from shellmb.running.directory import claimed, written
+from shellmb.running.memory import check_memory
+from shellmb.running.natural_modes.run import write_shapes
+from shellmb.running.natural_modes.vibration import check_count
+from shellmb.running.results import measured
+from shellmb.running.resuming.reached import state_of_run
+from shellmb.running.rotating.axis import Axis
+from shellmb.running.rotating.campbell import Campbell, campbell
+from shellmb.running.rotating.modes import RotatingModes, modes_of
+from shellmb.running.rotating.state import MovingState, StateModes, check_state
+from shellmb.running.standard import SUMMARY
+from shellmb.scene import Scene
+from shellmb.scene.values.validate import show
+from shellmb.stopping import STOPPING
+
+TABLE, PICTURE = "campbell.csv", "campbell.png"
+
+HEADER = "mode,frequency_hz,omega_rad_per_s,growth_per_s,damping_ratio,whirl,direction,stable"
+
+
+def folder(directory: Path, number: int) -> Path:
+    """Folder of the shapes at a rate, which is a directory of modes itself.
+
+    Args:
+        directory: That of the diagram.
+        number: Number of the rate, from 1.
+    """
+    return directory / f"rate_{number}"
+
+
+def find_campbell(
+    scene: Scene,
+    out: Path | str,
+    rates: Sequence[float],
+    count: int = 6,
+    loaded: bool = False,
+    axis: Sequence[float] | None = None,
+    about: Sequence[float] | None = None,
+    *,
+    results: Callable[[Any], dict[str, float]] | None = None,
+    comm: MPI.Comm = MPI.COMM_WORLD,
+    pictures: bool = True,
+) -> tuple[Campbell, dict[str, float]]:
+    """Find modes at several rates of rotation and write them; arguments as of `campbell`.
+
+    Args:
+        scene: The scene.
+        out: Directory to write.
+        rates: Rates of rotation, rad/s.
+        count: Number of modes.
+        loaded: Whether the loads act.
+        axis: Direction of the axis.
+        about: A point of it.
+        results: Gives the `results` of the summary.
+        comm: Communicator.
+        pictures: Whether the diagram and the modes are drawn.
+
+    Returns:
+        The modes and the results.
+
+    Raises:
+        SceneError: If something does not turn along, or `out` is not empty or cannot be written.
+        ConvergenceError: If an equilibrium or the modes do not converge.
+        RunError: If the function `results` raises, or the disk is full.
+    """
+    directory, begin = Path(out), clock.perf_counter()
+    with claimed(directory, comm, new=True), written(directory, comm):
+        check_memory(scene, comm)
+        STOPPING.renew()
+        found = campbell(scene, rates, comm, count, loaded, axis, about)
+        head = _head(scene, loaded, found.axis, found.modes[0], comm)
+        summary: dict[str, Any] = head | {
+            "rates_rad_per_s": found.rates,
+            "stable": not found.unstable,
+            "verdict": found.verdict,
+            "warnings": found.warnings,
+            "wall_s": clock.perf_counter() - begin,
+        }
+        for number, modes in enumerate(found.modes, start=1):
+            _write_rate(folder(directory, number), modes, head)
+        if comm.rank == 0:
+            write_text(directory / TABLE, "\n".join(_table(found)) + "\n")
+            write_json(directory / SUMMARY, summary)
+        if results is not None:
+            summary["results"] = measured(results, found, comm, "mode_results")
+            if comm.rank == 0:
+                write_json(directory / SUMMARY, summary)
+        if pictures and comm.rank == 0:
+            from shellmb.show.campbell import draw_campbell
+
+            draw_campbell(directory / TABLE, directory / PICTURE)
+        arrive(comm)
+    return found, summary["results"]
+
+
+def find_state_modes(
+    scene: Scene,
+    out: Path | str,
+    state: Path | str | None,
+    count: int = 6,
+    rates: Sequence[float] | None = None,
+    axis: Sequence[float] | None = None,
+    about: Sequence[float] | None = None,
+    *,
+    at: float | None = None,
+    comm: MPI.Comm = MPI.COMM_WORLD,
+    pictures: bool = True,
+) -> StateModes:
+    """Find modes about a state of a run and write them as `shellmb.running.natural_modes.run` does.
+
+    Args:
+        scene: The scene of the run; for its last state the scheme, steps and end in time do not
+            matter.
+        out: Directory to write.
+        state: Directory of the run; None: there is none, and `at` is given.
+        count: Number of modes.
+        rates: The one rate of the frame, rad/s; None: that of the rigid rotation nearest to the
+            state.
+        axis: Its axis; None: that of this rotation.
+        about: A point of it.
+        at: Time of the state, s, up to which the scene is run; None: the last state of the run.
+        comm: Communicator, of as many ranks as the run's.
+        pictures: Whether the modes are drawn.
+
+    Raises:
+        SceneError: If there is no such state, it is of another scene, or has no modes.
+        ConvergenceError: If a step fails, or accelerations or modes do not follow.
+        RunError: If the disk is full.
+    """
+    directory, begin = Path(out), clock.perf_counter()
+    check_count(count)
+    if rates is not None and not (len(rates) == 1 and math.isfinite(rates[0])):
+        raise SceneError(
+            f"modes: rates are {show(list(rates))}; a state has one finite rate in rad/s, or none"
+        )
+    rate = None if rates is None else float(rates[0])
+    try:
+        meant = state_of_run(scene, None if state is None else Path(state), at, comm)
+    except SceneError as error:
+        raise SceneError(f"modes: {str(error).removeprefix('resume: ')}") from None
+    check_state(scene, meant.scheme)
+    with claimed(directory, comm, new=True), written(directory, comm):
+        check_memory(scene, comm)
+        STOPPING.renew()
+        moving = MovingState(scene, *meant.reach(comm), comm, rate, axis, about)
+        found = StateModes(modes_of(moving, count), moving)
+        unsteady = moving.unsteady
+        summary: dict[str, Any] = _head(scene, True, moving.axis, found.modes, comm) | {
+            "run": None if state is None else str(state),
+            "t": moving.time,
+            "run_again_from": meant.begin,
+            "frame_stands_because": moving.standing,
+            "stable": not found.modes.unstable,
+            "verdict": found.verdict,
+            "warnings": found.warnings,
+            "drift": found.drift,
+            "relative_velocity": unsteady.velocity,
+            "relative_acceleration": unsteady.acceleration,
+            "relative_energy_share": unsteady.energy_share,
+            "relative_acceleration_share": unsteady.acceleration_share,
+            "wall_s": clock.perf_counter() - begin,
+        }
+        _write_rate(directory, found.modes, summary)
+        if pictures and comm.rank == 0:
+            from shellmb.show.pictures import draw_directory
+
+            draw_directory(directory)
+        arrive(comm)
+    return found
+
+
+def _rows(modes: RotatingModes) -> list[str]:
+    """Lines of the table of one rate, without their branches."""
+    lines = []
+    for k, value in enumerate(modes.values):
+        numbers = (modes.frequencies[k], value.imag, value.real, modes.damping[k], modes.whirl[k])
+        said = ",".join(repr(float(number) + 0.0) for number in numbers)
+        stable = int(k + 1 not in modes.unstable)
+        lines.append(f"{k + 1},{said},{modes.directions[k]},{stable}")
+    return lines
+
+
+def _table(found: Campbell) -> list[str]:
+    lines = [f"rate_rad_per_s,branch,{HEADER}"]
+    for rate, modes, branches in zip(found.rates, found.modes, found.branches, strict=True):
+        of = {int(mode): k for k, mode in enumerate(branches, start=1) if mode >= 0}
+        for mode, row in enumerate(_rows(modes)):
+            if mode in of:
+                lines.append(f"{float(rate)!r},{of[mode]},{row}")
+    return lines
+
+
+def _head(
+    scene: Scene, loaded: bool, axis: Axis, modes: RotatingModes, comm: MPI.Comm
+) -> dict[str, Any]:
+    """Entries that all summaries begin with."""
+    return {
+        "scene": scene.name,
+        "loaded": loaded,
+        "axis": list(axis.axis),
+        "about": list(axis.about),
+        "unknowns": modes.unknowns,
+        "ranks": comm.size,
+        "versions": versions(),
+        "results": {},
+    }
+
+
+def _write_rate(directory: Path, modes: RotatingModes, whole: dict[str, Any]) -> None:
+    fields = [
+        {"displacement": real, "displacement_imaginary": imaginary}
+        for real, imaginary in modes.shapes
+    ]
+    summary = {
+        **whole,
+        "rate_rad_per_s": modes.rate,
+        "frequencies_hz": modes.frequencies,
+        "omega_rad_per_s": modes.omega,
+        "growth_per_s": modes.values.real,
+        "damping_ratios": modes.damping,
+        "rigid_modes": modes.rigid,
+        "zero_below_per_s": modes.neutral,
+        "elements": modes.model.elements,
+    }
+    write_shapes(directory, modes.model, fields, [HEADER, *_rows(modes)], summary)

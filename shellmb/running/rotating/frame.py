@@ -1,0 +1,103 @@
+"""Velocities of a rigid rotation, written in the state: what a frame that turns adds to forces.
+
+In a frame that turns with the angular velocity `omega` about an axis through `c` positions and
+directors are vectors, and the velocity of a state at rest in the frame is `W y` with
+`W = omega x` for `x - c` and for each director. Absolute velocities and accelerations are
+`y' + W y` and `y'' + 2 W y' + W^2 y`. Mass matrices are constant and know no direction, so that
+`M (y'' + 2 W y' + W^2 y)` are the inertia forces along the axes of the frame.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
+
+import numpy as np
+import ufl
+from dolfinx import fem
+from ufl.core.expr import Expr
+
+from shellmb.model.body import Body, Rates
+from shellmb.model.frames.frame import FrameBody
+from shellmb.model.joints.joints import PointMasses
+from shellmb.model.shells.shell import ShellModel
+from shellmb.running.rotating.axis import Axis
+
+
+class RotatingFrame:
+    """The frame as one body sees it.
+
+    Args:
+        body: The body.
+        axis: The axis about which the frame turns.
+    """
+
+    def __init__(self, body: Body, axis: Axis) -> None:
+        domain = body.mixed.space.mesh
+        self.body, self._axis = body, axis
+        self._omega = fem.Constant(domain, np.zeros(3))
+        self._about = fem.Constant(domain, np.array(axis.about))
+        self.still = fem.Function(body.mixed.space, name=f"velocity_in_frame_{body.name}")
+
+    def turn(self, rate: float) -> None:
+        """Let it turn with another rate, rad/s."""
+        self._omega.value[:] = rate * self._axis.unit
+
+    def motion(self, q: Expr) -> Expr:
+        """Velocities in the frame at a state, which contain `still`."""
+        return self.still
+
+    def turned(
+        self, q: Expr, of: Callable[[Expr], Expr] | None = None, shift: Expr | None = None
+    ) -> Expr:
+        """Velocities of all that is at rest in the frame, as a rate of the state.
+
+        Args:
+            q: State.
+            of: Linear map of the vectors; None: `omega x`.
+            shift: Added to those of positions, shape (3,).
+        """
+        body, omega = self.body, self._omega
+        mapped = of or (lambda vector: ufl.cross(omega, vector))
+        values: dict[str, list[Expr]] = {}
+        if isinstance(body, ShellModel):
+            values["w"] = [body.director + body.layout.director_change(q)]
+        elif isinstance(body, FrameBody):
+            values["w"] = list(body.directors(q))
+        if isinstance(body, ShellModel | FrameBody):
+            values["u"] = [body.position(q) - self._about]
+        elif isinstance(body, PointMasses):
+            # the mass itself: its arm on a body is within its position already
+            values["u1"] = [body.position(q) - self._about]
+        components: list[Expr] = [ufl.as_ufl(0.0)] * sum(s for _, s in body.mixed.parts.values())
+        for part, vectors in values.items():
+            first = body.mixed.parts[part][0]
+            for k, vector in enumerate(vectors):
+                new = mapped(vector)
+                if shift is not None and part != "w":
+                    new = new + shift
+                components[first + 3 * k : first + 3 * k + 3] = [new[i] for i in range(3)]
+        return ufl.as_vector(components)
+
+    def rates(self, q: Expr) -> Rates:
+        """Absolute velocities along the axes of the frame, `still` being those in it."""
+        velocity = self.motion(q) + self.turned(q)
+        return Rates(velocity, velocity)
+
+    def carried(self, q: Expr, dq: Expr) -> ufl.Form | None:
+        """Virtual work `M W^2 y` of the inertia forces of what is at rest in the frame."""
+        return self.body.inertia(self.centripetal(q), dq)
+
+    def centripetal(self, q: Expr) -> Expr:
+        """Accelerations `W^2 y` of what is at rest in the frame."""
+        omega = self._omega
+        return self.turned(q, lambda vector: ufl.cross(omega, ufl.cross(omega, vector)))
+
+    def gyroscopic(self, q: Expr, dq: Expr) -> ufl.Form | None:
+        """`M W y`, whose derivative by the state is half of the matrix of Coriolis' forces."""
+        return self.body.inertia(self.turned(q), dq)
+
+    def spun(self, q: Expr, dq: Expr) -> ufl.Form | None:
+        """`M` times the velocities in the frame, whose derivative by the state acts as that."""
+        return None

@@ -1,0 +1,260 @@
+"""A shadow: a scene beside the one that runs, taken through the same steps by first derivatives.
+
+This is the only module of the folder that touches the steps of a simulation.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+from mpi4py import MPI
+from petsc4py import PETSc
+
+import numpy as np
+import numpy.typing as npt
+
+from shellmb.errors import SceneError
+from shellmb.simulate.simulation import Observer, Simulation
+from shellmb.simulate.stepping import Attempt, StepInfo
+from shellmb.system.nullspace.directors import any_pseudo_inverse, constraint, pseudo_inverse
+
+Floats = npt.NDArray[np.float64]
+
+
+class PerturbedRun:
+    """A simulation of a scene with another value of one parameter, which solves nothing.
+
+    Its states are those of the run moved along their derivative. So are its unknowns, which the
+    caller finds from its residuals.
+
+    Args:
+        simulation: The simulation, at its start.
+        observers: What looks at it.
+        forces: Whether they look at forces, too.
+
+    Attributes:
+        since: By how much later than that of the run its present step begins, s: events move.
+        until: By how much later it ends, s.
+    """
+
+    def __init__(
+        self, simulation: Simulation, observers: Sequence[Observer], forces: bool = True
+    ) -> None:
+        self.simulation, self.observers, self.forces = simulation, list(observers), forces
+        self.problem, self.system = simulation.problem, simulation.problem.system
+        self.iteration = self.problem.iteration
+        self.since = self.until = 0.0
+        self._length = 0.0
+        sets = self.iteration.nodes.sets
+        self._others = {k: s for k, s in sets.items() if s.partial or s.declared.linear}
+        self._any_others = bool(self.system.comm.allreduce(len(self._others)))
+
+    def start(self) -> None:
+        """Start the observers."""
+        for observer in self.observers:
+            observer.start(self.simulation)
+
+    def begin(self, t: float, dt: float) -> None:
+        """Set all that acts in a step; unknowns come later; collective.
+
+        Args:
+            t: Time at its start, s.
+            dt: Its length, s.
+        """
+        self.simulation.begin_step(self.observers)
+        self.prepare(t, dt)
+
+    def prepare(self, t: float, dt: float, until: float = 0.0) -> None:
+        """Set the time of a step that has begun, or another end of it; collective.
+
+        Args:
+            t: Time at the start of the step of the run, s.
+            dt: Its length, s.
+            until: By how much later than that of the run the step of this scene ends, s.
+        """
+        self.until, self._length = until, dt + until - self.since
+        self.problem.prepare(t + self.since, self._length)
+        if self.simulation.path is not None:
+            # along paths sides are looked at there
+            self.problem.start_from_state()
+            self.iteration.begin(None, True)
+            return
+        self.iteration.nodes.begin()
+        self.system.update_fixed_values()
+        self.system.residuals.refresh()
+
+    @property
+    def at_once(self) -> bool:
+        """Decide whether one call of C evaluates it, and one brings its directors back."""
+        system, plain = self.system, self.iteration.nodes.turnings is not None
+        return plain and not (self._any_others or system.at_once is None or system.couplings)
+
+    @property
+    def members(self) -> tuple[Any, list[dict[str, Any]]]:
+        """For C, its evaluation and what normalises its directors, if it is `at_once`."""
+        evaluate, turnings = self.system.at_once, self.iteration.nodes.turnings
+        assert evaluate is not None and turnings is not None
+        return evaluate.evaluation, turnings
+
+    def take_pairs(self, run: Simulation) -> None:
+        """Points touch where those of the run may, which has found all of them in its step."""
+        for mine, other in zip(self.problem.couplings, run.problem.couplings, strict=True):
+            mine.candidates = other.candidates
+
+    def project(self, unknowns: Floats) -> Floats:
+        """Unknowns near given ones with fixed values, and directors that keep their constraints.
+
+        Args:
+            unknowns: One number for each unknown that this rank owns.
+
+        Returns:
+            The same array at each call.
+        """
+        system, x = self.system, self.system.x
+        x.array[:] = unknowns
+        self.iteration.nodes.normalise(x)
+        x.array[system.fixed] = system.fixed_values()
+        if self._any_others:
+            self._project_others(x)
+        return np.asarray(x.array_r)
+
+    def _project_others(self, x: PETSc.Vec) -> None:
+        """Nodes of which some components are fixed, and those that change little."""
+        nodes, seen = self.iteration.nodes, self.iteration.nodes.full
+        self.system.scatter(x)
+        ids, changes = [np.zeros(0, np.int64)], [np.zeros(0)]
+        for k, s in self._others.items():
+            s.settled = False
+            found = s.correction(self.system.fields)
+            change = np.zeros(s.dofs.shape) if found is None else found * ~s.regular[:, None]
+            if s.declared.linear and s.state is None:
+                C, w = constraint(s.at(self.system.fields)), s.values[s.dofs]
+                change[s.regular] = -np.einsum("nic,ncj,nj->ni", pseudo_inverse(C), C, w)[s.regular]
+                for node, free, _ in s.partial:
+                    change[node, free] = -any_pseudo_inverse(C[node][:, free]) @ (C[node] @ w[node])
+            ids.append(nodes.rows[k].ravel())
+            changes.append(change.ravel())
+        x.array[:] += seen.set(np.concatenate(ids), np.concatenate(changes))
+
+    def residual(self, unknowns: Floats) -> Floats:
+        """Residual of the step at given unknowns, the same array at each call; collective."""
+        system = self.system
+        system.x.array[:] = unknowns
+        system.evaluate(system.x, system.b)
+        return np.asarray(system.b.array_r)
+
+    def hold(self, unknowns: Floats) -> None:
+        """Give the fields their unknowns."""
+        self.system.x.array[:] = unknowns
+        self.system.scatter(self.system.x)
+
+    def ahead(self) -> Floats:
+        """State at the end of the step whose solution the fields hold, which is not taken."""
+        start = self._state()
+        self.problem.advance(self._length)
+        found = self._state()
+        self._take(start)
+        return found
+
+    def _state(self) -> Floats:
+        """State of all bodies, one array behind the other."""
+        return np.concatenate(list(self.simulation.live().values()))
+
+    def _take(self, state: Floats) -> None:
+        """Be at a state."""
+        arrays = list(self.simulation.live().values())
+        ends = np.cumsum([len(array) for array in arrays])[:-1]
+        for array, values in zip(arrays, np.split(state, ends), strict=True):
+            array[:] = values
+
+    def solved(self, step: StepInfo, end: Floats | None = None) -> None:
+        """The unknowns that the fields hold are the solution of a step of the run.
+
+        Args:
+            step: The step.
+            end: State at its end; None: that which follows from its solution.
+        """
+        moved = self.since != 0.0 or self.until != 0.0
+        self.simulation.last = (
+            replace(step, t=step.t + self.since, dt=self._length) if moved else step
+        )
+        for observer in self.observers:
+            observer.solved(self.simulation)
+        if end is None:
+            self.problem.advance(self._length)
+        else:
+            self._take(end)
+
+    def margins(self) -> Floats:
+        """Margins of all events at the end of the step that the fields hold; collective."""
+        own = self.simulation
+        return own.control.margins(own.t, Attempt(0, self._length))
+
+    def accepted(self, run: Simulation) -> None:
+        """Go with the run, whose step is accepted."""
+        own = self.simulation
+        own.step, own.iterations = run.step, run.iterations
+        # an event may have ended the run
+        own.t, own.t_end = run.t + self.until, run.t_end + self.until
+        self.since = self.until
+        own.problem.arrive(own.t)
+        own.control.follow(run.control)
+        own.control.accept(self._length, own.t)
+        for observer in self.observers:
+            observer.accepted(own)
+
+    def finish(self, run: Simulation, error: BaseException | None) -> None:
+        """End as the run ends."""
+        own = self.simulation
+        own.step_seconds = run.step_seconds
+        for observer in reversed(self.observers):
+            observer.finish(own, error)
+
+
+def check_alike(run: Simulation, shadow: Simulation, who: str) -> None:
+    """Refuse a scene whose unknowns do not correspond to those of the run; collective.
+
+    Args:
+        run: The run.
+        shadow: The other scene.
+        who: What the parameter is called.
+
+    Raises:
+        SceneError: If meshes, supports, joints or constraints that are left out are others.
+    """
+    ours, its = run.problem.system, shadow.problem.system
+    a, b = ours.numbering, its.numbering
+    cells = [
+        [np.asarray(f.function.function_space.dofmap.list) for f in system.fields]
+        for system in (ours, its)
+    ]
+    alike = (
+        np.array_equal(a.local_to_global, b.local_to_global)
+        and np.array_equal(a.offsets, b.offsets)
+        and all(np.array_equal(p, q) for p, q in zip(*cells, strict=True))
+    )
+    if not run.model.comm.allreduce(alike, op=MPI.LAND):
+        raise SceneError(
+            f"sensitivities: parameter '{who}' changes the mesh: its nodes or cells differ "
+            "next to the value; only positions of nodes may depend on the parameter"
+        )
+    if not run.model.comm.allreduce(np.array_equal(ours.fixed, its.fixed), op=MPI.LAND):
+        raise SceneError(
+            f"sensitivities: parameter '{who}' changes which nodes are fixed; supports must stay "
+            "at the same nodes"
+        )
+    # which ones, not their coefficients: these move with lengths
+    left = [{item.row.multiplier for item in sim.redundant} for sim in (run, shadow)]
+    if left[0] != left[1]:
+        raise SceneError(
+            f"sensitivities: parameter '{who}' changes which constraints are redundant; begin at a "
+            "position at which it does not"
+        )
+    times = [sorted(sim.landing.times) for sim in (run, shadow)]
+    if times[0] != times[1]:
+        raise SceneError(
+            f"sensitivities: parameter '{who}' moves a time at which a step ends, of a load, a "
+            "lock or a window; such times must not depend on it"
+        )

@@ -1,0 +1,102 @@
+"""A scene beside the run with what observes it and is written of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from shellmb.observers.control import control_summary
+from shellmb.observers.files.described import describe
+from shellmb.observers.history import History, Measuring
+from shellmb.observers.path import PathRecord, path_points
+from shellmb.observers.probes import Probes
+from shellmb.observers.summary import summarise, write_json
+from shellmb.running.directory import written
+from shellmb.running.execute import RunResult
+from shellmb.running.results import measured
+from shellmb.running.standard import HISTORY, SUMMARY, StandardObservers
+from shellmb.scene import Scene
+from shellmb.sensitivity.perturbed_run import PerturbedRun
+from shellmb.sensitivity.saved import SavedSide
+from shellmb.simulate.simulation import Observer, Simulation
+
+# observers that say whether to trust a run, or how to go on with it
+OF_THE_RUN = ("watch of ", "checkpoint", "stop")
+
+
+class PerturbedScene:
+    """One of the two scenes beside a run.
+
+    Args:
+        scene: The scene.
+        folder: Where its history and fields are written.
+        columns: "all", or "probes" only.
+        fields: Whether its fields are written.
+        run: The run; if it has made steps, the side goes on from its saved state.
+
+    Attributes:
+        shadow: Its simulation.
+
+    Raises:
+        SceneError: If the state of the side is not of that step of the run, or of another scene.
+    """
+
+    def __init__(
+        self, scene: Scene, folder: Path, columns: str, fields: bool, run: Simulation
+    ) -> None:
+        self._folder, self._comm = folder, run.model.comm
+        comm = self._comm
+        if comm.rank == 0:
+            folder.mkdir(parents=True, exist_ok=True)
+        comm.Barrier()
+        simulation = Simulation(scene, comm, run)
+        self._standard: StandardObservers | None = None
+        if columns == "all":
+            self._standard = StandardObservers(folder)
+            assert self._standard.frames is not None
+            # a time that moves may be on either side of that of a frame
+            self._standard.frames.clock = run
+            left_out = OF_THE_RUN if fields else (*OF_THE_RUN, "frames")
+            named = self._standard.named.items()
+            chosen = {name: o for name, o in named if not name.startswith(left_out)}
+        else:
+            chosen = _only_probes(folder)
+        if comm.rank == 0:
+            describe(scene).write(folder)
+        self.saved = SavedSide(folder, simulation, chosen)
+        if run.step:
+            self.saved.take_up(run)
+        self.shadow = PerturbedRun(simulation, list(chosen.values()), forces=columns == "all")
+        self.shadow.since = simulation.t - run.t
+
+    def finish(
+        self, summary: Mapping[str, Any], wall: float, results: Callable[..., Any] | None
+    ) -> None:
+        """Evaluate and write the results; collective.
+
+        Args:
+            summary: That of the run.
+            wall: Wall time, s.
+            results: What the scene measures, if its module says so.
+        """
+        assert self._standard is not None
+        simulation, sources = self.shadow.simulation, self._standard.sources
+        own = {**summary, **summarise(simulation, sources, wall, None)}
+        own |= path_points(simulation) | control_summary(simulation)
+        energy = sources.energy
+        made = RunResult(simulation.scene, simulation, sources.history.rows, own, energy, None)
+        measure = results or simulation.scene.results
+        if measure is not None:
+            own["results"] = measured(measure, made, self._comm)
+        if self._comm.rank == 0:
+            with written(self._folder, self._comm):
+                write_json(self._folder / SUMMARY, own)
+
+
+def _only_probes(folder: Path) -> dict[str, Observer]:
+    """Observers of the probes, and of the load factor of a path, and the history of these."""
+    probes: Measuring = Probes()
+    path = PathRecord()
+    history = History([probes, path], folder / HISTORY)
+    return {"probes": probes, "path": path, "history": history}  # type: ignore[dict-item]

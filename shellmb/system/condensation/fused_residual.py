@@ -1,0 +1,59 @@
+"""The residual at given unknowns by one call of `unknowns.c`, where one process has all of them."""
+
+from __future__ import annotations
+
+from petsc4py import PETSc
+
+import numpy as np
+
+from shellmb.native import library as native
+from shellmb.native.library import CArrays
+from shellmb.system.assembly.blocks import BlockSystem
+from shellmb.system.assembly.dependent_functions import Following
+from shellmb.system.assembly.loops import LoopResiduals
+from shellmb.system.assembly.scatter import SerialExchange
+
+
+class FusedResidual:
+    """The parts of `BlockSystem.evaluate` in one call.
+
+    Args:
+        system: The system.
+        exchange: Its exchange.
+        residuals: What assembles its residuals.
+
+    Attributes:
+        evaluation: For C, what it knows.
+    """
+
+    def __init__(
+        self, system: BlockSystem, exchange: SerialExchange, residuals: LoopResiduals
+    ) -> None:
+        self._lib, pointer = native.cells().lib, CArrays()
+        assert isinstance(system.follow, Following)
+        cells, kernels, counts = zip(*residuals.meshes, strict=True)
+        self.evaluation = pointer.many(
+            "Evaluation",
+            [
+                {
+                    **exchange.members,
+                    **system.follow.members,
+                    "sums": pointer(exchange.local),
+                    "owned": system.numbering.owned,
+                    "meshes": len(counts),
+                    "cells": pointer.many("Cells *", cells),
+                    "kernels": pointer.many("Kernel *", kernels),
+                    "counts": pointer(np.array(counts, dtype=np.int32)),
+                    "held": len(system.fixed),
+                    "fixed": pointer(system.fixed),
+                    "values": pointer(system.values),
+                    "reactions": pointer(system.reactions),
+                }
+            ],
+        )
+        # what it points to
+        self._kept = pointer, exchange, system.follow, residuals
+
+    def __call__(self, x: PETSc.Vec, b: PETSc.Vec) -> None:
+        """Residual `b` at the unknowns `x`, which the fields take."""
+        self._lib.evaluate(self.evaluation, x.handle, b.handle)

@@ -1,0 +1,248 @@
+"""Unknowns at both sides of a run, and differences of their residuals, as the iteration needs them.
+
+In one process one call of `sides.c` each: of small systems half of the time was spent between
+calls.
+"""
+
+from __future__ import annotations
+
+from enum import IntEnum
+from typing import Any, Protocol
+
+from petsc4py import PETSc
+
+import numpy as np
+
+from shellmb.arrays import Floats
+from shellmb.native import library as native
+from shellmb.native.assembler import Shares
+from shellmb.native.library import CArrays
+from shellmb.system.assembly.blocks import BlockSystem
+
+# that C works with
+VECTORS = "change", "one", "central", "rest", "solution"
+
+
+class Side(Protocol):
+    """A scene at one side.
+
+    Attributes:
+        system: Its block system.
+        at_once: Whether one call of C evaluates it, and one normalises its directors.
+        members: For C, its evaluation and what normalises its directors, if it is `at_once`.
+    """
+
+    system: BlockSystem
+
+    @property
+    def at_once(self) -> bool: ...  # noqa: D102
+    @property
+    def members(self) -> tuple[Any, list[dict[str, Any]]]: ...  # noqa: D102
+
+    def project(self, unknowns: Floats) -> Floats:
+        """Unknowns near given ones that keep constraints of directors, and fixed values."""
+        ...
+
+    def residual(self, unknowns: Floats) -> Floats:
+        """Residual at given unknowns, the same array at each call; collective."""
+        ...
+
+    def hold(self, unknowns: Floats) -> None:
+        """Give the fields their unknowns."""
+        ...
+
+
+class Sizes(Protocol):
+    """Compares changes with what changes.
+
+    Attributes:
+        shares: How changes and sizes of parts are compared.
+    """
+
+    shares: Shares
+
+    def relative(self, change: Floats, whole: Floats) -> float:
+        """Largest change of a part relative to the whole of it; the same on all ranks."""
+        ...
+
+
+class Kind(IntEnum):
+    """Differences of residuals."""
+
+    # the residual of the run is zero, so that twice this is one of first order
+    ABOVE = 0
+    BETWEEN = 1
+    # what BETWEEN has found, and twice the change of the residual above since
+    SINCE = 2
+    # of second order where both sides mirror each other
+    SUM = 3
+
+
+class TwoSided(Protocol):
+    """Scenes whose unknowns are those of the run, and `d` more and less.
+
+    Attributes:
+        d: Half the difference of the unknowns.
+        is_one: Whether one call of C does an update.
+    """
+
+    d: Floats
+    is_one: bool
+
+    def keep(self) -> None:
+        """Make `d` keep the constraints of both sides to first order."""
+        ...
+
+    def rest(self, kind: Kind, rest: PETSc.Vec) -> None:
+        """Find a difference of residuals.
+
+        Args:
+            kind: Which one.
+            rest: Gets it over twice the distance.
+        """
+        ...
+
+    def move(self, change: PETSc.Vec, taken: bool = True) -> float:
+        """Take a change from `d`; its size relative to that of `d`; collective.
+
+        Args:
+            change: The change over the distance.
+            taken: Whether it is taken, and not only compared.
+        """
+        ...
+
+    def update(self, kind: Kind, taken: bool, solution: tuple[Any, ...]) -> float:
+        """Do both, with the solution between them, in one call where there `is_one`.
+
+        Args:
+            kind: As of `rest`.
+            taken: As of `move`.
+            solution: For C, a solution.
+        """
+        ...
+
+    def hold(self) -> None:
+        """Give the fields of both sides their unknowns."""
+        ...
+
+
+def two_sided(sides: tuple[Side, Side], u: Floats, sizes: Sizes, distance: float) -> TwoSided:
+    """Make both sides of a run.
+
+    Args:
+        sides: The scenes above and below.
+        u: Unknowns of the run, whose values change.
+        sizes: Compares changes of `d` with it.
+        distance: Relative distance of the sides from the run. Right-hand sides and solutions are
+            of the size of the unknowns by it: what the run corrects by the way is round-off of
+            these.
+    """
+    plain = all(side.at_once for side in sides)
+    return (SerialTwoSided if plain else GeneralTwoSided)(sides, u, sizes, distance)
+
+
+class GeneralTwoSided:
+    """Both sides of any scene on any number of ranks; arguments as of `two_sided`."""
+
+    is_one = False
+
+    def __init__(self, sides: tuple[Side, Side], u: Floats, sizes: Sizes, distance: float) -> None:
+        self._distance, self._factor = distance, 0.5 / distance
+        self._sides, self._u, self._sizes = sides, u, sizes
+        self.d = np.zeros(len(u))
+        self._one, self._central = self.d, self.d
+
+    def keep(self) -> None:
+        """Make `d` keep the constraints of both sides to first order."""
+        above, below = self._sides
+        self.d[:] = 0.5 * (above.project(self._u + self.d) - below.project(self._u - self.d))
+
+    def rest(self, kind: Kind, rest: PETSc.Vec) -> None:
+        """Find a difference of residuals."""
+        above = self._sides[0].residual(self._u + self.d)
+        if kind is Kind.ABOVE:
+            found = 2.0 * above
+        elif kind is Kind.SINCE:
+            found = self._central + 2.0 * (above - self._one)
+        else:
+            one = above.copy()
+            below = self._sides[1].residual(self._u - self.d)
+            found = one + below if kind is Kind.SUM else one - below
+            if kind is Kind.BETWEEN:
+                self._one, self._central = one, found
+        rest.array[:] = self._factor * found
+
+    def move(self, change: PETSc.Vec, taken: bool = True) -> float:
+        """Take a change from `d`; its relative size."""
+        moved = self._distance * change.array_r
+        if taken:
+            self.d -= moved
+        return self._sizes.relative(moved, self.d)
+
+    def update(self, kind: Kind, taken: bool, solution: tuple[Any, ...]) -> float:
+        """No call does this."""
+        raise NotImplementedError
+
+    def hold(self) -> None:
+        """Give the fields of both sides their unknowns."""
+        above, below = self._sides
+        above.hold(self._u + self.d)
+        below.hold(self._u - self.d)
+
+
+class SerialTwoSided:
+    """Both sides in one process; arguments as of `two_sided`."""
+
+    is_one = True
+
+    def __init__(self, sides: tuple[Side, Side], u: Floats, sizes: Sizes, distance: float) -> None:
+        self._distance, self._factor = distance, 0.5 / distance
+        self._lib, pointer = native.cells().lib, CArrays()
+        # what it points to
+        self._kept = pointer, sides
+        self._sizes, self.d = sizes, np.zeros(len(u))
+
+        def side(given: Side) -> Any:
+            (evaluation, turnings), system = given.members, given.system
+            members = {
+                "evaluation": evaluation,
+                "sets": len(turnings),
+                "set": pointer.many("Turning", turnings),
+                "x": pointer(system.x.array),
+                "b": pointer(system.b.array),
+            }
+            return pointer.many("OneSide", [members])
+
+        members = {
+            "size": len(u),
+            "above": side(sides[0]),
+            "below": side(sides[1]),
+            "d": pointer(self.d),
+            **{name: pointer(np.zeros(len(u))) for name in VECTORS},
+        }
+        self._where = pointer.many("BothSides", [members]), pointer(u)
+
+    def keep(self) -> None:
+        """Make `d` keep the constraints of both sides to first order."""
+        self._lib.keep_both(*self._where)
+
+    def rest(self, kind: Kind, rest: PETSc.Vec) -> None:
+        """Find a difference of residuals."""
+        both, u = self._where
+        self._lib.rest_of(both, kind, u, self._factor, native.entries(rest, True))
+
+    def move(self, change: PETSc.Vec, taken: bool = True) -> float:
+        """Take a change from `d`; its relative size."""
+        both, shares = self._where[0], self._sizes.shares.struct
+        numbers = native.entries(change)
+        return float(self._lib.move_both(both, shares, taken, self._distance, numbers))
+
+    def update(self, kind: Kind, taken: bool, solution: tuple[Any, ...]) -> float:
+        """Do both, with the solution between them."""
+        (both, u), shares = self._where, self._sizes.shares.struct
+        scales = self._factor, self._distance
+        return float(self._lib.update_both(both, shares, kind, taken, u, *scales, *solution))
+
+    def hold(self) -> None:
+        """Give the fields of both sides their unknowns."""
+        self._lib.hold_both(*self._where)
