@@ -397,8 +397,7 @@ class Simulation:
 
     def live(self) -> Arrays:
         """The first part of it, the bodies' own arrays, which the next step changes."""
-        kept = self._kept()
-        return {f"{name}/{key}": a for name, arrays, _ in kept for key, a in arrays.items()}
+        return {f"{n}/{key}": a for n, arrays, _ in self._kept() for key, a in arrays.items()}
 
     def numbering(self) -> dict[str, Ints]:
         """Numbering of the values of `live` in the meshes, on any number of ranks."""
