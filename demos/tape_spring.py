@@ -12,6 +12,8 @@ the branches have dissipated.
 
 import math
 
+import numpy as np
+
 from shellmb.scene import (
     GROUND,
     AlongEdge,
