@@ -158,13 +158,44 @@ def test_a_run_resumes_bit_for_bit(kind: str, tmp_path: Path) -> None:
 
 BAD: dict[str, Callable[[], Any]] = {
     "share 1 is -0.1; each share must be positive": lambda: sm.Prony(((0.1, 1.0), (-0.1, 2.0))),
-    "time 0 is 0; each time must be positive": lambda: sm.Prony(((0.1, 0),)),
+    "time 0 is 0.0; each time must be positive": lambda: sm.Prony(((0.1, 0),)),
     "at least one pair": lambda: sm.Prony(()),
     "must be pairs": lambda: sm.Prony((0.1, 1.0)),
     "add up to 1.1, so the long-term modulus": lambda: sm.Prony(((0.6, 1.0), (0.5, 2.0))),
     "moduli is 'secant'": lambda: sm.Prony(((0.6, 1.0),), "secant"),  # type: ignore[arg-type]
     "must be a positive factor on the times": lambda: sm.Prony(((0.6, 1.0),), shift=-1.0),
-    "temperature is -90; it must be above": lambda: sm.WLF(8.0, 100.0, 20.0, -90.0),
+    "temperature is -90.0; it must be above": lambda: sm.WLF(8.0, 100.0, 20.0, -90.0),
+}
+
+
+def refused(kind: str = "beam", series: Any = None, **more: Any) -> sm.Scene:
+    bodies = strip(kind, series or sm.Prony(SERIES)) | more
+    return sm.Scene(
+        "s", **{"loads": sm.Gravity(), "dt": 0.1, "t_end": 0.1, "scheme": "ep"} | bodies
+    )
+
+
+def bodies_with(kind: str, **changed: Any) -> Any:
+    (body,) = [b for b in strip(kind, sm.Prony(SERIES)).values() if hasattr(b, "section")]
+    return replace(body, **changed)
+
+
+BAD |= {
+    "modes do not relax": lambda: refused(beams=bodies_with("beam", model=sm.Modal(3))),
+    "must have stretching=True": lambda: refused(
+        "quad", shells=bodies_with("quad", transverse_shear=False)
+    ),
+    "output must be without end_forces": lambda: refused(output=sm.Output(end_forces=True)),
+    "relaxed must be True": lambda: refused(
+        series=sm.Prony(SERIES, relaxed=False), start="equilibrium"
+    ),
+    "has 'von_mises'; it must be left out": lambda: refused(
+        "quad", output=sm.Output(fields=("von_mises",))
+    ),
+    "has a relaxation; scheme 'generalized-alpha'": lambda: sm.run(
+        refused(scheme="generalized-alpha")
+    ),
+    "matrices have no relaxation": lambda: sm.matrices(refused()),
 }
 
 
@@ -172,3 +203,34 @@ BAD: dict[str, Callable[[], Any]] = {
 def test_bad_series_get_a_sentence(message: str) -> None:
     with pytest.raises(SceneError, match=message):
         BAD[message]()
+
+
+@pytest.mark.parametrize("kind", ["beam", pytest.param("tri", marks=SLOW)])
+def test_resultants_balance_the_load(kind: str) -> None:
+    """A strip that is pulled creeps; its force, with the branches, stays that of the load."""
+    bodies = strip(kind, sm.Prony(((0.4, 1.0),)), nu=0.0, rho=1e-3)
+    load = sm.PointForce("end", (10.0, 0, 0), body="strip")
+    pulled = load if kind == "beam" else sm.EdgeForce("right", (50.0, 0, 0))
+    at, what = ("start", "force") if kind == "beam" else ((0.5, 0.1, 0), "membrane")
+    n = sm.Probe("n", at, what, component=0, body="strip")  # type: ignore[arg-type]
+    more = {"scheme": "ed", "alpha": 1.0, "dt": 0.05, "t_end": 1.0}
+    found = sm.run(sm.Scene("s", **bodies, loads=pulled, probes=n, **more)).history["n"]
+    np.testing.assert_allclose(found[1:], 10.0 if kind == "beam" else 50.0, rtol=1e-5)
+
+
+def test_derivatives_are_those_of_runs() -> None:
+    """By a share and a time: both are in the branches, which are beside the state."""
+
+    def scene(share: float = 0.3, time: float = 0.05) -> sm.Scene:
+        bodies = strip("beam", sm.Prony(((share, time), (0.2, 0.5))))
+        tip = sm.Probe("tip", "end", component=2, body="strip")
+        more = {"dt": 0.01, "t_end": 0.1, "solver": sm.Solver(tolerance=1e-12)}
+        load = sm.Gravity((0, 0, -60.0))
+        return sm.Scene("s", **bodies, loads=load, probes=tip, scheme="ep4", **more)
+
+    found = sm.sensitivities(scene, parameters=("share", "time")).history
+    for name, value in (("share", 0.3), ("time", 0.05)):
+        h = 1e-4 * value
+        above, below = (sm.run(scene(**{name: value + d})).history["tip"] for d in (h, -h))
+        wanted = (above.iloc[-1] - below.iloc[-1]) / (2 * h)
+        assert found[name, "tip"].iloc[-1] == pytest.approx(wanted, rel=1e-5)
