@@ -27,7 +27,7 @@ ZERO, NEARER = 1e-3, 0.1
 
 
 def eigenpairs(
-    K: PETSc.Mat, M: PETSc.Mat, count: int, shift: float, symmetric: bool
+    K: PETSc.Mat, M: PETSc.Mat, count: int, shift: float, symmetric: bool, higher: bool = True
 ) -> tuple[npt.NDArray[np.complex128], list[PETSc.Vec]]:
     """Eigenvalues nearest to the shift and their vectors, sorted by their real parts.
 
@@ -40,6 +40,7 @@ def eigenpairs(
         count: Number of pairs wanted.
         shift: Negative number of the size of the lowest eigenvalues.
         symmetric: Whether `K` is.
+        higher: Whether to look much higher where too few are found.
 
     Raises:
         ConvergenceError: If the matrix has no factors, or there are fewer pairs.
@@ -81,6 +82,9 @@ def eigenpairs(
     if lowest > LARGE:
         return eigenpairs(K, M, count, NEARER * lowest * shift, symmetric)
     if len(pairs) < count:
+        if higher:
+            # seen from here all others are infinite: perhaps they are only far above
+            return eigenpairs(K, M, count, INFINITE / LARGE * shift, symmetric, higher=False)
         raise TooFewModesError(count, len(pairs))
     pairs.sort(key=lambda pair: (pair[0].real, -pair[0].imag))
     kept = pairs[:count]

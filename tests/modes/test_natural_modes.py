@@ -110,6 +110,7 @@ def test_what_is_stiffer_by_ten_orders_than_bending_is_found_whole(cell: str) ->
     # directors of thicker ones swing at other frequencies, far above these
     assert thin[3:] == pytest.approx(thick[3:], rel=1e-8)
     assert sheet(1e-5, 5)[3:] == pytest.approx(thick[3:5], rel=1e-8)
+    assert sheet(1e-7, 5)[3:] == pytest.approx(thick[3:5], rel=1e-8)
 
 
 def test_count_must_be_positive() -> None:
