@@ -41,11 +41,11 @@ from dataclasses import dataclass
 
 from ufl.core.expr import Expr
 
-from shellmb.forms.steps.damping import _WithoutForces
+from shellmb.forms.steps.damping import WithoutForces
 
 
 @dataclass(frozen=True)
-class Branch(_WithoutForces):
+class Branch(WithoutForces):
     """Stress of the springs of branches, of strains as they are or of those of the cells.
 
     Args:

@@ -108,14 +108,12 @@ def test_a_strip_creeps_as_theory_says(kind: str, shift: Any) -> None:
     g, tau, dt = 0.4, 1.0, 0.02
     factor = 1.0 if isinstance(shift, float) else 10 ** (-8.0 * 20 / 120)
     bodies = strip(kind, sm.Prony(((g, tau / factor),), shift=shift), nu=0.0, rho=1e-4)
-    body = "end" if kind == "beam" else "right"
     force = (
         sm.PointForce("end", (0, 0, 1e-3), body="strip")
         if kind == "beam"
         else sm.EdgeForce("right", (0, 0, 1e-3 / 0.2))
     )
     at = "end" if kind == "beam" else "right-top"
-    assert body
     tip = sm.Probe("tip", at, component=2, body="strip")
     scene = sm.Scene(
         "s", **bodies, loads=force, probes=tip, scheme="ed3", alpha=1.0, dt=dt, t_end=2
