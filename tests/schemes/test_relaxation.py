@@ -108,7 +108,7 @@ def test_a_branch_has_the_order_of_the_scheme(damping: float, bows: bool, order:
     tau, w, end = 0.3, 3.0, 1.0
     a = w * tau
     exact = a * (np.cos(w * end) + a * np.sin(w * end) - np.exp(-end / tau)) / (1 + a**2)
-    steps, errors = np.array([40, 80, 160]), []
+    steps, errors = np.array([40, 80, 160]), list[float]()
     for n in steps:
         h, X = end / n, 0.0
         for k in range(n):
