@@ -59,6 +59,7 @@ LOOKS = {
     "short_cylinder": Look(2.5, 3),
     "flying_l_plate": Look(0.2, 4),
     "bouncing_plate": Look(ghosts=2, field="deformation", camera=(20, -40)),
+    "tape_spring": Look(0.456, 3),
     "gripper": Look(camera=(20, -55), ghosts=2),
     "rolling_cart": Look(ghosts=1),
     "antenna_panels": Look(ghosts=3),

@@ -85,7 +85,7 @@ class _WithoutGap:
         return [0 * ufl.dot(dN, N)] * self.rules
 
 
-class _WithoutForces(_WithoutGap):
+class WithoutForces(_WithoutGap):
     """A damping of strains that hold no forces of their own."""
 
     def forces(self, layout: Layout, q: Expr) -> Expr:
@@ -151,7 +151,7 @@ class ViscousShell(_WithoutGap):
 
 
 @dataclass(frozen=True)
-class ViscousRule(_WithoutForces):
+class ViscousRule(WithoutForces):
     """Damping by coefficients of its own, of strains as they are or of those of the cells.
 
     Args:
@@ -216,7 +216,7 @@ class ViscousBeam(_WithoutGap):
 
 
 @dataclass(frozen=True)
-class ViscousModes(_WithoutForces):
+class ViscousModes(WithoutForces):
     """Damping of a body in modes, whose strains are its amplitudes.
 
     Args:

@@ -69,13 +69,13 @@ class Quadratic:
 
     Args:
         A: Membrane stiffness, N/m.
-        B: Coupling, N.
+        B: Coupling, N; None: none.
         D: Bending stiffness, N m.
         G: Shear stiffness, N/m.
     """
 
     A: Expr
-    B: Expr
+    B: Expr | None
     D: Expr
     G: Expr
 
@@ -83,7 +83,7 @@ class Quadratic:
         """Energy of strains, J/m^2."""
         eps, kap, gam = strains
         squares = sum(ufl.dot(C * e, e) for C, e in ((self.A, eps), (self.D, kap), (self.G, gam)))
-        return squares / 2 + ufl.dot(self.B * kap, eps)
+        return squares / 2 + (0 if self.B is None else ufl.dot(self.B * kap, eps))
 
 
 @dataclass(frozen=True)

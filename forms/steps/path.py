@@ -85,11 +85,13 @@ class Moment(NamedTuple):
         linear: Weights `l` of the states x, D, z, y; None: none.
         products: Weights `w` of their pairs, in the order of `PAIRS`.
         held: State that holds the resultants that belong to it.
+        given: Strain that is added and does not depend on the states of the step; None: none.
     """
 
     linear: tuple[Expr | None, ...]
     products: tuple[Expr | None, ...]
     held: Expr
+    given: Expr | None = None
 
 
 class Stress(NamedTuple):
@@ -313,6 +315,8 @@ def moment_of(measure: Measure, m: Moment, states: Sequence[Expr]) -> Expr:
     # the mean is a sum of states with weights that add up to one, the others are differences
     if m.linear[0] is not None and measure.rest is not None:
         parts.append(m.linear[0] * measure.rest(states[0]))
+    if m.given is not None:
+        parts.append(m.given)
     return sum(parts[1:], parts[0])
 
 

@@ -105,11 +105,13 @@ from shellmb.scene.shells.thermal import thermal_strain
 from shellmb.scene.values.damping import BeamDamping, ShellDamping
 from shellmb.scene.values.models import Modal
 from shellmb.scene.values.natural import BeamNaturalStrain, NaturalStrain
+from shellmb.scene.values.relaxation import WLF, Prony
 from shellmb.scene.values.times import Ramp, Sine, Step, Table, TimeFunction
 
 __all__ = [
     "GROUND",
     "PID",
+    "WLF",
     "Acceleration",
     "AlongEdge",
     "AlongLine",
@@ -208,6 +210,7 @@ __all__ = [
     "Pressure",
     "Prismatic",
     "Probe",
+    "Prony",
     "Ramp",
     "Rectangle",
     "RectangularSection",

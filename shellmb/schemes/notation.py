@@ -75,6 +75,9 @@ class MomentWeights:
 
     __rmul__ = __mul__
 
+    def __abs__(self) -> MomentWeights:
+        return MomentWeights(np.abs(self.linear), np.abs(self.products))
+
     def by(self, state: Floats) -> SlopeWeights:
         """Derivative by a state of which the states x, D, z, y have the given shares."""
         out = np.zeros(4)

@@ -15,6 +15,7 @@ from shellmb.arrays import Bools, Floats
 from shellmb.errors import ConvergenceError
 from shellmb.model.body import Body, TimeFunction
 from shellmb.model.model import Model
+from shellmb.model.sections.branches import MaxwellBranches
 from shellmb.model.sections.natural import NaturalStress
 from shellmb.native.assembler import Pairs, is_native
 from shellmb.preprocessing.bodyfields import (
@@ -30,7 +31,7 @@ from shellmb.schemes.linearised import at_reference
 from shellmb.schemes.residuals.residual import StageForms
 from shellmb.simulate.couplings.faces import FacesCoupling
 from shellmb.simulate.predictor import Predictor
-from shellmb.simulate.scaled_rates import ScaledRates, flight
+from shellmb.simulate.scaled_rates import Arrays, ScaledRates, flight
 from shellmb.simulate.start.consistent import VelocityProjection
 from shellmb.simulate.stepsize.target_times import rounded
 from shellmb.system.assembly.blocks import BlockSystem
@@ -57,21 +58,6 @@ SEARCHES = 8
 FACTOR_STEP = 1e-3
 
 
-class Arrays:
-    """Arrays of a body's functions, which DOLFINx looks up anew whenever it is asked.
-
-    Args:
-        levels: The functions.
-    """
-
-    def __init__(self, levels: Levels) -> None:
-        self.q = levels.q.x.array
-        self.rates, self.unknown, self.scaled = (
-            {key: f.x.array for key, f in functions.items()}
-            for functions in (levels.rates, levels.unknown, levels.scaled)
-        )
-
-
 class Problem:
     """The functions of all bodies at all time levels, and the system that advances them.
 
@@ -84,6 +70,7 @@ class Problem:
         forms: Residuals by body name and stage.
         system: The block system.
         couplings: Contacts with faces of shells.
+        branches: Maxwell branches by the name of their body.
         iteration: What Newton's method iterates.
         steps: Steps of the bodies by their name.
         load_factor: Factor of all loads, where it is an unknown; None: loads depend on time.
@@ -123,6 +110,8 @@ class Problem:
         followers = [DependentFunctions(**vars(states)) for states in made if states is not None]
         self.system = BlockSystem(model.comm, self.fields, followers)
         self.couplings = self._couplings()
+        every = {name: getattr(steps, "branches", None) for name, steps in self.steps.items()}
+        self.branches: dict[str, MaxwellBranches] = {k: b for k, b in every.items() if b}
         self.system.couplings.extend(self.couplings)
         solver = model.scene.solver
         newton = f"linear {solver.newton}" if scheme.linear else solver.newton
@@ -297,6 +286,11 @@ class Problem:
         found = (getattr(body, "natural", None) for body in self.model.meshed.values())
         return [natural for natural in found if natural is not None]
 
+    def begin(self) -> None:
+        """Take the accepted state as the start of what remembers earlier ones."""
+        for name, branches in self.branches.items():
+            branches.begin(self.levels[name].q)
+
     def arrive(self, t: float) -> None:
         """Take down that the accepted state is that of a time, for what is reported of it."""
         for potential in self.model.potentials:
@@ -322,6 +316,8 @@ class Problem:
                     sample.update(t, dt, self.start_factor)
                 given = (t, dt) if self.load_factor is None else (self.load_factor, 0.0)
                 self._prescribe(name, stage, *given)
+        for branches in self.branches.values():
+            branches.prepare(dt)
         for coupling in self.couplings:
             coupling.look(dt)
         self._renew()
@@ -465,6 +461,8 @@ class Problem:
 
     def advance(self, dt: float) -> None:
         """Put the state at the end of the step in place of that at its start."""
+        for branches in self.branches.values():
+            branches.accept()
         for name, now in self._arrays.items():
             moving = self._moving[name]
             new = self.steps[name].advance(now.q, now.rates, now.unknown, dt, self._tangents[name])

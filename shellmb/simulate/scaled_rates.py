@@ -18,6 +18,21 @@ FLOWN = 10.0
 type Found = tuple[Floats, Ints, Ints]
 
 
+class Arrays:
+    """Arrays of a body's functions, which DOLFINx looks up anew whenever it is asked.
+
+    Args:
+        levels: The functions.
+    """
+
+    def __init__(self, levels: Levels) -> None:
+        self.q = levels.q.x.array
+        self.rates, self.unknown, self.scaled = (
+            {key: f.x.array for key, f in functions.items()}
+            for functions in (levels.rates, levels.unknown, levels.scaled)
+        )
+
+
 class ScaledRates:
     """Fills `scaled` of all levels, that of nodes which are linked to other bodies, too.
 

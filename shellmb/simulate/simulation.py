@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
 from typing import Any, Protocol
 
 from mpi4py import MPI
 
 import numpy as np
+from dolfinx import fem
 
 from shellmb.arrays import Ints
 from shellmb.clock import now
@@ -25,7 +26,7 @@ from shellmb.preprocessing.constraint_analysis.redundancy import singular
 from shellmb.restart import Restartable
 from shellmb.scene import Scene
 from shellmb.scene.checks.ignored_settings import check_begin
-from shellmb.schemes.base import Scheme, live_arrays
+from shellmb.schemes.base import Scheme
 from shellmb.schemes.registry import make_scheme
 from shellmb.simulate.control.control import Control
 from shellmb.simulate.paths.arclength import ArcSize, PathSteps
@@ -197,6 +198,7 @@ class Simulation:
         start.positions()
         start.velocities()
         start.accelerations()
+        self.problem.begin()
         self.problem.prepare(0.0, self.size.dt)
         self.problem.warm_up(self.size.dt)
         self.problem.arrive(0.0)
@@ -385,16 +387,24 @@ class Simulation:
         """State of all bodies on this rank, by name: what a restart needs."""
         return {name: array.copy() for name, array in self.live().items()} | self.past()
 
+    def _kept(self) -> Iterator[tuple[str, Arrays, fem.FunctionSpace]]:
+        """Arrays of each space that a state consists of, with the space and a name."""
+        for body, levels in self.problem.levels.items():
+            rates = {rate: function.x.array for rate, function in levels.rates.items()}
+            yield body, {"q": levels.q.x.array, **rates}, levels.q.function_space
+        for branches in self.problem.branches.values():
+            yield from branches.kept()
+
     def live(self) -> Arrays:
         """The first part of it, the bodies' own arrays, which the next step changes."""
-        return live_arrays(self.problem.levels)
+        return {f"{n}/{key}": a for n, arrays, _ in self._kept() for key, a in arrays.items()}
 
     def numbering(self) -> dict[str, Ints]:
         """Numbering of the values of `live` in the meshes, on any number of ranks."""
         return {
-            f"{body}/{key}": array
-            for body, levels in self.problem.levels.items()
-            for key, array in numbering(levels.q.function_space).items()
+            f"{name}/{key}": array
+            for name, _, space in self._kept()
+            for key, array in numbering(space).items()
         }
 
     def spread(self, ranks: Sequence[tuple[Arrays, dict[str, Ints]]]) -> Arrays:
@@ -404,13 +414,13 @@ class Simulation:
             ranks: Of each of them what `live` and `numbering` gave.
         """
         found = {}
-        for body, levels in self.problem.levels.items():
-            for name in ("q", *levels.rates):
-                key, own = f"{body}/{name}", f"{body}/"
+        for name, mine, space in self._kept():
+            own = f"{name}/"
+            for key in (own + key for key in mine):
                 if any(key not in arrays for arrays, _ in ranks):
                     continue
                 parts = [(below(there, own), a[key]) for a, there in ranks]
-                values = spread(parts, levels.q.function_space)
+                values = spread(parts, space)
                 if values is not None:
                     found[key] = values
         return found

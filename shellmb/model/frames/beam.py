@@ -24,6 +24,7 @@ from shellmb.meshes.spaces import NO_PARTS, beam_space
 from shellmb.model.body import LoadFactors, PartScale, Rates, added
 from shellmb.model.frames.frame import FrameBody
 from shellmb.model.rules import line_rules, over_line
+from shellmb.model.sections.branches import Fading, MaxwellBranches
 from shellmb.model.sections.damping import Resisting, StrainDamping, mass_damping, slowing
 from shellmb.model.sections.natural import Distributed, NaturalStress
 from shellmb.model.sections.section import SLACK
@@ -56,14 +57,18 @@ class BoundBeamSection:
     centre: fem.Constant | None
 
 
-def bind_beam_section(beam: Beam, domain: mesh.Mesh) -> BoundBeamSection:
+def bind_beam_section(beam: Beam, domain: mesh.Mesh, at_rest: bool) -> BoundBeamSection:
     """Constants of a section; without coupling of forces and moments none of its terms exists.
 
     Args:
         beam: The beam.
         domain: Its mesh.
+        at_rest: Whether the stiffness is that of statics; it is the long-term one otherwise.
     """
     A, D0, H, held = _parts(beam)
+    relaxation = beam.section.relaxation
+    if at_rest and relaxation is not None:
+        A, D0 = (relaxation.at_rest / relaxation.long_term * part for part in (A, D0))
     free = [k for k in range(3) if k not in held]
 
     def constant(value: float | Floats) -> fem.Constant:
@@ -85,7 +90,7 @@ def bind_beam_section(beam: Beam, domain: mesh.Mesh) -> BoundBeamSection:
 
 def _parts(beam: Beam) -> tuple[Floats, Floats, Floats | None, tuple[int, ...]]:
     """`A`, `D_0`, `H` and the strains that are held, as of `BeamMixed`; `H` None if uncoupled."""
-    C = np.asarray(beam.section.stiffness, dtype=float)
+    C = beam.section.long_term
     A, B, D = C[:3, :3], C[:3, 3:], C[3:, 3:]
     H = np.linalg.solve(A, B)
     coupled = beam.coupling and np.max(np.abs(H)) > NOTHING * beam.section.size
@@ -96,7 +101,7 @@ def _parts(beam: Beam) -> tuple[Floats, Floats, Floats | None, tuple[int, ...]]:
 
 def _effective(beam: Beam) -> Floats:
     """Stiffness of a section, shape (6, 6), without the coupling that is left out."""
-    C = np.array(beam.section.stiffness, dtype=float)
+    C = np.array(beam.section.long_term)
     if not beam.coupling:
         C[:3, 3:] = C[3:, :3] = 0.0
     return C
@@ -170,7 +175,7 @@ class BeamModel(FrameBody):
         place = np.argsort(domain.numbers(space))
         order = place[np.argsort(np.argsort(domain.numbers(mixed.subspaces["u"])))]
         self.rules = line_rules(line, beam.degree)
-        self.section = bind_beam_section(beam, line)
+        self.section = bind_beam_section(beam, line, not dynamic)
         X = ufl.SpatialCoordinate(line)
         super().__init__(
             beam.name,
@@ -212,6 +217,18 @@ class BeamModel(FrameBody):
             for part, size in zip(self.everywhere, (1.0, slenderness**2), strict=False)
         )
 
+    def branches(self) -> MaxwellBranches | None:
+        """New Maxwell branches of its section; None without any."""
+        relaxation, (rule,) = self.beam.section.relaxation, self.rules.taken
+        if relaxation is None:
+            return None
+        C, held = np.array(_effective(self.beam)), list(self.section.formulation.held)
+        C[held], C[:, held] = 0.0, 0.0
+        stiffness = fem.Constant(self.domain.mesh, C)
+        common = relaxation.branches, rule, self.domain.mesh
+        found = Fading(self.strain, stiffness, *common)
+        return MaxwellBranches(self.name, self.layout, [found])
+
     @property
     def force_size(self) -> float:
         """Size of its resultants, N."""
@@ -247,6 +264,13 @@ class BeamModel(FrameBody):
         if self.natural is not None:
             less = beam_forms.halves(getattr(self.natural, at) * self.natural.resultants)
             N, M = N - less[0], M - less[1]
+        return self._both(e, N, M)
+
+    def of_stress(self, stress: Expr, q: Expr) -> Expr:
+        """Resultants of a stress that is conjugate to the strains at a state, as `resultants`."""
+        return self._both(self.strains(q), *beam_forms.halves(stress))
+
+    def _both(self, e: Expr, N: Expr, M: Expr) -> Expr:
         force, moment = self.acting(e, N, M)
         return ufl.as_vector([v[k] for v in (force, moment, N, M) for k in range(3)])
 

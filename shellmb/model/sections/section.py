@@ -65,28 +65,37 @@ class BoundSection:
 def has_own_strains(shell: Shell, domain: mesh.Mesh) -> bool:
     """Decide whether elements have strains of their own beside the forces.
 
-    They need them where forces do not follow from strains, or damping not from rates of forces, and
-    on triangles.
+    They need them where forces do not follow from strains, or damping not from rates of forces,
+    where they relax, and on triangles.
     """
     section = shell.section
     if not isinstance(section, LinearSection) or shell.holds_strains:
         return True
-    return _damps_unlike(shell, section) or domain.topology.cell_name() == "triangle"
+    return (
+        _damps_unlike(shell, section)
+        or section.relaxes
+        or domain.topology.cell_name() == "triangle"
+    )
 
 
 def _damps_unlike(shell: Shell, section: LinearSection) -> bool:
     """Decide whether strains that are coupled have different damping times."""
     membrane, bend, _ = section.damping_times
-    return _couples(shell, section) and membrane != bend
+    return couples(shell, section) and membrane != bend
 
 
-def _couples(shell: Shell, section: LinearSection) -> bool:
+def couples(shell: Shell, section: LinearSection) -> bool:
+    """Decide whether a section couples bending and stretching on a shell."""
     # without stretching there is nothing that bending could be coupled to
     return section.coupled and shell.coupling and shell.stretching
 
 
 def bind_section(
-    shell: Shell, domain: mesh.Mesh, tying: Tying, like: BoundSection | None = None
+    shell: Shell,
+    domain: mesh.Mesh,
+    tying: Tying,
+    like: BoundSection | None = None,
+    at_rest: bool = False,
 ) -> BoundSection:
     """Coefficients and element-wise weights of a shell's section; what is left out is absent.
 
@@ -95,12 +104,13 @@ def bind_section(
         domain: Its mesh.
         tying: Maps of the forces of its elements.
         like: One whose sizes, in which unknowns are counted, this linear one takes.
+        at_rest: Whether the stiffness is that of statics.
 
     Raises:
         SceneError: If functions of the position fail, or a thickness is not positive somewhere.
     """
     if isinstance(shell.section, LinearSection):
-        return _bind_linear(shell, shell.section, domain, tying, like)
+        return _bind_linear(shell, shell.section, domain, tying, like, at_rest)
     section = shell.section
     assert isinstance(section, Hyperelastic | Wrinkling)
     wrinkles = isinstance(section, Wrinkling)
@@ -125,8 +135,9 @@ def _bind_linear(
     domain: mesh.Mesh,
     tying: Tying,
     like: BoundSection | None,
+    at_rest: bool,
 ) -> BoundSection:
-    fields = SectionFields(shell, domain)
+    fields = SectionFields(shell, domain, at_rest)
     if like is None:
         membrane, shear = fields.largest(_membrane), fields.largest(_shear)
     else:
@@ -136,13 +147,13 @@ def _bind_linear(
         fields.mean(lambda at: at.thickness), membrane, fields.mean(lambda at: at.mass[0])
     )
     D, G = fields.of(lambda at: at.D), fields.of(lambda at: at.G)
-    B = fields.of(lambda at: at.B) if _couples(shell, section) else None
+    B = fields.of(lambda at: at.B) if couples(shell, section) else None
     if not has_own_strains(shell, domain):
         A_inv = fields.of(lambda at: np.linalg.inv(at.A))
         G_inv = fields.of(lambda at: np.linalg.inv(at.G))
         return BoundSection(LinearMixed(D, A_inv, G_inv, N0, tying, B), force, sizes)
     a = _share(domain, fields.by_cell(lambda at: at.thickness))
-    if B is not None and _damps_unlike(shell, section):
+    if section.relaxes or (B is not None and _damps_unlike(shell, section)):
         psi, thickness = Quadratic(fields.of(lambda at: at.A), B, D, G), sizes.thickness
         mixed = NonlinearMixed(psi, N0, a, _constant(domain, thickness))
         return BoundSection(mixed, force, sizes)

@@ -81,7 +81,7 @@ class DiscreteShell:
         self.layout = Layout(self.mixed.parts, maps)
         self.rules = quadrature_rules(domain, shell.degree)
         self._ds = self._edge_measure(domain)
-        self.section = bind_section(shell, domain, maps)
+        self.section = bind_section(shell, domain, maps, at_rest=not dynamic)
         if not isinstance(self.section.formulation, NonlinearMixed):
             self.mixed = replace(self.mixed, stresses=self.mixed.elementwise)
         if shell.holds_strains:

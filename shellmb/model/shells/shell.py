@@ -20,13 +20,14 @@ from shellmb.forms.terms import Point
 from shellmb.model.body import Constraint, LoadFactors, Manifold, Rates, added, largest
 from shellmb.model.joints.held import Constraints
 from shellmb.model.rules import Rules
+from shellmb.model.sections.branches import MaxwellBranches
 from shellmb.model.sections.damping import StrainDamping, mass_damping, slowing
 from shellmb.model.sections.section import Arm, mass_arm
 from shellmb.model.sections.strains import HyperelasticStrains, Strains
 from shellmb.model.shells.discrete_shell import DiscreteShell
 from shellmb.model.shells.elastic import shell_strains
 from shellmb.model.shells.loads import ShellLoads
-from shellmb.model.shells.viscous import strain_damping
+from shellmb.model.shells.viscous import maxwell_branches, strain_damping
 from shellmb.model.user_forms import virtual_work
 
 
@@ -151,6 +152,10 @@ class ShellModel(DiscreteShell):
         """Damping of its strains; None without any."""
         return strain_damping(self)
 
+    def branches(self) -> MaxwellBranches | None:
+        """New Maxwell branches of its section; None without any."""
+        return maxwell_branches(self)
+
     @cached_property
     def _slowing(self) -> fem.Constant | None:
         return slowing(self.shell.section, self.mixed.space.mesh)
@@ -195,6 +200,10 @@ class ShellModel(DiscreteShell):
         if isinstance(own, HyperelasticStrains):
             return own.mean_stress(step)
         return self._less(own.section.joined(*own.mean(step)))
+
+    def of_stress(self, stress: Expr, q: Expr) -> Expr:
+        """Resultants of a stress that is conjugate to the strains, shape (8,)."""
+        return stress
 
     def _less(self, resultants: Expr, at: str = "mean") -> Expr:
         """Resultants less those of the natural strain, at a state or as a mean over a step."""

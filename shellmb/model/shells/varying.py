@@ -41,13 +41,15 @@ class SectionFields:
     Args:
         shell: The shell.
         domain: Its mesh.
+        at_rest: Whether the stiffness is that of statics; it is the long-term one otherwise.
     """
 
-    def __init__(self, shell: Shell, domain: mesh.Mesh) -> None:
+    def __init__(self, shell: Shell, domain: mesh.Mesh, at_rest: bool = False) -> None:
         assert isinstance(shell.section, LinearSection)
         self._section, self._domain, self._degree = shell.section, domain, shell.degree
         self._who = f"shell '{shell.name}'"
         self._layups: dict[Rule, Layup] = {}
+        self._at_rest = at_rest
 
     def of(self, value: Callable[[Layup], Floats], rule: Rule = "full") -> Expr:
         """A number, or a symmetric matrix, as a coefficient.
@@ -117,6 +119,10 @@ class SectionFields:
 
         Of a section that does not vary that of no point.
         """
+        found = self._given_at(rule)
+        return found.at_rest if self._at_rest else found
+
+    def _given_at(self, rule: Rule) -> Layup:
         if not self._section.functions:
             return self._section.generic
         if rule not in self._layups:

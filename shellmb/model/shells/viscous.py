@@ -1,4 +1,4 @@
-"""Damping of a shell's strains, bound to its mesh."""
+"""Damping and relaxation of a shell's strains, bound to its mesh."""
 
 from __future__ import annotations
 
@@ -6,9 +6,11 @@ import math
 from functools import partial
 
 import numpy as np
+import ufl
 from dolfinx import fem
 from ufl.algorithms.apply_algebra_lowering import apply_algebra_lowering
 from ufl.algorithms.apply_derivatives import apply_derivatives
+from ufl.constantvalue import Zero
 from ufl.core.expr import Expr
 from ufl.corealg.traversal import traverse_unique_terminals
 
@@ -19,10 +21,15 @@ from shellmb.forms.steps.damping import ViscousRule, ViscousShell
 from shellmb.forms.steps.mixed import LinearMixed, LinearOwn, assumed
 from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed
 from shellmb.forms.steps.stress_work_nonlinear import tangent
+from shellmb.model.sections.branches import Fading, MaxwellBranches
 from shellmb.model.sections.damping import Resisting, StrainDamping
+from shellmb.model.sections.section import couples
 from shellmb.model.shells.compatible import rates_of
 from shellmb.model.shells.discrete_shell import DiscreteShell
 from shellmb.model.shells.elastic import quadratic_strains
+from shellmb.model.shells.varying import SectionFields
+from shellmb.scene import LinearSection
+from shellmb.scene.shells.lamination import Layup
 from shellmb.scene.values.validate import show
 
 # eigenvalues of a stiffness that are less than this, relative to the largest, are round-off
@@ -124,6 +131,56 @@ def stiffness_at_rest(shell: DiscreteShell, section: NonlinearMixed) -> Parts:
     coupling = part(1.0, B) if np.abs(B).max() > 0 else None
     own = part(membrane, C[:3, :3]), part(bend, C[3:6, 3:6]), part(shear, C[6:, 6:])
     return own[0], coupling, own[1], own[2]
+
+
+def maxwell_branches(shell: DiscreteShell) -> MaxwellBranches | None:
+    """Maxwell branches of a shell's section; None without any.
+
+    Args:
+        shell: The shell on its mesh.
+
+    Raises:
+        SceneError: If strains of the user are not quadratic.
+    """
+    section = shell.shell.section
+    if not (isinstance(section, LinearSection) and section.relaxes):
+        return None
+    if not quadratic_strains(shell):
+        own = shell.shell.strains
+        raise SceneError(
+            f"shell '{shell.name}': strains is {getattr(own, '__name__', own)}, which is not "
+            "quadratic in displacement and director; with relaxation of the section it must be"
+        )
+    mixed, seen = shell.section.formulation, assumed(shell.strain, shell.layout)
+    assert isinstance(mixed, NonlinearMixed)
+    fields, found = SectionFields(shell.shell, shell.mixed.space.mesh), []
+    for shares, branches in section.generic.branches.items():
+
+        def part(name: str, shares: tuple[float, ...] = shares) -> Expr:
+            def value(at: Layup) -> Floats:
+                return np.asarray(getattr(at.scaled(shares), name))
+
+            return fields.of(value)
+
+        B, G = part("B") if couples(shell.shell, section) else None, part("G")
+        common = branches, shell.rules.full, shell.mixed.space.mesh
+        found.append(Fading(seen, _whole(part("A"), B, part("D"), (1 - mixed.a) * G), *common))
+        if not isinstance(mixed.a, Zero):
+            found.append(Fading(shell.strain, _whole(None, None, None, mixed.a * G), *common))
+    return MaxwellBranches(shell.name, shell.layout, found)
+
+
+def _whole(A: Expr | None, B: Expr | None, D: Expr | None, G: Expr) -> Expr:
+    """Stiffness of all strains, shape (8, 8)."""
+
+    def entry(i: int, j: int) -> Expr | int:
+        if max(i, j) >= 6:
+            return G[i - 6, j - 6] if min(i, j) >= 6 else 0
+        block = (A, B, B, D)[2 * (i // 3) + j // 3]
+        # coupling of layers is symmetric
+        return 0 if block is None else block[i % 3, j % 3]
+
+    return ufl.as_matrix([[entry(i, j) for j in range(8)] for i in range(8)])
 
 
 def _numbers(matrix: Expr) -> Floats:

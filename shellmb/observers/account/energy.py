@@ -19,10 +19,12 @@ from ufl import Form
 from shellmb.arrays import Floats
 from shellmb.model.body import Body, kinetic_energy
 from shellmb.model.body import strain_energy as stored_energy
+from shellmb.model.sections.branches import MaxwellBranches
 from shellmb.observers.account.sizes import stiffness_of
 from shellmb.observers.deferred_observer import STEPS, DeferredObserver, Row
 from shellmb.schemes.base import Levels
 from shellmb.schemes.linearised import change, strain_energy
+from shellmb.simulate.couplings.faces import FacesCoupling
 from shellmb.simulate.simulation import Simulation
 from shellmb.system.assembly.functionals import functionals, functionals_of_steps
 
@@ -138,7 +140,10 @@ class EnergyAccount(DeferredObserver):
         kinetic: list[Form | None] = []
         if "v" in scheme.rates:
             kinetic = [kinetic_energy(b, problem.levels[b.name].rates["v"]) for b in bodies]
-        self._potentials, self._faces = simulation.model.stores, problem.couplings
+        self._potentials = simulation.model.stores
+        # contacts with faces, and branches that relax: what no form knows
+        self._faces: list[FacesCoupling | MaxwellBranches] = [*problem.couplings]
+        self._faces += problem.branches.values()
         levels = problem.levels
         others = [b for b in bodies if b not in self._potentials]
         strain = [strain_energy(b, levels[b.name]) for b in others]

@@ -49,7 +49,7 @@ def shell_compliance(shell: Shell, at: Layup, held: bool = True) -> Floats:
 
 def beam_compliance(beam: Beam) -> Floats:
     """Strains (Gamma, K) of forces and moments, shape (6, 6), as in `forms.beam.BeamMixed`."""
-    C = np.asarray(beam.section.stiffness, dtype=float)
+    C = beam.section.long_term
     A, B, D = C[:3, :3], C[:3, 3:], C[3:, 3:]
     H = np.linalg.solve(A, B) if beam.coupling else np.zeros((3, 3))
     free = [k for k, on in enumerate((beam.stretching, *2 * (beam.transverse_shear,))) if on]

@@ -81,7 +81,6 @@ class ChosenFields:
         if self._own and modal:
             self._strained = ModalStrained(simulation, body.name)
         elif self._own:
-            assert isinstance(body, ShellModel)
             self._strained = Strained(simulation, body)
         self._nodes = NodalMeans(body)
         self._slopes: Slopes | None = None
@@ -115,9 +114,12 @@ class ChosenFields:
             for k, rows in enumerate(ply_rows(body.shell, section.layup(body)), start=1):
                 self.components[f"{name}_{k}"] = six
                 self._steep[f"{name}_{k}"] = partial(interlaminar, rows)
-        elif isinstance(body, ShellModel) and not isinstance(body.shell.section, LinearSection):
-            first, last = (0, 8) if name == "strains" else (8, 9)
-            self._own[name] = partial(_columns, first, last)
+        elif isinstance(body, BeamModel) and body.beam.section.relaxes:
+            self._own[name] = partial(_columns, *((0, 6) if name == "strains" else (6, 7)))
+        elif isinstance(body, ShellModel) and (
+            body.shell.section.relaxes or not isinstance(body.shell.section, LinearSection)
+        ):
+            self._own[name] = partial(_columns, *((0, 8) if name == "strains" else (8, 9)))
         else:
             make = section.strains_by if name == "strains" else section.energy_by
             if isinstance(body, BeamModel):

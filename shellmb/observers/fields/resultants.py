@@ -46,6 +46,10 @@ class Resulting(Protocol):
         """Resultants as means over a step that is quadratic in time."""
         ...
 
+    def of_stress(self, stress: Expr, q: Expr) -> Expr:
+        """Resultants of a stress that is conjugate to the strains, at a state."""
+        ...
+
 
 class Resultants:
     """Resultants of a beam along its directors, or of a shell along its material directions.
@@ -81,7 +85,15 @@ class Resultants:
             averaged = problem.steps[body.name].mean_resultants(body)
             # looked at when the step is accepted, and its start is overwritten
             self._start = fem.Function(body.mixed.space, name="start")
-            found.append(ufl.replace(_linear(averaged, levels, natural), {levels.q: self._start}))
+            mean = _linear(averaged, levels, natural)
+            if (branches := problem.branches.get(body.name)) is not None:
+                at = (
+                    levels.reference.q
+                    if levels.reference
+                    else problem.steps[body.name].mean_state()
+                )
+                mean += body.of_stress(branches.mean(), at)
+            found.append(ufl.replace(mean, {levels.q: self._start}))
         self._prepare(body, found)
 
     def _prepare(self, body: Resulting, vectors: list[Expr]) -> None:
@@ -133,20 +145,26 @@ class Resultants:
 
 
 class Strained(Resultants):
-    """Strains of a shell with a nonlinear section, and its energy per area, shape (9,).
+    """Strains that do not follow from resultants, and their energy per area or length.
+
+    Of shells with a nonlinear section, and of sections that relax; these have the long-term energy.
+    Shape (9,), of a beam (7,).
 
     Args:
         simulation: The simulation.
-        body: The shell.
+        body: The shell or beam.
     """
 
-    def __init__(self, simulation: Simulation, body: ShellModel) -> None:
+    def __init__(self, simulation: Simulation, body: ShellModel | BeamModel) -> None:
         self._simulation, self._start = simulation, None
-        strains = body.strains(simulation.problem.state(body.name))
-        formulation = body.section.formulation
-        assert isinstance(formulation, NonlinearMixed)
-        energy = formulation.psi(strains)
-        parts = [*strains.eps, *strains.kap, *strains.gam, energy]
+        q, formulation = simulation.problem.state(body.name), body.section.formulation
+        if isinstance(body, BeamModel):
+            e = body.strains(q)
+            parts = [*e, *body.section.formulation.stored(e, body.forces(q))]
+        else:
+            strains = body.strains(q)
+            assert isinstance(formulation, NonlinearMixed)
+            parts = [*strains.eps, *strains.kap, *strains.gam, formulation.psi(strains)]
         self._prepare(body, [ufl.as_vector(parts)])
 
 

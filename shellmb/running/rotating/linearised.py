@@ -10,6 +10,7 @@ from petsc4py import PETSc
 import ufl
 from dolfinx import fem
 
+from shellmb.errors import SceneError
 from shellmb.model.body import added
 from shellmb.model.model import Model
 from shellmb.native.derivatives import derivative
@@ -49,6 +50,14 @@ class Linearised:
         time: float,
         loaded: bool,
     ) -> None:
+        for meshed in model.meshed.values():
+            described = getattr(meshed, "shell", None) or getattr(meshed, "beam", None)
+            if described is not None and described.section.relaxes:
+                raise SceneError(
+                    f"modes: the section of '{meshed.name}' relaxes, and damped modes, modes about "
+                    "rotations and matrices have no relaxation; request modes at rest, which are "
+                    "those of the long-term stiffness"
+                )
         self.model, self.axis, self.frames, self.levels = model, axis, frames, levels
         self._shift = shift_below(model, loaded)
         self.relaxation = Relaxation(model, levels, 1 / math.sqrt(abs(self._shift)), frames, time)

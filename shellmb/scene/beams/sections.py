@@ -17,6 +17,7 @@ from pydantic import BeforeValidator
 
 from shellmb.errors import SceneError
 from shellmb.scene.values.damping import BeamDamping, BeamTimes
+from shellmb.scene.values.relaxation import Prony
 from shellmb.scene.values.validate import Finite, NonNegative, Positive, described, numbers, show
 
 __all__ = ["BeamMass", "BeamSection", "GeneralSection"]
@@ -37,10 +38,12 @@ class BeamSection:
         stiffness_damping: Time by which the rate of the strains adds to them [s], or a
             ``BeamDamping``.
         mass_damping: Mass-proportional damping [1/s].
+        relaxation: Prony series of its stiffness; None: elastic.
     """
 
     stiffness_damping: Any = 0.0
     mass_damping: Any = 0.0
+    relaxation: Prony | None = None
 
     if TYPE_CHECKING:
         # real properties here would become the defaults of the subclasses' fields
@@ -64,6 +67,22 @@ class BeamSection:
         """Damping times of the six strains, in the order of the stiffness [s]."""
         given = self.stiffness_damping
         return given.times if isinstance(given, BeamDamping) else (float(given),) * 6
+
+    @property
+    def relaxes(self) -> bool:
+        """Decide whether it has a Prony series."""
+        return self.relaxation is not None
+
+    @property
+    def relaxed(self) -> bool:
+        """Decide whether all of its branches begin relaxed."""
+        return self.relaxation is None or self.relaxation.relaxed
+
+    @property
+    def long_term(self) -> Matrix:
+        """The stiffness that is left when all branches are relaxed, shape (6, 6)."""
+        C = np.asarray(self.stiffness, dtype=float)
+        return C if self.relaxation is None else self.relaxation.long_term * C
 
     @property
     def masses(self) -> tuple[bool, bool, bool]:
@@ -96,6 +115,7 @@ class GeneralSection(BeamSection):
         size: Size of the cross-section [m]; left out: the side of a square as stiff.
         stiffness_damping: Kelvin and Voigt's damping: a time [s], or a ``BeamDamping``.
         mass_damping: Damping in proportion to the mass, a rate [1/s].
+        relaxation: Prony series of its stiffness; None: elastic.
     """
 
     stiffness: Annotated[Any, BeforeValidator(_stiffness)]
@@ -106,6 +126,7 @@ class GeneralSection(BeamSection):
     size: Positive = 0.0
     stiffness_damping: BeamTimes = 0.0
     mass_damping: NonNegative = 0.0
+    relaxation: Prony | None = None
 
     def __post_init__(self) -> None:
         """Check that energies are positive, and fill in the size.
@@ -153,7 +174,8 @@ class GeneralSection(BeamSection):
         if not isinstance(other, GeneralSection):
             return NotImplemented
         mine, theirs = (
-            (s.mass, s.size, s.stiffness_damping, s.mass_damping) for s in (self, other)
+            (s.mass, s.size, s.stiffness_damping, s.mass_damping, s.relaxation)
+            for s in (self, other)
         )
         return mine == theirs and np.array_equal(self.stiffness, other.stiffness)
 

@@ -14,6 +14,7 @@ from pydantic import Field
 from shellmb.errors import SceneError
 from shellmb.scene.beams.sections import BeamMass, BeamSection
 from shellmb.scene.values.damping import BeamTimes
+from shellmb.scene.values.relaxation import Prony
 from shellmb.scene.values.validate import Finite, NonNegative, Positive, described, show
 
 __all__ = ["CircularSection", "RectangularSection", "TubularSection"]
@@ -121,6 +122,7 @@ class RectangularSection(_Shape):
         G: Shear modulus in place of ``nu`` [Pa].
         stiffness_damping: Kelvin and Voigt's damping: a time [s], or a ``BeamDamping``.
         mass_damping: Damping in proportion to the mass, a rate [1/s].
+        relaxation: Prony series of its moduli; None: elastic.
     """
 
     E: Positive
@@ -134,6 +136,7 @@ class RectangularSection(_Shape):
     G: Positive | None = None
     stiffness_damping: BeamTimes = 0.0
     mass_damping: NonNegative = 0.0
+    relaxation: Prony | None = None
 
     def __post_init__(self) -> None:
         """Check the moduli."""
@@ -225,6 +228,7 @@ class CircularSection(_Round):
         G: Shear modulus in place of ``nu`` [Pa].
         stiffness_damping: Kelvin and Voigt's damping: a time [s], or a ``BeamDamping``.
         mass_damping: Damping in proportion to the mass, a rate [1/s].
+        relaxation: Prony series of its moduli; None: elastic.
     """
 
     E: Positive
@@ -237,6 +241,7 @@ class CircularSection(_Round):
     G: Positive | None = None
     stiffness_damping: BeamTimes = 0.0
     mass_damping: NonNegative = 0.0
+    relaxation: Prony | None = None
 
     hole = 0.0
 
@@ -260,6 +265,7 @@ class TubularSection(_Round):
         G: Shear modulus in place of ``nu`` [Pa].
         stiffness_damping: Kelvin and Voigt's damping: a time [s], or a ``BeamDamping``.
         mass_damping: Damping in proportion to the mass, a rate [1/s].
+        relaxation: Prony series of its moduli; None: elastic.
     """
 
     E: Positive
@@ -273,6 +279,7 @@ class TubularSection(_Round):
     G: Positive | None = None
     stiffness_damping: BeamTimes = 0.0
     mass_damping: NonNegative = 0.0
+    relaxation: Prony | None = None
 
     def __post_init__(self) -> None:
         """Check the moduli and the wall.

@@ -35,7 +35,8 @@ from shellmb.scene.multibody.own_bodies import UserBody
 from shellmb.scene.probes import Probe
 from shellmb.scene.schemes import DISSIPATIVE, SCHEMES, Traits
 from shellmb.scene.shells.sections import LinearSection
-from shellmb.scene.shells.shell import Join
+from shellmb.scene.shells.shell import Join, Shell
+from shellmb.scene.values.models import Modal
 from shellmb.scene.values.positions import values_at
 from shellmb.scene.values.renamed import choice_of_today
 from shellmb.scene.values.validate import edge_names, show
@@ -56,6 +57,7 @@ def check(scene: Description) -> None:
     _scheme(scene)
     _quadratic(scene)
     _end_forces(scene)
+    _relaxation(scene)
     _targets(scene)
     _time_functions(scene)
     _functions_of_position(scene)
@@ -171,6 +173,39 @@ def _end_forces(scene: Description) -> None:
                 f"{said(body)}: it holds strains at zero, and the forces that hold them are "
                 "known as means over a step only; output must be without end_forces, or the body "
                 "must have all of its strains"
+            )
+
+
+def _relaxation(scene: Description) -> None:
+    """Refuse what bodies whose sections relax cannot have."""
+    for body in scene.meshed:
+        if not body.section.relaxes or body.model == "rigid":
+            continue
+        who, relaxed = said(body), body.section.relaxed
+        if isinstance(body.model, Modal):
+            raise SceneError(
+                f"{who}: its section relaxes, and its model is {show(body.model)}; modes do not "
+                "relax: the model must be 'exact' or 'floating-frame'"
+            )
+        if isinstance(body, Shell) and body.holds_strains:
+            raise SceneError(
+                f"{who}: its section relaxes, and it holds strains at zero; a shell that relaxes "
+                "must have stretching=True and transverse_shear=True"
+            )
+        if getattr(body.section, "functions", None) and any(body.section.damping_times):
+            raise SceneError(
+                f"{who}: its section varies, relaxes, and has stiffness_damping; where it relaxes "
+                "and varies, stiffness_damping must be 0"
+            )
+        if scene.output.end_forces and not scene.static:
+            raise SceneError(
+                f"{who}: its section relaxes, and its forces are known as means over a step only; "
+                "output must be without end_forces"
+            )
+        if not relaxed and "equilibrium" in scene.starts:
+            raise SceneError(
+                f"{who}: its Prony series has relaxed=False, and the scene starts in equilibrium, "
+                "which is that of relaxed branches; relaxed must be True"
             )
 
 

@@ -16,6 +16,7 @@ from shellmb.scene.shells.lamination import Layer, Layup
 from shellmb.scene.shells.sections import FiniteAt, LinearSection, PositiveAt, Value, check_stable
 from shellmb.scene.shells.strength import Strength
 from shellmb.scene.values.damping import ShellTimes
+from shellmb.scene.values.relaxation import Prony
 from shellmb.scene.values.validate import Finite, Listed, NonNegative, Positive, described, show
 
 __all__ = ["Laminate", "Ply", "PlyMaterial", "stacking_angles"]
@@ -38,6 +39,7 @@ class PlyMaterial:
         G23: Transverse shear modulus of axis 2 [Pa].
         density: Mass density [kg/m^3].
         strength: Strengths, for reserve factors against failure.
+        relaxation: Prony series of its moduli; None: elastic.
     """
 
     E1: Positive
@@ -49,6 +51,7 @@ class PlyMaterial:
     G23: Positive
     density: NonNegative = 0.0
     strength: Strength | None = None
+    relaxation: Prony | None = None
 
     def __post_init__(self) -> None:
         """Check that the strain energy is positive."""
@@ -103,10 +106,17 @@ class Laminate(LinearSection):
         """Check that there are plies, and warn of a factor that hides a soft core.
 
         Raises:
-            SceneError: If there are none.
+            SceneError: If there are none, or they relax differently with ``"energy"``.
         """
         if not self.plies:
             raise SceneError("laminate: it has no plies; it must have one at least")
+        if self.shear_correction == "energy" and any(
+            len(set(s)) > 1 for s in self.generic.branches
+        ):
+            raise SceneError(
+                "laminate: shear_correction is 'energy', and its plies relax differently; it must "
+                "be a factor then"
+            )
         for sentence in self.doubts:
             warn(sentence)
 
@@ -175,7 +185,8 @@ def _layer(ply: Ply, name: str, value: Value) -> Layer:
     m = ply.material
     plane = lamination.plane_stress(m.E1, m.E2, m.nu12, m.G12)
     thickness = value(f"{name}.thickness", ply.thickness, "not negative")
-    layer = Layer(plane, np.diag([m.G13, m.G23]), m.density, thickness, strength=m.strength)
+    shear = np.diag([m.G13, m.G23])
+    layer = Layer(plane, shear, m.density, thickness, strength=m.strength, relaxation=m.relaxation)
     return layer.turned(value(f"{name}.angle", ply.angle, None))
 
 

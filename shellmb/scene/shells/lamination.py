@@ -14,6 +14,8 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from shellmb.scene.values.relaxation import Prony
+
 __all__ = [
     "PURE",
     "Layer",
@@ -43,6 +45,7 @@ class Layer:
         thickness: Thickness, shape (...) [m].
         angle: From the shell's 1-direction to the layer's own, shape (...) [degrees].
         strength: Strengths of its material (`Strength`), if there are any.
+        relaxation: Prony series of its moduli; None: elastic.
     """
 
     plane: Matrix
@@ -51,6 +54,16 @@ class Layer:
     thickness: Any
     angle: Any = 0.0
     strength: Any = None
+    relaxation: Prony | None = None
+
+    def scaled(self, factor: float) -> Layer:
+        """The layer with another stiffness."""
+        return replace(self, plane=factor * self.plane, transverse=factor * self.transverse)
+
+    @property
+    def long_term(self) -> Layer:
+        """The layer with its long-term moduli instead of the given ones."""
+        return self if self.relaxation is None else self.scaled(self.relaxation.long_term)
 
     def turned(self, degrees: Any) -> Layer:
         """The layer with its axes turned about the normal by an angle, shape (...) [degrees]."""
@@ -175,6 +188,32 @@ class Layup:
         by_layer = (p.transverse * np.asarray(p.thickness)[..., None, None] for p in self.layers)
         G = self.shear_correction * sum(by_layer, np.zeros((2, 2)))
         return _clean(G, np.abs(G).max(axis=(-2, -1), keepdims=True))
+
+    @cached_property
+    def branches(self) -> dict[tuple[float, ...], dict[tuple[float, bool], float]]:
+        """Maxwell branches of long-term layers.
+
+        Of each set of shares of the layers, the largest of which is one, factors by the branches'
+        times [s] and whether they begin relaxed.
+        """
+        given = [{} if p.relaxation is None else p.relaxation.branches for p in self.layers]
+        found: dict[tuple[float, ...], dict[tuple[float, bool], float]] = {}
+        for key in sorted({key for branches in given for key in branches}):
+            factors = np.array([branches.get(key, 0.0) for branches in given])
+            shares = tuple(np.round(factors / factors.max(), 14).tolist())
+            found.setdefault(shares, {})[key] = float(factors.max())
+        return found
+
+    @property
+    def at_rest(self) -> Layup:
+        """The section as statics has it."""
+        given = [p.relaxation for p in self.layers]
+        return self.scaled([1.0 if r is None else r.at_rest / r.long_term for r in given])
+
+    def scaled(self, factors: Sequence[float]) -> Layup:
+        """The section with a factor on the stiffness of each layer."""
+        pairs = zip(self.layers, factors, strict=True)
+        return replace(self, layers=tuple(layer.scaled(factor) for layer, factor in pairs))
 
     @cached_property
     def mass(self) -> tuple[Any, Any, Any]:

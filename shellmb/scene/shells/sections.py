@@ -18,6 +18,7 @@ from shellmb.scene.shells.lamination import Layer, Layup
 from shellmb.scene.shells.strength import Strength
 from shellmb.scene.values.damping import ShellDamping, ShellTimes
 from shellmb.scene.values.positions import OfPosition, check_sign, values_at
+from shellmb.scene.values.relaxation import Prony
 from shellmb.scene.values.validate import Finite, NonNegative, Positive, described, show
 
 __all__ = ["Hyperelastic", "Isotropic", "LinearSection", "Orthotropic", "Section", "Wrinkling"]
@@ -63,10 +64,12 @@ class Section:
         stiffness_damping: Time by which the rate of the strains adds to them [s], or a
             ``ShellDamping``.
         mass_damping: Mass-proportional damping [1/s].
+        relaxation: Prony series of its moduli; None: elastic.
     """
 
     stiffness_damping: Any = 0.0
     mass_damping: Any = 0.0
+    relaxation: Prony | None = None
 
     if TYPE_CHECKING:
         # a real property here would become the default of the subclasses' field
@@ -77,6 +80,16 @@ class Section:
     def mass(self) -> Mass:
         """``(m, s_star, I_star)`` per unit area."""
         raise NotImplementedError
+
+    @property
+    def relaxes(self) -> bool:
+        """Decide whether it has a Prony series."""
+        return False
+
+    @property
+    def relaxed(self) -> bool:
+        """Decide whether all of its branches begin relaxed."""
+        return True
 
     @property
     def doubts(self) -> tuple[str, ...]:
@@ -121,7 +134,8 @@ class LinearSection(Section):
 
     def _layup(self, value: Value) -> Layup:
         offset = value("offset", self.offset, None)
-        return Layup(self.layers_by(value), self.shear_correction, offset)
+        layers = tuple(layer.long_term for layer in self.layers_by(value))
+        return Layup(layers, self.shear_correction, offset)
 
     @cached_property
     def functions(self) -> dict[str, OfPosition]:
@@ -216,6 +230,17 @@ class LinearSection(Section):
         return bool(np.any(self.generic.B))
 
     @property
+    def relaxes(self) -> bool:
+        """Decide whether a layer has a Prony series."""
+        return any(layer.relaxation is not None for layer in self.generic.layers)
+
+    @property
+    def relaxed(self) -> bool:
+        """Decide whether all of its branches begin relaxed."""
+        given = (layer.relaxation for layer in self.generic.layers)
+        return all(one is None or one.relaxed for one in given)
+
+    @property
     def mass(self) -> Mass:
         """``(m, s_star, I_star)`` per unit area."""
         m, s, inertia = self._numbers.mass
@@ -243,6 +268,7 @@ class Isotropic(LinearSection):
         stiffness_damping: Kelvin and Voigt's damping: a time [s], or a ``ShellDamping``.
         mass_damping: Damping in proportion to the mass, a rate [1/s].
         strength: Strengths, for reserve factors against failure.
+        relaxation: Prony series of its moduli; None: elastic.
     """
 
     E: Positive
@@ -255,14 +281,15 @@ class Isotropic(LinearSection):
     stiffness_damping: ShellTimes = 0.0
     mass_damping: NonNegative = 0.0
     strength: Strength | None = None
+    relaxation: Prony | None = None
 
     def layers_by(self, value: Value) -> tuple[Layer, ...]:
         """The single layer."""
         shear = self.E / (2 * (1 + self.nu))
         plane = lamination.plane_stress(self.E, self.E, self.nu, shear)
         thickness = value("thickness", self.thickness, "positive")
-        layer = Layer(plane, shear * np.eye(2), self.density, thickness, strength=self.strength)
-        return (layer,)
+        own = {"strength": self.strength, "relaxation": self.relaxation}
+        return (Layer(plane, shear * np.eye(2), self.density, thickness, **own),)
 
 
 def check_stable(what: str, E1: float, E2: float, nu12: float) -> None:
@@ -300,6 +327,7 @@ class Orthotropic(LinearSection):
         stiffness_damping: Kelvin and Voigt's damping: a time [s], or a ``ShellDamping``.
         mass_damping: Damping in proportion to the mass, a rate [1/s].
         strength: Strengths, for reserve factors against failure.
+        relaxation: Prony series of its moduli; None: elastic.
     """
 
     E1: Positive
@@ -317,6 +345,7 @@ class Orthotropic(LinearSection):
     stiffness_damping: ShellTimes = 0.0
     mass_damping: NonNegative = 0.0
     strength: Strength | None = None
+    relaxation: Prony | None = None
 
     def __post_init__(self) -> None:
         """Check that the strain energy is positive."""
@@ -327,7 +356,8 @@ class Orthotropic(LinearSection):
         plane = lamination.plane_stress(self.E1, self.E2, self.nu12, self.G12)
         transverse = np.diag([self.G13, self.G23])
         thickness = value("thickness", self.thickness, "positive")
-        layer = Layer(plane, transverse, self.density, thickness, strength=self.strength)
+        own = {"strength": self.strength, "relaxation": self.relaxation}
+        layer = Layer(plane, transverse, self.density, thickness, **own)
         return (layer.turned(value("angle", self.angle, None)),)
 
 

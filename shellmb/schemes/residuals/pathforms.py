@@ -13,13 +13,14 @@ from ufl.core.expr import Expr
 
 from shellmb.forms.steps.path import Path, Step
 from shellmb.model.body import Body, Dofs, Rates, kinetic_energy
+from shellmb.model.sections.branches import Course, branches_of
 from shellmb.schemes.base import END, Levels, Resulting, Scheme, Tangent, Values
 from shellmb.schemes.notation import PathPage
 from shellmb.schemes.residuals.forces import bow_energy, path_forces, path_term
 from shellmb.schemes.residuals.pathpoints import at_points, of_general_strains
 from shellmb.schemes.residuals.residual import Instants, Sample, StageForms, acting, averaged
 from shellmb.schemes.residuals.rows import NAMES, PathStates, both_rows, constants
-from shellmb.schemes.residuals.strainrates import over_path
+from shellmb.schemes.residuals.strainrates import Mixed, over_path, renew
 from shellmb.schemes.residuals.weights import path_pairs
 
 
@@ -60,10 +61,12 @@ class PathForms:
         step: The same with what rows of mixed sections need.
         states: Functions that must follow the unknown ones.
         dt: Length of the step.
+        branches: Maxwell branches of the body; None: none.
     """
 
     def __init__(self, body: Body, scheme: PathScheme, levels: Levels, dt: fem.Constant) -> None:
         self._body, self._scheme, self._levels, self.dt = body, scheme, levels, dt
+        self.branches = branches_of(body)
         self._mesh, page, alpha = levels.q.function_space.mesh, scheme.page, scheme.alpha
         unknown, (velocity,) = tuple(levels.unknown.values()), levels.scaled.values()
         constant = fem.Constant(self._mesh, float(alpha))
@@ -80,10 +83,16 @@ class PathForms:
         """Residuals of both rows, by the name of their stage."""
         body, result = self._body, {}
         terms, work = path_term(body, self.step), None
+        alpha, sources = (
+            self._scheme.alpha,
+            (self.path.start, self.path.end, self.path.end_velocity),
+        )
+        common = self._scheme.page, self._mesh, alpha, self.states.functions, sources, self.dt
+        if self.branches is not None:
+            course = Course(lambda *m: over_path(*common, Mixed(*m)), renew, alpha, True)
+            terms.append(self.branches.term(course, *body.mixed.arguments))
         if body.damping is not None:
-            alpha, states = self._scheme.alpha, self.states.functions
-            sources = self.path.start, self.path.end, self.path.end_velocity
-            along = over_path(self._scheme.page, self._mesh, alpha, states, sources, self.dt)
+            along = over_path(*common)
             terms.append(body.damping.term(along, *body.mixed.arguments))
             work = body.damping.work(along)
         # derivatives by functions that follow the unknown states have one kernel for both of these

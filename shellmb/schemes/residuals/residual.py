@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any, cast
 
 import numpy as np
@@ -15,6 +15,7 @@ from shellmb.errors import SceneError
 from shellmb.forms.steps.discrete import stress_average
 from shellmb.forms.steps.mixed import Interval
 from shellmb.model.body import Body, JumpForms, LoadFactors, Rates, Term, TimeFunction
+from shellmb.model.sections.branches import Course, MaxwellBranches, branches_of
 from shellmb.schemes.base import (
     END,
     GAUSS_TIMES,
@@ -33,7 +34,7 @@ from shellmb.schemes.residuals.forces import (
     velocity_constraint,
 )
 from shellmb.schemes.residuals.rows import PathStates, Span
-from shellmb.schemes.residuals.strainrates import over_interval
+from shellmb.schemes.residuals.strainrates import Mixed, over_interval, renew
 
 # instants of a step and their weights
 Instants = tuple[tuple[float, float], ...]
@@ -166,11 +167,13 @@ class IntervalForms:
     Attributes:
         stages: Residuals by the names of their stages.
         advance: Rates at the end of the step.
+        branches: Maxwell branches of the body; None: none.
     """
 
     def __init__(self, body: Body, scheme: Scheme, levels: Levels, dt: fem.Constant) -> None:
         self._body, self._levels, self._scheme, self._dt = body, levels, scheme, dt
-        self.stages = stage_forms(body, scheme, levels, dt)
+        self.branches = branches_of(body) if scheme.dynamic else None
+        self.stages = stage_forms(body, scheme, levels, dt, self.branches)
         self.advance = scheme.advance
         stage = self.stages[END].stage
         self._share = 1.0 if stage is None else stage.share
@@ -231,7 +234,11 @@ class IntervalForms:
 
 
 def stage_forms(
-    body: Body, scheme: Scheme, levels: Levels, dt: fem.Constant
+    body: Body,
+    scheme: Scheme,
+    levels: Levels,
+    dt: fem.Constant,
+    branches: MaxwellBranches | None = None,
 ) -> dict[str, StageForms]:
     """Residuals of all stages of a scheme for one body.
 
@@ -240,6 +247,7 @@ def stage_forms(
         scheme: The scheme.
         levels: The body's functions.
         dt: Length of the step.
+        branches: Maxwell branches of the body; None: none.
     """
     result = {}
     unknowns = [levels.unknown[name] for name in scheme.stages]
@@ -256,22 +264,30 @@ def stage_forms(
         unknown = levels.unknown[name]
         space = unknown.function_space
         dq, trial = ufl.TestFunction(space), ufl.TrialFunction(space)
-        before = None if body.damping is None else levels.q
+        resists = body.damping is not None or branches is not None
+        before = levels.q if resists else None
         span = span_of(body, levels, stage, name)
         sub = Span(span, unknowns, number, at[name].span if linear else None, before)
         internal, terms = sub_forces(body, sub, dq, trial)
         work = None
-        if body.damping is not None and stage.rates is not None:
+        if resists and stage.rates is not None:
             if sub.between is None or len(unknowns) > 2:
+                what = "a damping" if branches is None else "a relaxation"
                 raise SceneError(
-                    f"'{body.name}': its section has a damping; scheme '{scheme.name}' does not "
+                    f"'{body.name}': its section has {what}; scheme '{scheme.name}' does not "
                     "take strains from one state to another, so it must be without, or the scheme "
                     "another, as 'ep', 'ed', 'ep4' or 'ed3'"
                 )
             place = len(unknowns), number
-            along = over_interval(space.mesh, sub.between, place, dt, linear)
-            terms = [*terms, body.damping.term(along, [dq], trial)]
-            work = body.damping.work(along) if name == END else None
+            over = partial(over_interval, space.mesh, sub.between, place, dt, linear)
+            if branches is not None:
+                alpha, several = scheme.dissipation()[0], len(unknowns) > 1
+                course = Course(lambda *m, over=over: over(Mixed(*m)), renew, alpha, several)
+                terms = [*terms, branches.term(course, [dq], trial)]
+            if body.damping is not None:
+                along = over()
+                terms = [*terms, body.damping.term(along, [dq], trial)]
+                work = body.damping.work(along) if name == END else None
         if internal is not None and linear:
             internal = change(internal, levels)
         inertia = None if stage.rate is None else body.inertia(stage.rate, dq)

@@ -1,14 +1,19 @@
-"""Rates of strains over a step, their weights as Constants, eq. (D1) of `forms.steps.damping`."""
+"""Rates of strains over a step, their weights as Constants, eq. (D1) of `forms.steps.damping`.
 
-from collections.abc import Iterable
-from typing import Any
+And stresses of other combinations of the same two, eq. (V3) of `forms.steps.relaxation`.
+"""
+
+from collections.abc import Iterable, Iterator, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
+from dolfinx import fem
 from ufl.core.expr import Expr
+from ufl.corealg.traversal import traverse_unique_terminals
 
 from shellmb.arrays import Floats
 from shellmb.forms.steps.damping import Straining
-from shellmb.forms.steps.path import Moment, Rows, Stress
+from shellmb.forms.steps.path import Moment, Pair, Rows, Stress
 from shellmb.schemes.interval import A, B
 from shellmb.schemes.notation import De, MomentWeights, PathPage, SlopeWeights, e, lin, x, z
 from shellmb.schemes.residuals.rows import both_rows, bound, constants, moment_of
@@ -29,23 +34,35 @@ BEHIND = e(B + z) - e(B)
 # state at the start, and the unknown ones of the rows P0 and P1
 type Sources = tuple[Expr, Expr, Expr]
 
-# what the rows of a scheme of one and of two sub-intervals see, the shares of the unknown states in
-# x, D, z, y there, and what the work (D2) is of
-ROWS: dict[tuple[int, int], MomentWeights] = {
-    (1, 0): CHANGE,
-    (2, 0): 4 * CHANGE + BEHIND,
-    (2, 1): CHANGE + BEFORE,
-}
+# shares of the stresses S_0 and S_1 in the rows of a scheme of one and of two sub-intervals, those
+# of the unknown states in x, D, z, y there, and the change of the strain over the step with its bow
+ROWS: dict[tuple[int, int], tuple[float, ...]] = {(1, 0): (1,), (2, 0): (1, -1), (2, 1): (1, 0)}
 SHARES: dict[tuple[int, int], list[Floats]] = {
     (1, 0): [LAST],
     (2, 0): [LAST - z, z],
     (2, 1): [FIRST + z, LAST],
 }
-WORKS: dict[tuple[int, int], list[MomentWeights]] = {
+CHANGES: dict[tuple[int, int], list[MomentWeights]] = {
     (1, 0): [CHANGE],
-    (2, 0): [CHANGE + BEHIND, CHANGE],
-    (2, 1): [CHANGE + BEFORE, BEFORE],
+    (2, 0): [CHANGE + BEHIND, -1 * CHANGE],
+    (2, 1): [CHANGE + BEFORE, -1 * BEFORE],
 }
+
+
+class Mixed(NamedTuple):
+    """Strains of the stresses S_0 and S_1.
+
+    Args:
+        weights: Weights of the change of the strain and of its bow, shape (2, 2).
+        given: Strains that are added; none: nothing is.
+    """
+
+    weights: Floats
+    given: Sequence[Expr] = ()
+
+
+# the rate times the step, eq. (D1)
+RATE = Mixed(np.diag([1.0, 3.0]))
 
 
 def over_interval(
@@ -54,6 +71,7 @@ def over_interval(
     place: tuple[int, int],
     dt: Expr,
     linear: bool,
+    mixed: Mixed = RATE,
 ) -> Straining:
     """The row of a sub-interval.
 
@@ -63,8 +81,9 @@ def over_interval(
         place: Number of sub-intervals, and which of them it is.
         dt: Length of the step.
         linear: Whether strains are linear.
+        mixed: Strains of the stresses.
     """
-    n = 1 + place[0]
+    n, row = 1 + place[0], ROWS[place]
 
     def weights(strain: MomentWeights) -> MomentWeights:
         return lin(strain.linear) if linear else strain
@@ -75,12 +94,15 @@ def over_interval(
         parts = [c * state for c, state in zip(numbers, states[1:n], strict=True)]
         return sum(parts[1:], parts[0])
 
-    slope, seen = AT_REFERENCE if linear else De(x), weights(ROWS[place])
+    changes = [weights(moment) for moment in CHANGES[place]]
+    slope = AT_REFERENCE if linear else De(x)
+    seen = _sum(np.array(row) @ mixed.weights[: len(row)], changes)
     shares = [float(seen.linear @ share) for share in SHARES[place]]
     pair = _pair(seen, slope, SHARES[place], shares)
-    works = [weights(work) for work in WORKS[place]]
-    change = tuple(moment_of(mesh, work, holder(work)) for work in works)
+    change = tuple(moment_of(mesh, moment, holder(moment)) for moment in changes)
     own = bound(mesh, pair, holder(seen))
+    if mixed.given:
+        own = own._replace(moment=own.moment._replace(given=_given(row, mixed.given)))
     stress = Stress(own.moment, (own.slope,), None)
     return Straining(Rows(states, (stress,), ((own,),), place[1:], n), change, dt)
 
@@ -92,6 +114,7 @@ def over_path(
     states: tuple[Expr, ...],
     sources: Sources,
     dt: Expr,
+    mixed: Mixed = RATE,
 ) -> Straining:
     """The rows of a step that is quadratic in time.
 
@@ -102,6 +125,7 @@ def over_path(
         states: Mean, chord, bow and mean velocity of the path.
         sources: State at the start, and the unknown ones of both rows.
         dt: Length of the step.
+        mixed: Strains of the stresses.
     """
     change, shares = 2.0 * page.strains(0.0)[1], page.states(alpha)[:, UNKNOWN].T
     # resultants are S_0 and S_1 of (Q3): what of S_i and of them the bow and the change are
@@ -112,8 +136,9 @@ def over_path(
         parts = [c * q for c, q in zip(constants(mesh, weights), sources, strict=True)]
         return sum(parts[1:], parts[0])
 
-    own = held[0], 3 * held[1]
-    seen = list(zip((change, 3.0 * page.bow), own, strict=True))
+    own = mixed.weights @ held
+    moments = [_sum(row, (change, page.bow)) for row in mixed.weights]
+    seen = list(zip(moments, own, strict=True))
     pairs = [
         [_pair(moment, slope, shares, w[1:]) for (moment, w), slope in zip(seen, row, strict=True)]
         for row in (page.slopes(0), page.slopes(1))
@@ -121,7 +146,44 @@ def over_path(
     works: tuple[Moment, ...] = tuple(
         moment_of(mesh, *both) for both in zip((change, page.bow), map(holder, held), strict=True)
     )
-    return Straining(both_rows(mesh, states, pairs, [holder(w) for w in own]), works, dt)
+    like = [_sum(np.abs(row), map(abs, (change, page.bow))) for row in mixed.weights]
+    rows = both_rows(mesh, states, pairs, [holder(w) for w in own], like)
+    return Straining(rows if not mixed.given else _with(rows, mixed.given), works, dt)
+
+
+def _with(rows: Rows, given: Sequence[Expr]) -> Rows:
+    """Both rows with strains that are added."""
+
+    def added[T: (Stress, Pair)](items: Sequence[T]) -> tuple[T, ...]:
+        pairs = zip(items, given, strict=True)
+        return tuple(i._replace(moment=i.moment._replace(given=e)) for i, e in pairs)
+
+    return rows._replace(stresses=added(rows.stresses), pairs=tuple(map(added, rows.pairs)))
+
+
+def _given(row: Sequence[float], strains: Sequence[Expr]) -> Expr:
+    parts = [c * e for c, e in zip(row, strains, strict=False) if c]
+    return sum(parts[1:], parts[0])
+
+
+def _sum(weights: Iterable[float], moments: Iterable[MomentWeights]) -> MomentWeights:
+    parts = [float(w) * m for w, m in zip(weights, moments, strict=False)]
+    return sum(parts[1:], parts[0])
+
+
+def renew(rows: Rows, other: Rows) -> None:
+    """Take the numbers of other rows, of the same kind."""
+    for mine, its in zip(_constants(rows), _constants(other), strict=True):
+        mine.value[...] = its.value
+
+
+def _constants(item: Any) -> Iterator[Any]:
+    """Constants of rows, in the order in which these were made."""
+    if isinstance(item, Expr):
+        yield from (c for c in traverse_unique_terminals(item) if isinstance(c, fem.Constant))
+    elif isinstance(item, tuple | dict):
+        for part in item.values() if isinstance(item, dict) else item:
+            yield from _constants(part)
 
 
 def _pair(

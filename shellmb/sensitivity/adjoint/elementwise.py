@@ -61,7 +61,7 @@ def changes(model: ShellModel, name: str) -> list[Change]:
     for offset, weight in FOURTH:
         section = changed(model.shell, name, _moved(offset * size))
         shell, domain = replace(model.shell, section=section), model.mixed.space.mesh
-        bound = bind_section(shell, domain, model.tying, model.section)
+        bound = bind_section(shell, domain, model.tying, model.section, model.mass is None)
         every = replace(shell, rotary_inertia=True, eccentric_inertia=True)
         weighed = None if model.mass_of_section is None else bind_mass(every, domain)
         mass = None if model.mass is None else bind_mass(shell, domain)

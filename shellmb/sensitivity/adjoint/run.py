@@ -185,6 +185,7 @@ def _refuse(scene: Scene, places: Sequence[ElementField]) -> None:
     check_probes(scene)
     said = {
         "follows a static path": scene.path,
+        "has sections that relax": any(b.section.relaxes for b in scene.meshed),
         "has events": scene.all_events,
         "has contact with the faces of a shell": [
             c for c in scene.contacts if isinstance(c.obstacle, Faces)

@@ -1,0 +1,305 @@
+"""Relaxation of a body: strains of the springs of its Maxwell branches, and their stresses."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import reduce
+from typing import Any, NamedTuple
+
+from mpi4py import MPI
+
+import basix.ufl
+import numpy as np
+import ufl
+from dolfinx import fem, mesh
+from ufl import Form
+from ufl.core.expr import Expr
+
+from shellmb.arrays import Floats
+from shellmb.forms.measure import Measure
+from shellmb.forms.state import Layout
+from shellmb.forms.steps.damping import Straining
+from shellmb.forms.steps.path import Moment, Rows, moment_of
+from shellmb.forms.steps.relaxation import Branch
+from shellmb.meshes.shared import space_on
+from shellmb.model.body import Term
+from shellmb.model.row_terms import path_terms
+from shellmb.model.row_terms import together as joined
+from shellmb.native.expressions import compiled_expression
+from shellmb.native.kernels import compiled
+from shellmb.native.programs.tables import points_of
+
+# relaxation time [s], and whether the branch is relaxed at the start
+type Key = tuple[float, bool]
+
+
+class Means(NamedTuple):
+    """Mean and first moment of a spring's strain over a step, eq. (V3).
+
+    Args:
+        matrix: Both from the strain at the start, its change and its bow, shape (2, 3).
+        ratio: Length of the step over the relaxation time.
+    """
+
+    matrix: Floats
+    ratio: float
+
+
+def means(ratio: float, alpha: float, bows: bool) -> Means:
+    """Mean and first moment over a step, eq. (V3).
+
+    Args:
+        ratio: Length of the step over the relaxation time.
+        alpha: Dissipation of the scheme.
+        bows: Whether its steps have a bow.
+    """
+    if not bows:
+        return Means(np.array([[1, 0.5, 0], [0, 0, 0]]) / (1 + ratio / 2), ratio)
+    left = np.array([[1 + ratio / 2, -ratio / 6], [ratio / 2, 1 + alpha * ratio / 6]])
+    return Means(np.linalg.solve(left, [[1, 0.5, -0.5], [0, 0.5, alpha / 2]]), ratio)
+
+
+class Fading(NamedTuple):
+    """A strain with the branches that have one stiffness but for factors.
+
+    Args:
+        strain: The strain.
+        C: Stiffness, shape (n, n).
+        branches: Factors on it, by time and whether the branch begins relaxed.
+        dx: The rule of its integrals.
+        mesh: The mesh.
+    """
+
+    strain: Measure
+    C: Expr
+    branches: Mapping[Key, float]
+    dx: ufl.Measure
+    mesh: mesh.Mesh
+
+
+class Course(NamedTuple):
+    """A scheme's step, as branches see it.
+
+    Args:
+        rows: Makes the rows with a mixture of the change of the strain and its bow, and strains
+            that are added.
+        renew: Gives rows the numbers of others.
+        alpha: Dissipation.
+        bows: Whether its steps have a bow.
+    """
+
+    rows: Callable[[Floats, Sequence[Expr]], Straining]
+    renew: Callable[[Rows, Rows], None]
+    alpha: float
+    bows: bool
+
+
+class MaxwellBranches:
+    """The branches of a body.
+
+    Args:
+        name: Name for the columns of histories.
+        layout: Parts of the body's state.
+        fading: Its strains with branches.
+    """
+
+    def __init__(self, name: str, layout: Layout, fading: Sequence[Fading]) -> None:
+        self.name, self._layout = f"{name}.relaxation", layout
+        self._groups = [_Group(one) for one in fading]
+
+    def term(self, course: Course, tests: Sequence[Expr], trial: Expr) -> Term:
+        """Forces in the rows of a step, with their derivatives; called once for each stage."""
+        return reduce(
+            joined, [group.term(self._layout, course, tests, trial) for group in self._groups]
+        )
+
+    def begin(self, q: fem.Function) -> None:
+        """Take the start: springs of branches that are not relaxed have all of the strain there."""
+        for group in self._groups:
+            group.begin(q)
+
+    def prepare(self, dt: float) -> None:
+        """Set the numbers of a step of a length [s]."""
+        for group in self._groups:
+            group.prepare(dt)
+
+    def accept(self) -> None:
+        """Take the strains at the end of the step that was solved."""
+        for group in self._groups:
+            group.accept()
+
+    def energy(self) -> float:
+        """Energy of the springs at the accepted state, J; collective."""
+        return self._sum([group.energy() for group in self._groups])
+
+    def loss(self) -> tuple[float, float]:
+        """Energy that the scheme and the branches dissipate in the step just solved, J."""
+        found = [group.loss() for group in self._groups]
+        first, second = (self._sum([pair[k] for pair in found]) for k in (0, 1))
+        return first, second
+
+    def mean(self) -> Expr:
+        """Mean of the stresses of the branches over the step, as of the strains."""
+        found = [group.mean() for group in self._groups]
+        return sum(found[1:], found[0])
+
+    def _sum(self, parts: Sequence[float]) -> float:
+        return float(self._groups[0].comm.allreduce(sum(parts), op=MPI.SUM))
+
+    def kept(self) -> Iterator[tuple[str, dict[str, Floats], fem.FunctionSpace]]:
+        """Strains of the springs, which a restart needs, with their space and a name."""
+        for k, group in enumerate(self._groups):
+            yield f"{self.name}/{k}", {str(i): X for i, X in enumerate(group.values)}, group.space
+
+
+class _Group:
+    """Branches of a strain.
+
+    Attributes:
+        values: Strains of the springs at the points, shape (branches, local dofs).
+    """
+
+    def __init__(self, fading: Fading) -> None:
+        self._strain, self._dx = fading.strain, fading.dx
+        self._section = Branch(fading.C)
+        self._times = np.array([time for time, _ in fading.branches])
+        self._relaxed = [relaxed for _, relaxed in fading.branches]
+        self._factors = np.array(list(fading.branches.values()))
+        (integral,) = (ufl.as_ufl(1.0) * fading.dx).integrals()
+        rule, domain = points_of(integral), fading.mesh
+        self._points, self._size = rule.places[0], int(fading.C.ufl_shape[0])
+        element = basix.ufl.quadrature_element(
+            domain.basix_cell(), (self._size,), points=self._points, weights=rule.weights
+        )
+        self._domain, self.comm = domain, domain.comm
+        self.space = space_on(domain, element)
+        topology = domain.topology
+        self._cells = np.arange(len(domain.geometry.dofmaps[0]), dtype=np.int32)
+        dofs = self.space.dofmap.list[self._cells]
+        self._dofs = dofs[..., None] * self._size + np.arange(self._size)
+        own = topology.index_map(topology.dim).size_local
+        self._own = slice(0, own)
+        # through its values at the points, so that resultants can be read elsewhere
+        degree = round(len(self._points) ** (1 / topology.dim)) - 1 if _tensor(domain) else 2
+        single = basix.ufl.element("P", domain.basix_cell(), degree, discontinuous=True)
+        at_nodes = space_on(domain, basix.ufl.blocked_element(single, shape=(self._size,)))
+        table = single.basix_element.tabulate(0, self._points)[0, :, :, 0]
+        self._through = np.linalg.inv(table)
+        self._nodes = at_nodes.dofmap.list[self._cells][..., None] * self._size
+        self._nodes = self._nodes + np.arange(self._size)
+        self._given = fem.Function(at_nodes), fem.Function(at_nodes)
+        weights = fem.assemble_vector(compiled(ufl.TestFunction(self.space)[0] * fading.dx))
+        weighed = weights.array[self._dofs[:own, :, 0]]
+        flat = ufl.as_vector([fading.C[i, j] for i in range(self._size) for j in range(self._size)])
+        C = self._at_points(flat)[:own].reshape(*weighed.shape, self._size, self._size)
+        self._weighed = weighed[..., None, None] * C / 2
+        self.values = np.zeros((len(self._times), fem.Function(self.space).x.array.size))
+        self._rows: list[tuple[Straining, Course]] = []
+        self._dt = 0.0
+        self._found: tuple[Floats, Floats, Floats, Floats] | None = None
+
+    def _at_points(self, value: Expr) -> Floats:
+        """Values at the points, shape (cells, points, size)."""
+        found = compiled_expression(value, self._points).eval(self._domain, self._cells)
+        return np.asarray(found).reshape(len(self._cells), len(self._points), -1)
+
+    def _change(self, moment: Moment) -> Any:
+        states = self._rows[-1][0].rows
+        value = moment_of(self._strain, moment, states.states[: states.moving])
+        return compiled_expression(value, self._points)
+
+    def term(self, layout: Layout, course: Course, tests: Sequence[Expr], trial: Expr) -> Term:
+        """Forces in the rows of a step."""
+        along = course.rows(self._mixture(1.0, course)[0], self._given)
+        self._rows.append((along, course))
+        self._changes = [self._change(moment) for moment in along.change]
+
+        def integrate(densities: Sequence[Expr]) -> Form:
+            return densities[0] * self._dx
+
+        return path_terms(self._section, layout, self._strain, along.rows, tests, trial, integrate)
+
+    def mean(self) -> Expr:
+        """Mean of the stresses over the step."""
+        rows = self._rows[-1][0].rows
+        e = moment_of(self._strain, rows.stresses[0].moment, rows.states[: rows.moving])
+        return self._section.C * e
+
+    def _means(self, dt: float, course: Course) -> list[Means]:
+        return [means(dt / time, course.alpha, course.bows) for time in self._times]
+
+    def _mixture(self, dt: float, course: Course) -> tuple[Floats, Floats]:
+        """Weights of change and bow in both stresses, and of the branches' strains, (2, n)."""
+        found = [f * m.matrix for f, m in zip(self._factors, self._means(dt, course), strict=True)]
+        return np.sum(found, axis=0)[:, 1:], np.array([m[:, 0] for m in found]).T
+
+    def begin(self, q: fem.Function) -> None:
+        found = self._scattered(self._at_points(self._strain.value(q)))
+        for values, relaxed in zip(self.values, self._relaxed, strict=True):
+            values[:] = 0.0 if relaxed else found
+
+    def _scattered(self, values: Floats) -> Floats:
+        out = np.zeros(self.values.shape[1])
+        out[self._dofs] = values
+        return out
+
+    def prepare(self, dt: float) -> None:
+        self._found = None
+        for along, course in self._rows if dt != self._dt else ():
+            mixture, self._shares = self._mixture(dt, course)
+            course.renew(along.rows, course.rows(mixture, self._given).rows)
+            self._steps = self._means(dt, course)
+        self._dt = dt
+        for function, shares in zip(self._given, self._shares, strict=True):
+            at = (shares @ self.values)[self._dofs]
+            function.x.array[self._nodes] = np.einsum("np,cpi->cni", self._through, at)
+
+    def _solved(self) -> tuple[Floats, Floats, Floats, Floats]:
+        """Mean, first moment, bow and change of the springs' strains over the step just solved."""
+        if self._found is None:
+            self._found = self._of_step()
+        return self._found
+
+    def _of_step(self) -> tuple[Floats, Floats, Floats, Floats]:
+        found = [
+            self._scattered(
+                np.asarray(change.eval(self._domain, self._cells)).reshape(self._dofs.shape)
+            )
+            for change in self._changes
+        ]
+        first, bow = found if len(found) > 1 else (found[0], np.zeros_like(found[0]))
+        given = np.array([np.stack([X, first, bow]) for X in self.values])
+        both = np.array([m.matrix @ g for m, g in zip(self._steps, given, strict=True)])
+        ratios = np.array([m.ratio for m in self._steps])[:, None]
+        mean, moment = both[:, 0], both[:, 1]
+        return mean, moment, bow - ratios / 3 * moment, first - ratios * mean
+
+    def accept(self) -> None:
+        self.values += self._solved()[3]
+
+    def _norms(self, values: Floats) -> Floats:
+        """Halves of the products of strains of all branches with their stresses, J."""
+        at = values[:, self._dofs[self._own]]
+        return self._factors * np.einsum("bcpi,cpij,bcpj->b", at, self._weighed, at)
+
+    def energy(self) -> float:
+        return float(self._norms(self.values).sum())
+
+    def loss(self) -> tuple[float, float]:
+        mean, moment, bow, _ = self._solved()
+        course = self._rows[-1][1]
+        ratios = np.array([m.ratio for m in self._steps])
+        spent = 2 * ratios * (self._norms(mean) + self._norms(moment) / 3)
+        scheme = course.alpha * self._norms(bow) if course.bows else np.zeros(1)
+        return float(scheme.sum()), float(spent.sum())
+
+
+def branches_of(body: Any) -> MaxwellBranches | None:
+    """New Maxwell branches of a body; None without any."""
+    make = getattr(body, "branches", None)
+    found: MaxwellBranches | None = None if make is None else make()
+    return found
+
+
+def _tensor(domain: mesh.Mesh) -> bool:
+    return str(domain.topology.cell_name()) != "triangle"
