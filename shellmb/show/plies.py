@@ -48,7 +48,7 @@ def plies(
         raise SceneError(
             f"{who} has no field {missing[0] if missing else 'interlaminar_1'}; the scene must "
             "have Output(fields=('N', 'M', 'interlaminar')), and the section must be linear and "
-            "without natural strains where it has plies"
+            "without relaxation, and without natural strains where it has plies"
         )
     state = data.sel({fields.along: fields.nearest(t)}, method="nearest")
     place, nodes, weights = _surrounding(fields, shell.name, at, who)

@@ -288,8 +288,8 @@ class Isotropic(LinearSection):
         shear = self.E / (2 * (1 + self.nu))
         plane = lamination.plane_stress(self.E, self.E, self.nu, shear)
         thickness = value("thickness", self.thickness, "positive")
-        own = {"strength": self.strength, "relaxation": self.relaxation}
-        return (Layer(plane, shear * np.eye(2), self.density, thickness, **own),)
+        transverse, own = shear * np.eye(2), (self.strength, self.relaxation)
+        return (Layer(plane, transverse, self.density, thickness, 0.0, *own),)
 
 
 def check_stable(what: str, E1: float, E2: float, nu12: float) -> None:
@@ -356,8 +356,8 @@ class Orthotropic(LinearSection):
         plane = lamination.plane_stress(self.E1, self.E2, self.nu12, self.G12)
         transverse = np.diag([self.G13, self.G23])
         thickness = value("thickness", self.thickness, "positive")
-        own = {"strength": self.strength, "relaxation": self.relaxation}
-        layer = Layer(plane, transverse, self.density, thickness, **own)
+        own = self.strength, self.relaxation
+        layer = Layer(plane, transverse, self.density, thickness, 0.0, *own)
         return (layer.turned(value("angle", self.angle, None)),)
 
 

@@ -1,0 +1,1 @@
+"""Verification of shells in motion: large rotations, flights, and what loads leave behind."""
