@@ -79,7 +79,7 @@ class SceneMotion(Trials):
     only, so that the scheme must be dynamic.
 
     Args:
-        scene: The scene; the `sm.Input`s in it are what a partner may set.
+        scene: The scene; a partner may set each `sm.Input` in it.
         comm: Communicator; None: all ranks, which call everything together.
 
     Attributes:
