@@ -21,6 +21,10 @@ ATTEMPTS = ((1.0, 4), (1.37, 4), (1.0, 2), (0.71, 3), (1.21, 2))
 # damping's time, and Arnoldi's method parts them with a large basis only.
 CROWDED = ((1.0, 16), (1.37, 16))
 
+# eigenvalues below this part of the shift are zero: a double one, as of a free rotation, is found
+# to the square root of round-off
+NEUTRAL = 3e-3
+
 # iterations of each; what does not crowd takes ten
 MOST = 100
 
