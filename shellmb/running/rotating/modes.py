@@ -16,8 +16,15 @@ from shellmb.model.model import Model
 from shellmb.native.assembler import assembled_as
 from shellmb.running.natural_modes.vibration import Shape, nodal_shape, parts_of, scaled
 from shellmb.running.rotating.linearised import Linearised
-from shellmb.running.rotating.quadratic import NEUTRAL, Pair, product, solve_quadratic, turned
-from shellmb.running.rotating.relaxing import STILL, Relaxing
+from shellmb.running.rotating.quadratic import (
+    NEUTRAL,
+    STILL,
+    Pair,
+    Relaxing,
+    product,
+    solve_quadratic,
+    turned,
+)
 from shellmb.running.rotating.rigid import FreeMotions
 from shellmb.running.rotating.steady import SteadyRotation
 
