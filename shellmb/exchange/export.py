@@ -94,6 +94,11 @@ def export_fmu(
             f"export: the package {package} is missing; install it by the extra 'exchange', "
             "`pip install 'shellmb[exchange]'`"
         )
+    if not isinstance(scene, str):
+        raise SceneError(
+            f"export: scene is a {type(scene).__name__}; it must be the name of a bundled scene, "
+            "or the path of a Python file, which an FMU takes with it"
+        )
     module = load(scene)
     built = module.build(parameters)
     motion = SceneMotion(built)

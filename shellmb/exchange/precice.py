@@ -46,6 +46,7 @@ def couple_precice(
     Raises:
         SceneError: If pyprecice is missing, or the scene cannot be stepped.
     """
+    plain = SceneMotion(scene)
     try:
         precice: Any = importlib.import_module("precice")
     except ImportError as error:
@@ -53,7 +54,6 @@ def couple_precice(
             f"couple_precice: pyprecice cannot be imported ({error}); install the library preCICE "
             "3 and `pip install pyprecice`"
         ) from None
-    plain = SceneMotion(scene)
     rows, points = _free_nodes(plain, body)
     forces = [
         PointForce(x, e, body=body, time=Input(f"{body}.{row}.{c}", linear=True))

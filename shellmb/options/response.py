@@ -7,13 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-import numpy as np
-
-from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.options.described import option, options_of, read
 from shellmb.options.modes import numbers
-from shellmb.scene.values.validate import show
 
 Quantity = Literal["displacement", "velocity", "acceleration"]
 STATES = ("rest", "equilibrium")
@@ -30,7 +26,8 @@ def grid(text: str) -> list[float]:
         return numbers("--frequencies")(text)
     try:
         first, last, count = text.split(":")
-        return [float(f) for f in np.linspace(float(first), float(last), int(count))]
+        low, high, steps = float(first), float(last), int(count) - 1
+        return [low + (high - low) * k / max(steps, 1) for k in range(steps + 1)]
     except ValueError:
         raise SceneError(f"{RANGE}; it is {text!r}") from None
 
@@ -46,6 +43,8 @@ def curves(text: str) -> dict[str, Any]:
     Raises:
         SceneError: If there is no such file, or it holds no two columns.
     """
+    import numpy as np
+
     found: dict[str, Any] = {}
     for part in names(text):
         name, _, value = part.partition("=")
@@ -111,12 +110,10 @@ class LinearOptions:
         """
         if self.at is not None and not self.timed and self.at not in STATES:
             raise SceneError(
-                f"{what}: at is {show(self.at)}; it must be 'rest', 'equilibrium' or a time"
+                f"{what}: at is {self.at!r}; it must be 'rest', 'equilibrium' or a time"
             )
         if self.state is not None and isinstance(self.at, str):
-            raise SceneError(
-                f"{what}: at is {show(self.at)} and a state is given; give one of them"
-            )
+            raise SceneError(f"{what}: at is {self.at!r} and a state is given; give one of them")
         still = self.rate is None and self.state is None and not self.timed
         if still and (self.axis is not None or self.about is not None):
             raise SceneError(f"{what}: axis and about are given without rate; give rate, too")
@@ -178,91 +175,6 @@ class ResponseOptions:
         parse=curves,
     )
 
-    def check(self) -> None:
-        """Refuse what makes no sense.
-
-        Raises:
-            SceneError: Names the option, its value, and what would be right.
-        """
-        given = _floats("frequencies", () if self.frequencies is None else self.frequencies)
-        if not len(given) or given[0] < 0 or np.any(np.diff(given) <= 0):
-            raise SceneError(
-                f"response: frequencies are {_some(given) or None}; they must be one or more "
-                "numbers in Hz, from 0 on, each larger than the one before"
-            )
-        if self.damping is not None:
-            ratios = np.atleast_1d(_floats("damping", self.damping))
-            if self.modes is None:
-                raise SceneError(
-                    f"response: damping is {_some(ratios)} without modes; give modes, whose "
-                    "ratios these are, or leave it out: the scene's own damping acts"
-                )
-            if np.any(ratios < 0) or np.any(ratios >= 1) or len(ratios) not in (1, self.modes):
-                raise SceneError(
-                    f"response: damping is {_some(ratios)}; it must be one ratio from 0 to 1, or "
-                    f"one for each of the {self.modes} modes"
-                )
-        for name, curve in (self.psd or {}).items():
-            curve_of(curve, f"psd of '{name}'")
-        for name, curve in (self.spectrum or {}).items():
-            curve_of(curve, f"spectrum of '{name}'")
-            if not name.startswith("base."):
-                raise SceneError(
-                    f"response: spectrum is given for {name!r}; it must be of base.x, base.y or "
-                    "base.z"
-                )
-        if self.spectrum is not None and self.modes is None:
-            raise SceneError(
-                "response: spectrum is given without modes; give modes, which it acts on"
-            )
-
-
-def curve_of(curve: Any, said: str) -> tuple[Floats, Floats]:
-    """Frequencies and values of a curve; a number is one that is the same everywhere.
-
-    Args:
-        curve: A number, or frequencies [Hz] and values.
-        said: What it is, for messages.
-
-    Raises:
-        SceneError: If it is none, values are negative, or frequencies do not increase.
-    """
-    pair: Any = ([0.0], [curve]) if np.ndim(curve) == 0 else curve
-    if len(pair) != 2:
-        raise SceneError(
-            f"response: {said} has {len(pair)} parts; it must be frequencies and values"
-        )
-    f, values = (np.atleast_1d(_floats(said, part)) for part in pair)
-    if len(f) != len(values):
-        raise SceneError(
-            f"response: {said} has {len(f)} frequencies and {len(values)} values; there must be "
-            "as many"
-        )
-    if np.any(values < 0):
-        raise SceneError(f"response: {said} is {values.min():g} somewhere; it must not be negative")
-    if f[0] < 0 or np.any(np.diff(f) <= 0):
-        raise SceneError(
-            f"response: frequencies of {said} are {_some(f)}; they must increase from 0"
-        )
-    return f, values
-
-
-def at_frequencies(curve: Any, f: Floats, said: str) -> Floats:
-    """Values of a curve, in logarithms of both linear, zero outside of it.
-
-    Args:
-        curve: As of `curve_of`.
-        f: Frequencies, Hz.
-        said: What it is, for messages.
-    """
-    given, values = curve_of(curve, said)
-    if np.ndim(curve) == 0:
-        return np.full(len(f), values[0])
-    tiny = np.finfo(float).tiny
-    logs = np.interp(np.log(f + tiny), np.log(given + tiny), np.log(values + tiny))
-    inside = (f >= given[0]) & (f <= given[-1])
-    return np.where(inside, np.exp(logs), 0.0)
-
 
 def take[T](kind: type[T], options: dict[str, Any]) -> T:
     """Take the choices of one kind out of the options of a command or function.
@@ -276,19 +188,3 @@ def take[T](kind: type[T], options: dict[str, Any]) -> T:
     """
     given = read(kind, {one.name: options.pop(one.name, None) for one in options_of(kind)})
     return kind(**{k: v for k, v in given.items() if v is not None})
-
-
-def _floats(name: str, given: Any) -> Floats:
-    try:
-        found = np.asarray(given, dtype=float)
-    except (TypeError, ValueError):
-        found = np.array([np.nan])
-    if not np.all(np.isfinite(found)):
-        raise SceneError(f"response: {name} is {show(given)}; it must be finite numbers")
-    return found
-
-
-def _some(values: Floats) -> str:
-    """Values for a message, not more than a few."""
-    few = ", ".join(f"{v:g}" for v in np.ravel(values)[:6])
-    return few + (", ..." if np.size(values) > 6 else "")

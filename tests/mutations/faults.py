@@ -103,8 +103,8 @@ FAULTS = (
     Fault(
         "coupling of membrane and bending with the wrong sign",
         "shellmb/model/sections/section.py",
-        "fields.of(lambda at: at.B) if _couples",
-        "fields.of(lambda at: -at.B) if _couples",
+        "fields.of(lambda at: at.B) if couples",
+        "fields.of(lambda at: -at.B) if couples",
         (
             f"{DESCRIPTION}[ep-0-1]",
             f"{DESCRIPTION}[ep-0--1]",

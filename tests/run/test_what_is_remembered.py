@@ -164,7 +164,7 @@ def plain(value: Any) -> Any:
 # the state with the largest energy since the run went on: `LinearBodies` scales what it has
 NEWS = {"_shapes"}
 # of accounts, the steps since then, and room for what they leave
-ROOM = {"count", "_mark", "_reactions", "_worst"}
+ROOM = {"count", "mark", "_reactions", "_worst"}
 
 
 @pytest.mark.parametrize("name", SCENES)

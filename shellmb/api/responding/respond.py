@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from shellmb.api.responding.curves import check_response
 from shellmb.api.responding.linearise import scene_and_state
 from shellmb.api.responding.response import Response, find
 from shellmb.api.responding.system import LinearSystem
@@ -51,7 +52,7 @@ def response(
         ConvergenceError: If there is no such state.
     """
     chosen = take(ResponseOptions, options)
-    chosen.check()
+    check_response(chosen)
     if isinstance(scene, LinearSystem):
         extra = [name for name, value in options.items() if value]
         if extra or state is not None or parameters:

@@ -12,10 +12,11 @@ import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 
+from shellmb.api.responding.curves import at_frequencies
 from shellmb.api.responding.system import Complex, LinearSystem, lowest_modes
 from shellmb.arrays import Floats
 from shellmb.errors import SceneError
-from shellmb.options.response import ResponseOptions, at_frequencies
+from shellmb.options.response import ResponseOptions
 
 if TYPE_CHECKING:
     import pandas as pd

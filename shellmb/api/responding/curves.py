@@ -1,0 +1,114 @@
+"""Options of a response looked through, and curves over frequency: densities and spectra."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from shellmb.arrays import Floats
+from shellmb.errors import SceneError
+from shellmb.options.response import ResponseOptions
+from shellmb.scene.values.validate import show
+
+
+def check_response(chosen: ResponseOptions) -> None:
+    """Refuse options that make no sense.
+
+    Args:
+        chosen: The options.
+
+    Raises:
+        SceneError: Names the option, its value, and what would be right.
+    """
+    given = _floats("frequencies", () if chosen.frequencies is None else chosen.frequencies)
+    if not len(given) or given[0] < 0 or np.any(np.diff(given) <= 0):
+        raise SceneError(
+            f"response: frequencies are {_some(given) or None}; they must be one or more "
+            "numbers in Hz, from 0 on, each larger than the one before"
+        )
+    if chosen.damping is not None:
+        ratios = np.atleast_1d(_floats("damping", chosen.damping))
+        if chosen.modes is None:
+            raise SceneError(
+                f"response: damping is {_some(ratios)} without modes; give modes, whose "
+                "ratios these are, or leave it out: the scene's own damping acts"
+            )
+        if np.any(ratios < 0) or np.any(ratios >= 1) or len(ratios) not in (1, chosen.modes):
+            raise SceneError(
+                f"response: damping is {_some(ratios)}; it must be one ratio from 0 to 1, or "
+                f"one for each of the {chosen.modes} modes"
+            )
+    for name, curve in (chosen.psd or {}).items():
+        curve_of(curve, f"psd of '{name}'")
+    for name, curve in (chosen.spectrum or {}).items():
+        curve_of(curve, f"spectrum of '{name}'")
+        if not name.startswith("base."):
+            raise SceneError(
+                f"response: spectrum is given for {name!r}; it must be of base.x, base.y or base.z"
+            )
+    if chosen.spectrum is not None and chosen.modes is None:
+        raise SceneError("response: spectrum is given without modes; give modes, which it acts on")
+
+
+def curve_of(curve: Any, said: str) -> tuple[Floats, Floats]:
+    """Frequencies and values of a curve; a number is one that is the same everywhere.
+
+    Args:
+        curve: A number, or frequencies [Hz] and values.
+        said: What it is, for messages.
+
+    Raises:
+        SceneError: If it is none, values are negative, or frequencies do not increase.
+    """
+    pair: Any = ([0.0], [curve]) if np.ndim(curve) == 0 else curve
+    if len(pair) != 2:
+        raise SceneError(
+            f"response: {said} has {len(pair)} parts; it must be frequencies and values"
+        )
+    f, values = (np.atleast_1d(_floats(said, part)) for part in pair)
+    if len(f) != len(values):
+        raise SceneError(
+            f"response: {said} has {len(f)} frequencies and {len(values)} values; there must be "
+            "as many"
+        )
+    if np.any(values < 0):
+        raise SceneError(f"response: {said} is {values.min():g} somewhere; it must not be negative")
+    if f[0] < 0 or np.any(np.diff(f) <= 0):
+        raise SceneError(
+            f"response: frequencies of {said} are {_some(f)}; they must increase from 0"
+        )
+    return f, values
+
+
+def at_frequencies(curve: Any, f: Floats, said: str) -> Floats:
+    """Values of a curve, in logarithms of both linear, zero outside of it.
+
+    Args:
+        curve: As of `curve_of`.
+        f: Frequencies, Hz.
+        said: What it is, for messages.
+    """
+    given, values = curve_of(curve, said)
+    if np.ndim(curve) == 0:
+        return np.full(len(f), values[0])
+    tiny = np.finfo(float).tiny
+    logs = np.interp(np.log(f + tiny), np.log(given + tiny), np.log(values + tiny))
+    inside = (f >= given[0]) & (f <= given[-1])
+    return np.where(inside, np.exp(logs), 0.0)
+
+
+def _floats(name: str, given: Any) -> Floats:
+    try:
+        found = np.asarray(given, dtype=float)
+    except (TypeError, ValueError):
+        found = np.array([np.nan])
+    if not np.all(np.isfinite(found)):
+        raise SceneError(f"response: {name} is {show(given)}; it must be finite numbers")
+    return found
+
+
+def _some(values: Floats) -> str:
+    """Values for a message, not more than a few."""
+    few = ", ".join(f"{v:g}" for v in np.ravel(values)[:6])
+    return few + (", ..." if np.size(values) > 6 else "")
