@@ -163,6 +163,7 @@ def matrices(
     from mpi4py import MPI
 
     from shellmb.running.rotating.axis import Axis
+    from shellmb.running.rotating.linearised import refuse_relaxation
     from shellmb.running.rotating.steady import SteadyRotation
 
     if MPI.COMM_WORLD.size > 1:
@@ -171,6 +172,7 @@ def matrices(
         )
     wanted = requested(scene, parameters, **elements).scene
     state = SteadyRotation(wanted, Axis((0.0, 0.0, 1.0)), MPI.COMM_SELF, loaded)
+    refuse_relaxation(state.model)
     state.go(0.0)
     found = unknowns_of(state, state.matrices()).free()
     names = {body.name: k for k, body in enumerate(state.model.bodies)}

@@ -146,16 +146,26 @@ def shift_and_invert(solver: Any) -> None:
 
     transform = solver.getST()
     transform.setType(SLEPc.ST.Type.SINVERT)
-    ksp = transform.getKSP()
-    ksp.setType(PETSc.KSP.Type.PREONLY)
+    transform.getKSP().setType(PETSc.KSP.Type.PREONLY)
+    factors_of_mumps(solver, transform.getKSP(), "st_")
+
+
+def factors_of_mumps(owner: Any, ksp: PETSc.KSP, within: str = "") -> None:
+    """Let a solver use factors of MUMPS.
+
+    Args:
+        owner: What has the options: the solver itself, or an eigensolver.
+        ksp: The solver.
+        within: Prefix of the solver's options in the owner's.
+    """
     ksp.getPC().setType(PETSc.PC.Type.LU)
     ksp.getPC().setFactorSolverType("mumps")
-    prefix = new_prefix(solver)
-    solver.setOptionsPrefix(prefix)
+    prefix = new_prefix(owner)
+    owner.setOptionsPrefix(prefix)
     options = PETSc.Options()
     for key, option in MUMPS_OPTIONS.items():
-        options[f"{prefix}st_{key}"] = option
-    solver.setFromOptions()
+        options[f"{prefix}{within}{key}"] = option
+    owner.setFromOptions()
 
 
 def nearest_to_zero(

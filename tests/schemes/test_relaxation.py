@@ -25,21 +25,31 @@ SCHEMES = ("ep", "ed", "ep4", "ed3")
 SLOW = pytest.mark.slow
 
 
-def strip(kind: str, series: sm.Prony | None, nu: float = NU, rho: float = RHO) -> dict[str, Any]:
+def strip(
+    kind: str,
+    series: sm.Prony | None,
+    nu: float = NU,
+    rho: float = RHO,
+    stiffness: float = E,
+    elements: int = 4,
+    thickness: float = 0.02,
+) -> dict[str, Any]:
     """A cantilever strip of 1 m, clamped at its start."""
     own = {"density": rho, "relaxation": series}
     if kind == "beam":
-        bar = sm.RectangularSection(E, nu, width=0.2, height=0.02, **own)
-        body: dict[str, Any] = {"beams": sm.Beam("strip", sm.Line((0, 0, 0), (1, 0, 0)), bar, 4)}
+        bar = sm.RectangularSection(stiffness, nu, width=0.2, height=thickness, **own)
+        body: dict[str, Any] = {
+            "beams": sm.Beam("strip", sm.Line((0, 0, 0), (1, 0, 0)), bar, elements)
+        }
         return body | {"supports": sm.Clamped("start")}
-    section = sm.Isotropic(E, nu, thickness=0.02, **own)
+    section = sm.Isotropic(stiffness, nu, thickness=thickness, **own)
     if kind == "laminate":
         plies = [sm.PlyMaterial(E, E, nu12=nu, G12=G, G13=G, G23=G, density=rho) for G in [E / 2.6]]
         soft = replace(plies[0], relaxation=series)
         other = replace(plies[0], relaxation=sm.Prony(((0.5, 0.2),), "long-term"))
         section = sm.Laminate([sm.Ply(m, 0.005) for m in (soft, plies[0], other)], offset=0.003)
     cell: Any = "tri" if kind == "tri" else "quad"
-    shell = sm.Shell("strip", sm.Rectangle(1.0, 0.2), section, mesh=(4, 1), cell=cell)
+    shell = sm.Shell("strip", sm.Rectangle(1.0, 0.2), section, mesh=(elements, 1), cell=cell)
     return {"shells": shell, "supports": sm.Clamped("left")}
 
 
@@ -77,14 +87,21 @@ def test_the_balance_closes_in_large_motion(kind: str, schemes: tuple[str, ...])
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("series", [None, sm.Prony(SERIES)])
 @pytest.mark.parametrize("kind", ["beam", "quad"])
-def test_orders_are_kept_in_large_motion(kind: str) -> None:
-    """Orders 2, 2, 4, 3, those without relaxation; by regression."""
+def test_orders_are_kept_in_large_motion(kind: str, series: sm.Prony | None) -> None:
+    """Orders 2, 2, 4, 3, with relaxation as without; by regression.
+
+    One soft element, whose vibrations the steps resolve, and a load that grows from zero smoothly:
+    where steps do not resolve all vibrations, EP4 has 3.3 to 3.5 with relaxation and without.
+    """
 
     def end(scheme: str, n: int) -> Any:
-        load = sm.Gravity((0, 0, -60.0), time=lambda t: np.sin(5 * np.pi * t) ** 2)
+        load = sm.Gravity((0, 0, -60.0), time=lambda t: np.sin(5 * np.pi * t) ** 6)
         more = {"dt": 0.2 / n, "t_end": 0.2, "solver": sm.Solver(tolerance=1e-13), **alpha(scheme)}
-        bodies = strip(kind, sm.Prony(SERIES))
+        # steps resolve transverse shear of a shell only where it is thick and soft
+        E1, h = (E / 100, 0.02) if kind == "beam" else (E / 1e4, 0.2)
+        bodies = strip(kind, series, stiffness=E1, elements=1, thickness=h)
         run = Simulation(sm.Scene("s", **bodies, loads=load, scheme=scheme, **more))
         run.run([])
         body = run.model.meshed["strip"]
@@ -92,12 +109,9 @@ def test_orders_are_kept_in_large_motion(kind: str) -> None:
 
     exact = end("ep4", 320)
     for scheme, order in zip(SCHEMES, (2, 2, 4, 3), strict=True):
-        steps = np.array([20, 40, 80])
+        steps = np.array([40, 80, 160] if order < 4 else [20, 40, 80])
         errors = [np.abs(end(scheme, n) - exact).max() for n in steps]
-        slope = -np.polyfit(np.log(steps), np.log(errors), 1)[0]
-        # measured with ep4: slopes of 3.4 and 3.4, as these steps do not resolve all vibrations of
-        # the strip, which ep4 keeps; the branches by themselves are of order 4 (below)
-        assert slope > (3.1 if scheme == "ep4" else order - 0.3), scheme
+        assert -np.polyfit(np.log(steps), np.log(errors), 1)[0] > order - 0.3, scheme
 
 
 @pytest.mark.parametrize(
@@ -218,7 +232,7 @@ BAD |= {
     "has a relaxation; scheme 'generalized-alpha'": lambda: sm.run(
         refused(scheme="generalized-alpha")
     ),
-    "matrices have no relaxation": lambda: sm.matrices(refused()),
+    "and matrices have no relaxation": lambda: sm.matrices(refused()),
 }
 
 

@@ -21,7 +21,7 @@ from shellmb.running.natural_modes.vibration import equilibrium
 from shellmb.running.resuming.reached import state_of_run
 from shellmb.running.rotating.axis import Axis, check_steady, find_axis
 from shellmb.running.rotating.linearised import Linearised
-from shellmb.running.rotating.modes import NEUTRAL
+from shellmb.running.rotating.quadratic import NEUTRAL
 from shellmb.running.rotating.state import STEADY, MovingState, check_state
 from shellmb.running.rotating.steady import SteadyRotation
 from shellmb.scene import Scene

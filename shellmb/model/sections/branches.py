@@ -118,6 +118,11 @@ class MaxwellBranches:
         for group in self._groups:
             group.begin(q)
 
+    def stiffness(self, q: fem.Function) -> Iterator[tuple[float, Form]]:
+        """Time of each branch with its stiffness about a state where it is relaxed."""
+        for group in self._groups:
+            yield from group.stiffness(q)
+
     def prepare(self, dt: float) -> None:
         """Set the numbers of a step of a length [s]."""
         for group in self._groups:
@@ -237,6 +242,13 @@ class _Group:
         found = self._scattered(self._at_points(self._strain.value(q)))
         for values, relaxed in zip(self.values, self._relaxed, strict=True):
             values[:] = 0.0 if relaxed else found
+
+    def stiffness(self, q: fem.Function) -> Iterator[tuple[float, Form]]:
+        space, change = q.function_space, self._strain.change
+        stress = self._section.C * change(q, ufl.TrialFunction(space))
+        work = ufl.inner(stress, change(q, ufl.TestFunction(space))) * self._dx
+        for time, factor in zip(self._times.tolist(), self._factors, strict=True):
+            yield time, fem.Constant(self._domain, float(factor)) * work
 
     def _scattered(self, values: Floats) -> Floats:
         out = np.zeros(self.values.shape[1])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import numpy.typing as npt
@@ -15,13 +16,17 @@ from shellmb.model.model import Model
 from shellmb.native.assembler import assembled_as
 from shellmb.running.natural_modes.vibration import Shape, nodal_shape, parts_of, scaled
 from shellmb.running.rotating.linearised import Linearised
-from shellmb.running.rotating.quadratic import Pair, product, solve_quadratic, turned
+from shellmb.running.rotating.quadratic import (
+    NEUTRAL,
+    STILL,
+    Pair,
+    Relaxing,
+    product,
+    solve_quadratic,
+    turned,
+)
 from shellmb.running.rotating.rigid import FreeMotions
 from shellmb.running.rotating.steady import SteadyRotation
-
-# eigenvalues below this part of the shift are zero: a double one, as of a free rotation, is found
-# to the square root of round-off
-NEUTRAL = 3e-3
 
 # real parts above this part of the shift and of the eigenvalue are no round-off
 UNSTABLE = 1e-5
@@ -135,8 +140,11 @@ def modes_of(rotating: Linearised, count: int, spare: int = 0) -> RotatingModes:
     """
     K, C, M = rotating.matrices()
     free = FreeMotions(rotating, (K, C, M))
-    found = [free.exact(pair) for pair in solve_quadratic(K, C, M, count + spare, rotating.shift)]
-    zero = [pair for pair in found if abs(pair.value) < NEUTRAL * rotating.shift]
+    branches, wanted = rotating.branches(), count + spare
+    neutral, grows = (STILL, STILL) if branches else (NEUTRAL, UNSTABLE)
+    pairs_of = Relaxing(K, C, M, branches).solve if branches else partial(solve_quadratic, K, C, M)
+    found = [free.exact(pair) for pair in pairs_of(wanted, rotating.shift)]
+    zero = [pair for pair in found if abs(pair.value) < neutral * rotating.shift]
     # a double zero is found as a complex pair, of which one is listed, or as two real numbers
     weight = sum(1.0 if pair.value.imag > 0 else 0.5 for pair in zero)
     rigid = int(np.ceil(weight))
@@ -158,8 +166,8 @@ def modes_of(rotating: Linearised, count: int, spare: int = 0) -> RotatingModes:
         model,
         system.size,
         min(rigid, len(kept)),
-        UNSTABLE * rotating.shift,
-        NEUTRAL * rotating.shift,
+        grows * rotating.shift,
+        neutral * rotating.shift,
         pairs,
         tuple(_doubtful(rotating, pairs[:count], rigid)),
     )

@@ -25,7 +25,7 @@ from shellmb.preprocessing.bodyfields import kinematic_dofs
 from shellmb.preprocessing.checked_model import checked_model
 from shellmb.running.rotating.axis import Axis, bearing, check_steady, three
 from shellmb.running.rotating.frame import RotatingFrame
-from shellmb.running.rotating.linearised import Linearised
+from shellmb.running.rotating.linearised import Linearised, refuse_relaxation
 from shellmb.running.rotating.modes import RotatingModes
 from shellmb.running.rotating.rigid import (
     NOTHING,
@@ -229,6 +229,7 @@ class MovingState(Linearised):
         }
         levels = {b.name: Levels(q[b.name], {}, {}, b.manifold.tangent) for b in model.bodies}
         self.unsteady = unsteady_part(scene, products, whole, (velocity, acceleration), line, omega)
+        refuse_relaxation(model)
         super().__init__(model, line, frames, levels, t, True)
         self.rate = omega
         self.turn(omega)
