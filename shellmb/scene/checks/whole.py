@@ -176,6 +176,12 @@ def _end_forces(scene: Description) -> None:
             )
 
 
+_FROM_EQUILIBRIUM = (
+    "its Prony series has relaxed=False, and the scene starts in equilibrium, which is that of "
+    "relaxed branches; relaxed must be True"
+)
+
+
 def _relaxation(scene: Description) -> None:
     """Refuse what bodies whose sections relax cannot have."""
     for body in scene.meshed:
@@ -203,10 +209,11 @@ def _relaxation(scene: Description) -> None:
                 "output must be without end_forces"
             )
         if not relaxed and "equilibrium" in scene.starts:
-            raise SceneError(
-                f"{who}: its Prony series has relaxed=False, and the scene starts in equilibrium, "
-                "which is that of relaxed branches; relaxed must be True"
-            )
+            raise SceneError(f"{who}: {_FROM_EQUILIBRIUM}")
+    for element in scene.force_elements:
+        series = element.relaxation
+        if series is not None and not series.relaxed and "equilibrium" in scene.starts:
+            raise SceneError(f"{said(element)}: {_FROM_EQUILIBRIUM}")
 
 
 def _targets(scene: Description) -> None:
