@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 from scipy.integrate import solve_ivp
 
@@ -221,6 +222,38 @@ def test_derivatives_are_those_of_runs() -> None:
             above, below = (sm.run(scene(**{name: value + d})).history[column] for d in (h, -h))
             wanted = (above.iloc[-1] - below.iloc[-1]) / (2 * h)
             assert found[name, column].iloc[-1] == pytest.approx(wanted, rel=1e-5), (name, column)
+
+
+def test_a_fit_finds_the_series_of_a_creep_test() -> None:
+    """Data are the closed form of a strip whose tip carries a force, with noise."""
+    g, tau, long_term = 0.4, 0.8, 1e-3 / (3 * 2e9 * 0.2 * 0.02**3 / 12)
+
+    def strip(share: float = 0.25, time: float = 1.5) -> sm.Scene:
+        series = sm.Prony(((share, time),))
+        bar = sm.RectangularSection(
+            2e9, 0.0, width=0.2, height=0.02, density=1e-4, relaxation=series
+        )
+        return sm.Scene(
+            "strip",
+            beams=sm.Beam("strip", sm.Line((0, 0, 0), (1, 0, 0)), bar, 2),
+            supports=sm.Clamped("start"),
+            loads=sm.PointForce("end", (0, 0, 1e-3), body="strip"),
+            probes=sm.Probe("tip", "end", component=2, body="strip"),
+            scheme="ed3",
+            alpha=1.0,
+            dt=0.1,
+            t_end=3.0,
+        )
+
+    t, noise = np.arange(0.5, 3.01, 0.1), 1e-3 * long_term
+    creep = long_term / (1 - g) * (1 - g * np.exp(-(1 - g) * t / tau))
+    creep += noise * np.random.default_rng(2).normal(size=len(t))
+    data = pd.DataFrame({"t": t, "tip": creep})
+    fitted = sm.fit(strip, data, ("share", "time"), noise=noise)
+    assert fitted.converged
+    for name, value in (("share", g), ("time", tau)):
+        assert abs(fitted.values[name] - value) < 4 * fitted.deviations[name]
+        assert fitted.deviations[name] < 0.05 * value
 
 
 def loaded(load: float = 1.0) -> sm.Scene:
