@@ -27,11 +27,14 @@ STEPS = 12
 
 
 def small() -> sm.Scene:
-    """A strip that relaxes: its branches are beside the state."""
+    """A strip and a spring that relax: their branches are beside the state."""
     scene = scene_small.scene(steps=6, sides=(4, 1))
     fading = sm.Prony(((0.3, 2e-3), (0.2, 0.1)))
     section = sm.Isotropic(E=210e9, nu=0.25, thickness=2e-3, density=7870.0, relaxation=fading)
-    return replace(scene, shells=replace(scene.shells[0], section=section))
+    shell = replace(scene.shells[0], section=section)
+    given = {"stiffness": 50.0, "length": 0.3, "relaxation": fading}
+    cord = sm.Spring("cord", sm.GROUND, shell.name, (0, 0, 0.5), "right-top", **given)
+    return replace(scene, shells=shell, force_elements=cord)
 
 
 def everything() -> sm.Scene:

@@ -60,9 +60,8 @@ def test_a_run_goes_on_with_other_ranks(scene, first, tmp_path, mpirun) -> None:
 
 def test_what_ranks_decide_is_not_taken_up() -> None:
     """Signs of eigenvectors."""
-    shell = other_ranks.small().shells[0]
-    section = replace(shell.section, relaxation=None)
-    modal = replace(shell, section=section, model=Modal(modes=2))
+    shell = other_ranks.scene_small.scene(steps=6, sides=(4, 1)).shells[0]
+    modal = replace(shell, model=Modal(modes=2))
     simulation: Any = SimpleNamespace(scene=Scene("s", modal, scheme="ep", dt=1, t_end=1))
     with pytest.raises(SceneError, match=r"made on 2 ranks, and the model of shell 'plate' is Mod"):
         take_up(simulation, {}, Saved({}, {}, {}, ranks=(({}, {}),) * 2))

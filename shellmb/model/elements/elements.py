@@ -16,6 +16,7 @@ from ufl.core.expr import Expr
 from shellmb.arrays import Bools, Floats
 from shellmb.errors import SceneError
 from shellmb.forms.constraints import elements as forms
+from shellmb.forms.measure import linear
 from shellmb.forms.state import Layout
 from shellmb.meshes.nodes import constant_vector, node_mesh, node_space, set_constants
 from shellmb.model.body import Elastic, Rates
@@ -25,6 +26,7 @@ from shellmb.model.elements.springs import LawSprings, LinearSprings
 from shellmb.model.joints.coordinates import gathered, scalar_links
 from shellmb.model.massless import Massless
 from shellmb.model.potentials.stops import StopForces
+from shellmb.model.sections.branches import Fading, MaxwellBranches
 from shellmb.model.signals import Signals
 from shellmb.model.user_forms import written
 from shellmb.scene import Scene
@@ -146,6 +148,18 @@ class Springs(ElementGroup):
         extension, moved = (lambda q: [self._extension(q)]), (lambda q: [self.x(q)])
         return (LinearSprings([self.parameter], extension, moved, dx),)
 
+    def branches(self) -> MaxwellBranches | None:
+        """New Maxwell branches of a spring that relaxes; None of others."""
+        element, domain = self.items[0].element, self.nodes.mesh
+        if element.relaxation is None:
+            return None
+        strain = linear(lambda q: ufl.as_vector([self.x(q)]))
+        strain = strain._replace(value=lambda q: ufl.as_vector([self._extension(q)]))
+        dx = ufl.dx(domain, degree=0)
+        C = ufl.as_matrix([[self.parameter]])
+        fading = Fading(strain, C, element.relaxation.branches, dx, domain)
+        return MaxwellBranches(element.name, self.layout, [fading])
+
     def force(self, x: Expr, rate: Expr, time: Expr) -> Expr:
         """Tension: what would have to be applied to hold the coordinate."""
         return forms.slope(self._potential, x - self.rest)
@@ -248,6 +262,8 @@ def element_groups(comm: MPI.Comm, items: Sequence[BoundElement]) -> list[Elemen
         kind, law = key
         members = [item for item in items if item.key == key]
         name = f"{kind}s" if law is None else f"{kind}s with law {number + 1}"
+        if members[0].element.relaxation is not None:
+            name = said(members[0].element)
         groups.append(_KINDS[kind](name, comm, members))
     return groups
 

@@ -33,8 +33,9 @@ class BoundElement:
 
     @property
     def key(self) -> tuple[str, object]:
-        """Key that elements with common kernels share."""
-        return type(self).kind_of(self.element), self.law
+        """Key that elements with common kernels share, or the strains of one that relaxes."""
+        own = None if self.element.relaxation is None else self.element.name
+        return type(self).kind_of(self.element), self.law or own
 
     @staticmethod
     def kind_of(element: Element) -> str:
@@ -42,17 +43,30 @@ class BoundElement:
         return element.label.removeprefix("joint ")
 
 
-def bind_element(element: Any, coordinate: Coordinate) -> BoundElement:
-    """A scene's force element on its coordinate."""
+def _stiffness(element: Any, static: bool) -> float:
+    """Stiffness in statics, or the long-term one, beside which branches act; 0 with a law."""
+    series = element.relaxation
+    part = 1.0 if series is None else series.at_rest if static else series.long_term
+    return part * float(element.stiffness or 0.0)
+
+
+def bind_element(element: Any, coordinate: Coordinate, static: bool) -> BoundElement:
+    """A scene's force element on its coordinate.
+
+    Args:
+        element: Description.
+        coordinate: The coordinate it acts on.
+        static: Whether the scene has no motion in time.
+    """
     match element:
         case scene_elements.JointSpring():
-            k = element.stiffness or 0.0
+            k = _stiffness(element, static)
             return BoundElement(element, coordinate, k, element.potential, element.rest)
         case scene_elements.Spring():
             natural = 0.0
             if element.potential is None:
                 natural = coordinate.start if element.length is None else element.length
-            k, rest = element.stiffness or 0.0, natural - coordinate.start
+            k, rest = _stiffness(element, static), natural - coordinate.start
             return BoundElement(element, coordinate, k, element.potential, rest)
         case scene_elements.JointDamper() | scene_elements.Damper():
             return BoundElement(element, coordinate, element.damping or 0.0, element.law)

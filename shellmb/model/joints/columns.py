@@ -14,6 +14,7 @@ from shellmb.arrays import Floats
 from shellmb.model.elements.elements import ElementGroup
 from shellmb.model.joints.coordinates import Coordinate, CoordinateGroup, Key, gathered
 from shellmb.model.joints.linear import HeldCoordinates, TiedCoordinates
+from shellmb.model.sections.branches import MaxwellBranches
 
 # how a distance and the force along or about a coordinate are called in results
 COLUMN = {"rotation": "rotation", "translation": "translation", "distance": "length"}
@@ -47,6 +48,15 @@ class Solution(Protocol):
 
     def time(self, name: str) -> fem.Constant:
         """Time at the middle of the step."""
+        ...
+
+
+class Relaxing(Solution, Protocol):
+    """A problem whose bodies and springs may relax."""
+
+    @property
+    def branches(self) -> Mapping[str, MaxwellBranches]:
+        """Maxwell branches by the name of their body."""
         ...
 
 
@@ -101,13 +111,20 @@ def drive(problem: Solution, coordinate: Coordinate) -> float:
 
 
 def element_forces(
-    group: ElementGroup, values: Mapping[Key, float], rates: Mapping[Key, float], t: float
+    group: ElementGroup,
+    values: Mapping[Key, float],
+    rates: Mapping[Key, float],
+    t: float,
+    branches: MaxwellBranches | None,
 ) -> dict[str, float]:
     """Tension of springs, resistance of dampers, drive of motors at a state; collective."""
     keys = [(item.coordinate.name, item.coordinate.kind) for item in group.items]
     x = np.array([values[key] for key in keys])
     v = np.array([rates[key] for key in keys])
-    return element_columns(group, group.forces(x, v, t))
+    forces = group.forces(x, v, t)
+    if branches is not None:
+        forces = forces + gathered(group.nodes, branches.forces())
+    return element_columns(group, forces)
 
 
 def element_columns(group: ElementGroup, forces: Floats) -> dict[str, float]:

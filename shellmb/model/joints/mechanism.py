@@ -19,6 +19,7 @@ from shellmb.model.hinges.frames import EdgeFrames
 from shellmb.model.joints.columns import (
     COLUMN,
     EFFORT,
+    Relaxing,
     Solution,
     coupling_forces,
     drive,
@@ -156,7 +157,7 @@ class Mechanism:
         }
         return found | self.efforts(problem)
 
-    def elements(self, problem: Solution, t: float) -> dict[str, float]:
+    def elements(self, problem: Relaxing, t: float) -> dict[str, float]:
         """Columns of force elements at a state; collective.
 
         `NAME.torque` [N m] or `NAME.force` [N], of springs the tension, of dampers the resistance,
@@ -171,7 +172,8 @@ class Mechanism:
         values, rates = read_coordinates(problem, self.coordinate_groups)
         found: dict[str, float] = {}
         for group in self.element_groups:
-            found |= element_forces(group, values, rates, t)
+            branches = problem.branches.get(group.name)
+            found |= element_forces(group, values, rates, t, branches)
         return found
 
     def efforts(self, problem: Solution) -> dict[str, float]:
@@ -298,12 +300,12 @@ def _bound(scene: Scene, made: Mechanism, element: Any) -> list[BoundElement]:
     """A force element on its coordinate, or on all of a hinge of edges by their shares."""
     joint, kind = coordinate_of(scene, element)
     if joint not in made.several:
-        return [bind_element(element, made.table[joint, kind])]
+        return [bind_element(element, made.table[joint, kind], scene.static)]
     found = []
     for name, share in made.several[joint]:
         values = {k: getattr(element, k, None) for k in ("stiffness", "damping")}
         part = replace(element, **{k: share * v for k, v in values.items() if v is not None})
-        found.append(bind_element(part, made.table[name, kind]))
+        found.append(bind_element(part, made.table[name, kind], scene.static))
     return found
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import reduce
 from typing import Any, NamedTuple
@@ -143,6 +144,15 @@ class MaxwellBranches:
         first, second = (self._sum([pair[k] for pair in found]) for k in (0, 1))
         return first, second
 
+    def forces(self, mean: bool = False) -> Floats:
+        """Stresses of branches of one component, times weights, of the cells of this rank.
+
+        Args:
+            mean: Whether they are means over the step just solved, not those of its start.
+        """
+        found = [group.forces(mean) for group in self._groups]
+        return sum(found[1:], found[0])[:, 0]
+
     def mean(self) -> Expr:
         """Mean of the stresses of the branches over the step, as of the strains."""
         found = [group.mean() for group in self._groups]
@@ -206,7 +216,8 @@ class _Group:
     def _at_points(self, value: Expr) -> Floats:
         """Values at the points, shape (cells, points, size)."""
         found = compiled_expression(value, self._points).eval(self._domain, self._cells)
-        return np.asarray(found).reshape(len(self._cells), len(self._points), -1)
+        count = math.prod(value.ufl_shape)
+        return np.asarray(found).reshape(len(self._cells), len(self._points), count)
 
     def _change(self, moment: Moment) -> Any:
         states = self._rows[-1][0].rows
@@ -293,6 +304,11 @@ class _Group:
         """Halves of the products of strains of all branches with their stresses, J."""
         at = values[:, self._dofs[self._own]]
         return self._factors * np.einsum("bcpi,cpij,bcpj->b", at, self._weighed, at)
+
+    def forces(self, mean: bool) -> Floats:
+        at = (self._solved()[0] if mean else self.values)[:, self._dofs[self._own]]
+        found = 2 * np.einsum("b,cpij,bcpj->ci", self._factors, self._weighed, at)
+        return np.asarray(found)
 
     def energy(self) -> float:
         return float(self._norms(self.values).sum())

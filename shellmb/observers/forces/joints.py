@@ -11,7 +11,7 @@ import numpy as np
 
 from shellmb.arrays import Floats
 from shellmb.model.joints.columns import element_columns
-from shellmb.model.joints.coordinates import CoordinateGroup
+from shellmb.model.joints.coordinates import CoordinateGroup, gathered
 from shellmb.model.joints.joints import BoundJoint, JointGroup
 from shellmb.model.joints.linear import TiedCoordinates
 from shellmb.model.joints.mechanism import Mechanism
@@ -77,6 +77,12 @@ class JointForces(DeferredObserver):
         # dampers have no forces in statics
         acting = [g for g in mechanism.element_groups if problem.forms[g.name][END].residual]
         self._elements = [(g, *resistance(problem, g.name)) for g in acting]
+        # terms of two rows at once are not in the row of a group alone
+        self._branches = {
+            name: branches
+            for name, branches in problem.branches.items()
+            if problem.forms[name][END].stage is None
+        }
         # what is read of the system is known at once
         self._read: list[Row] = [{} for _ in range(STEPS)]
         there = mechanism.coordinates(problem)
@@ -99,7 +105,10 @@ class JointForces(DeferredObserver):
             r[:] = 0.0
             residuals.refresh()
             residuals.add(r)
-            read |= element_columns(group, group.acted(r))
+            acted = group.acted(r)
+            if (branches := self._branches.get(group.name)) is not None:
+                acted = acted + gathered(group.nodes, branches.forces(mean=True))
+            read |= element_columns(group, acted)
         self._read[row] = read
         if not self._alone:
             # booking is not collective

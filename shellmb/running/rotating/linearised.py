@@ -51,6 +51,13 @@ class Linearised:
         time: float,
         loaded: bool,
     ) -> None:
+        for element in model.scene.force_elements:
+            if element.relaxation is not None:
+                raise SceneError(
+                    f"modes: the {element.label} '{element.name}' relaxes, and damped modes, modes "
+                    "about rotations and matrices have no springs that relax; it must be without, "
+                    "or the modes those at rest, which are of the long-term stiffness"
+                )
         self.model, self.axis, self.frames, self.levels = model, axis, frames, levels
         self._shift = shift_below(model, loaded)
         self.relaxation = Relaxation(model, levels, 1 / math.sqrt(abs(self._shift)), frames, time)

@@ -176,6 +176,12 @@ def _end_forces(scene: Description) -> None:
             )
 
 
+_FROM_EQUILIBRIUM = (
+    "its Prony series has relaxed=False, and the scene starts in equilibrium, which is that of "
+    "relaxed branches; relaxed must be True"
+)
+
+
 def _relaxation(scene: Description) -> None:
     """Refuse what bodies whose sections relax cannot have."""
     for body in scene.meshed:
@@ -203,10 +209,24 @@ def _relaxation(scene: Description) -> None:
                 "output must be without end_forces"
             )
         if not relaxed and "equilibrium" in scene.starts:
+            raise SceneError(f"{who}: {_FROM_EQUILIBRIUM}")
+    relaxing = {body.name for body in scene.meshed if body.section.relaxes}
+    for element in scene.force_elements:
+        series, who = element.relaxation, said(element)
+        if series is None:
+            continue
+        if element.name in relaxing:
             raise SceneError(
-                f"{who}: its Prony series has relaxed=False, and the scene starts in equilibrium, "
-                "which is that of relaxed branches; relaxed must be True"
+                f"{who}: a body that relaxes has this name, too, and columns as "
+                f"'{element.name}.relaxation.loss' are by names; it must have another name"
             )
+        if scene.output.end_forces and not scene.static:
+            raise SceneError(
+                f"{who}: it relaxes, and what holds it is known as means over a step only; output "
+                "must be without end_forces"
+            )
+        if not series.relaxed and "equilibrium" in scene.starts:
+            raise SceneError(f"{who}: {_FROM_EQUILIBRIUM}")
 
 
 def _targets(scene: Description) -> None:

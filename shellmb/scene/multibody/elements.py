@@ -14,6 +14,7 @@ from shellmb.scene.control.inputs import Input
 from shellmb.scene.control.signals import Command
 from shellmb.scene.multibody.drivers import Coordinate
 from shellmb.scene.multibody.offsets import Point
+from shellmb.scene.values.relaxation import Prony
 from shellmb.scene.values.validate import Finite, Name, NonNegative, Positive, described, show
 
 __all__ = [
@@ -34,10 +35,12 @@ class Element:
 
     Attributes:
         name: Its name in the results.
+        relaxation: Prony series of its stiffness; None: it does not relax.
     """
 
     name: str
     label: ClassVar[str]
+    relaxation: Prony | None = None
 
 
 class JointElement(Element):
@@ -80,6 +83,19 @@ def _one_of(said: str, **given: Any) -> None:
         raise SceneError(f"{said}: of {a} and {b} {state} given; it must be exactly one")
 
 
+def _relaxes(element: Element, potential: object, said: str) -> None:
+    """Springs with a stiffness have Maxwell branches.
+
+    Raises:
+        SceneError: If one with a potential relaxes.
+    """
+    if element.relaxation is not None and potential is not None:
+        raise SceneError(
+            f"{said}: it has a relaxation and a potential; a spring that relaxes must have a "
+            "stiffness, of which its Prony series tells shares"
+        )
+
+
 def _two_ends(element: PointElement, said: str) -> None:
     if element.first == element.second:
         raise SceneError(
@@ -99,6 +115,7 @@ class JointSpring(JointElement):
             written with operators and UFL functions.
         rest: Coordinate at which it is at rest [rad or m].
         coordinate: ``"rotation"`` or ``"translation"``; None: the joint's only one.
+        relaxation: Prony series of its stiffness; None: it does not relax.
     """
 
     name: Name
@@ -107,10 +124,13 @@ class JointSpring(JointElement):
     potential: Callable[[Any], Any] | None = None
     rest: Finite = 0.0
     coordinate: Coordinate | None = None
+    relaxation: Prony | None = None
 
     def __post_init__(self) -> None:
         """Check that it has one law."""
-        _one_of(f"{self.label} '{self.name}'", stiffness=self.stiffness, potential=self.potential)
+        said = f"{self.label} '{self.name}'"
+        _one_of(said, stiffness=self.stiffness, potential=self.potential)
+        _relaxes(self, self.potential, said)
 
 
 @described("joint damper")
@@ -219,6 +239,7 @@ class Spring(PointElement):
         potential: In place of a stiffness its energy [J] as a function of its length, written with
             operators and UFL functions.
         length: Natural length [m], with a stiffness; None: the initial one.
+        relaxation: Prony series of its stiffness; None: it does not relax.
     """
 
     name: Name
@@ -229,6 +250,7 @@ class Spring(PointElement):
     stiffness: Positive | None = None
     potential: Callable[[Any], Any] | None = None
     length: NonNegative | None = None
+    relaxation: Prony | None = None
 
     def __post_init__(self) -> None:
         """Check that it has one law and two ends.
@@ -239,6 +261,7 @@ class Spring(PointElement):
         said = f"{self.label} '{self.name}'"
         _two_ends(self, said)
         _one_of(said, stiffness=self.stiffness, potential=self.potential)
+        _relaxes(self, self.potential, said)
         if self.potential is not None and self.length is not None:
             raise SceneError(
                 f"{said}: length is {self.length:g}; it must be left out with a potential, which "

@@ -274,7 +274,7 @@ def stage_forms(
             if sub.between is None or len(unknowns) > 2:
                 what = "a damping" if branches is None else "a relaxation"
                 raise SceneError(
-                    f"'{body.name}': its section has {what}; scheme '{scheme.name}' does not "
+                    f"'{body.name}': it has {what}; scheme '{scheme.name}' does not "
                     "take strains from one state to another, so it must be without, or the scheme "
                     "another, as 'ep', 'ed', 'ep4' or 'ed3'"
                 )

@@ -186,6 +186,7 @@ def _refuse(scene: Scene, places: Sequence[ElementField]) -> None:
     said = {
         "follows a static path": scene.path,
         "has sections that relax": any(b.section.relaxes for b in scene.meshed),
+        "has springs that relax": any(e.relaxation for e in scene.force_elements),
         "has events": scene.all_events,
         "has contact with the faces of a shell": [
             c for c in scene.contacts if isinstance(c.obstacle, Faces)
