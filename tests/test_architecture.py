@@ -164,6 +164,7 @@ def test_names_of_schemes_stand_in_their_rooms() -> None:
     assert found == NAMES_OF_SCHEMES
 
 
+@cache
 def floor(room: str) -> int:
     """Floor of a room: one above the highest one that it imports."""
     inside = (m for m in MODULES if layer(m) == room)
