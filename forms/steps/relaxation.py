@@ -39,6 +39,7 @@ symbol       name                                                        unit
 
 from dataclasses import dataclass
 
+import ufl
 from ufl.core.expr import Expr
 
 from shellmb.forms.steps.damping import WithoutForces
@@ -54,6 +55,12 @@ class Branch(WithoutForces):
 
     C: Expr
 
-    def stress(self, e: Expr, N: Expr) -> tuple[Expr, ...]:
+    def stress(self, e: Expr, N: Expr | None = None) -> tuple[Expr, ...]:
         """Stresses, shape (n,)."""
         return (self.C * e,)
+
+    def matrix(self) -> Expr:
+        """Stiffness as energy and modes have it, read off the stress: its rows in turn."""
+        size = range(self.C.ufl_shape[0])
+        columns = [self.stress(ufl.unit_vector(k, len(size)))[0] for k in size]
+        return ufl.as_vector([column[i] for i in size for column in columns])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal, cast
 
@@ -20,7 +20,7 @@ from shellmb.options.described import takes
 from shellmb.scene import Solver
 from shellmb.scene.schemes import SIMPLEST, dissipation
 from shellmb.scene.values.messages import show
-from shellmb.schemes.base import live_arrays
+from shellmb.schemes.base import levels_arrays, live_arrays
 from shellmb.schemes.registry import make_scheme
 from shellmb.simulate.problem import Problem
 from shellmb.simulate.start.endforces import EndForces, begin_accelerations
@@ -170,6 +170,7 @@ class Motion(Trials):
                 start = fem.Function(self._bodies[name].space)
                 start.interpolate(given)
                 state.x.array[self._places(name)] = start.x.array
+        self._saved, self._tried = None, False
 
     def start(self) -> None:
         """Make velocities and accelerations consistent; the first `step` does it otherwise."""
@@ -187,42 +188,48 @@ class Motion(Trials):
 
         Raises:
             ConvergenceError: If Newton's method does not converge.
+            SceneError: If there is a trial that is neither accepted nor rejected.
         """
+        if self._tried:
+            raise SceneError("step: there is a trial; call accept() or reject() first")
         if not self._started:
             self.start()
+        self._saved = None
         for _ in range(count):
-            self.problem.prepare(self.time, self.dt)
-            self.problem.solve(self.dt)
-            self.last = _Last(self.dt)
-            self.account.solved(self)  # type: ignore[arg-type]
-            self.problem.accept(self.dt)
-            self.time = self._count.after(self.time, self.dt)
-            self.account.accepted(self)  # type: ignore[arg-type]
+            self._advance(self.dt)
 
     def _save(self) -> Any:
         if not self._started:
             self.start()
         predictor = self.problem.predictor
         return (
-            {name: array.copy() for name, array in live_arrays(self.problem.levels).items()},
+            {name: array.copy() for name, array in self._live().items()},
             (predictor.arrays(), predictor.state()),
             self.account.state(),
-            (self.dt, self.time, self._count.state(), self.last),
+            (self.time, self._count.state(), self.last),
             self.problem.iteration.factors,
         )
 
     def _restore(self, saved: Any) -> None:
-        arrays, (past, guesses), account, (self.dt, self.time, count, self.last), factors = saved
-        for name, array in live_arrays(self.problem.levels).items():
+        arrays, (past, guesses), account, (self.time, count, self.last), factors = saved
+        for name, array in self._live().items():
             array[:] = arrays[name]
         self.problem.predictor.restore(past, guesses, self.problem.switches)
         self.account.restore(account)
         self._count.restore(count)
         self.problem.iteration.forget(factors)
 
+    def _live(self) -> Mapping[str, Any]:
+        return live_arrays(levels_arrays(self.problem.levels))
+
     def _advance(self, dt: float) -> None:
-        self.dt = dt
-        self.step()
+        self.problem.prepare(self.time, dt)
+        self.problem.solve(dt)
+        self.last = _Last(dt)
+        self.account.solved(self)  # type: ignore[arg-type]
+        self.problem.accept(dt)
+        self.time = self._count.after(self.time, dt)
+        self.account.accepted(self)  # type: ignore[arg-type]
 
     @property
     def energies(self) -> dict[str, float]:

@@ -15,7 +15,7 @@ from shellmb.exchange.trials import Trials
 from shellmb.exchange.work import PartnerWork
 from shellmb.observers.deferred_observer import DeferredObserver
 from shellmb.observers.fields.nodal import NodalValues, nodal_bodies, nodal_values
-from shellmb.observers.history import Measuring
+from shellmb.observers.history import Measuring, check_columns
 from shellmb.running.standard import StandardObservers
 from shellmb.scene import Scene
 from shellmb.scene.control.inputs import Input, named_inputs
@@ -118,6 +118,7 @@ class SceneMotion(Trials):
         self._observers.append(PartnerWork(self._places))
         for observer in self._observers:
             observer.start(self.simulation)
+        check_columns(o for o in self._observers if isinstance(o, Measuring))
         # what controllers read at the start is saved with the first state
         self.simulation.control.attach(self.simulation, self._observers)
         # columns of a state that was taken up again: some observers know those of the last step

@@ -71,19 +71,19 @@ def couple_precice(
     if solver.requires_initial_data():
         write()
     solver.initialize()
-    state = motion.state()
     while solver.is_coupling_ongoing():
-        if solver.requires_writing_checkpoint():
-            state = motion.state()
+        # a trial begins with one
+        solver.requires_writing_checkpoint()
         dt = float(solver.get_max_time_step_size())
         found = np.asarray(solver.read_data(mesh, reads, vertices, dt)).ravel()
         motion.inputs.update(zip(names, found.tolist(), strict=True))
         motion.trial(dt)
-        motion.accept()
         write()
         solver.advance(dt)
         if solver.requires_reading_checkpoint():
-            motion.take_up(state)
+            motion.reject()
+        else:
+            motion.accept()
     solver.finalize()
     return motion
 

@@ -9,8 +9,7 @@ from mpi4py import MPI
 import numpy as np
 
 from shellmb.observers.account.energy import present, work_forms
-from shellmb.scene.control.inputs import Input
-from shellmb.scene.multibody.elements import Motor
+from shellmb.scene.control.inputs import Input, inputs_of
 from shellmb.simulate.simulation import BaseObserver, Simulation
 from shellmb.system.assembly.functionals import functionals
 
@@ -41,10 +40,8 @@ class PartnerWork(BaseObserver):
         problem, scene = simulation.problem, simulation.scene
         stores = simulation.model.stores
         bodies = [body for body in simulation.model.bodies if body not in stores]
-        motors = [e for e in scene.force_elements if isinstance(e, Motor)]
-        kinds = ["loads"]
-        if any(isinstance(motor.command, Input) for motor in motors):
-            kinds.append("terms")
+        parts = {"loads": scene.loads, "terms": scene.force_elements}
+        kinds = [kind for kind, items in parts.items() if any(True for _ in inputs_of(items))]
         forms = [form for kind in kinds for form in present(work_forms(simulation, kind, bodies))]
         comm = simulation.model.comm
         self._forces = functionals([forms], comm) if forms else None
@@ -65,12 +62,15 @@ class PartnerWork(BaseObserver):
             one.take(t, dt, *values)
         simulation.model.mechanism.command(simulation.model.signals)
 
-    def _work(self, simulation: Simulation, t: float, dt: float) -> float:
+    def _sample(self, simulation: Simulation, t: float, dt: float) -> None:
         problem = simulation.problem
         for stages in problem.forms.values():
             for forms in stages.values():
                 for sample in forms.samples:
                     sample.update(t, dt, problem.start_factor)
+
+    def _work(self, simulation: Simulation, t: float, dt: float) -> float:
+        self._sample(simulation, t, dt)
         assert self._forces is not None
         return float(self._forces()[0])
 
@@ -89,7 +89,7 @@ class PartnerWork(BaseObserver):
         for one, (t, dt, *ends) in zip(self._inputs, lines, strict=True):
             one.take(t, dt, *ends)
         simulation.model.mechanism.command(simulation.model.signals)
-        self._work(simulation, last.t, last.dt)
+        self._sample(simulation, last.t, last.dt)
         self.work += every - others
 
     def measure(self) -> dict[str, float]:

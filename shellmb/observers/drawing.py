@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import io
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+
+from shellmb.files.writing import drafted
 
 # a file of options that stands in the current folder may be a stranger's
 _FOREIGN = not Path(mpl.matplotlib_fname()).is_absolute()
@@ -48,3 +52,19 @@ def figure(width: float, height: float) -> Figure:
     made = Drawn(figsize=(width, height), layout="constrained")
     FigureCanvasAgg(made)
     return made
+
+
+def drawn(plot: Callable[[], Figure], file: Path) -> None:
+    """Draw a figure into a file, on a stack of its own as all pictures (`pictures`).
+
+    Args:
+        plot: Makes the figure.
+        file: The picture.
+    """
+
+    def draw() -> None:
+        with drafted(file) as draft:
+            plot().savefig(draft)
+
+    with ThreadPoolExecutor(max_workers=1) as thread:
+        thread.submit(draw).result()

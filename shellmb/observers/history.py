@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import math
 import time as clock
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Protocol, runtime_checkable
 
@@ -116,7 +116,7 @@ class History(BaseObserver):
             self._rows = simulation.model.comm.bcast(read)
             self._begin -= self._rows[-1][WALL]
         if not self._rows:
-            self._check_names()
+            check_columns(self._measuring)
             row = dict(zip(STEP_COLUMNS, _first_columns(simulation), strict=True))
             for observer in self._measuring:
                 row |= {name: float(value) for name, value in observer.measure().items()}
@@ -136,22 +136,6 @@ class History(BaseObserver):
             self._file = GrowingFile(draft, f"{head}\n", "\n", "\n")
             self.write()
             draft.replace(self._path)
-
-    def _check_names(self) -> None:
-        seen = {*STEP_COLUMNS, WALL}
-        for observer in self._measuring:
-            for name in observer.measure():
-                if not name.isprintable() or any(sign in name for sign in ',;"'):
-                    raise SceneError(
-                        f"history: a column is named {name!r}; it must be without commas, "
-                        "semicolons, quotes and line breaks"
-                    )
-                if name in seen:
-                    raise SceneError(
-                        f"history: two columns are named '{name}'; a probe or observer needs a "
-                        "name of its own"
-                    )
-                seen.add(name)
 
     def _wall(self) -> float:
         return clock.perf_counter() - self._begin
@@ -271,3 +255,28 @@ def read_rows(text: str, count: int) -> list[dict[str, float]]:
 
 def _number(name: str, text: str) -> float:
     return int(text) if name in INTEGERS else float(text or "nan")
+
+
+def check_columns(measuring: Iterable[Any]) -> None:
+    """Refuse columns that have one name, or a name that a table cannot have.
+
+    Args:
+        measuring: Observers that have columns.
+
+    Raises:
+        SceneError: At the first.
+    """
+    seen = {*STEP_COLUMNS, WALL}
+    for observer in measuring:
+        for name in observer.measure():
+            if not name.isprintable() or any(sign in name for sign in ',;"'):
+                raise SceneError(
+                    f"history: a column is named {name!r}; it must be without commas, "
+                    "semicolons, quotes and line breaks"
+                )
+            if name in seen:
+                raise SceneError(
+                    f"history: two columns are named '{name}'; a probe or observer needs a "
+                    "name of its own"
+                )
+            seen.add(name)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -114,6 +115,8 @@ class LinearOptions:
             )
         if self.state is not None and isinstance(self.at, str):
             raise SceneError(f"{what}: at is {self.at!r} and a state is given; give one of them")
+        if self.rate is not None and not math.isfinite(self.rate):
+            raise SceneError(f"{what}: rate is {self.rate}; it must be finite, in rad/s")
         still = self.rate is None and self.state is None and not self.timed
         if still and (self.axis is not None or self.about is not None):
             raise SceneError(f"{what}: axis and about are given without rate; give rate, too")

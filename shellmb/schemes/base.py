@@ -6,7 +6,7 @@ of a step and the unknown functions of its stages. A new scheme is one class wit
 line in `registry.py`.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any, Protocol
@@ -66,17 +66,28 @@ class Levels:
     slides: bool = False
 
 
-def live_arrays(levels: Mapping[str, Levels]) -> dict[str, Floats]:
-    """Arrays of the state at the start of a step, by body and function, which steps change.
+# arrays that a state consists of by function, with their space and the name of what they are of
+type StateArrays = tuple[str, dict[str, Floats], fem.FunctionSpace]
+
+
+def levels_arrays(levels: Mapping[str, Levels]) -> Iterator[StateArrays]:
+    """Arrays of the state at the start of a step, which steps change, body by body.
 
     Args:
         levels: Functions of the bodies by name.
     """
-    return {
-        f"{body}/{name}": function.x.array
-        for body, each in levels.items()
-        for name, function in (("q", each.q), *each.rates.items())
-    }
+    for body, each in levels.items():
+        arrays = {name: f.x.array for name, f in (("q", each.q), *each.rates.items())}
+        yield body, arrays, each.q.function_space
+
+
+def live_arrays(parts: Iterable[StateArrays]) -> dict[str, Floats]:
+    """Arrays of a state by name and function.
+
+    Args:
+        parts: The arrays by name.
+    """
+    return {f"{name}/{key}": a for name, arrays, _ in parts for key, a in arrays.items()}
 
 
 @dataclass(frozen=True)

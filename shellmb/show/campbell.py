@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import math
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import matplotlib as mpl
@@ -12,8 +11,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from shellmb.arrays import Floats
-from shellmb.files.writing import drafted
-from shellmb.observers.drawing import STYLE, figure
+from shellmb.observers.drawing import STYLE, drawn, figure
 
 # lines of orders: 1P, 2P, ..., no more than these
 ORDERS = 8
@@ -78,11 +76,5 @@ def draw_campbell(table: Path, file: Path) -> Path:
         table: The file `campbell.csv`.
         file: The picture.
     """
-
-    def draw() -> None:
-        with drafted(file) as draft:
-            campbell_figure(table).savefig(draft)
-
-    with ThreadPoolExecutor(max_workers=1) as thread:
-        thread.submit(draw).result()
+    drawn(lambda: campbell_figure(table), file)
     return file

@@ -9,7 +9,6 @@ from typing import Any, Protocol
 from mpi4py import MPI
 
 import numpy as np
-from dolfinx import fem
 
 from shellmb.arrays import Ints
 from shellmb.clock import now
@@ -26,7 +25,7 @@ from shellmb.preprocessing.constraint_analysis.redundancy import singular
 from shellmb.restart import Restartable
 from shellmb.scene import Scene
 from shellmb.scene.checks.ignored_settings import check_begin
-from shellmb.schemes.base import Scheme
+from shellmb.schemes.base import Scheme, StateArrays, levels_arrays, live_arrays
 from shellmb.schemes.registry import make_scheme
 from shellmb.simulate.control.control import Control
 from shellmb.simulate.paths.arclength import ArcSize, PathSteps
@@ -387,17 +386,15 @@ class Simulation:
         """State of all bodies on this rank, by name: what a restart needs."""
         return {name: array.copy() for name, array in self.live().items()} | self.past()
 
-    def _kept(self) -> Iterator[tuple[str, Arrays, fem.FunctionSpace]]:
+    def _kept(self) -> Iterator[StateArrays]:
         """Arrays of each space that a state consists of, with the space and a name."""
-        for body, levels in self.problem.levels.items():
-            rates = {rate: function.x.array for rate, function in levels.rates.items()}
-            yield body, {"q": levels.q.x.array, **rates}, levels.q.function_space
+        yield from levels_arrays(self.problem.levels)
         for branches in self.problem.branches.values():
             yield from branches.kept()
 
     def live(self) -> Arrays:
         """The first part of it, the bodies' own arrays, which the next step changes."""
-        return {f"{n}/{key}": a for n, arrays, _ in self._kept() for key, a in arrays.items()}
+        return live_arrays(self._kept())
 
     def numbering(self) -> dict[str, Ints]:
         """Numbering of the values of `live` in the meshes, on any number of ranks."""

@@ -80,7 +80,7 @@ def eigenpairs(
             pairs.append((value, imaginary if value.imag < 0 else vector))
     lowest = min((size for v, _ in pairs if (size := abs(v / shift)) > ZERO), default=0.0)
     if lowest > LARGE:
-        return eigenpairs(K, M, count, NEARER * lowest * shift, symmetric)
+        return eigenpairs(K, M, count, NEARER * lowest * shift, symmetric, higher)
     if len(pairs) < count:
         if higher:
             # seen from here all others are infinite: perhaps they are only far above

@@ -162,6 +162,18 @@ def test_own_bodies_take_steps_back(scheme: str) -> None:
     plain, tried = followed(()), followed((0.005, 0.02))
     np.testing.assert_array_equal(plain[0], tried[0])
     assert plain[1:] == tried[1:]
+    # steps after a trial that was rejected stay, and have the motion's own length
+    mixed = fall(scheme, 0.5 if scheme == "ed3" else 0.0, 0.01, 2)
+    mixed.trial(0.005)
+    with pytest.raises(sm.SceneError, match=r"step: there is a trial; call accept\(\)"):
+        mixed.step()
+    mixed.reject()
+    mixed.step(3)
+    assert mixed.time == plain[2]
+    there = mixed.u("chain").x.array
+    mixed.trial(0.005)
+    mixed.reject()
+    np.testing.assert_array_equal(mixed.u("chain").x.array, there)
     # the steps of `step` are the same ones
     steps = fall(scheme, 0.5 if scheme == "ed3" else 0.0, 0.01, 5)
     assert steps.time == plain[2]

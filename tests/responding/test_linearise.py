@@ -4,6 +4,7 @@ The kind: whatever a scene consists of, its linear system has the poles of its m
 loads, prescribed motions and accelerations of ground as closed forms and runs do.
 """
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -192,6 +193,22 @@ def test_a_steady_rotation() -> None:
     assert turned[0] / found.Y[0][0, 0] == pytest.approx(2 * 2.0 * 12.0 * reach, rel=1e-6)
 
 
+def test_a_motor_that_another_program_commands_has_its_default() -> None:
+    """Kind: what is in the place of a command that is no controller's."""
+
+    def driven(name: str = "motor", **own: Any) -> sm.Scene:
+        elements = [sm.JointSpring("k", "pin", 5.0), sm.Motor(name, "pin", **own)]
+        return replace(pendulum(), force_elements=elements, loads=(sm.Gravity(),))
+
+    there = sm.linearise(driven(command=sm.Input("torque", 0.5)), at="equilibrium")
+    same = sm.linearise(driven(law=lambda q, v, t: 0.5 + 0.0 * t), at="equilibrium")
+    np.testing.assert_allclose(there.poles(3), same.poles(3), rtol=1e-9)
+    without = sm.linearise(driven(law=lambda q, v, t: 0.0 * t), at="equilibrium")
+    assert np.abs(there.poles(1) - without.poles(1)) > 1e-4
+    with pytest.raises(SceneError, match="two inputs are called 'load1'"):
+        sm.linearise(driven("load1", law=lambda q, v, t: 0.0 * t))
+
+
 def test_bad_input_gets_a_sentence(tmp_path: Path) -> None:
     with pytest.raises(SceneError, match="at is 'there'; it must be 'rest', 'equilibrium' or a"):
         sm.linearise(strip(), at="there")  # type: ignore[arg-type]
@@ -207,5 +224,14 @@ def test_bad_input_gets_a_sentence(tmp_path: Path) -> None:
     with pytest.raises(SceneError, match=r"must end in \.npz or \.mat"):
         found.save(tmp_path / "strip.txt")
     np.savez(tmp_path / "other.npz", a=1)
-    with pytest.raises(SceneError, match="holds no linear system"):
-        LinearSystem.load(tmp_path / "other.npz")
+    (tmp_path / "empty.npz").touch()
+    whole = found.save(tmp_path / "whole.npz").read_bytes()
+    (tmp_path / "cut.npz").write_bytes(whole[:300])
+    (tmp_path / "empty.mat").touch()
+    for name in ("other.npz", "empty.npz", "cut.npz", "empty.mat"):
+        with pytest.raises(SceneError, match="holds no linear system"):
+            LinearSystem.load(tmp_path / name)
+    with pytest.raises(SceneError, match="cannot be written"):
+        found.save(tmp_path / "gone" / "strip.npz")
+    with pytest.raises(SceneError, match="rate is inf; it must be finite"):
+        sm.linearise(strip(), rate=np.inf)

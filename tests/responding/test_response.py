@@ -222,6 +222,13 @@ def test_files_of_the_command(tmp_path: Path) -> None:
             {"frequencies": [1.0], "psd": {"load1": ([2, 1], [1, 1])}},
             "frequencies of psd of 'load1'",
         ),
+        ({"frequencies": 5.0}, "frequencies are 5; they must be one or more"),
+        ({"frequencies": [1.0], "psd": {"load1": ([1, 2], [1])}}, "2 frequencies and 1 values"),
+        ({"frequencies": [1.0], "psd": {"load1": ([], [])}}, "0 frequencies and 0 values"),
+        (
+            {"frequencies": [1.0], "spectrum": {"base.rotation": 1.0}, "modes": 2},
+            "given for 'base.rotation'; it must be of base",
+        ),
         ({"frequencies": [1.0], "damping": 0.1}, "damping is 0.1 without modes; give modes"),
         (
             {"frequencies": [1.0], "damping": 1.1, "modes": 2},
@@ -237,6 +244,23 @@ def test_files_of_the_command(tmp_path: Path) -> None:
 def test_bad_input_gets_a_sentence(options: dict[str, Any], said: str, system: Any) -> None:
     with pytest.raises(SceneError, match=said):
         sm.response(system, **options)
+
+
+def test_what_nothing_holds_has_no_response_at_rest() -> None:
+    body = sm.RigidBody("body", 1.0, (1.0, 1.0, 1.0))
+    free = sm.Scene(
+        "free",
+        rigid_bodies=body,
+        loads=sm.PointForce("center", (0, 0, 1.0), body="body"),
+        probes=sm.Probe("z", "center", body="body"),
+        scheme="ep",
+        dt=0.1,
+        t_end=0.1,
+    )
+    with pytest.raises(SceneError, match="at 0 Hz nothing resists the motion"):
+        sm.response(free, frequencies=[0.0])
+    found = sm.response(free, frequencies=[1.0]).frf[0, 0, 0]
+    assert found == pytest.approx(-1 / (2 * np.pi) ** 2)
 
 
 @pytest.fixture(scope="module")

@@ -13,6 +13,7 @@ import pytest
 
 import shellmb as sm
 from shellmb.errors import ConvergenceError, SceneError
+from shellmb.forms.steps.relaxation import Branch
 from shellmb.model.sections.branches import means
 from shellmb.observers.account.energy import EnergyAccount
 from shellmb.running.execute import execute
@@ -86,6 +87,28 @@ def test_the_balance_closes_in_large_motion(kind: str, schemes: tuple[str, ...])
         assert account.relative_error < 1e-13, scheme
 
 
+def test_the_law_of_a_branch_is_written_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Motion, energy, loss, and damped modes follow an edit of `Branch.stress`; all stays exact."""
+
+    def found() -> tuple[float, float, complex]:
+        load, more = sm.Gravity((0, 5, -60.0)), {"dt": 0.01, "t_end": 0.05, **alpha("ed3")}
+        more |= {"solver": sm.Solver(tolerance=1e-12), "scheme": "ed3"}
+        scene = sm.Scene("s", **strip("beam", sm.Prony(SERIES), elements=1), loads=load, **more)
+        account = EnergyAccount()
+        Simulation(scene).run([account])
+        assert account.relative_error < 1e-13
+        (modes,) = sm.modes(scene, rates=[0.0], count=1).computed.modes
+        energy = account.values["strip.relaxation.energy"]
+        return energy, account.values["strip.relaxation.loss"], complex(modes.values[0])
+
+    stress, before = Branch.stress, found()
+    monkeypatch.setattr(
+        Branch, "stress", lambda self, *of: tuple(1.2 * s for s in stress(self, *of))
+    )
+    ratios = [abs(b / a) for a, b in zip(before, found(), strict=True)]
+    assert ratios[0] > 1.1 and ratios[1] > 1.1 and ratios[2] > 1.001
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("series", [None, sm.Prony(SERIES)])
 @pytest.mark.parametrize("kind", ["beam", "quad"])
@@ -130,7 +153,7 @@ def test_a_branch_has_the_order_of_the_scheme(damping: float, bows: bool, order:
             first, last = np.sin(w * t0), np.sin(w * t1)
             mean = (np.cos(w * t0) - np.cos(w * t1)) / (w * h)
             given = np.array([X, last - first, first + last - 2 * mean if bows else 0.0])
-            X += last - first - h / tau * (means(h / tau, damping, bows).matrix @ given)[0]
+            X += last - first - h / tau * (means(h / tau, damping, bows) @ given)[0]
         errors.append(abs(X - exact))
     assert -np.polyfit(np.log(steps), np.log(errors), 1)[0] == pytest.approx(order, abs=0.15)
 
@@ -233,6 +256,16 @@ BAD |= {
         refused(scheme="generalized-alpha")
     ),
     "and matrices have no relaxation": lambda: sm.matrices(refused()),
+    "branches do not follow a natural strain": lambda: refused(
+        beams=bodies_with("beam", natural=sm.BeamNaturalStrain(1e-3, time=lambda t: t))
+    ),
+    "or be constant in time, with relaxed=True": lambda: refused(
+        series=sm.Prony(SERIES, relaxed=False),
+        beams=replace(
+            bodies_with("beam", natural=sm.BeamNaturalStrain(1e-3)),
+            section=strip("beam", sm.Prony(SERIES, relaxed=False))["beams"].section,
+        ),
+    ),
 }
 
 
@@ -240,6 +273,19 @@ BAD |= {
 def test_bad_series_get_a_sentence(message: str) -> None:
     with pytest.raises(SceneError, match=message):
         BAD[message]()
+
+
+@pytest.mark.parametrize("kind", ["beam", "quad"])
+@pytest.mark.parametrize("relaxed", [True, False])
+def test_what_is_heated_and_free_has_the_natural_strain(kind: str, relaxed: bool) -> None:
+    """Kind: a stress of natural strains with another stiffness than that of statics."""
+    bodies = strip(kind, sm.Prony(SERIES, relaxed=relaxed), nu=0.0)
+    name, beam = ("beams", kind == "beam") if kind == "beam" else ("shells", False)
+    hot = sm.BeamNaturalStrain(1e-4) if beam else sm.NaturalStrain((1e-4, 0.0, 0.0))
+    bodies[name] = replace(bodies[name], natural=hot)
+    tip = sm.Probe("tip", "end" if beam else (1.0, 0.1, 0.0), component=0, body="strip")
+    scene = sm.Scene("s", **bodies, probes=tip, scheme="static", dt=1.0, t_end=1.0)
+    assert sm.run(scene).history["tip"].iloc[-1] == pytest.approx(1e-4, rel=1e-3)
 
 
 @pytest.mark.parametrize("kind", ["beam", pytest.param("tri", marks=SLOW)])

@@ -2,14 +2,12 @@
 
 import math
 from collections.abc import Iterator
-from dataclasses import replace
 
 import numpy as np
 import scipy.signal
-import scipy.sparse as sp
 from scipy.signal import StateSpace
 
-from shellmb.api.responding.response import response_at
+from shellmb.api.responding.response import damped, response_at
 from shellmb.api.responding.states import about_state
 from shellmb.api.responding.system import LinearSystem
 from shellmb.demos.verification.cases import Check, case
@@ -73,9 +71,7 @@ def beam() -> Scene:
 
 def _damped(system: LinearSystem, modes: int) -> LinearSystem:
     """Modes with their damping ratio, driven by the load."""
-    part = system.select("load1").modal(modes)
-    omega = np.sqrt(part.K.diagonal())
-    return replace(part, C=sp.csr_array(np.diag(2 * RATIO * omega)))
+    return damped(system.select("load1").modal(modes), RATIO)
 
 
 def _peaks(system: LinearSystem, near: float) -> tuple[float, list[float]]:

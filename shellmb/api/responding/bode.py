@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from pathlib import Path
+from collections.abc import Sequence
 from typing import Any
 
 import matplotlib as mpl
@@ -12,7 +10,6 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from shellmb.arrays import Floats
-from shellmb.files.writing import drafted
 from shellmb.observers.drawing import STYLE, figure
 
 
@@ -28,13 +25,15 @@ def bode_figure(
         inputs: Names of the inputs.
         outputs: Names of the outputs.
     """
-    labels = ("amplitude", "phase [deg]", *(() if psd is None else ("density [1/Hz]",)))
+    labels = ["amplitude\n[output/input]", "phase [deg]"]
+    labels += [] if psd is None else ["density\n[output²/Hz]"]
     with mpl.rc_context(STYLE):
         made = figure(7.0, 2.2 * len(labels))
         plots = made.subplots(len(labels), 1, sharex=True)
         for o, i in zip(*np.nonzero(np.any(frf, axis=2)), strict=True):
             plots[0].semilogy(f, np.abs(frf[o, i]), label=f"{outputs[o]} / {inputs[i]}")
-            plots[1].plot(f, np.degrees(np.angle(frf[o, i])))
+            plots[1].plot(f, _broken(np.degrees(np.angle(frf[o, i]))))
+        plots[1].set(ylim=(-190, 190), yticks=range(-180, 181, 90))
         if psd is not None:
             plots[2].semilogy(f, psd.T, label=outputs)
         for axes, name in zip(plots, labels, strict=True):
@@ -45,17 +44,7 @@ def bode_figure(
     return made
 
 
-def drawn(plot: Callable[[], Figure], file: Path) -> None:
-    """Draw a figure into a file, on a stack of its own as all pictures (`pictures`).
-
-    Args:
-        plot: Makes the figure.
-        file: The picture.
-    """
-
-    def draw() -> None:
-        with drafted(file) as draft:
-            plot().savefig(draft)
-
-    with ThreadPoolExecutor(max_workers=1) as thread:
-        thread.submit(draw).result()
+def _broken(phase: Floats) -> Floats:
+    """A phase without a line where it begins again at the other end."""
+    jumps = np.abs(np.diff(phase, prepend=phase[0])) > 180
+    return np.where(jumps, np.nan, phase)

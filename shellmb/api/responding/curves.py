@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from shellmb.api.responding.system import GROUND
 from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.options.response import ResponseOptions
@@ -22,7 +23,7 @@ def check_response(chosen: ResponseOptions) -> None:
         SceneError: Names the option, its value, and what would be right.
     """
     given = _floats("frequencies", () if chosen.frequencies is None else chosen.frequencies)
-    if not len(given) or given[0] < 0 or np.any(np.diff(given) <= 0):
+    if given.ndim != 1 or not len(given) or given[0] < 0 or np.any(np.diff(given) <= 0):
         raise SceneError(
             f"response: frequencies are {_some(given) or None}; they must be one or more "
             "numbers in Hz, from 0 on, each larger than the one before"
@@ -43,7 +44,7 @@ def check_response(chosen: ResponseOptions) -> None:
         curve_of(curve, f"psd of '{name}'")
     for name, curve in (chosen.spectrum or {}).items():
         curve_of(curve, f"spectrum of '{name}'")
-        if not name.startswith("base."):
+        if name not in GROUND:
             raise SceneError(
                 f"response: spectrum is given for {name!r}; it must be of base.x, base.y or base.z"
             )
@@ -61,13 +62,13 @@ def curve_of(curve: Any, said: str) -> tuple[Floats, Floats]:
     Raises:
         SceneError: If it is none, values are negative, or frequencies do not increase.
     """
-    pair: Any = ([0.0], [curve]) if np.ndim(curve) == 0 else curve
+    pair: Any = curve if np.iterable(curve) else ([0.0], [curve])
     if len(pair) != 2:
         raise SceneError(
             f"response: {said} has {len(pair)} parts; it must be frequencies and values"
         )
     f, values = (np.atleast_1d(_floats(said, part)) for part in pair)
-    if len(f) != len(values):
+    if len(f) != len(values) or not len(f):
         raise SceneError(
             f"response: {said} has {len(f)} frequencies and {len(values)} values; there must be "
             "as many"
@@ -90,7 +91,7 @@ def at_frequencies(curve: Any, f: Floats, said: str) -> Floats:
         said: What it is, for messages.
     """
     given, values = curve_of(curve, said)
-    if np.ndim(curve) == 0:
+    if not np.iterable(curve):
         return np.full(len(f), values[0])
     tiny = np.finfo(float).tiny
     logs = np.interp(np.log(f + tiny), np.log(given + tiny), np.log(values + tiny))

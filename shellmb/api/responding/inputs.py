@@ -20,7 +20,7 @@ AXES = "xyz"
 ANGLE = 1e-3
 
 
-class Input:
+class Perturbation:
     """A function of time of a scene, or a law of a motor, with a number that is added to it.
 
     Args:
@@ -57,12 +57,32 @@ class Input:
             constant.value = number  # type: ignore[assignment]
 
 
-def _moved(given: Callable[[float], Any], parts: Sequence[Input]) -> Callable[[float], Floats]:
+def without_commands(scene: Scene) -> Scene:
+    """A scene whose motors have laws only: of another program's command its default, else zero.
+
+    Args:
+        scene: The scene.
+    """
+
+    def lawful(motor: Motor) -> Motor:
+        held = float(getattr(motor.command, "default", 0.0))
+        return replace(motor, law=lambda coordinate, rate, time: held + 0.0 * time, command=None)
+
+    elements = [
+        lawful(e) if isinstance(e, Motor) and e.command is not None else e
+        for e in scene.force_elements
+    ]
+    return replace(scene, force_elements=tuple(elements))
+
+
+def _moved(
+    given: Callable[[float], Any], parts: Sequence[Perturbation]
+) -> Callable[[float], Floats]:
     """A translation in time with numbers added to its components."""
     return lambda t: np.asarray(given(t), dtype=float) + [part.extra for part in parts]
 
 
-def with_inputs(scene: Scene) -> tuple[Scene, dict[str, Input]]:
+def with_inputs(scene: Scene) -> tuple[Scene, dict[str, Perturbation]]:
     """A scene in which numbers can be added to all inputs, and these by name.
 
     Loads are `load1`, `load2`, ...: 1 is the load as the scene has it, whatever its function of
@@ -78,11 +98,17 @@ def with_inputs(scene: Scene) -> tuple[Scene, dict[str, Input]]:
         SceneError: If a controller moves a driver.
     """
     # what has no mass is told before ground accelerates it
+    scene = without_commands(scene)
     scene = scene.with_options(scheme=SIMPLEST, dt=scene.dt or 1.0, t_end=scene.t_end or 1.0)
-    found: dict[str, Input] = {}
+    found: dict[str, Perturbation] = {}
 
-    def new(name: str, given: Any = None, idle: bool = False) -> Input:
-        return found.setdefault(name, Input(given, idle))
+    def new(name: str, given: Any = None, idle: bool = False) -> Perturbation:
+        if name in found:
+            raise SceneError(
+                f"linearise: two inputs are called '{name}'; rename the motor or the driver"
+            )
+        found[name] = Perturbation(given, idle)
+        return found[name]
 
     loads = [
         replace(load, time=new(f"load{k}", load.time))  # type: ignore[type-var]
@@ -93,7 +119,7 @@ def with_inputs(scene: Scene) -> tuple[Scene, dict[str, Input]]:
         for axis, row in zip(AXES, np.eye(3), strict=True)
     ]
     elements = [
-        replace(e, law=new(e.name, e.law).law, command=None) if isinstance(e, Motor) else e
+        replace(e, law=new(e.name, e.law).law) if isinstance(e, Motor) else e
         for e in scene.force_elements
     ]
     drivers = []
@@ -139,7 +165,7 @@ def with_inputs(scene: Scene) -> tuple[Scene, dict[str, Input]]:
     return changed, found
 
 
-def columns(state: Linearised, inputs: dict[str, Input]) -> tuple[Floats, Floats]:
+def columns(state: Linearised, inputs: dict[str, Perturbation]) -> tuple[Floats, Floats]:
     """Forces by each input, and values of fixed unknowns by each, both (unknowns, inputs)."""
     forces, motions = (np.zeros((state.system.size, len(inputs))) for _ in range(2))
 

@@ -109,8 +109,12 @@ class _Changes(Resultants):
         found = ufl.derivative(body.resultants(q), q, change)
         self._prepare(body, [expand_derivatives(found)])
 
+    def only(self, cells: Ints) -> None:
+        """Read these elements alone."""
+        self._cells = cells.astype(np.int32)
+
     def elements(self) -> Floats:
-        """Values of each element at its nodes."""
+        """Values of each element that is read at its nodes."""
         return self.at_nodes(self._expressions[0])
 
 
@@ -120,12 +124,14 @@ def _resultant(state: Linearised, body: Any, nodes: Any, probe: Probe) -> Floats
     reading = _Changes(body, _function(state, body.name), change)
     at = body.mixed.subspaces["u"].dofmap.list
     cells = np.flatnonzero(np.isin(at, nodes).any(axis=1))
+    reading.only(cells)
+    places = np.isin(at[cells], nodes)
     dofs = np.unique(np.concatenate([body.mixed.space.dofmap.cell_dofs(c) for c in cells]))
     numbers, row = _numbers(state, body.name), np.zeros(state.system.size)
     component = RESULTANTS[probe.quantity][int(probe.component)]
     for dof in dofs:
         change.x.array[dof] = 1.0
-        values = reading.elements()[np.isin(at, nodes)]
+        values = reading.elements()[places]
         row[numbers[dof]] += values[:, component].mean()
         change.x.array[dof] = 0.0
     return row

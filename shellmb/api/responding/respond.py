@@ -53,6 +53,12 @@ def response(
     """
     chosen = take(ResponseOptions, options)
     check_response(chosen)
+    if out is not None:
+        from mpi4py import MPI
+
+        from shellmb.running.directory import refuse_used
+
+        refuse_used(Path(out), MPI.COMM_SELF)
     if isinstance(scene, LinearSystem):
         extra = [name for name, value in options.items() if value]
         if extra or state is not None or parameters:
@@ -63,6 +69,11 @@ def response(
         found = find(scene, chosen)
     else:
         wanted, about = scene_and_state("response", scene, parameters, options | {"state": state})
+        if wanted.errors and (about.state is not None or about.timed):
+            raise SceneError(
+                "response: errors are estimated about rest, equilibria and steady rotations; leave "
+                "out errors, or the state of a run"
+            )
         from shellmb.api.responding.states import about_state
 
         found = find(about_state(wanted, about), chosen)
@@ -81,10 +92,5 @@ def _errors(
     from shellmb.accuracy.estimates import mesh_error
     from shellmb.api.responding.states import about_state
 
-    if about.state is not None or about.timed:
-        raise SceneError(
-            "response: errors are estimated about rest, equilibria and steady rotations; leave out "
-            "errors, or the state of a run"
-        )
     there = find(about_state(Change(mesh=2).apply(scene), about), chosen).numbers
     return {name: mesh_error(abs(value - there[name])).error for name, value in numbers.items()}

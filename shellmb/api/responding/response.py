@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -13,7 +14,7 @@ import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 
 from shellmb.api.responding.curves import at_frequencies
-from shellmb.api.responding.system import Complex, LinearSystem, lowest_modes
+from shellmb.api.responding.system import GROUND, Complex, LinearSystem
 from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.options.response import ResponseOptions
@@ -23,6 +24,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 ORDERS = {"displacement": 0, "velocity": 1, "acceleration": 2}
+# inputs that move supports
+SUPPORT = re.compile(r"support\d+\.")
 # frequencies beside a resonance at which densities are integrated: tangents of angles, in half
 # widths; and between those of the user so many more
 ANGLES, BETWEEN = 161, 4
@@ -102,19 +105,19 @@ class Response:
         """
         from mpi4py import MPI
 
-        from shellmb.api.responding.bode import drawn
+        from shellmb.observers.drawing import drawn
         from shellmb.observers.summary import versions, write_json
         from shellmb.running.directory import claimed, written
 
         where = Path(directory)
         with claimed(where, MPI.COMM_SELF, new=True), written(where, MPI.COMM_SELF):
-            columns: dict[str, Any] = {}
-            for name, values in self.table.items():
+            table, columns = self.table, dict[str, Any]()
+            for name, values in table.items():
                 if np.iscomplexobj(values):
                     columns |= {f"Re {name}": np.real(values), f"Im {name}": np.imag(values)}
                 else:
                     columns[str(name)] = values
-            type(self.table)(columns, index=self.table.index).to_csv(where / "response.csv")
+            type(table)(columns, index=table.index).to_csv(where / "response.csv")
             content = {"about": self.about, "results": self.numbers, "errors": dict(self.errors)}
             write_json(where / "summary.json", content | {"versions": versions()})
             if pictures:
@@ -135,8 +138,9 @@ def find(system: LinearSystem, chosen: ResponseOptions) -> Response:
     densities, spectra = chosen.psd or {}, chosen.spectrum or {}
     names = chosen.inputs
     if names is None:
-        acting = [n for n in system.inputs if not n.startswith(("base.", "support"))]
+        acting = [n for n in system.inputs if n not in GROUND and not SUPPORT.match(n)]
         names = list(dict.fromkeys([*densities, *spectra])) or acting
+    names = [names] if isinstance(names, str) else names
     if not names:
         raise SceneError(
             f"response: {system.about.split(' about ')[0]} has no load and no motor; give inputs, "
@@ -145,12 +149,13 @@ def find(system: LinearSystem, chosen: ResponseOptions) -> Response:
     for name in densities:
         if name not in names:
             raise SceneError(f"response: psd is given for {name!r}, which is none of the inputs")
-    part = system.select(names, chosen.outputs)
-    if not part.outputs:
+    every = system.select(list(dict.fromkeys([*names, *spectra])), chosen.outputs)
+    if not every.outputs:
         raise SceneError("response: the scene has no probes and no joints; add probes")
     order, f = ORDERS[chosen.quantity], np.asarray(chosen.frequencies, dtype=float)
     if chosen.modes is not None:
-        part = _damped(part.modal(chosen.modes, static=True), chosen.damping)
+        every = damped(every.modal(chosen.modes, static=True), chosen.damping)
+    part = every.select(names)
     if chosen.absolute:
         part = part.absolute()
 
@@ -165,11 +170,14 @@ def find(system: LinearSystem, chosen: ResponseOptions) -> Response:
     found = Response(f, part.inputs, part.outputs, frf, about=system.about)
     if densities:
         psd = _densities(frf, f, part.inputs, densities)
-        fine = _finer(part, f) if chosen.modes is not None else f
-        squares = np.trapezoid(_densities(at(fine), fine, part.inputs, densities), fine, axis=1)
+        fine, there = f, psd
+        if chosen.modes is not None:
+            fine = _finer(part, f)
+            there = _densities(at(fine), fine, part.inputs, densities)
+        squares = np.trapezoid(there, fine, axis=1)
         found = replace(found, psd=psd, rms=np.sqrt(squares))
     if spectra:
-        found = replace(found, largest=_largest(system, chosen))
+        found = replace(found, largest=_largest(every, chosen))
     return found
 
 
@@ -196,26 +204,38 @@ def response_at(system: LinearSystem, f: Floats, order: int = 0) -> Complex:
             for parts in (system.F, system.Y, system.D)
         )
         inner = K + s * C + s * s * M
-        if diagonal:
-            x = force / inner
-        elif system.size <= SMALL:
-            x = np.linalg.solve(inner, force)
-        else:
-            factor = spla.splu(sp.csc_array(inner, dtype=np.complex128))
-            x = factor.solve(np.asarray(force, dtype=np.complex128))
+        try:
+            if diagonal:
+                with np.errstate(divide="raise", invalid="raise"):
+                    x = force / inner
+            elif system.size <= SMALL:
+                x = np.linalg.solve(inner, force)
+            else:
+                factor = spla.splu(sp.csc_array(inner, dtype=np.complex128))
+                x = factor.solve(np.asarray(force, dtype=np.complex128))
+        except (RuntimeError, FloatingPointError, np.linalg.LinAlgError):
+            raise SceneError(
+                f"response: at {frequency:g} Hz nothing resists the motion; hold or damp the "
+                "scene, or leave this frequency out"
+            ) from None
         found[..., n] = s**order * (row @ x + direct)
     return found
 
 
 def _of_acceleration(system: LinearSystem, f: Floats) -> Complex:
     """Factors from responses to displacements of ground to those to accelerations, (inputs, n)."""
-    base = np.array([name.startswith("base.") for name in system.inputs])
+    base = np.array([name in GROUND for name in system.inputs])
     s = 2j * np.pi * f
     return np.where(base[:, None], 1 / s**2, 1.0)
 
 
-def _damped(system: LinearSystem, ratios: Sequence[float] | float | None) -> LinearSystem:
-    """A system of modes with given damping ratios, in place of its own."""
+def damped(system: LinearSystem, ratios: Sequence[float] | float | None) -> LinearSystem:
+    """A system of modes with given damping ratios, in place of its own.
+
+    Args:
+        system: The system, as `modal` gives it.
+        ratios: One, or one for each mode; None: its own.
+    """
     if ratios is None:
         return system
     omega = np.sqrt(np.maximum(system.K.diagonal(), 0.0))
@@ -231,8 +251,7 @@ def _densities(frf: Complex, f: Floats, names: Sequence[str], given: Mapping[str
 def _finer(system: LinearSystem, f: Floats) -> Floats:
     """Frequencies that resolve all resonances of modes, within the range of others."""
     omega = np.sqrt(np.abs(system.K.diagonal()))
-    ratio = system.C.diagonal() / np.maximum(2 * omega, 1e-300)
-    width = np.maximum(ratio, 1e-6) * omega / (2 * np.pi)
+    width = np.maximum(_ratios(system, omega), 1e-6) * omega / (2 * np.pi)
     angles = np.tan(np.linspace(-0.4995 * np.pi, 0.4995 * np.pi, ANGLES))
     near = (omega[:, None] / (2 * np.pi) + width[:, None] * angles).ravel()
     shares = np.linspace(0, 1, BETWEEN, endpoint=False)
@@ -243,26 +262,23 @@ def _finer(system: LinearSystem, f: Floats) -> Floats:
 
 def _largest(system: LinearSystem, chosen: ResponseOptions) -> Floats:
     """Largest outputs by spectra: of modes combined, of axes as squares add up."""
-    assert chosen.modes is not None
-    values, V = lowest_modes(system.K, system.M, chosen.modes)
+    values = system.K.diagonal()
     omega = np.sqrt(np.maximum(values, 0.0))
-    ratio = _ratios(system, V, omega, chosen.damping)
+    ratio = _ratios(system, omega)
     spectra, total = chosen.spectrum or {}, 0.0
     for name, curve in spectra.items():
-        part = system.select(name, chosen.outputs)
+        part = system.select(name)
         # all modes move relative to ground by what it accelerates
         size = at_frequencies(curve, omega / (2 * np.pi), f"spectrum of '{name}'")
-        moved = size * (V.T @ part.F[0])[:, 0] / np.maximum(values, 1e-300)
-        each = (part.Y[0] @ V) * moved * omega ** ORDERS[chosen.quantity]
+        moved = size * part.F[0][:, 0] / np.maximum(values, 1e-300)
+        each = part.Y[0] * moved * omega ** ORDERS[chosen.quantity]
         total = total + np.einsum("om,mn,on->o", each, _alike(omega, ratio), each)
     return np.sqrt(np.asarray(total))
 
 
-def _ratios(system: LinearSystem, V: Floats, omega: Floats, given: Any) -> Floats:
+def _ratios(system: LinearSystem, omega: Floats) -> Floats:
     """Damping ratios of modes."""
-    if given is not None:
-        return np.broadcast_to(np.asarray(given, dtype=float), omega.shape)
-    return np.einsum("nm,nm->m", V, system.C @ V) / np.maximum(2 * omega, 1e-300)
+    return np.asarray(system.C.diagonal() / np.maximum(2 * omega, 1e-300))
 
 
 def _alike(omega: Floats, ratio: Floats) -> Floats:

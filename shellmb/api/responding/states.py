@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -10,7 +11,7 @@ from mpi4py import MPI
 
 import numpy as np
 
-from shellmb.api.responding.inputs import AXES, columns, with_inputs
+from shellmb.api.responding.inputs import AXES, columns, with_inputs, without_commands
 from shellmb.api.responding.outputs import outputs
 from shellmb.api.responding.reduction import scipy_matrix, unknowns_of
 from shellmb.api.responding.system import LinearSystem
@@ -46,7 +47,7 @@ def about_state(
     try:
         return _system_of(scene, *made(scene, chosen), constraints)
     except (SceneError, ConvergenceError) as error:
-        said = str(error).replace("modes: ", "linearise: ", 1)
+        said = re.sub("^(modes|matrices|resume): ", "linearise: ", str(error))
         if isinstance(error, ConvergenceError):
             raise ConvergenceError(said, error.field, error.norms) from error
         raise SceneError(said) from None
@@ -59,9 +60,9 @@ def _steady(scene: Scene, chosen: LinearOptions) -> Made:
     """Rest, an equilibrium or a steady rotation; inputs; and what it is."""
     comm, loaded, rate = MPI.COMM_SELF, chosen.at == "equilibrium", chosen.rate
     changed, inputs = with_inputs(scene)
-    if loaded and rate is None:
+    if loaded and not rate:
         check_state(scene, "")
-        still = equilibrium(scene, comm)
+        still = equilibrium(without_commands(scene), comm)
         still.run()
         moving = MovingState(changed, still.arrays(), still.state(), comm, 0.0)
         return moving, inputs, "the static equilibrium"
@@ -70,15 +71,14 @@ def _steady(scene: Scene, chosen: LinearOptions) -> Made:
         line = find_axis(scene, chosen.axis, chosen.about)
         check_steady(scene, line, loaded)
     steady = SteadyRotation(changed, line, comm, loaded)
-    if rate is None and not loaded:
-        # as natural modes, about the reference, in balance or not
-        steady.rate = 0.0
-        steady.turn(0.0)
-        steady.system.follow()
-    else:
-        steady.go(rate or 0.0)
-    said = f"a steady rotation at {rate:g} rad/s about {show(line.axis)}" if rate else "rest"
-    return steady, inputs, said
+    if rate:
+        steady.go(rate)
+        return steady, inputs, f"a steady rotation at {rate:g} rad/s about {show(line.axis)}"
+    # as natural modes, about the reference, in balance or not
+    steady.rate = 0.0
+    steady.turn(0.0)
+    steady.system.follow()
+    return steady, inputs, "rest"
 
 
 def _of_run(scene: Scene, chosen: LinearOptions) -> Made:
@@ -100,7 +100,8 @@ def _system_of(
 ) -> LinearSystem:
     """System of a state with numbers to add to its inputs."""
     matrices = state.columns()
-    seen = outputs(state, scene, scipy_matrix(matrices[0]), joints=about == "rest")
+    rest = isinstance(state, SteadyRotation) and not state.rate
+    seen = outputs(state, scene, scipy_matrix(matrices[0]), joints=rest)
     rows = np.zeros((2, len(seen), state.system.size))
     for k, one in enumerate(seen.values()):
         rows[one.order, k] = one.row

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, NamedTuple
+from zipfile import BadZipFile
 
 import numpy as np
 import numpy.typing as npt
@@ -14,9 +15,11 @@ import scipy.linalg as la
 import scipy.signal
 import scipy.sparse as sp
 import scipy.sparse.linalg as spla
+from scipy.io.matlab import MatReadError
 
 from shellmb.arrays import Floats
 from shellmb.errors import SceneError
+from shellmb.files.writing import drafted
 from shellmb.scene.lookup import listed
 
 type Complex = npt.NDArray[np.complex128]
@@ -26,6 +29,8 @@ type Orders = tuple[Floats, ...]
 # of the state space without sparse matrices
 DENSE = 3000
 FORMATS = (".npz", ".mat")
+# inputs that accelerate ground
+GROUND = ("base.x", "base.y", "base.z")
 ORDERED, MATRICES = ("F", "Y", "D"), ("M", "C", "K")
 # more poles than wanted, of which both of a pair are found; and those that are infinite
 SPARE, INFINITE = 6, 1e-12
@@ -138,7 +143,7 @@ class LinearSystem:
 
         Inputs `base.x` etc. are displacements of ground then.
         """
-        base = np.array([name.startswith("base.") for name in self.inputs], dtype=bool)
+        base = np.array([name in GROUND for name in self.inputs], dtype=bool)
         F, D = (tuple(np.where(base, 0.0, a) for a in own) for own in (self.F, self.D))
         F[2][:, base], D[2][:, base] = self.F[0][:, base], self.D[0][:, base]
         for order, own in enumerate(self.carried):
@@ -197,7 +202,8 @@ class LinearSystem:
     def state_space(self, modes: int | None = None) -> StateSpace:
         """The state space with coordinates and their rates as states, in dense matrices.
 
-        Its inputs are `input_names`: those that act by their derivatives have more than one.
+        Its inputs are `input_names`, with modes those of `modal(modes)`: those that act by their
+        derivatives have more than one.
 
         Args:
             modes: Number of undamped modes that coordinates are reduced to; None: none.
@@ -310,10 +316,11 @@ class LinearSystem:
                 "linearise: python-control is not installed; install it (pip install control), or "
                 "use to_scipy()"
             ) from None
-        every = {"inputs": self.input_names, "outputs": self.outputs}
+        whole = self if modes is None else self.modal(modes)
+        every = {"inputs": whole.input_names, "outputs": whole.outputs}
         # it takes no names with points
         names = {k: [name.replace(".", "_") for name in of] for k, of in every.items()}
-        return control.ss(*self.state_space(modes), **names)
+        return control.ss(*whole.state_space(), **names)
 
     def save(self, path: Path | str) -> Path:
         """Write the system to a file, which `load` reads.
@@ -332,10 +339,16 @@ class LinearSystem:
         words = ("\t".join(self.inputs), "\t".join(self.outputs), self.about)
         content |= {"carried": self.carried, "names": np.array("\n".join(words))}
         content["numbers"] = np.array([self.kept, self.shift], dtype=float)
-        if matlab:
-            scipy.io.savemat(where, content)
-        else:
-            np.savez_compressed(where, allow_pickle=False, **content)
+        try:
+            with drafted(where) as draft, draft.open("wb") as file:
+                if matlab:
+                    scipy.io.savemat(file, content)
+                else:
+                    np.savez_compressed(file, allow_pickle=False, **content)
+        except OSError as error:
+            raise SceneError(
+                f"linearise: {where} cannot be written ({error.strerror}); its folder must exist"
+            ) from None
         return where
 
     @classmethod
@@ -353,7 +366,7 @@ class LinearSystem:
             if matlab:
                 content = scipy.io.loadmat(where, spmatrix=False)
             else:
-                with np.load(where, allow_pickle=False) as read:
+                with where.open("rb") as file, np.load(file, allow_pickle=False) as read:
                     content = dict(read)
             found: dict[str, Any] = {
                 name: tuple(content[f"{name}{k}"] for k in range(3)) for name in ORDERED
@@ -367,7 +380,7 @@ class LinearSystem:
             names = [tuple(of.split("\t")) if of else () for of in (inputs, outputs)]
             kept, shift = np.ravel(content["numbers"]).tolist()
             carried = content["carried"]
-        except (OSError, KeyError, ValueError) as error:
+        except (OSError, EOFError, LookupError, ValueError, BadZipFile, MatReadError) as error:
             raise SceneError(
                 f"linearise: {where} holds no linear system ({error}); it must be a file that "
                 "LinearSystem.save wrote"

@@ -76,25 +76,23 @@ class Wrinkled(BaseObserver):
 
     def __init__(self, sources: Sources) -> None:
         self._account = sources.energy
+        self._sections: dict[str, Wrinkling] = {}
         self._of: dict[str, _Sums] = {}
-        self._kept: dict[str, float] = {}
 
     def start(self, simulation: Simulation) -> None:
         """Find the shells that wrinkle."""
-        shells = simulation.model.shells
+        model = simulation.model
+        found = {n: s for n, s in _wrinkling(model).items() if s.compression < 1}
+        self._sections, self.idle = found, not found
+        # linear schemes give another sentence
         self._of = {
-            name: _Sums(
-                shells[name], section, lambda e, given, stored: [compressive(e, given), stored]
-            )
-            for name, section in _wrinkling(simulation.model).items()
-            if section.compression < 1
+            name: _Sums(model.shells[name], section, _energies)
+            for name, section in ({} if simulation.scheme.linear else found).items()
         }
-        self._kept = {name: s.compression for name, s in _wrinkling(simulation.model).items()}
-        self.idle = not self._of
 
     def cautions(self, simulation: Simulation) -> Iterator[RunWarning]:
         """A sentence for each shell that compression holds; collective."""
-        for name, sums in self._of.items():
+        for name, section in self._sections.items():
             if simulation.scheme.linear:
                 yield RunWarning(
                     self.name,
@@ -106,7 +104,7 @@ class Wrinkled(BaseObserver):
                     "the taut membrane: use --scheme static or a nonlinear scheme",
                 )
                 continue
-            kept, stored = sums(state(simulation, name))
+            kept, stored = self._of[name](state(simulation, name))
             # statics do not book what loads do
             whole = max(stored, self._account.exchanged if simulation.scheme.dynamic else 0.0)
             share = kept / whole if whole > 0 else 0.0
@@ -118,9 +116,9 @@ class Wrinkled(BaseObserver):
                     share,
                     BOUND,
                     f"{100 * share:.2g} % of the energy of {said} is at the end of the compression "
-                    f"that its section keeps, compression={self._kept[name]:g}: displacements may "
-                    "be off by about that much, where a band is slack by several times as much; "
-                    "compare with a smaller compression",
+                    f"that its section keeps, compression={section.compression:g}: displacements "
+                    "may be off by about that much, where a band is slack by several times as "
+                    "much; compare with a smaller compression",
                 )
 
 
@@ -152,6 +150,11 @@ def wrinkled_modes(model: Model, at: Parts | None) -> list[str]:
                 f"compression={section.compression:g} and by bending alone, and so are their modes"
             )
     return found
+
+
+def _energies(e: Expr, given: dict[str, Expr], stored: Expr) -> list[Expr]:
+    """What is kept of compression, and the whole."""
+    return [compressive(e, given), stored]
 
 
 def _areas(e: Expr, given: dict[str, Expr], stored: Expr) -> list[Expr]:

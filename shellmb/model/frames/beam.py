@@ -66,9 +66,8 @@ def bind_beam_section(beam: Beam, domain: mesh.Mesh, at_rest: bool) -> BoundBeam
         at_rest: Whether the stiffness is that of statics; it is the long-term one otherwise.
     """
     A, D0, H, held = _parts(beam)
-    relaxation = beam.section.relaxation
-    if at_rest and relaxation is not None:
-        A, D0 = (relaxation.at_rest / relaxation.long_term * part for part in (A, D0))
+    if at_rest:
+        A, D0 = (_at_rest(beam) * part for part in (A, D0))
     free = [k for k in range(3) if k not in held]
 
     def constant(value: float | Floats) -> fem.Constant:
@@ -88,6 +87,12 @@ def bind_beam_section(beam: Beam, domain: mesh.Mesh, at_rest: bool) -> BoundBeam
     return BoundBeamSection(formulation, force, constant(centre) if apart else None)
 
 
+def _at_rest(beam: Beam) -> float:
+    """Stiffness of statics over the long-term one."""
+    series = beam.section.relaxation
+    return 1.0 if series is None else series.at_rest / series.long_term
+
+
 def _parts(beam: Beam) -> tuple[Floats, Floats, Floats | None, tuple[int, ...]]:
     """`A`, `D_0`, `H` and the strains that are held, as of `BeamMixed`; `H` None if uncoupled."""
     C = beam.section.long_term
@@ -99,9 +104,9 @@ def _parts(beam: Beam) -> tuple[Floats, Floats, Floats | None, tuple[int, ...]]:
     return A, D - B.T @ H if beam.coupling else D, H if coupled else None, held
 
 
-def _effective(beam: Beam) -> Floats:
-    """Stiffness of a section, shape (6, 6), without the coupling that is left out."""
-    C = np.array(beam.section.long_term)
+def _effective(beam: Beam, at_rest: bool = False) -> Floats:
+    """Stiffness, long-term or that of statics, (6, 6), without the coupling that is left out."""
+    C = _at_rest(beam) * beam.section.long_term if at_rest else np.array(beam.section.long_term)
     if not beam.coupling:
         C[:3, 3:] = C[3:, :3] = 0.0
     return C
@@ -175,7 +180,8 @@ class BeamModel(FrameBody):
         place = np.argsort(domain.numbers(space))
         order = place[np.argsort(np.argsort(domain.numbers(mixed.subspaces["u"])))]
         self.rules = line_rules(line, beam.degree)
-        self.section = bind_beam_section(beam, line, not dynamic)
+        self._static = not dynamic
+        self.section = bind_beam_section(beam, line, self._static)
         X = ufl.SpatialCoordinate(line)
         super().__init__(
             beam.name,
@@ -222,7 +228,7 @@ class BeamModel(FrameBody):
         relaxation, (rule,) = self.beam.section.relaxation, self.rules.taken
         if relaxation is None:
             return None
-        C, held = np.array(_effective(self.beam)), list(self.section.formulation.held)
+        C, held = _effective(self.beam), list(self.section.formulation.held)
         C[held], C[:, held] = 0.0, 0.0
         stiffness = fem.Constant(self.domain.mesh, C)
         common = relaxation.branches, rule, self.domain.mesh
@@ -303,7 +309,7 @@ class BeamModel(FrameBody):
         domain = self.domain.mesh
         values = np.array([given.extension, 0.0, 0.0, *given.curvature])
         e = fem.Constant(domain, values)
-        C = np.array(_effective(self.beam))
+        C = _effective(self.beam, self._static)
         stress = fem.Constant(domain, C @ values)
         return NaturalStress(
             e,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from functools import reduce
+from functools import cached_property, reduce
 from typing import Any, NamedTuple
 
 from mpi4py import MPI
@@ -20,7 +20,7 @@ from shellmb.arrays import Floats
 from shellmb.forms.measure import Measure
 from shellmb.forms.state import Layout
 from shellmb.forms.steps.damping import Straining
-from shellmb.forms.steps.path import Moment, Rows, moment_of
+from shellmb.forms.steps.path import Rows, moment_of
 from shellmb.forms.steps.relaxation import Branch
 from shellmb.meshes.shared import space_on
 from shellmb.model.body import Term
@@ -34,30 +34,21 @@ from shellmb.native.programs.tables import points_of
 type Key = tuple[float, bool]
 
 
-class Means(NamedTuple):
+def means(ratio: float, alpha: float, bows: bool) -> Floats:
     """Mean and first moment of a spring's strain over a step, eq. (V3).
-
-    Args:
-        matrix: Both from the strain at the start, its change and its bow, shape (2, 3).
-        ratio: Length of the step over the relaxation time.
-    """
-
-    matrix: Floats
-    ratio: float
-
-
-def means(ratio: float, alpha: float, bows: bool) -> Means:
-    """Mean and first moment over a step, eq. (V3).
 
     Args:
         ratio: Length of the step over the relaxation time.
         alpha: Dissipation of the scheme.
         bows: Whether its steps have a bow.
+
+    Returns:
+        Both from the strain at the start, its change and its bow, shape (2, 3).
     """
     if not bows:
-        return Means(np.array([[1, 0.5, 0], [0, 0, 0]]) / (1 + ratio / 2), ratio)
+        return np.array([[1, 0.5, 0], [0, 0, 0]]) / (1 + ratio / 2)
     left = np.array([[1 + ratio / 2, -ratio / 6], [ratio / 2, 1 + alpha * ratio / 6]])
-    return Means(np.linalg.solve(left, [[1, 0.5, -0.5], [0, 0.5, alpha / 2]]), ratio)
+    return np.linalg.solve(left, [[1, 0.5, -0.5], [0, 0.5, alpha / 2]])
 
 
 class Fading(NamedTuple):
@@ -205,8 +196,8 @@ class _Group:
         self._given = fem.Function(at_nodes), fem.Function(at_nodes)
         weights = fem.assemble_vector(compiled(ufl.TestFunction(self.space)[0] * fading.dx))
         weighed = weights.array[self._dofs[:own, :, 0]]
-        flat = ufl.as_vector([fading.C[i, j] for i in range(self._size) for j in range(self._size)])
-        C = self._at_points(flat)[:own].reshape(*weighed.shape, self._size, self._size)
+        C = self._at_points(self._section.matrix())[:own]
+        C = C.reshape(*weighed.shape, self._size, self._size)
         self._weighed = weighed[..., None, None] * C / 2
         self.values = np.zeros((len(self._times), fem.Function(self.space).x.array.size))
         self._rows: list[tuple[Straining, Course]] = []
@@ -219,16 +210,20 @@ class _Group:
         count = math.prod(value.ufl_shape)
         return np.asarray(found).reshape(len(self._cells), len(self._points), count)
 
-    def _change(self, moment: Moment) -> Any:
-        states = self._rows[-1][0].rows
-        value = moment_of(self._strain, moment, states.states[: states.moving])
-        return compiled_expression(value, self._points)
+    @cached_property
+    def _changes(self) -> list[Any]:
+        """Expressions of change and bow, by the rows of the last stage."""
+        along = self._rows[-1][0]
+        states = along.rows.states[: along.rows.moving]
+        return [
+            compiled_expression(moment_of(self._strain, moment, states), self._points)
+            for moment in along.change
+        ]
 
     def term(self, layout: Layout, course: Course, tests: Sequence[Expr], trial: Expr) -> Term:
         """Forces in the rows of a step."""
         along = course.rows(self._mixture(1.0, course)[0], self._given)
         self._rows.append((along, course))
-        self._changes = [self._change(moment) for moment in along.change]
 
         def integrate(densities: Sequence[Expr]) -> Form:
             return densities[0] * self._dx
@@ -239,14 +234,12 @@ class _Group:
         """Mean of the stresses over the step."""
         rows = self._rows[-1][0].rows
         e = moment_of(self._strain, rows.stresses[0].moment, rows.states[: rows.moving])
-        return self._section.C * e
-
-    def _means(self, dt: float, course: Course) -> list[Means]:
-        return [means(dt / time, course.alpha, course.bows) for time in self._times]
+        return self._section.stress(e)[0]
 
     def _mixture(self, dt: float, course: Course) -> tuple[Floats, Floats]:
         """Weights of change and bow in both stresses, and of the branches' strains, (2, n)."""
-        found = [f * m.matrix for f, m in zip(self._factors, self._means(dt, course), strict=True)]
+        self._steps = [means(dt / time, course.alpha, course.bows) for time in self._times]
+        found = [f * m for f, m in zip(self._factors, self._steps, strict=True)]
         return np.sum(found, axis=0)[:, 1:], np.array([m[:, 0] for m in found]).T
 
     def begin(self, q: fem.Function) -> None:
@@ -256,7 +249,7 @@ class _Group:
 
     def stiffness(self, q: fem.Function) -> Iterator[tuple[float, Form]]:
         space, change = q.function_space, self._strain.change
-        stress = self._section.C * change(q, ufl.TrialFunction(space))
+        stress = self._section.stress(change(q, ufl.TrialFunction(space)))[0]
         work = ufl.inner(stress, change(q, ufl.TestFunction(space))) * self._dx
         for time, factor in zip(self._times.tolist(), self._factors, strict=True):
             yield time, fem.Constant(self._domain, float(factor)) * work
@@ -271,7 +264,6 @@ class _Group:
         for along, course in self._rows if dt != self._dt else ():
             mixture, self._shares = self._mixture(dt, course)
             course.renew(along.rows, course.rows(mixture, self._given).rows)
-            self._steps = self._means(dt, course)
         self._dt = dt
         for function, shares in zip(self._given, self._shares, strict=True):
             at = (shares @ self.values)[self._dofs]
@@ -292,8 +284,8 @@ class _Group:
         ]
         first, bow = found if len(found) > 1 else (found[0], np.zeros_like(found[0]))
         given = np.array([np.stack([X, first, bow]) for X in self.values])
-        both = np.array([m.matrix @ g for m, g in zip(self._steps, given, strict=True)])
-        ratios = np.array([m.ratio for m in self._steps])[:, None]
+        both = np.array([m @ g for m, g in zip(self._steps, given, strict=True)])
+        ratios = (self._dt / self._times)[:, None]
         mean, moment = both[:, 0], both[:, 1]
         return mean, moment, bow - ratios / 3 * moment, first - ratios * mean
 
@@ -316,7 +308,7 @@ class _Group:
     def loss(self) -> tuple[float, float]:
         mean, moment, bow, _ = self._solved()
         course = self._rows[-1][1]
-        ratios = np.array([m.ratio for m in self._steps])
+        ratios = self._dt / self._times
         spent = 2 * ratios * (self._norms(mean) + self._norms(moment) / 3)
         scheme = course.alpha * self._norms(bow) if course.bows else np.zeros(1)
         return float(scheme.sum()), float(spent.sum())

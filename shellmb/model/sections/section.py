@@ -113,7 +113,6 @@ def bind_section(
         return _bind_linear(shell, shell.section, domain, tying, like, at_rest)
     section = shell.section
     assert isinstance(section, Hyperelastic | Wrinkling)
-    wrinkles = isinstance(section, Wrinkling)
     energy = tension_field if isinstance(section, Wrinkling) else section.energy
     parameters = {name: _constant(domain, value) for name, value in section.parameters.items()}
     N0, who = _constant(domain, section.stiffness), f"shell '{shell.name}': energy"
@@ -124,7 +123,7 @@ def bind_section(
         N0=N0,
         a=_share(domain, section.thickness),
         thickness=_constant(domain, section.thickness),
-        kinked=wrinkles,
+        kinked=isinstance(section, Wrinkling),
     )
     return BoundSection(nonlinear, N0, Sizes(section.thickness, section.stiffness, section.mass[0]))
 

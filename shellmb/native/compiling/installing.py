@@ -18,12 +18,12 @@ class BuildLoops(build_ext):  # type: ignore[misc]
         Raises:
             CompileError: If that fails: then a warning is told, and the installation goes on.
         """
-        # setuptools loads this file by its path
-        sys.path.insert(0, str(Path(__file__).parents[3]))
-        making = importlib.import_module("shellmb.native.compiling.source")
         target = Path(self.get_ext_fullpath(ext.name))
         target.parent.mkdir(parents=True, exist_ok=True)
+        # setuptools loads this file by its path
+        sys.path.insert(0, str(Path(__file__).parents[3]))
         try:
+            making = importlib.import_module("shellmb.native.compiling.source")
             making.compile_c(making.write_c(target.parent), target)
         except Exception as error:
             raise CompileError(str(error)) from error

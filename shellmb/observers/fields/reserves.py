@@ -72,9 +72,8 @@ class NodalStresses:
     def now(self) -> tuple[Floats, Floats]:
         """Stresses and strains, shape (n, plies, 3, 5); collective."""
         R = self._nodes.mean(self.resultants.elements())
-        if self._slopes is not None:
-            return stresses(self._rows, self._nodes.with_slopes(R, self._slopes))
-        return stresses(self._rows, np.concatenate([R[:, :6], np.zeros((len(R), 14))], axis=1))
+        both = R if self._slopes is None else self._nodes.with_slopes(R, self._slopes)
+        return stresses(self._rows, both)
 
 
 class Reserves(BaseObserver):

@@ -158,12 +158,15 @@ def stresses(rows: Sequence[PlyRows], both: Floats) -> tuple[Floats, Floats]:
 
     Args:
         rows: Rows of the plies.
-        both: Resultants and their derivatives, shape (n, 20).
+        both: Resultants and their derivatives, shape (n, 20), or resultants alone, (n, 8): without
+            derivatives stresses and strains 13 and 23 are zero.
     """
     stress, strain = list[Floats](), list[Floats]()
     for ply in rows:
-        across = np.einsum("...sij,...j->...si", ply.shear, both[:, 6:])
-        slip = np.einsum("...ij,...sj->...si", ply.slip, across)
+        across = slip = np.zeros((len(both), 3, 2))
+        if both.shape[1] > 8:
+            across = np.einsum("...sij,...j->...si", ply.shear, both[:, 6:])
+            slip = np.einsum("...ij,...sj->...si", ply.slip, across)
         for kept, plane, shear in ((stress, ply.stress, across), (strain, ply.strain, slip)):
             inner = np.einsum("...sij,...j->...si", plane, both[:, :8])
             kept.append(np.concatenate([inner, shear], axis=-1))

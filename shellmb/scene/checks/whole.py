@@ -210,7 +210,13 @@ def _relaxation(scene: Description) -> None:
             )
         if not relaxed and "equilibrium" in scene.starts:
             raise SceneError(f"{who}: {_FROM_EQUILIBRIUM}")
-    relaxing = {body.name for body in scene.meshed if body.section.relaxes}
+        natural = body.natural
+        if natural is not None and not (scene.static or (relaxed and natural.time is None)):
+            raise SceneError(
+                f"{who}: its section relaxes, and its branches do not follow a natural strain; in "
+                "motion natural must be left out, or be constant in time, with relaxed=True"
+            )
+    relaxing = {b.name for b in scene.meshed if b.section.relaxes and b.model != "rigid"}
     for element in scene.force_elements:
         series, who = element.relaxation, said(element)
         if series is None:

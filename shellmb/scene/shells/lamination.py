@@ -208,6 +208,8 @@ class Layup:
     def at_rest(self) -> Layup:
         """The section as statics has it."""
         given = [p.relaxation for p in self.layers]
+        if not any(given):
+            return self
         return self.scaled([1.0 if r is None else r.at_rest / r.long_term for r in given])
 
     def scaled(self, factors: Sequence[float]) -> Layup:
