@@ -25,15 +25,14 @@ from shellmb.native.programs.geometry import COORDINATES
 from shellmb.native.programs.graph import Unsupported
 from shellmb.native.programs.reading import Reader
 from shellmb.native.programs.tables import Tables, points_of
-from shellmb.native.structure import structure
 
 # integrals of a form at most, as C has functions
 MOST = 8
 KIND_COUNT = len(IntegralType.__members__)
 KINDS = {"cell": IntegralType.cell, "exterior_facet": IntegralType.exterior_facet}
-# rules by the structures of their forms: to read a form takes longer than many runs, and rules know
+# rules by the signatures of their forms: to read a form takes longer than many runs, and rules know
 # numbers, elements and places of functions, but no function and no mesh
-READ: dict[tuple[bytes, int, tuple[int, ...]], list[Rule]] = {}
+READ: dict[tuple[str, int, tuple[int, ...]], list[Rule]] = {}
 
 
 @dataclass(frozen=True, eq=False)
@@ -212,9 +211,9 @@ def summed(forms: Sequence[Form], moving: Collection[Any] = ()) -> fem.Form | No
     elements = [space.ufl_element() for space in spaces]
     columns = elements[1].dim if len(elements) == 2 else 1
     static, steady, coordinates = _steady(ufl_domain, coefficients, moving)
-    rules, alike = [], structure(form)
+    rules = []
     for number, key in enumerate(order):
-        place = alike, number, tuple(static)
+        place = form.signature(), number, tuple(static)
         if place not in READ:
             READ[place] = rules_of(groups[key], coefficients, constants, elements, static)
         rules.append(READ[place])
