@@ -13,8 +13,8 @@ from shellmb.api.resolve_scene import requested
 from shellmb.api.rotating import RotatingModes, StateModes
 from shellmb.errors import SceneError
 from shellmb.options.accuracy import AccuracyOptions, take_accuracy
-from shellmb.options.described import options_of, takes
-from shellmb.options.modes import ModesOptions, take_modes
+from shellmb.options.described import options_of, take, takes
+from shellmb.options.modes import ModesOptions
 from shellmb.options.run import ELEMENTS, Options
 from shellmb.scene import Scene
 
@@ -149,7 +149,7 @@ def modes(
             raise SceneError("modes: the scene is a run, and a state is given, too; give one")
         options["state"], made_here = scene, scene.computed is not None
         scene = scene.scene if made_here else scene_of_run(scene.directory, "modes")[0]
-    chosen, accuracy = take_modes(options, loaded=loaded), take_accuracy(options)
+    chosen, accuracy = take(ModesOptions, options, loaded=loaded), take_accuracy(options)
     if accuracy is not None or options.get("errors"):
         chosen.check_errors()
     wanted = requested(scene, parameters, **options)

@@ -43,8 +43,8 @@ from shellmb.cli.sensitivities import sensitivities
 from shellmb.cli.study import study
 from shellmb.errors import SceneError
 from shellmb.options.accuracy import ACCURACY, AccuracyOptions, take_accuracy
-from shellmb.options.described import options_of
-from shellmb.options.modes import ModesOptions, take_modes
+from shellmb.options.described import options_of, take
+from shellmb.options.modes import ModesOptions
 from shellmb.options.response import LinearOptions, ResponseOptions
 from shellmb.options.run import ELEMENTS, Options
 
@@ -266,7 +266,7 @@ def modes(
     --buckling: load factors at which the linear solution under the loads becomes unstable:
     `shellmb modes lateral_plate --buckling`
     """
-    chosen, accuracy = take_modes(elements), take_accuracy(elements)
+    chosen, accuracy = take(ModesOptions, elements), take_accuracy(elements)
     elements["errors"] = elements["errors"] or None
     if accuracy is not None or elements["errors"]:
         chosen.check_errors()

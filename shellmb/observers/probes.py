@@ -16,7 +16,7 @@ from shellmb.arrays import Floats
 from shellmb.model.locations.nodes import local_nodes, local_point
 from shellmb.model.locations.surrounding import is_point, surrounding
 from shellmb.observers.deferred_observer import STEPS, DeferredObserver, Row
-from shellmb.observers.fields.modal import ModalNodes, modal_members
+from shellmb.observers.fields.modal import ModalNodes, modal_members, readable
 from shellmb.observers.fields.modalresultants import resultants_of
 from shellmb.observers.fields.nodal import Nodes, Reading, rotation_vectors
 from shellmb.observers.fields.resultants import Resultants, has_resultants
@@ -125,10 +125,7 @@ class Probes(DeferredObserver):
     def _sum(self, simulation: Simulation, given: Body, probe: Probe) -> Sum:
         """Reading at one node, or at the nodes of one place."""
         who = f"probe '{probe.name}'"
-        modal = modal_members(simulation.model).get(given.name)
-        body = simulation.model.meshed.get(given.name)
-        if modal is not None:
-            body = modal.members[given.name].body
+        body = readable(simulation.model).get(given.name)
         if body is not None and has_resultants(body, probe.quantity):
             if body.name not in self._resultants:
                 self._resultants[body.name] = resultants_of(simulation, body)
@@ -206,10 +203,7 @@ def places_of(simulation: Simulation, name: str, probe: Probe) -> tuple[list[Any
     Raises:
         SceneError: If it is not on its body.
     """
-    modal = modal_members(simulation.model).get(name)
-    body: Any = {**simulation.model.meshed, **simulation.model.own}.get(name)
-    if modal is not None:
-        body = modal.members[name].body
+    body: Any = {**readable(simulation.model), **simulation.model.own}.get(name)
     if body is None or not is_point(probe.at):
         return [probe.at], np.ones(1)
     found, weights = surrounding(body, probe.at, f"probe '{probe.name}'")

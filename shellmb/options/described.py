@@ -389,3 +389,18 @@ def parse_mesh(text: str) -> tuple[int, int]:
     if not (x and first.isdecimal() and second.isdecimal()):
         raise SceneError(f"mesh is '{text}'; it must be two counts as in 8x4")
     return int(first), int(second)
+
+
+def take[T](kind: type[T], options: dict[str, Any], **own: Any) -> T:
+    """Take the choices of one kind out of the options of a command or function.
+
+    Args:
+        kind: The kind.
+        options: The options, by their names.
+        own: Others of them.
+
+    Raises:
+        SceneError: If a text means no value.
+    """
+    given = {one.name: options.pop(one.name, None) for one in options_of(kind)} | own
+    return kind(**{k: v for k, v in read(kind, given).items() if v is not None})

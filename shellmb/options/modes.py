@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from shellmb.errors import SceneError
-from shellmb.options.described import option, options_of, read
+from shellmb.options.described import option
 
 NATURAL = (
     "modes: errors are estimated of natural modes at rest only; leave out errors and accuracy, or "
@@ -98,18 +97,3 @@ class ModesOptions:
             raise SceneError("modes: loaded is given with a state, whose loads act; leave it out")
         if line and self.rates is None and not self.moving:
             raise SceneError("modes: axis and about are given without rates; give rates, too")
-
-
-def take_modes(options: dict[str, Any], **own: Any) -> ModesOptions:
-    """Take what modes are about out of the options of a command or function.
-
-    Args:
-        options: The options, by their names.
-        own: Others of them.
-
-    Raises:
-        SceneError: If a text means no value.
-    """
-    names = [one.name for one in options_of(ModesOptions)]
-    given = {name: options.pop(name, None) for name in names} | own
-    return ModesOptions(**{k: v for k, v in read(ModesOptions, given).items() if v is not None})

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from shellmb.errors import SceneError
-from shellmb.options.described import option, options_of, read
+from shellmb.options.described import option
 from shellmb.options.modes import numbers
 
 Quantity = Literal["displacement", "velocity", "acceleration"]
@@ -177,17 +177,3 @@ class ResponseOptions:
         metavar="INPUT=SPECTRUM",
         parse=curves,
     )
-
-
-def take[T](kind: type[T], options: dict[str, Any]) -> T:
-    """Take the choices of one kind out of the options of a command or function.
-
-    Args:
-        kind: The kind.
-        options: The options, by their names.
-
-    Raises:
-        SceneError: If a text means no value.
-    """
-    given = read(kind, {one.name: options.pop(one.name, None) for one in options_of(kind)})
-    return kind(**{k: v for k, v in given.items() if v is not None})

@@ -11,9 +11,9 @@ from dolfinx import fem
 
 from shellmb.arrays import Floats
 from shellmb.errors import SceneError
+from shellmb.running.natural_modes.vibration import in_motion
 from shellmb.running.rotating.linearised import Linearised
 from shellmb.scene import Driven, Fixed, Gravity, Motor, Scene
-from shellmb.scene.schemes import SIMPLEST
 
 AXES = "xyz"
 # rotations are differentiated by central differences over this angle and twice it, rad
@@ -98,8 +98,7 @@ def with_inputs(scene: Scene) -> tuple[Scene, dict[str, Perturbation]]:
         SceneError: If a controller moves a driver.
     """
     # what has no mass is told before ground accelerates it
-    scene = without_commands(scene)
-    scene = scene.with_options(scheme=SIMPLEST, dt=scene.dt or 1.0, t_end=scene.t_end or 1.0)
+    scene = in_motion(without_commands(scene))
     found: dict[str, Perturbation] = {}
 
     def new(name: str, given: Any = None, idle: bool = False) -> Perturbation:

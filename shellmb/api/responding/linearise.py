@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from shellmb.api.responding.system import LinearSystem
 from shellmb.errors import SceneError
-from shellmb.options.described import options_of, takes
-from shellmb.options.response import LinearOptions, take
+from shellmb.options.described import options_of, take, takes
+from shellmb.options.response import LinearOptions
 from shellmb.options.run import ELEMENTS, Options
 from shellmb.scene import Scene
 from shellmb.scene.values.validate import show

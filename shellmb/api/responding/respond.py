@@ -12,8 +12,8 @@ from shellmb.api.responding.linearise import scene_and_state
 from shellmb.api.responding.response import Response, find
 from shellmb.api.responding.system import LinearSystem
 from shellmb.errors import SceneError
-from shellmb.options.described import options_of, takes
-from shellmb.options.response import LinearOptions, ResponseOptions, take
+from shellmb.options.described import options_of, take, takes
+from shellmb.options.response import LinearOptions, ResponseOptions
 from shellmb.options.run import ELEMENTS, Options
 from shellmb.scene import Scene
 

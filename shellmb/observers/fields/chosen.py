@@ -15,7 +15,7 @@ from shellmb.model.frames.beam import BeamModel
 from shellmb.model.shells.shell import ShellModel
 from shellmb.observers.fields import by_section as section
 from shellmb.observers.fields.judging import judged
-from shellmb.observers.fields.modal import modal_members
+from shellmb.observers.fields.modal import modal_members, readable
 from shellmb.observers.fields.modalresultants import ModalStrained, resultants_of
 from shellmb.observers.fields.resultants import Resultants, Strained
 from shellmb.observers.fields.through import Slopes, interlaminar, ply_rows, stresses
@@ -225,8 +225,7 @@ def chosen_fields(simulation: Simulation) -> dict[str, ChosenFields]:
         simulation: The simulation.
     """
     scene, found = simulation.scene, {}
-    modal = {n: d.members[n].body for n, d in modal_members(simulation.model).items()}
-    for name, body in {**simulation.model.meshed, **modal}.items():
+    for name, body in readable(simulation.model).items():
         described = scene.body(name)
         wanted = tuple(w for w in wanted_fields(scene, kinds_of(described)) if w not in STATE)
         if wanted:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 from mpi4py import MPI
 
@@ -24,6 +25,12 @@ RATES = {"velocity", "director_velocity", "angular_velocity"}
 def modal_members(model: Model) -> dict[str, ModalBody]:
     """Reduced bodies by the names of the shells and beams that they consist of."""
     return {name: data for data in model.modal for name in data.members}
+
+
+def readable(model: Model) -> dict[str, Any]:
+    """Shells and beams whose nodes can be read by name, also those that are reduced to modes."""
+    members = {name: data.members[name].body for name, data in modal_members(model).items()}
+    return {**model.meshed, **members}
 
 
 class ModalState:

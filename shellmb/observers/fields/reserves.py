@@ -15,7 +15,7 @@ from shellmb.model.shells.shell import ShellModel
 from shellmb.observers.fields.by_section import layup
 from shellmb.observers.fields.chosen import NodalMeans
 from shellmb.observers.fields.judging import Judged, judged
-from shellmb.observers.fields.modal import modal_members
+from shellmb.observers.fields.modal import readable
 from shellmb.observers.fields.modalresultants import resultants_of
 from shellmb.observers.fields.through import SIDES, Slopes, ply_rows, stresses
 from shellmb.scene.loads.loads import PointLoad
@@ -104,10 +104,7 @@ class Reserves(BaseObserver):
         self._loads: dict[str, list[tuple[str, Floats]]] = defaultdict(list)
         for reserve in scene.reserves:
             shell = find_shell(scene, reserve.body, said(reserve))
-            modal = modal_members(model).get(shell.name)
-            body: Any = (
-                model.shells[shell.name] if modal is None else modal.members[shell.name].body
-            )
+            body = readable(model)[shell.name]
             each = judged(reserve, shell)
             bodies[shell.name] = body, each.across or bodies.get(shell.name, (body, False))[1]
             nodes = body.mixed.nodes("u")[: body.mixed.subspaces["u"].dofmap.index_map.size_local]

@@ -138,6 +138,15 @@ def equilibrium(scene: Scene, comm: MPI.Comm) -> Simulation:
     return Simulation(scene.with_options(scheme="static"), comm)
 
 
+def in_motion(scene: Scene) -> Scene:
+    """The scene with a scheme that has velocities; how it steps does not matter.
+
+    Args:
+        scene: The scene.
+    """
+    return scene.with_options(scheme=SIMPLEST, dt=scene.dt or 1.0, t_end=scene.t_end or 1.0)
+
+
 def modes_about(scene: Scene, comm: MPI.Comm, count: int, state: Simulation | None) -> Modes:
     """Natural modes as of `natural_modes`, without what resists velocities.
 
@@ -148,7 +157,7 @@ def modes_about(scene: Scene, comm: MPI.Comm, count: int, state: Simulation | No
         state: Static run whose end they are about, which is run here; None: the reference.
     """
     check_count(count)
-    moving = scene.with_options(scheme=SIMPLEST, dt=scene.dt or 1.0, t_end=scene.t_end or 1.0)
+    moving = in_motion(scene)
     # forces of joints and supports are those of the equilibrium, in its unit
     model, _ = checked_model(moving, comm, None if state is None else state.model.force)
     if state is not None:

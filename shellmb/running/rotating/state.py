@@ -23,6 +23,7 @@ from shellmb.model.reduced.floating_body import InertiaPoints
 from shellmb.native.assembler import assembled_as
 from shellmb.preprocessing.bodyfields import kinematic_dofs
 from shellmb.preprocessing.checked_model import checked_model
+from shellmb.running.natural_modes.vibration import in_motion
 from shellmb.running.rotating.axis import Axis, bearing, check_steady, three
 from shellmb.running.rotating.frame import RotatingFrame
 from shellmb.running.rotating.linearised import Linearised, refuse_relaxation
@@ -213,7 +214,7 @@ class MovingState(Linearised):
         about: Sequence[float] | None = None,
     ) -> None:
         self.time = t = float(counters["t"])
-        moving = scene.with_options(scheme=SIMPLEST, dt=scene.dt or 1.0, t_end=scene.t_end or 1.0)
+        moving = in_motion(scene)
         model, _ = checked_model(moving, comm)
         model.mechanism.switches.restore(counters["switches"])
         found = _motion(model, arrays, t, float(moving.dt or 1.0))

@@ -12,11 +12,11 @@ from shellmb.errors import ConvergenceError, SceneError
 from shellmb.model.model import Model
 from shellmb.preprocessing.checked_model import checked_model
 from shellmb.preprocessing.constraint_analysis.redundancy import largest_gap
+from shellmb.running.natural_modes.vibration import in_motion
 from shellmb.running.rotating.axis import Axis, held
 from shellmb.running.rotating.frame import RotatingFrame
 from shellmb.running.rotating.linearised import Linearised
 from shellmb.scene import Scene
-from shellmb.scene.schemes import SIMPLEST
 from shellmb.schemes.base import Levels
 from shellmb.simulate.start.start import OPEN
 
@@ -51,8 +51,7 @@ class SteadyRotation(Linearised):
     """
 
     def __init__(self, scene: Scene, axis: Axis, comm: MPI.Comm, loaded: bool) -> None:
-        t_end = float(scene.t_end or 1.0)
-        still = held(scene).with_options(scheme=SIMPLEST, dt=scene.dt or 1.0, t_end=t_end)
+        still = in_motion(held(scene))
         self.loaded, self.scene = loaded, scene
         model, _ = checked_model(still, comm)
         frames = {body.name: RotatingFrame(body, axis) for body in model.bodies}
@@ -61,7 +60,9 @@ class SteadyRotation(Linearised):
             for body in model.bodies
         }
         _check_closed(model, levels)
-        super().__init__(model, axis, frames, levels, t_end if loaded else 0.0, loaded)
+        super().__init__(
+            model, axis, frames, levels, float(still.t_end or 1.0) if loaded else 0.0, loaded
+        )
 
     def go(self, rate: float) -> None:
         """Find the relative equilibrium at a rate, from that at the last one.
