@@ -358,7 +358,8 @@ def response(
     from shellmb.api.responding.respond import response as respond
     from shellmb.running.request import parse_parameters
 
-    plain = {k: getattr(v, "value", v) for k, v in options.items() if v not in (None, False)}
+    given = {k: v for k, v in options.items() if v is not None and v is not False}
+    plain = {k: getattr(v, "value", v) for k, v in given.items()}
     directory = out or default_directory(f"{Path(scene).stem}-response")
     chosen = parse_parameters(parameters or [])
     found = respond(scene, directory, parameters=chosen, pictures=not no_pictures, **plain)

@@ -207,21 +207,22 @@ def begin(comm: MPI.Comm) -> None:
 
 
 @cache
-def _compiled() -> tuple[Path, Future[None] | None]:
-    """Path where the module is, or will be."""
-    name, *_ = named_source()
+def _compiled() -> tuple[Path, str, Future[None] | None]:
+    """Path where the module is, or will be, and its name."""
+    named = named_source()
+    name, *_ = named
     if is_intact(INSTALLED, name) and _loads(INSTALLED):
-        return INSTALLED, None
+        return INSTALLED, name, None
     where = cache_folder()
     target = where / f"{name}.so"
     if is_intact(target, name):
-        return target, None
+        return target, name, None
     _log.warning("the loops in C are compiled, once on this machine, which takes about 10 s")
-    scratch = write_c(where)
+    scratch = write_c(where, named)
     pool = ThreadPoolExecutor(max_workers=1)
     done = pool.submit(compile_c, scratch, target)
     pool.shutdown(wait=False)
-    return target, done
+    return target, name, done
 
 
 def _loads(library: Path) -> bool:
@@ -235,10 +236,9 @@ def _loads(library: Path) -> bool:
 
 @cache
 def _build() -> ModuleType:
-    target, compiling = _compiled()
+    target, name, compiling = _compiled()
     if compiling is not None:
         compiling.result()
-    name, *_ = named_source()
     spec = importlib.util.spec_from_file_location(name, target)
     assert spec is not None and spec.loader is not None
     with loading(target):

@@ -284,11 +284,11 @@ def test_the_loops_are_made_anew_where_they_are_damaged(cache, monkeypatch) -> N
     library = built(cache)
     monkeypatch.setattr(native, "INSTALLED", cache / "none")
     monkeypatch.setattr(native, "compile_c", lambda source, target: source.unlink())
-    target, compiling = native._compiled.__wrapped__()
+    target, _, compiling = native._compiled.__wrapped__()
     assert compiling is not None
     compiling.result()
     library.replace(target)
-    assert native._compiled.__wrapped__()[1] is not None
+    assert native._compiled.__wrapped__()[-1] is not None
 
 
 # --- the compiler ---------------------------------------------------------------------------------

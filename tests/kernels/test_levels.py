@@ -117,9 +117,9 @@ def test_the_cache_does_not_mix_levels(tmp_path, monkeypatch) -> None:
     monkeypatch.setattr(native, "cache_folder", lambda: tmp_path)
     monkeypatch.setattr(native, "INSTALLED", tmp_path / "none")
     monkeypatch.setattr(native, "compile_c", lambda *_: None)
-    before, _ = native._compiled.__wrapped__()
+    before, *_ = native._compiled.__wrapped__()
     monkeypatch.setattr(source, "COMPILER_FLAGS", compiler)
-    after, _ = native._compiled.__wrapped__()
+    after, *_ = native._compiled.__wrapped__()
     assert before.name != after.name
 
 

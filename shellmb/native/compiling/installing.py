@@ -24,6 +24,7 @@ class BuildLoops(build_ext):  # type: ignore[misc]
         sys.path.insert(0, str(Path(__file__).parents[3]))
         try:
             making = importlib.import_module("shellmb.native.compiling.source")
-            making.compile_c(making.write_c(target.parent), target)
+            made = making.write_c(target.parent, making.named_source())
+            making.compile_c(made, target)
         except Exception as error:
             raise CompileError(str(error)) from error

@@ -42,9 +42,14 @@ def named_source() -> tuple[str, str, str]:
     return f"shellmb_cells_{hashlib.sha256(key.encode()).hexdigest()[:16]}", header, source
 
 
-def write_c(folder: Path) -> Path:
-    """Write the library's C, with what Python needs to call it, under a name of this process."""
-    name, header, source = named_source()
+def write_c(folder: Path, named: tuple[str, str, str]) -> Path:
+    """Write the library's C, with what Python needs to call it, under a name of this process.
+
+    Args:
+        folder: The folder.
+        named: As from `named_source`.
+    """
+    name, header, source = named
     ffi = cffi.FFI()
     ffi.cdef(header)
     headers = "#include <math.h>\n#include <stdint.h>\n" + header
