@@ -153,7 +153,7 @@ def wrinkled_modes(model: Model, at: Parts | None) -> list[str]:
 
 
 def _energies(e: Expr, given: dict[str, Expr], stored: Expr) -> list[Expr]:
-    """What is kept of compression, and the whole."""
+    """The strain energy that is kept of compression, and all of it."""
     return [compressive(e, given), stored]
 
 
