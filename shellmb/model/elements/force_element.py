@@ -8,7 +8,7 @@ from typing import Any
 
 from shellmb.model.joints.coordinates import Coordinate
 from shellmb.scene import Scene
-from shellmb.scene.control.inputs import Input
+from shellmb.scene.control.signals import Input
 from shellmb.scene.multibody import elements as scene_elements
 from shellmb.scene.multibody.elements import Element, JointElement
 

@@ -18,7 +18,7 @@ from shellmb.model.body import Constraint, Dofs, FixedDofs, NodeLink, PartScale,
 from shellmb.model.joints.held import Constraints
 from shellmb.model.massless import Massless
 from shellmb.native.expressions import values_at_states
-from shellmb.scene.checks.locations import numbers_at
+from shellmb.scene.values.user_functions import numbers_at
 
 # a multiplier below this part of the group's force counts as zero
 SMALL_FORCE = 1e-3

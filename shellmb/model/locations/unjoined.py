@@ -15,8 +15,7 @@ from shellmb.errors import warn
 from shellmb.model.locations.nodes import ON_NODE, local_nodes
 from shellmb.model.shells.shell import ShellModel
 from shellmb.scene import Contact, Scene
-from shellmb.scene.multibody.edge_hinges import EdgeHinge
-from shellmb.scene.multibody.joints import GROUND
+from shellmb.scene.multibody.joints import GROUND, EdgeHinge
 from shellmb.scene.values.validate import edge_names
 
 type Sets = dict[Hashable, Hashable]

@@ -13,10 +13,8 @@ import numpy as np
 from shellmb.arrays import Floats
 from shellmb.barrier import first_found
 from shellmb.errors import SceneError, warn
-from shellmb.scene.checks.locations import given_at
 from shellmb.scene.lookup import said
-from shellmb.scene.values.copies import on_trial
-from shellmb.scene.values.positions import values_at
+from shellmb.scene.values.user_functions import given_at, on_trial, values_at
 
 if TYPE_CHECKING:
     from shellmb.model.frames.beam import BeamModel

@@ -6,7 +6,7 @@ from shellmb.barrier import first_found
 from shellmb.errors import SceneError
 from shellmb.meshes.shared import space_on
 from shellmb.meshes.spaces import MixedSpace
-from shellmb.scene.values.positions import OfPosition, values_at
+from shellmb.scene.values.user_functions import OfPosition, values_at
 
 
 def interpolated(function: OfPosition, mixed: MixedSpace, size: int, who: str) -> fem.Function:

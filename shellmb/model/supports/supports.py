@@ -15,11 +15,11 @@ from shellmb.model.locations.nodes import ON_NODE, Nodes, Place, said_point, sha
 from shellmb.model.shells.shell import ShellModel
 from shellmb.model.supports.nodal import NodalConstraint, arm_plane
 from shellmb.model.supports.prescribed import PARALLEL, Prescribed, Rows, Supportable
-from shellmb.scene.checks.locations import numbers_at
 from shellmb.scene.loads import supports as scene_supports
 from shellmb.scene.loads.supports import Support
 from shellmb.scene.lookup import said
 from shellmb.scene.multibody.offsets import arm_components
+from shellmb.scene.values.user_functions import numbers_at
 from shellmb.scene.values.validate import show
 
 Values = Callable[[float], Floats]

@@ -33,7 +33,7 @@ from shellmb.model.user_bodies.strains import PotentialStrains, Stiffness
 from shellmb.model.user_forms import vector_of, written
 from shellmb.native.expressions import compiled_expression
 from shellmb.scene.multibody.own_bodies import UserBody
-from shellmb.scene.values.validate import vector
+from shellmb.scene.types import vector
 
 ADVICE = "a smaller step"
 # of the energy of a constraint, below which a multiplier counts as zero

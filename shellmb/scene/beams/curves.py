@@ -16,17 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shellmb.errors import SceneError
-from shellmb.scene.values.validate import (
-    Axis,
-    Finite,
-    Name,
-    Spot,
-    Vec3,
-    described,
-    in_words,
-    show,
-    unit_vector,
-)
+from shellmb.scene.types import Axis, Finite, Name, Spot, Vec3
+from shellmb.scene.values.validate import described, in_words, show, unit_vector
 
 type Points = NDArray[np.float64]
 

@@ -3,24 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from shellmb.errors import SceneError, warn
 from shellmb.scene.control.signals import Signal
+from shellmb.scene.description import Body, Description
 from shellmb.scene.initial import FromMode
 from shellmb.scene.loads.loads import Gravity
 from shellmb.scene.loads.supports import Driven, Fixed
-from shellmb.scene.lookup import bodies_of, coordinates_of, listed, said
+from shellmb.scene.lookup import bodies_of, coordinates_of
 from shellmb.scene.multibody.own_bodies import UserBody
 from shellmb.scene.multibody.rigid import RigidBody
 from shellmb.scene.schemes import DISSIPATIVE
-from shellmb.scene.values.copies import on_trial
+from shellmb.scene.values.messages import listed, said
+from shellmb.scene.values.user_functions import on_trial
 from shellmb.scene.values.validate import show
-
-if TYPE_CHECKING:
-    from shellmb.scene.description import Body, Description
 
 # a step longer than the whole run by less than this fraction of it is round-off
 ROUND_OFF = 1e-9

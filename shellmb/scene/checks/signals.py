@@ -4,20 +4,25 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from shellmb.errors import SceneError
 from shellmb.scene.control.controllers import Law
-from shellmb.scene.control.inputs import inputs_of, named_inputs
-from shellmb.scene.control.signals import Acceleration, Commanded, Signal, Switched
+from shellmb.scene.control.signals import (
+    Acceleration,
+    Commanded,
+    Signal,
+    Switched,
+    inputs_of,
+    named_inputs,
+)
+from shellmb.scene.description import Description
 from shellmb.scene.loads.supports import Driven, Fixed
-from shellmb.scene.lookup import coordinates_of, find_joint, listed, said
+from shellmb.scene.lookup import coordinates_of, find_joint
 from shellmb.scene.multibody.elements import JointElement, Motor, PointElement
 from shellmb.scene.schemes import SCHEMES
+from shellmb.scene.values.messages import listed, said
 from shellmb.scene.values.validate import show
-
-if TYPE_CHECKING:
-    from shellmb.scene.description import Description
 
 # a period is a multiple of the step to this part of it
 MULTIPLE = 1e-9

@@ -12,16 +12,9 @@ from pydantic import BeforeValidator, InstanceOf
 from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.scene.control.sensors import Sensor
+from shellmb.scene.types import Finite, Name, NonNegative, Positive, Several
 from shellmb.scene.values.times import TimeFunction
-from shellmb.scene.values.validate import (
-    Finite,
-    Name,
-    NonNegative,
-    Positive,
-    Several,
-    described,
-    show,
-)
+from shellmb.scene.values.validate import described, show
 
 
 def _names(value: Any) -> Any:

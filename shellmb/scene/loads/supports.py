@@ -15,8 +15,9 @@ from typing import Any, ClassVar
 
 from shellmb.errors import SceneError
 from shellmb.scene.multibody.offsets import Arm
+from shellmb.scene.types import Axis, Edge, Finite, Name, Place, Vec3
 from shellmb.scene.values.times import TimeFunction
-from shellmb.scene.values.validate import Axis, Edge, Finite, Name, Place, Vec3, described, show
+from shellmb.scene.values.validate import described, show
 
 Component = Finite | Callable[[float], float] | None
 Components = tuple[Component, Component, Component]

@@ -13,18 +13,8 @@ from numpy.typing import NDArray
 from pydantic import BeforeValidator
 
 from shellmb.errors import SceneError
-from shellmb.scene.values.validate import (
-    NONE,
-    Listed,
-    Matrix3,
-    Name,
-    NonNegative,
-    Vec3,
-    described,
-    numbers,
-    show,
-    vector,
-)
+from shellmb.scene.types import NONE, Listed, Matrix3, Name, NonNegative, Vec3, numbers, vector
+from shellmb.scene.values.validate import described, show
 
 type Matrix = NDArray[np.float64]
 

@@ -17,7 +17,8 @@ from pydantic import Field
 
 from shellmb.errors import SceneError
 from shellmb.scene.shells.surfaces import Surface
-from shellmb.scene.values.validate import Edge, Held, Name, Positive, PositiveInt, described
+from shellmb.scene.types import Edge, Held, Name, Positive, PositiveInt
+from shellmb.scene.values.validate import described
 
 # part of a side below which nodes are one: gaps of CAD and of single precision are 1e-4 of it at
 # most, the smallest sides that are meant as such a tenth

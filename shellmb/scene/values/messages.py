@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import fields
 from typing import Any, get_args
 
@@ -21,6 +22,21 @@ def show(value: Any) -> str:
     value = plain(value)
     text = getattr(value, "__name__", None) or repr(value)
     return text if len(text) <= 60 else text[:57] + "..."
+
+
+def listed(names: Iterable[str]) -> str:
+    """Names for a message."""
+    return ", ".join(f"'{n}'" for n in names)
+
+
+def kind_of(body: Any) -> str:
+    """Name that messages use for this kind of body."""
+    return str(body.label)
+
+
+def said(item: Any) -> str:
+    """Name that messages use for a part of a scene."""
+    return f"{item.label} '{item.name}'" if hasattr(item, "name") else str(item.label)
 
 
 def in_words(error: BaseException) -> str:
