@@ -12,7 +12,7 @@ from shellmb.scene.control.signals import Signal
 from shellmb.scene.description import Body, Description
 from shellmb.scene.initial import FromMode
 from shellmb.scene.loads.loads import Gravity
-from shellmb.scene.loads.supports import Driven, Fixed
+from shellmb.scene.loads.supports import Driven
 from shellmb.scene.lookup import bodies_of, coordinates_of
 from shellmb.scene.multibody.own_bodies import UserBody
 from shellmb.scene.multibody.rigid import RigidBody
@@ -197,19 +197,11 @@ def check_begin(scene: Description) -> None:
     if scene.static or any(not isinstance(s, FromMode) for s in scene.starts):
         return
     for support in scene.supports:
-        if isinstance(support, Fixed):
-            for what in ("displacement", "director"):
-                for k, c in enumerate(getattr(support, what)):
-                    _at_rest(scene, c, f"{said(support)}: {what}[{k}]")
-        elif isinstance(support, Driven):
-            _at_rest(scene, support.rotation, f"{said(support)}: rotation")
-            _at_rest(scene, support.translation, f"{said(support)}: translation")
-
-
-def _at_rest(scene: Description, value: Any, who: str) -> None:
-    begin = value(0.0) if callable(value) else value
-    if begin is not None and np.any(begin):
-        raise SceneError(
-            f"{who} is {show(begin)} at t = 0; with scheme {show(scene.scheme_name)} it must begin "
-            "at 0, where the body is, or the scene must have start='equilibrium'"
-        )
+        for name, value in support.given.items():
+            begin = value(0.0) if callable(value) else value
+            if begin is not None and np.any(begin):
+                raise SceneError(
+                    f"{said(support)}: {name} is {show(begin)} at t = 0; with scheme "
+                    f"{show(scene.scheme_name)} it must begin at 0, where the body is, or the "
+                    "scene must have start='equilibrium'"
+                )

@@ -235,8 +235,8 @@ def _coordinates(scene: Description) -> None:
                     f"{other}; it must be prescribed once"
                 )
     for driver in scene.drivers:
-        for name in driver.coordinates:
-            finite_in_time(getattr(driver, name), scene.t_end, f"{said(driver)}: {name}", 1)
+        for name, function in driver.given.items():
+            finite_in_time(function, scene.t_end, f"{said(driver)}: {name}", 1)
     for lock in scene.locks:
         # one that begins after the end, as of a run that is cut short, is just not there
         for start, end in lock.active or ():

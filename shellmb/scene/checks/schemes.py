@@ -229,20 +229,16 @@ def _check_given(scene: Description, who: str) -> None:
     given: list[tuple[str, Any]] = []
     for support in scene.supports:
         what = f"{said(support)} at {show(support.at)}"
-        if isinstance(support, Fixed):
-            if not moves(support) and not at_rest(support):
-                raise SceneError(
-                    f"{who}: {what} prescribes a number other than 0; it must be a "
-                    "function of the load factor, as lambda factor: 0.1 * factor"
-                )
-            components = (*support.displacement, *support.director)
-            given += [(what, c) for c in components if c is not None]
-        elif isinstance(support, Driven):
-            given += [(f"{what}: rotation", support.rotation)]
-            given += [(f"{what}: translation", support.translation)]
+        if not moves(support) and not at_rest(support):
+            raise SceneError(
+                f"{who}: {what} prescribes a number other than 0; it must be a "
+                "function of the load factor, as lambda factor: 0.1 * factor"
+            )
+        single = isinstance(support, Fixed)
+        given += [(what if single else f"{what}: {n}", c) for n, c in support.given.items()]
     given += [(f"{said(v)}: change", v.change) for v in scene.volumes if v.change is not None]
     for driver in scene.drivers:
-        given += [(f"driver '{driver.name}': {c}", getattr(driver, c)) for c in driver.coordinates]
+        given += [(f"{said(driver)}: {name}", value) for name, value in driver.given.items()]
     for what, value in given:
         start = np.max(np.abs(value(0.0) if callable(value) else value or 0.0))
         if start > 0:
@@ -323,13 +319,8 @@ def functions_of_time(scene: Description) -> list[Any]:
         scene: The scene.
     """
     functions: list[Any] = [load.time for load in scene.loads]
-    for support in scene.supports:
-        if isinstance(support, Fixed):
-            functions += (*support.displacement, *support.director)
-        elif isinstance(support, Driven):
-            functions += (support.rotation, support.translation)
-    for driver in scene.drivers:
-        functions += (driver.rotation, driver.translation)
+    prescribed: tuple[Any, ...] = (*scene.supports, *scene.drivers)
+    functions += (value for item in prescribed for value in item.given.values())
     constraints: tuple[Any, ...] = (*scene.joints, *scene.couplings)
     functions += (function for item in constraints for function in item.given)
     return functions

@@ -21,7 +21,7 @@ from shellmb.scene.checks.signals import check_signals
 from shellmb.scene.description import Body, Description
 from shellmb.scene.loads.body_loads import LineForce
 from shellmb.scene.loads.loads import EdgeLoad, PointLoad
-from shellmb.scene.loads.supports import Driven, Fixed, HardSupport, Support, at_rest
+from shellmb.scene.loads.supports import Fixed, HardSupport, Support, at_rest
 from shellmb.scene.lookup import bodies_of, find_shell
 from shellmb.scene.multibody.joints import GROUND
 from shellmb.scene.multibody.own_bodies import UserBody
@@ -287,12 +287,10 @@ def _time_functions(scene: Description) -> None:
     for volume in scene.volumes:
         finite_in_time(volume.change, end, f"{said(volume)}: change", 1)
     for s in scene.supports:
-        if isinstance(s, Fixed):
-            for c in (*s.displacement, *s.director):
-                finite_in_time(c, end, "fixed components: prescribed value", 1)
-        elif isinstance(s, Driven):
-            finite_in_time(s.rotation, end, "driven edge: rotation", 1)
-            finite_in_time(s.translation, end, "driven edge: translation", 3)
+        for name, value in s.given.items():
+            what = "prescribed value" if isinstance(s, Fixed) else name
+            size = 3 if name == "translation" else 1
+            finite_in_time(value, end, f"{s.label}: {what}", size)
 
 
 def _functions_of_position(scene: Description) -> None:

@@ -49,7 +49,7 @@ class Driver:
         Raises:
             SceneError: If there is neither a rotation nor a translation.
         """
-        if self.rotation is None and self.translation is None:
+        if not self.given:
             raise SceneError(
                 f"driver '{self.name}': neither rotation nor translation is given; give one at "
                 "least"
@@ -58,11 +58,13 @@ class Driver:
     @property
     def coordinates(self) -> tuple[Coordinate, ...]:
         """The prescribed coordinates."""
-        given: tuple[tuple[Coordinate, Any], ...] = (
-            ("rotation", self.rotation),
-            ("translation", self.translation),
-        )
-        return tuple(name for name, function in given if function is not None)
+        return tuple(self.given)
+
+    @property
+    def given(self) -> dict[Coordinate, TimeFunction]:
+        """Their functions of time."""
+        both: dict[Coordinate, Any] = {"rotation": self.rotation, "translation": self.translation}
+        return {name: function for name, function in both.items() if function is not None}
 
 
 @described("lock")
