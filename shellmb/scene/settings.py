@@ -10,6 +10,7 @@ from pydantic import BeforeValidator, Field
 from shellmb.errors import SceneError
 from shellmb.scene.fields import DEFAULT, FIELDS
 from shellmb.scene.types import NONE, Finite, Listed, Positive, PositiveInt, Untrue
+from shellmb.scene.values.messages import refused
 from shellmb.scene.values.validate import described, show
 
 Fraction = Annotated[float, Field(gt=0, lt=1, allow_inf_nan=False)]
@@ -92,9 +93,8 @@ class StepControl:
                 that is beyond any use, if there are two, or if times do not increase.
         """
         if self.min_dt and self.max_dt and self.min_dt > self.max_dt:
-            raise SceneError(
-                f"step control: min_dt is {show(self.min_dt)}; it must be at most max_dt, "
-                f"which is {show(self.max_dt)}"
+            raise refused(
+                self, "min_dt", f"it must be at most max_dt, which is {show(self.max_dt)}"
             )
         for a, b in pairwise(self.times):
             if not b > a:
@@ -102,9 +102,8 @@ class StepControl:
         if self.step_error is None:
             return
         if self.step_error >= 1:
-            raise SceneError(
-                f"step control: step_error is {show(self.step_error)}; it must be less than 1, "
-                "which is an error as large as the body"
+            raise refused(
+                self, "step_error", "it must be less than 1, which is an error as large as the body"
             )
         if self.jump_tolerance is not None:
             raise SceneError(

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from dataclasses import KW_ONLY
 from functools import cached_property
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -189,15 +189,21 @@ class GeneralSection(BeamSection):
         return self.mass_per_length, self.first_moments, self.second_moments
 
 
+@described("section of a shape")
 class _Shape(BeamSection):
     """A homogeneous isotropic section with two planes of symmetry, its centroid off the line."""
 
-    E: float
-    nu: float | None
-    density: float
-    offset: tuple[float, float]
-    G: float | None
-    label: str
+    E: Positive
+    nu: PoissonRatio | None
+    _: KW_ONLY
+    density: NonNegative = 0.0
+    offset: Pair = (0.0, 0.0)
+    G: Positive | None = None
+    stiffness_damping: BeamTimes = 0.0
+    mass_damping: NonNegative = 0.0
+    relaxation: Prony | None = None
+
+    label: ClassVar[str]
 
     @property
     def shear_modulus(self) -> float:
@@ -231,7 +237,12 @@ class _Shape(BeamSection):
         """Shear corrections along d2 and d3 [-]."""
         raise NotImplementedError
 
-    def _check(self) -> None:
+    def __post_init__(self) -> None:
+        """Check the moduli.
+
+        Raises:
+            SceneError: If there is not one of them beside Young's.
+        """
         if (self.nu is None) == (self.G is None):
             raise SceneError(
                 f"{self.label}: nu is {show(self.nu)} and G is {show(self.G)}; exactly one of "
@@ -289,22 +300,10 @@ class RectangularSection(_Shape):
         relaxation: Prony series of its moduli; None: elastic.
     """
 
-    E: Positive
-    nu: PoissonRatio | None
     _: KW_ONLY
     width: Positive
     height: Positive
-    density: NonNegative = 0.0
     shear_correction: Positive = 5 / 6
-    offset: Pair = (0.0, 0.0)
-    G: Positive | None = None
-    stiffness_damping: BeamTimes = 0.0
-    mass_damping: NonNegative = 0.0
-    relaxation: Prony | None = None
-
-    def __post_init__(self) -> None:
-        """Check the moduli."""
-        self._check()
 
     @property
     def size(self) -> float:
@@ -395,23 +394,11 @@ class CircularSection(_Round):
         relaxation: Prony series of its moduli; None: elastic.
     """
 
-    E: Positive
-    nu: PoissonRatio | None
     _: KW_ONLY
     radius: Positive
-    density: NonNegative = 0.0
     shear_correction: Positive | None = None
-    offset: Pair = (0.0, 0.0)
-    G: Positive | None = None
-    stiffness_damping: BeamTimes = 0.0
-    mass_damping: NonNegative = 0.0
-    relaxation: Prony | None = None
 
     hole = 0.0
-
-    def __post_init__(self) -> None:
-        """Check the moduli."""
-        self._check()
 
 
 @described("tubular section")
@@ -432,18 +419,10 @@ class TubularSection(_Round):
         relaxation: Prony series of its moduli; None: elastic.
     """
 
-    E: Positive
-    nu: PoissonRatio | None
     _: KW_ONLY
     radius: Positive
     thickness: Positive
-    density: NonNegative = 0.0
     shear_correction: Positive | None = None
-    offset: Pair = (0.0, 0.0)
-    G: Positive | None = None
-    stiffness_damping: BeamTimes = 0.0
-    mass_damping: NonNegative = 0.0
-    relaxation: Prony | None = None
 
     def __post_init__(self) -> None:
         """Check the moduli and the wall.
@@ -451,7 +430,7 @@ class TubularSection(_Round):
         Raises:
             SceneError: If the wall fills the tube.
         """
-        self._check()
+        super().__post_init__()
         if self.thickness >= self.radius:
             raise SceneError(
                 f"tubular section: thickness is {show(self.thickness)}; it must be less than the "

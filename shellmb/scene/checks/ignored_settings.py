@@ -17,7 +17,7 @@ from shellmb.scene.lookup import bodies_of, coordinates_of
 from shellmb.scene.multibody.own_bodies import UserBody
 from shellmb.scene.multibody.rigid import RigidBody
 from shellmb.scene.schemes import DISSIPATIVE
-from shellmb.scene.values.messages import listed, said
+from shellmb.scene.values.messages import listed, refused, said
 from shellmb.scene.values.user_functions import on_trial
 from shellmb.scene.values.validate import show
 
@@ -128,15 +128,11 @@ def _steps(scene: Description) -> None:
     assert scene.dt is not None and scene.t_end is not None
     low, high = SPAN
     if not low <= scene.dt <= high:
-        raise SceneError(
-            f"scene '{scene.name}': dt is {show(scene.dt)}; it must be between {low:g} and "
-            f"{high:g}, or its square is no number"
+        raise refused(
+            scene, "dt", f"it must be between {low:g} and {high:g}, or its square is no number"
         )
     if scene.dt > scene.t_end * (1 + ROUND_OFF):
-        raise SceneError(
-            f"scene '{scene.name}': dt is {show(scene.dt)}; it must be at most t_end, which is "
-            f"{show(scene.t_end)}"
-        )
+        raise refused(scene, "dt", f"it must be at most t_end, which is {show(scene.t_end)}")
     least = scene.step_control.min_dt
     if least is not None and least > scene.dt * (1 + ROUND_OFF):
         raise SceneError(

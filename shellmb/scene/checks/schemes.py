@@ -13,7 +13,7 @@ from shellmb.scene.description import Description
 from shellmb.scene.loads.supports import Driven, Fixed, at_rest, moves
 from shellmb.scene.multibody.rolling import Contact
 from shellmb.scene.schemes import DISSIPATIVE, SCHEMES, Traits
-from shellmb.scene.values.messages import listed, said
+from shellmb.scene.values.messages import listed, refused, said
 from shellmb.scene.values.renamed import choice_of_today
 from shellmb.scene.values.validate import show
 
@@ -187,9 +187,8 @@ def check_path(scene: Description) -> None:
     if scene.path is None:
         return
     if scene.starts:
-        raise SceneError(
-            f"scene '{scene.name}': start is {show(scene.start)}; a path starts from the unloaded "
-            "structure, so it must be left out"
+        raise refused(
+            scene, "start", "a path starts from the unloaded structure, so it must be left out"
         )
     who = f"scene '{scene.name}': path following"
     if scene.scheme_name != "static":

@@ -20,7 +20,7 @@ from shellmb.scene.description import Description
 from shellmb.scene.lookup import coordinates_of, find_joint
 from shellmb.scene.multibody.elements import JointElement, Motor, PointElement
 from shellmb.scene.schemes import SCHEMES
-from shellmb.scene.values.messages import listed, said
+from shellmb.scene.values.messages import listed, refused, said
 from shellmb.scene.values.validate import show
 
 # a period is a multiple of the step to this part of it
@@ -97,9 +97,8 @@ def _places(scene: Description) -> None:
                 )
     for load in scene.loads:
         if isinstance(load.time, Acceleration):
-            raise SceneError(
-                f"{said(load)}: time is {show(load.time)}; it must be Command(...), as a load has "
-                "no coordinate to accelerate"
+            raise refused(
+                load, "time", "it must be Command(...), as a load has no coordinate to accelerate"
             )
     for driver in scene.drivers:
         _moves_on(driver)

@@ -34,6 +34,10 @@ from shellmb.scene.values.models import Modal
 from shellmb.scene.values.user_functions import finite_in_time, values_at
 from shellmb.scene.values.validate import edge_names, show
 
+# parts of a scene whose names differ within each of them, and others with names
+NAMED = ("bodies", "joints", "drivers", "force_elements", "couplings", "probes", "reserves")
+NAMED += ("controllers",)
+ALSO_NAMED = ("potentials", "contacts", "volumes", "events")
 # what separates folders, columns and texts
 SEPARATORS = "/\\,;\"'"
 # file systems take 255 bytes, endings included
@@ -73,20 +77,8 @@ def check_names(scene: Description) -> None:
     Raises:
         SceneError: At the first.
     """
-    named: tuple[Any, ...] = (
-        *scene.bodies,
-        *scene.joints,
-        *scene.drivers,
-        *scene.force_elements,
-        *scene.couplings,
-        *scene.potentials,
-        *scene.contacts,
-        *scene.volumes,
-        *scene.probes,
-        *scene.reserves,
-        *scene.controllers,
-        *scene.events,
-    )
+    several = (getattr(scene, what) for what in (*NAMED, *ALSO_NAMED))
+    named: list[Any] = [item for items in several for item in items]
     for item in (scene, *named):
         wrong = _wrong(item.name)
         if wrong:
@@ -139,18 +131,7 @@ def _names(scene: Description) -> None:
                 f"scene '{scene.name}': a {kind_of(body)} is named '{GROUND}'; it must have "
                 "another name, because this one is reserved"
             )
-    named = (
-        "shells",
-        "bodies",
-        "joints",
-        "drivers",
-        "force_elements",
-        "couplings",
-        "probes",
-        "reserves",
-        "controllers",
-    )
-    for what in (*named, "controllers"):
+    for what in ("shells", *NAMED):
         for name, count in Counter(item.name for item in getattr(scene, what)).items():
             if count > 1:
                 raise SceneError(

@@ -8,6 +8,7 @@ from typing import Any
 
 from shellmb.errors import SceneError
 from shellmb.scene.types import NONE, Finite, Listed, Name, Place, Positive, Vec3
+from shellmb.scene.values.messages import refused
 from shellmb.scene.values.times import TimeFunction
 from shellmb.scene.values.validate import described, show
 
@@ -109,7 +110,4 @@ class EnclosedVolume:
                 "left out, because the volume of a gas follows from its pressure"
             )
         if len(set(self.shells)) < len(self.shells):
-            raise SceneError(
-                f"enclosed volume '{self.name}': shells is {show(self.shells)}; each must be named "
-                "once"
-            )
+            raise refused(self, "shells", "each must be named once")

@@ -20,6 +20,7 @@ from shellmb.scene.control.signals import Command, Input
 from shellmb.scene.multibody.offsets import Point
 from shellmb.scene.types import NOTHING, Finite, Name, NonNegative, OneWindowOrMore, Positive
 from shellmb.scene.values.damping import Prony
+from shellmb.scene.values.messages import said
 from shellmb.scene.values.times import TimeFunction
 from shellmb.scene.values.validate import described, show
 
@@ -93,16 +94,16 @@ class Lock:
         Raises:
             SceneError: If nothing does, or two things do.
         """
-        said = f"lock of joint '{self.joint}'"
+        who = f"lock of joint '{self.joint}'"
         if (self.active is None) == (self.when is None and self.until is None):
             state = "none is" if self.active is None else "both are"
             raise SceneError(
-                f"{said}: of active and conditions (when, until) {state} given; it must be one of "
+                f"{who}: of active and conditions (when, until) {state} given; it must be one of "
                 "them"
             )
         if isinstance(self.when, str) and self.until is not None:
             raise SceneError(
-                f"{said}: when is event '{self.when}' and until is given; it must be the event's"
+                f"{who}: when is event '{self.when}' and until is given; it must be the event's"
             )
 
     @property
@@ -126,11 +127,31 @@ class Element:
     Attributes:
         name: Its name in the results.
         relaxation: Prony series of its stiffness; None: it does not relax.
+        laws: Two parameters of which one is given, its law; none: it has one anyway.
     """
 
     name: str
     label: ClassVar[str]
+    laws: ClassVar[tuple[str, ...]] = ()
     relaxation: Prony | None = None
+
+    def __post_init__(self) -> None:
+        """Check that it has one law, of which there are shares where it relaxes.
+
+        Raises:
+            SceneError: If both or none are given, or a potential relaxes.
+        """
+        given = [name for name in self.laws if getattr(self, name) is not None]
+        if self.laws and len(given) != 1:
+            state = "both are" if given else "neither is"
+            raise SceneError(
+                f"{said(self)}: of {' and '.join(self.laws)} {state} given; it must be exactly one"
+            )
+        if self.relaxation is not None and "potential" in given:
+            raise SceneError(
+                f"{said(self)}: it has a relaxation and a potential; a spring that relaxes must "
+                "have a stiffness, of which its Prony series tells shares"
+            )
 
 
 class JointElement(Element):
@@ -160,37 +181,17 @@ class PointElement(Element):
     at: Point
     second_at: Point
 
+    def __post_init__(self) -> None:
+        """Check that it has two ends.
 
-def _one_of(said: str, **given: Any) -> None:
-    """Exactly one of two parameters.
-
-    Raises:
-        SceneError: If both or none are given.
-    """
-    (a, x), (b, y) = given.items()
-    if (x is None) == (y is None):
-        state = "neither is" if x is None else "both are"
-        raise SceneError(f"{said}: of {a} and {b} {state} given; it must be exactly one")
-
-
-def _relaxes(element: Element, potential: object, said: str) -> None:
-    """Springs with a stiffness have Maxwell branches.
-
-    Raises:
-        SceneError: If one with a potential relaxes.
-    """
-    if element.relaxation is not None and potential is not None:
-        raise SceneError(
-            f"{said}: it has a relaxation and a potential; a spring that relaxes must have a "
-            "stiffness, of which its Prony series tells shares"
-        )
-
-
-def _two_ends(element: PointElement, said: str) -> None:
-    if element.first == element.second:
-        raise SceneError(
-            f"{said}: first and second are both '{element.first}'; they must be two bodies"
-        )
+        Raises:
+            SceneError: If both are on one body.
+        """
+        if self.first == self.second:
+            raise SceneError(
+                f"{said(self)}: first and second are both '{self.first}'; they must be two bodies"
+            )
+        super().__post_init__()
 
 
 @described("joint spring")
@@ -216,11 +217,7 @@ class JointSpring(JointElement):
     coordinate: Coordinate | None = None
     relaxation: Prony | None = None
 
-    def __post_init__(self) -> None:
-        """Check that it has one law."""
-        said = f"{self.label} '{self.name}'"
-        _one_of(said, stiffness=self.stiffness, potential=self.potential)
-        _relaxes(self, self.potential, said)
+    laws = ("stiffness", "potential")
 
 
 @described("joint damper")
@@ -242,9 +239,7 @@ class JointDamper(JointElement):
     law: Callable[[Any], Any] | None = None
     coordinate: Coordinate | None = None
 
-    def __post_init__(self) -> None:
-        """Check that it has one law."""
-        _one_of(f"{self.label} '{self.name}'", damping=self.damping, law=self.law)
+    laws = ("damping", "law")
 
 
 @described("joint stop")
@@ -279,15 +274,14 @@ class JointStop(JointElement):
         Raises:
             SceneError: Otherwise.
         """
-        said = f"{self.label} '{self.name}'"
         if self.lower is None and self.upper is None:
-            raise SceneError(f"{said}: neither lower nor upper is given; give one at least")
+            raise SceneError(f"{said(self)}: neither lower nor upper is given; give one at least")
         low = -math.inf if self.lower is None else self.lower
         high = math.inf if self.upper is None else self.upper
         if not (low < high and low <= 0 <= high):
             raise SceneError(
-                f"{said}: lower is {show(self.lower)} and upper {show(self.upper)}; they must be "
-                "such that 0 is between them, which is where the joint starts"
+                f"{said(self)}: lower is {show(self.lower)} and upper {show(self.upper)}; they must "
+                "be such that 0 is between them, which is where the joint starts"
             )
 
 
@@ -310,9 +304,7 @@ class Motor(JointElement):
     coordinate: Coordinate | None = None
     command: InstanceOf[Command] | InstanceOf[Input] | None = None
 
-    def __post_init__(self) -> None:
-        """Check that it has one law."""
-        _one_of(f"{self.label} '{self.name}'", law=self.law, command=self.command)
+    laws = ("law", "command")
 
 
 @described("spring")
@@ -342,20 +334,19 @@ class Spring(PointElement):
     length: NonNegative | None = None
     relaxation: Prony | None = None
 
+    laws = ("stiffness", "potential")
+
     def __post_init__(self) -> None:
-        """Check that it has one law and two ends.
+        """Check that its law is one.
 
         Raises:
-            SceneError: Otherwise, or if a natural length comes with a potential.
+            SceneError: If a natural length comes with a potential.
         """
-        said = f"{self.label} '{self.name}'"
-        _two_ends(self, said)
-        _one_of(said, stiffness=self.stiffness, potential=self.potential)
-        _relaxes(self, self.potential, said)
+        super().__post_init__()
         if self.potential is not None and self.length is not None:
             raise SceneError(
-                f"{said}: length is {self.length:g}; it must be left out with a potential, which "
-                "is a function of the whole length"
+                f"{said(self)}: length is {self.length:g}; it must be left out with a potential, "
+                "which is a function of the whole length"
             )
 
 
@@ -382,8 +373,4 @@ class Damper(PointElement):
     damping: NonNegative | None = None
     law: Callable[[Any], Any] | None = None
 
-    def __post_init__(self) -> None:
-        """Check that it has one law and two ends."""
-        said = f"{self.label} '{self.name}'"
-        _two_ends(self, said)
-        _one_of(said, damping=self.damping, law=self.law)
+    laws = ("damping", "law")

@@ -20,6 +20,7 @@ import numpy as np
 from shellmb.errors import SceneError
 from shellmb.scene.multibody.offsets import Point
 from shellmb.scene.types import NONE, Axis, Finite, Listed, Name, NonNegative, Positive, Windows
+from shellmb.scene.values.messages import refused
 from shellmb.scene.values.times import TimeFunction
 from shellmb.scene.values.validate import described, show, unit_vector
 
@@ -196,9 +197,7 @@ class Screw(Joint):
         """
         super().__post_init__()
         if self.pitch == 0:
-            raise SceneError(
-                f"{self.said}: pitch is {show(self.pitch)}; it must not be zero, or use Revolute"
-            )
+            raise refused(self, "pitch", "it must not be zero, or use Revolute")
 
 
 @described("weld")
@@ -335,10 +334,7 @@ class EdgeHinge(Joint):
                 "is part of a rigid body or of a shell"
             )
         if self.active is not None:
-            raise SceneError(
-                f"{self.said}: active is {show(self.active)}; it must be left out, because an edge "
-                "hinge acts always"
-            )
+            raise refused(self, "active", "it must be left out, because an edge hinge acts always")
         for name in ("at", "second_at"):
             where = getattr(self, name)
             if where is not None and not isinstance(where, str):

@@ -9,10 +9,11 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, InstanceOf
 
 from shellmb.errors import SceneError
-from shellmb.scene.shells.gmsh_surfaces import CAD, GmshFile, Meshed, MeshFile
+from shellmb.scene.shells.gmsh_surfaces import CAD, GmshFile, Meshed, OfFile
 from shellmb.scene.shells.sections import LinearSection, Section, Wrinkling
 from shellmb.scene.shells.surfaces import Surface
 from shellmb.scene.types import NONE, Edge, Listed, Name, PositiveInt, Untrue, Vec3
+from shellmb.scene.values.messages import refused
 from shellmb.scene.values.models import BodyModel, Deforming
 from shellmb.scene.values.natural import NaturalStrain
 from shellmb.scene.values.user_functions import OfPosition
@@ -116,15 +117,11 @@ class Shell(Deforming):
                     "points is; it must have another name"
                 )
         if self.distortion and isinstance(self.surface, Meshed):
-            raise SceneError(
-                f"shell '{self.name}': distortion is {show(self.distortion)}; "
-                "it must be 0 where the mesh is read, or made by gmsh"
+            raise refused(
+                self, "distortion", "it must be 0 where the mesh is read, or made by gmsh"
             )
         if self.surface.closed and not self.surface.pole and self.mesh[0] < 3:
-            raise SceneError(
-                f"shell '{self.name}': mesh is {show(self.mesh)}; "
-                "it must have at least 3 elements around a closed surface"
-            )
+            raise refused(self, "mesh", "it must have at least 3 elements around a closed surface")
         if self.direction is not None and not callable(self.direction):
             unit_vector(self.direction, f"shell '{self.name}': direction")
         if self.natural is not None:
@@ -202,7 +199,7 @@ def refined_times(shell: Shell) -> int | None:
     """
     surface = shell.surface
     cad = isinstance(surface, GmshFile) and surface.path.suffix.lower() in CAD
-    return None if cad or not isinstance(surface, GmshFile | MeshFile) else surface.refine
+    return None if cad or not isinstance(surface, OfFile) else surface.refine
 
 
 def divided(shell: Shell, times: int) -> Shell:
@@ -216,6 +213,6 @@ def divided(shell: Shell, times: int) -> Shell:
         SceneError: If there is no such mesh.
     """
     surface, refined = shell.surface, refined_times(shell)
-    if isinstance(surface, GmshFile | MeshFile) and refined is not None:
+    if isinstance(surface, OfFile) and refined is not None:
         return replace(shell, surface=replace(surface, refine=times * refined))
     return replace(shell, mesh=(times * shell.mesh[0], times * shell.mesh[1]))

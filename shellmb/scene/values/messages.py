@@ -9,6 +9,7 @@ from typing import Any, get_args
 import numpy as np
 from pydantic import ValidationError
 
+from shellmb.errors import SceneError
 from shellmb.scene.values.renamed import name_of_today
 
 
@@ -43,6 +44,17 @@ def in_words(error: BaseException) -> str:
     """Text of an error in a user's function, with its type where the text alone says little."""
     text = str(error)
     return text if isinstance(error, TypeError | ValueError) else f"{type(error).__name__}: {text}"
+
+
+def refused(part: Any, name: str, right: str) -> SceneError:
+    """Error about one parameter of a part of a scene, with its value.
+
+    Args:
+        part: The part.
+        name: Name of the parameter.
+        right: Says what would be right.
+    """
+    return SceneError(f"{said(part)}: {name} is {show(getattr(part, name))}; {right}")
 
 
 UNKNOWN = "unexpected_keyword_argument"
