@@ -1,7 +1,5 @@
 """The errors shellmb raises on purpose; everything else is a bug."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import warnings

@@ -1,7 +1,5 @@
 """States of objects for a restart: copies of some of their attributes."""
 
-from __future__ import annotations
-
 from typing import Any, ClassVar
 
 import numpy as np

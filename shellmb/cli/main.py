@@ -1,7 +1,5 @@
 """The commands. What is heavy is imported only when a command needs it."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any

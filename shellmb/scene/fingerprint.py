@@ -4,8 +4,6 @@ Two scenes with the same fingerprint describe the same physics. Functions count 
 code and by the values that they use: what they close over, and what they read of their module.
 """
 
-from __future__ import annotations
-
 import contextlib
 import functools
 import hashlib

@@ -1,7 +1,5 @@
 """Beams, and how they are glued to shells."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any, Literal
 

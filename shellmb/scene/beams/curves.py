@@ -4,8 +4,6 @@ Every curve has a parameter ``xi`` in [0, 1] and the named points ``start`` (xi 
 (xi = 1); a closed one has ``start`` only.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import field

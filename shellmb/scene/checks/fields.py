@@ -1,7 +1,5 @@
 """Check that the fields that a scene asks for are those of its bodies."""
 
-from __future__ import annotations
-
 from shellmb.errors import SceneError
 from shellmb.scene.beams.beam import Beam
 from shellmb.scene.description import Body, Description

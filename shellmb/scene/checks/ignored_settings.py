@@ -1,7 +1,5 @@
 """Checks that nothing is requested that would have no effect, or twice the effect."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

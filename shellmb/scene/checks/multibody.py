@@ -1,7 +1,5 @@
 """Checks of what connects bodies, moves joints, and holds or loads the whole."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Checks of what schemes can follow: small displacements, paths of equilibria, step control."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 from typing import Any

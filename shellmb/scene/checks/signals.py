@@ -1,7 +1,5 @@
 """Checks of sensors, controllers, events, and of what they act on."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Iterator
 from typing import Any

@@ -1,7 +1,5 @@
 """Checks of a scene that concern several of its parts; all of them before DOLFINx is imported."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Iterator
 from itertools import combinations
@@ -35,8 +33,8 @@ from shellmb.scene.values.user_functions import finite_in_time, values_at
 from shellmb.scene.values.validate import edge_names, show
 
 # parts of a scene whose names differ within each of them, and others with names
-NAMED = ("bodies", "joints", "drivers", "force_elements", "couplings", "probes", "reserves")
-NAMED += ("controllers",)
+RECORDED = ("probes", "reserves", "controllers")
+NAMED = ("bodies", "joints", "drivers", "force_elements", "couplings", *RECORDED)
 ALSO_NAMED = ("potentials", "contacts", "volumes", "events")
 # what separates folders, columns and texts
 SEPARATORS = "/\\,;\"'"

@@ -5,8 +5,6 @@ it begins. Inputs are data: a partner sets them by name (`shellmb.exchange`), a 
 nothing, and a run without a partner has their defaults.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import fields, is_dataclass
 from typing import Any

@@ -1,7 +1,5 @@
 """Contact with rigid obstacles, fixed in space or to a rigid body, and with faces of shells."""
 
-from __future__ import annotations
-
 from functools import cached_property
 from typing import Any, ClassVar
 

@@ -1,7 +1,5 @@
 """Couplings of the coordinates of joints: gears, belts, differentials, and sums of one's own."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, ClassVar

@@ -5,8 +5,6 @@ to its first, about or along the joint's axis, right-handed, and begins as zero;
 whole turns.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import field
@@ -280,8 +278,8 @@ class JointStop(JointElement):
         high = math.inf if self.upper is None else self.upper
         if not (low < high and low <= 0 <= high):
             raise SceneError(
-                f"{said(self)}: lower is {show(self.lower)} and upper {show(self.upper)}; they must "
-                "be such that 0 is between them, which is where the joint starts"
+                f"{said(self)}: lower is {show(self.lower)} and upper {show(self.upper)}; they "
+                "must be such that 0 is between them, which is where the joint starts"
             )
 
 

@@ -9,8 +9,6 @@ reference configuration, in the scene's axes. A joint may have a mass, which bot
 halves, and may act in windows ``(start, end)`` of time only.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import KW_ONLY, field
 from typing import Any, ClassVar

@@ -1,7 +1,5 @@
 """Rigid bodies."""
 
-from __future__ import annotations
-
 import os
 from dataclasses import field
 from functools import cached_property

@@ -1,7 +1,5 @@
 """Shells, the joins between them, and shells with finer meshes."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import field, replace
 from typing import Annotated, Any, Literal

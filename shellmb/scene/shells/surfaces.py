@@ -5,8 +5,6 @@ Every surface has parameters ``xi`` and ``eta`` in [0, 1]. Its edges are ``left`
 ``left-bottom`` and so on. A surface that closes or has a pole has fewer of them.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from functools import cached_property

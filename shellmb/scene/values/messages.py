@@ -1,7 +1,5 @@
 """Pydantic's errors as one plain sentence: who, which parameter, its value, what would be right."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import fields
 from typing import Any, get_args

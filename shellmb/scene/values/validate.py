@@ -1,7 +1,5 @@
 """Checked frozen dataclasses."""
 
-from __future__ import annotations
-
 import functools
 from collections.abc import Callable, Sequence
 from dataclasses import field, fields
