@@ -18,7 +18,7 @@ from shellmb.scene.control.signals import Command, Input
 from shellmb.scene.multibody.offsets import Point
 from shellmb.scene.types import NOTHING, Finite, Name, NonNegative, OneWindowOrMore, Positive
 from shellmb.scene.values.damping import Prony
-from shellmb.scene.values.messages import said
+from shellmb.scene.values.messages import error_of, said
 from shellmb.scene.values.times import TimeFunction
 from shellmb.scene.values.validate import described, show
 
@@ -49,10 +49,7 @@ class Driver:
             SceneError: If there is neither a rotation nor a translation.
         """
         if not self.given:
-            raise SceneError(
-                f"driver '{self.name}': neither rotation nor translation is given; give one at "
-                "least"
-            )
+            raise error_of(self, "neither rotation nor translation is given; give one at least")
 
     @property
     def coordinates(self) -> tuple[Coordinate, ...]:

@@ -18,7 +18,7 @@ import numpy as np
 from shellmb.errors import SceneError
 from shellmb.scene.multibody.offsets import Point
 from shellmb.scene.types import NONE, Axis, Finite, Listed, Name, NonNegative, Positive, Windows
-from shellmb.scene.values.messages import refused
+from shellmb.scene.values.messages import error_of, refused
 from shellmb.scene.values.times import TimeFunction
 from shellmb.scene.values.validate import described, show, unit_vector
 
@@ -69,9 +69,7 @@ class Joint:
             SceneError: If both are the same.
         """
         if self.first == self.second:
-            raise SceneError(
-                f"{self.said}: first and second are both {show(self.first)}; they must differ"
-            )
+            raise error_of(self, f"first and second are both {show(self.first)}; they must differ")
 
     @property
     def said(self) -> str:

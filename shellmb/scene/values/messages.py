@@ -44,6 +44,16 @@ def in_words(error: BaseException) -> str:
     return text if isinstance(error, TypeError | ValueError) else f"{type(error).__name__}: {text}"
 
 
+def error_of(part: Any, text: str) -> SceneError:
+    """Error about a part of a scene, which it names first.
+
+    Args:
+        part: The part.
+        text: Says what is wrong, and what would be right.
+    """
+    return SceneError(f"{said(part)}: {text}")
+
+
 def refused(part: Any, name: str, right: str) -> SceneError:
     """Error about one parameter of a part of a scene, with its value.
 
@@ -52,7 +62,7 @@ def refused(part: Any, name: str, right: str) -> SceneError:
         name: Name of the parameter.
         right: Says what would be right.
     """
-    return SceneError(f"{said(part)}: {name} is {show(getattr(part, name))}; {right}")
+    return error_of(part, f"{name} is {show(getattr(part, name))}; {right}")
 
 
 UNKNOWN = "unexpected_keyword_argument"
