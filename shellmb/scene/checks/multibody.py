@@ -113,17 +113,11 @@ def _joint(scene: Description, joint: Joint) -> None:
             f"{joint.said}: second_at is missing; it must be the centre of the wheel where the "
             f"second body is {_end_said(second)}"
         )
-    if isinstance(joint, Distance) and joint.length is None and joint.second_at == joint.at:
-        raise SceneError(
-            f"{joint.said}: at and second_at are both {show(joint.at)}; they must differ where no "
-            "length is given"
-        )
-    if isinstance(joint, Distance) and callable(joint.length):
-        if joint.second_at == joint.at:
-            raise SceneError(
-                f"{joint.said}: at and second_at are both {show(joint.at)}; they must differ where "
-                "length is a function of time"
-            )
+    if isinstance(joint, Distance) and joint.second_at == joint.at:
+        if joint.length is None or joint.given:
+            where = "length is a function of time" if joint.given else "no length is given"
+            both = f"at and second_at are both {show(joint.at)}"
+            raise error_of(joint, f"{both}; they must differ where {where}")
     _within_time(scene, joint.active, f"{joint.said}: active")
     if isinstance(joint, Contact) and scene.static:
         raise SceneError(

@@ -18,7 +18,7 @@ from shellmb.scene.control.signals import Command, Input
 from shellmb.scene.multibody.offsets import Point
 from shellmb.scene.types import NOTHING, Finite, Name, NonNegative, OneWindowOrMore, Positive
 from shellmb.scene.values.damping import Prony
-from shellmb.scene.values.messages import error_of, said
+from shellmb.scene.values.messages import check_differ, error_of, said
 from shellmb.scene.values.times import TimeFunction
 from shellmb.scene.values.validate import described, show
 
@@ -182,10 +182,7 @@ class PointElement(Element):
         Raises:
             SceneError: If both are on one body.
         """
-        if self.first == self.second:
-            raise SceneError(
-                f"{said(self)}: first and second are both '{self.first}'; they must be two bodies"
-            )
+        check_differ(self, "first", "second", "they must be two bodies")
         super().__post_init__()
 
 

@@ -11,7 +11,7 @@ from shellmb.scene.shells.gmsh_surfaces import CAD, GmshFile, Meshed, OfFile
 from shellmb.scene.shells.sections import LinearSection, Section, Wrinkling
 from shellmb.scene.shells.surfaces import Surface
 from shellmb.scene.types import NONE, Edge, Listed, Name, PositiveInt, Untrue, Vec3
-from shellmb.scene.values.messages import error_of, refused
+from shellmb.scene.values.messages import check_differ, error_of, refused
 from shellmb.scene.values.models import BodyModel, Deforming
 from shellmb.scene.values.natural import NaturalStrain
 from shellmb.scene.values.user_functions import OfPosition
@@ -181,10 +181,7 @@ class Join:
         Raises:
             SceneError: If both are the same.
         """
-        if self.first == self.second:
-            raise SceneError(
-                f"join: first and second are both {show(self.first)}; they must be two shells"
-            )
+        check_differ(self, "first", "second", "they must be two shells")
 
 
 def refined_times(shell: Shell) -> int | None:

@@ -65,6 +65,23 @@ def refused(part: Any, name: str, right: str) -> SceneError:
     return error_of(part, f"{name} is {show(getattr(part, name))}; {right}")
 
 
+def check_differ(part: Any, first: str, second: str, right: str = "they must differ") -> None:
+    """Refuse two equal parameters of a part of a scene.
+
+    Args:
+        part: The part.
+        first: Name of one parameter.
+        second: Name of the other.
+        right: Says what would be right.
+
+    Raises:
+        SceneError: If they are equal.
+    """
+    if getattr(part, first) == getattr(part, second):
+        both = f"{first} and {second} are both {show(getattr(part, first))}"
+        raise error_of(part, f"{both}; {right}")
+
+
 UNKNOWN = "unexpected_keyword_argument"
 _BOUNDS = {
     "greater_than": ("greater than", "gt"),

@@ -44,6 +44,18 @@ def unit_vector(v: Sequence[float], what: str) -> np.ndarray:
     return a / norm
 
 
+def frame(
+    what: str, first: str, a: Sequence[float], second: str, b: Sequence[float]
+) -> tuple[Any, Any, Any]:
+    """Orthonormal axes from two vectors that have to be perpendicular."""
+    e1, e2 = unit_vector(a, f"{what}: {first}"), unit_vector(b, f"{what}: {second}")
+    if abs(e1 @ e2) > 1e-9:
+        raise SceneError(
+            f"{what}: {first} {show(a)} and {second} {show(b)} are not perpendicular; they must be"
+        )
+    return e1, e2, np.cross(e1, e2)
+
+
 def _plainly(made: Any, name: str, value: Any) -> Any:
     """A value with tuples for lists and arrays, unless the class takes it as it is given."""
     try:
