@@ -80,7 +80,7 @@ class Request:
         Raises:
             pydantic.ValidationError: If they are none.
         """
-        given = {f.name: values.get(f.name) for f in fields(cls)}
+        given: dict[str, Any] = {f.name: values.get(f.name) for f in fields(cls)}
         if isinstance(given.get("options"), dict):
             given["options"] = of_today(Options, given["options"])
         return TypeAdapter(cls).validate_python(given)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 from shellmb.arrays import Floats
 from shellmb.model.rank_consistency import TimesAlike
@@ -54,47 +54,6 @@ class Attempt(NamedTuple):
     iterations: int
     dt: float
     error: float | None = None
-
-
-class Stepping(Protocol):
-    """Gets from one accepted state to the next."""
-
-    @property
-    def finished(self) -> bool:
-        """Decide whether the end is reached before the last time."""
-        ...
-
-    def attempt(self, t: float, dt: float) -> Attempt:
-        """Solve for the state a step ahead; the accepted state stays as it is.
-
-        Args:
-            t: Time of the accepted state, s.
-            dt: Length of the step, s.
-
-        Raises:
-            ConvergenceError: If there is no solution.
-        """
-        ...
-
-    def accept(self, dt: float) -> None:
-        """Make the state of the last attempt the accepted one."""
-        ...
-
-    def forget(self, velocities: bool) -> None:
-        """The motion does not continue smoothly: what went before tells nothing.
-
-        Args:
-            velocities: Whether they have jumped; if not, forces or their rates have.
-        """
-        ...
-
-    def state(self) -> Any:
-        """What a restart needs, beside the states of the bodies."""
-        ...
-
-    def restore(self, state: Any) -> None:
-        """Take up what was saved, the bodies having their states; with None begin anew."""
-        ...
 
 
 class TimeSteps(Restartable):
