@@ -61,9 +61,13 @@ class TimeSteps(Restartable):
 
     Args:
         problem: The system of one step.
+
+    Attributes:
+        finished: Whether the end is reached before the last time.
     """
 
     remembered = ("_guesses", "_errors")
+    finished = False
 
     def __init__(self, problem: Problem) -> None:
         self._problem, self._turns = problem, RotationPerStep(problem)
@@ -72,13 +76,16 @@ class TimeSteps(Restartable):
         controlled = problem.model.scene.step_control.step_error is not None
         self._errors = StepErrors(problem) if controlled else None
 
-    @property
-    def finished(self) -> bool:
-        """Only the last time is the end."""
-        return False
-
     def attempt(self, t: float, dt: float) -> Attempt:
-        """Solve for the state at `t + dt`."""
+        """Solve for the state a step ahead; the accepted state stays as it is.
+
+        Args:
+            t: Time of the accepted state, s.
+            dt: Length of the step, s.
+
+        Raises:
+            ConvergenceError: If there is no solution.
+        """
         self._times.check(t, dt)
         self._turns.check(t, dt)
         self._problem.prepare(t, dt)
@@ -97,7 +104,11 @@ class TimeSteps(Restartable):
             self._errors.accept(dt)
 
     def forget(self, velocities: bool) -> None:
-        """Estimates begin anew; first guesses where velocities have jumped."""
+        """The motion does not continue smoothly: what went before tells nothing.
+
+        Args:
+            velocities: Whether they have jumped; if not, forces or their rates have.
+        """
         if velocities:
             self._problem.predictor.clear()
         if self._errors is not None:

@@ -156,12 +156,14 @@ class SpreadLoads:
             yield follower(load, None)
             return
         given: Any = load.moment
+        described: Any = load
         for a, unit in enumerate(np.eye(3)):
             if not callable(given):
-                yield follower(_with(load, tuple(map(float, unit))), np.outer(unit, given).ravel())
+                turned = replace(described, moment=tuple(map(float, unit)))
+                yield follower(turned, np.outer(unit, given).ravel())
                 continue
             for i in range(3):
-                turned = _with(load, partial(_component, given, a, i))
+                turned = replace(described, moment=partial(_component, given, a, i))
                 yield follower(turned, np.outer(unit, np.eye(3)[i]).ravel())
 
     def _table(self, item: FollowerLoad, modes: list[Arrays], center: Floats) -> Floats:
@@ -290,10 +292,6 @@ def _nodal(form: Form) -> Floats:
     vector.scatter_reverse(la.InsertMode.add)
     vector.scatter_forward()
     return np.array(vector.array)
-
-
-def _with(load: Any, moment: Any) -> Any:
-    return replace(load, moment=moment)
 
 
 def _component(moment: Callable[[Any], Any], a: int, i: int, x: Any) -> Floats:
