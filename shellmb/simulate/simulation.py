@@ -215,17 +215,13 @@ class Simulation(Restartable):
 
     def _size(self) -> StepSize:
         """Make what chooses the step."""
-        control, dt, solver = (
-            self.scene.step_control,
-            float(self.scene.dt or 0.0),
-            self.scene.solver,
-        )
+        control, dt = self.scene.step_control, float(self.scene.dt or 0.0)
         if self.scene.path is not None:
             return ArcSize(control, dt)
         if control.step_error is None:
             return StepSize(control, dt) if self.scheme.dynamic else LoadSize(control, dt)
         law = self.scheme.local_error
-        noise = law.per_radian(solver.tolerance ** (1 / law.degree))
+        noise = law.per_radian(self.scene.solver.tolerance ** (1 / law.degree))
         return ErrorSize(control, dt, self.t_end, law.order, noise, law.factor)
 
     @petsc_in_words()

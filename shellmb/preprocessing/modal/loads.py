@@ -93,7 +93,7 @@ class SpreadLoads:
         """Nodal forces of all loads, of dead ones along each axis: as the body may be turned."""
         isolated, found = self._isolated, []
         for dead in self._dead:
-            found += [isolated.along(dead.profile, axis) for axis in range(3)]
+            found += [isolated.moved(dead.profile, 0, axis) for axis in range(3)]
         for item in self._followers:
             arrays = isolated.zeros()
             arrays[item.body] = item.work(None)
@@ -114,7 +114,7 @@ class SpreadLoads:
         fields = (
             [isolated.one(), *(isolated.arm(a, center) for a in range(3))] if self._dead else []
         )
-        fields += [isolated.along_x(m, a) for a in range(3) for m in modes] if self._dead else []
+        fields += [isolated.moved(m, a) for a in range(3) for m in modes] if self._dead else []
         for dead in self._dead:
             sums = np.array([self._work(dead.profile, field) for field in fields])
             # forces and moments in one unit: nothing of the arms is large
@@ -136,7 +136,7 @@ class SpreadLoads:
         isolated = self._isolated
         arrays = isolated.zeros()
         arrays[load.body] = _assembled(isolated.bodies[load.body], load)(None)
-        parts = [isolated.along_x(arrays, i) for i in range(3)]
+        parts = [isolated.moved(arrays, i) for i in range(3)]
         gram = np.array([[self._work(a, b) for b in parts] for a in parts])
         sizes, directions = np.linalg.eigh(gram)
         for size, direction in zip(sizes, directions.T, strict=True):

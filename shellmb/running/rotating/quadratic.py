@@ -5,6 +5,7 @@ Maxwell branches add `sum_i s tau_i/(1 + s tau_i) K_i` to the stiffness.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
@@ -147,7 +148,7 @@ def product(A: PETSc.Mat, first: Pair, second: Pair) -> complex:
 
 def turned(pair: Pair, angle: float) -> Pair:
     """The pair with its vector times `exp(i angle)`."""
-    cosine, sine = np.cos(angle), np.sin(angle)
+    cosine, sine = math.cos(angle), math.sin(angle)
     real = cosine * pair.real - sine * pair.imaginary
     return Pair(pair.value, real, cosine * pair.imaginary + sine * pair.real)
 

@@ -36,17 +36,8 @@ from shellmb.simulate.start.stored import HISTORY, Stored, counted, read_stored
 # parts of a state that are resultants and assumed strains
 STRESSES = ("N", "S")
 # what of a body says which nodes it has
-MESH: tuple[str, ...] = (
-    ".surface",
-    ".curve",
-    ".mesh",
-    ".elements",
-    ".degree",
-    ".cell",
-    ".geometry_order",
-    ".model",
-)
-MESH += (".distortion", ".transverse_shear", ".stretching", ".areas")
+MESH: tuple[str, ...] = (".surface", ".curve", ".mesh", ".elements", ".degree", ".cell", ".model")
+MESH += (".geometry_order", ".distortion", ".transverse_shear", ".stretching", ".areas")
 # how small the time is in which nothing moves, relative to that of a wave over a body
 INSTANT = 1e-8
 # of two equal extremes of a mode the one farther along these axes has a positive sign
@@ -155,12 +146,7 @@ def _check_exact(body: Shell | Beam, who: str, right: str) -> None:
 
 
 def _place(
-    body: Body,
-    q: Floats,
-    nodes: Ints,
-    D: Floats,
-    u: Floats | None,
-    d: Floats | None,
+    body: Body, q: Floats, nodes: Ints, D: Floats, u: Floats | None, d: Floats | None
 ) -> None:
     """Give nodes of a body their displacements and directors."""
     if u is not None:
