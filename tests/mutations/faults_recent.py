@@ -191,7 +191,7 @@ FAULTS: tuple[Fault, ...] = (
     # damping of modes, and what a controller aims at
     Fault(
         "damping of modes without couplings",
-        "shellmb/model/reduced/viscous.py",
+        "shellmb/model/reduced/floating_body.py",
         "NOTHING = 1e-9",
         "NOTHING = 0.999",
         ("tests/reduced/test_couplings.py::test_complex_modes_of_a_body_in_modes",),

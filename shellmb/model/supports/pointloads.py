@@ -22,7 +22,7 @@ from shellmb.forms.steps.discrete import variation
 from shellmb.meshes.nodes import constant_vector, node_mesh, node_space, set_constants
 from shellmb.model.body import LoadFactors, TimeFunction
 from shellmb.model.locations.ends import End, EndGroup
-from shellmb.model.locations.finder import Finder
+from shellmb.model.locations.nodes import Finder
 from shellmb.model.massless import Massless
 from shellmb.scene import FollowerForce, FollowerMoment, PointForce, PointMoment, Scene
 

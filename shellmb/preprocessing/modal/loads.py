@@ -1,9 +1,9 @@
 """Distributed loads and users' terms on a body in modes, by the virtual work of each.
 
 That of a dead load is linear in positions and directors, and so the same as that of one force at a
-point for each direction that the load has (`model.reduced.loads`). What turns with the body, and
-moments, are taken to the first order in the modes. Terms act on the body's own mesh, and only the
-modes follow from what they are at rest.
+point for each direction that the load has (`model.reduced.floating_body`). What turns with the
+body, and moments, are taken to the first order in the modes. Terms act on the body's own mesh, and
+only the modes follow from what they are at rest.
 """
 
 from __future__ import annotations
