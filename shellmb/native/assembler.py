@@ -233,18 +233,6 @@ class Operations(Protocol):
         """
         ...
 
-    def copies(self, arrays: Sequence[Floats], table: Floats) -> Callable[[int], None]:
-        """Make what copies arrays, one behind the other, into a row of a table.
-
-        Args:
-            arrays: The arrays, whose numbers stay where they are.
-            table: The table, shape (rows, numbers of all arrays).
-
-        Returns:
-            Does so, by the number of the row.
-        """
-        ...
-
     def centring(
         self, own: Sequence[Floats], above: Sequence[Floats], below: Sequence[Floats]
     ) -> Callable[[], None]:

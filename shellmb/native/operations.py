@@ -132,19 +132,6 @@ class Loops:
         ends = pointer(times), dt, pointer(to)
         self._lib.foresee_pairs(len(to), *past.shape, *known, *ends)
 
-    def copies(self, arrays: Sequence[Floats], table: Floats) -> Callable[[int], None]:
-        """Make what copies arrays, one behind the other, into a row of a table."""
-        pointer, copy = native.CArrays(), self._lib.take_arrays
-        sizes = pointer(np.array([*map(len, arrays), 0], dtype=np.int32))
-        sources = pointer.many("double *", [*map(pointer, arrays)])
-        where = len(arrays), sources, sizes, pointer(table), table.shape[1]
-
-        # the pointers live as long as it
-        def take(row: int, _kept: native.CArrays = pointer) -> None:
-            copy(*where, row)
-
-        return take
-
     def centring(
         self, own: Sequence[Floats], above: Sequence[Floats], below: Sequence[Floats]
     ) -> Callable[[], None]:

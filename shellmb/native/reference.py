@@ -195,14 +195,6 @@ class Reference:
 
         return centre
 
-    def copies(self, arrays: Sequence[Floats], table: Floats) -> Callable[[int], None]:
-        """Make what copies arrays, one behind the other, into a row of a table."""
-
-        def take(row: int) -> None:
-            table[row] = np.concatenate([*arrays, np.zeros(0)])
-
-        return take
-
     def rotation(self, sums: Floats, tiny: float) -> tuple[float, float]:
         """Twice the tangent of half the angle of a rotation, and the radius about its axis."""
         count, x, dx = sums[0], sums[1:4], sums[4:7]

@@ -238,11 +238,6 @@ int band_factorise(const Band *, const double *);
 void band_solve(const Band *, int, const double *, double *);
 void residual(const Cells *, const Kernel *, int, double *);
 void functionals(const Cells *, const Kernel *, int, double *);
-void take_arrays(int, double **, const int *, double *, int, int);
-void functionals_of_states(const Cells *, const Kernel *, int, int, int, const double *, double *,
-                           int, double *);
-void residuals_of_states(const Cells *, const Kernel *, int, int, int, const double *, double *,
-                         int, double *);
 void all_matrices(const Cells *, const Kernel *, int, double *);
 void products(const Cells *, const Kernel *, int, const double *, double *);
 void largest_entries(const Cells *, const Kernel *, int, double *);

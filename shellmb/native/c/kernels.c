@@ -188,31 +188,3 @@ void residual(const Cells *g, const Kernel *kernels, int count, double *b)
             b[dofs[i]] += r[i];
     }
 }
-
-/* Copy arrays, one behind the other, into a row of a table. */
-void take_arrays(int count, double **from, const int *sizes, double *table, int wide, int row)
-{
-    double *to = table + (size_t)row * wide;
-    for (int k = 0; k < count; to += sizes[k++])
-        memcpy(to, from[k], sizeof(double) * sizes[k]);
-}
-
-/* Sums at some states: `wide` numbers of each in turn come to the place that kernels read. */
-void functionals_of_states(const Cells *g, const Kernel *kernels, int count, int states, int wide,
-                           const double *taken, double *place, int size, double *sums)
-{
-    for (int s = 0; s < states; ++s) {
-        memcpy(place, taken + (size_t)s * wide, sizeof(double) * wide);
-        functionals(g, kernels, count, sums + (size_t)s * size);
-    }
-}
-
-/* Residuals at some states, each with `size` local dofs. */
-void residuals_of_states(const Cells *g, const Kernel *kernels, int count, int states, int wide,
-                         const double *taken, double *place, int size, double *b)
-{
-    for (int s = 0; s < states; ++s) {
-        memcpy(place, taken + (size_t)s * wide, sizeof(double) * wide);
-        residual(g, kernels, count, b + (size_t)s * size);
-    }
-}
