@@ -61,6 +61,14 @@ class ConvergenceError(ShellmbError):
         self.field = field
         self.norms = norms or {}
 
+    def reworded(self, message: str) -> ConvergenceError:
+        """The same error with another text.
+
+        Args:
+            message: The text.
+        """
+        return ConvergenceError(message, self.field, self.norms)
+
 
 class TooFewModesError(ConvergenceError):
     """There are fewer modes than were requested.

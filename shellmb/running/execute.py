@@ -342,7 +342,7 @@ def _of_these_ranks(simulation: Simulation, saved: Saved) -> Saved:
     return replace(
         saved,
         arrays=simulation.spread(saved.ranks),
-        simulation=saved.simulation | {"past": None},
+        simulation=saved.simulation | {"past": {}},
         ranks=(),
     )
 

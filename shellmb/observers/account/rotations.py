@@ -76,6 +76,8 @@ class Turn:
 class BodyRotations(DeferredObserver):
     """Follows how all bodies of a dynamic scene turn."""
 
+    remembered = ("_turns",)
+
     def __init__(self) -> None:
         super().__init__()
         self._turns: dict[str, Turn] = {}
@@ -159,13 +161,9 @@ class BodyRotations(DeferredObserver):
                 self._turns[name].add_whole([_angle(chord) for chord in each], when)
         return [{} for _ in when]
 
-    def kept(self) -> dict[str, Any]:
-        """Findings so far."""
-        return {name: dict(vars(turn)) for name, turn in self._turns.items()}
-
     def take_up(self, state: dict[str, Any]) -> None:
-        """Take it up."""
-        self._turns = {name: Turn(**values) for name, values in state.items()}
+        """Take up findings so far."""
+        self._turns = {name: Turn(**values) for name, values in state["turns"].items()}
 
 
 class _Flexible:
