@@ -11,8 +11,8 @@ from mpi4py import MPI
 import pandas as pd
 
 from demos.paper.example import FinishedRun, Run
-from shellmb.accuracy.measuring.stepping import free
 from shellmb.errors import ConvergenceError, SceneError
+from shellmb.meshes.lifetime import free
 from shellmb.observers.history import read_history
 from shellmb.observers.progress import ProgressReport
 from shellmb.options.run import Options
