@@ -93,13 +93,6 @@ typedef struct {
     double *blocks, *values;
 } Jacobian;
 
-/* Nodes of a body: so many positions, then so many arms that turn with it and do not move. */
-typedef struct {
-    int positions, arms;
-    const int *dofs;           /* of each among the body's local dofs, (positions + arms, 3) */
-    const double *reference;   /* what they are where the dofs are zero */
-} Nodes;
-
 /* Directors of nodes over a step that is quadratic in time: `reference` + value at both ends. Weights
  * of start, velocity there, end, and velocity there give seven states: the end, where rates are
  * tangent and what these have of the end, the mean, where the second force acts, a sixth of the
@@ -233,7 +226,7 @@ typedef struct {
     double *rest, *solution;   /* right-hand side of an update, and what solves for it */
 } BothSides;
 
-void use_libraries(void *, void *, void *, void *);
+void use_libraries(void *, void *, void *);
 int band_factorise(const Band *, const double *);
 void band_solve(const Band *, int, const double *, double *);
 void residual(const Cells *, const Kernel *, int, double *);
@@ -261,14 +254,9 @@ void copy_pieces(int, double **, const int *, double **);
 int jacobians(int, const Jacobian *, const double *, double *);
 void follow(int count, const int *sizes, const int *terms, double **from,
              const double *weights, double **to);
-void foresee(int, int, const double *, const double *, double *);
-void foresee_pairs(int, int, int, const double *, const double *, const double *, int64_t,
-                   const int64_t *, const int64_t *, const double *, double, double *);
 void put_rows(int, const RowsToPut *);
 double violation(int, int, const int64_t *, const double *, const double *, const unsigned char *);
-int turn(int, int, double *, const double *, double);
 int turn_nodes(int, int, const int64_t *, const double *, const double *, double *, double);
-void normalise(int, int, double *);
 void normalise_nodes(int, int, const int64_t *, const double *, double *);
 int turn_path(int nodes, int directors, const int64_t *rows, const int64_t *rates,
               const double *reference, const double *x, double *dx, double most);
@@ -296,10 +284,6 @@ void after(const Solution *, const double *, const double *, double *);
 void before_transposed(const Solution *, const double *, double *);
 void after_transposed(const Solution *, const double *, double *);
 void relate(int, const double *, const double *, const double *, double *, double *);
-void resultants(const Nodes *, int, int, const double *, double, const double *, const double *,
-                double *);
-double rotation_sums(const Nodes *, int, const double *, const double *, double *);
-void turned(const double *, double, double *);
 void fill_shares(const Shares *, const double *, const double *);
 double largest_share(const Shares *);
 void keep_both(const BothSides *, const double *);
@@ -308,4 +292,3 @@ double move_both(const BothSides *, const Shares *, int, double, const double *)
 double update_both(const BothSides *, const Shares *, int, int, const double *, double, double,
                    const Solution *, Reduced *, uintptr_t, const Band *, const double *);
 void hold_both(const BothSides *, const double *);
-void centre(int, const int *, double **, double **, double **);

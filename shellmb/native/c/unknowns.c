@@ -39,42 +39,6 @@ void follow(int count, const int *sizes, const int *terms, double **from,
     }
 }
 
-/* What polynomials of all degrees through `states` foresee: row k of the weights (states, states),
- * lower triangular, for row k of `out` (states, n). */
-void foresee(int states, int n, const double *past, const double *weights, double *out)
-{
-    for (int degree = 0; degree < states; ++degree, out += n) {
-        const double *weight = weights + degree * states;
-        for (int i = 0; i < n; ++i)
-            out[i] = weight[0] * past[i];
-        for (int term = 1; term <= degree; ++term)
-            for (int i = 0; i < n; ++i)
-                out[i] += weight[term] * past[(int64_t)term * n + i];
-    }
-}
-
-/* What polynomials through values and slopes foresee of both: of each polynomial weights of the
- * values, then of the slopes times `dt`, (polynomials, 2 states) each. `state` and `rate` are
- * places of unknowns that belong together, the slope being so many `times` the second one, of which
- * `past` has what it is per unit of time; other places of `out`, (polynomials, n), stay. */
-void foresee_pairs(int polynomials, int states, int n, const double *past, const double *values,
-                   const double *slopes, int64_t pairs, const int64_t *state, const int64_t *rate,
-                   const double *times, double dt, double *out)
-{
-    for (int p = 0; p < polynomials; ++p, out += n, values += 2 * states, slopes += 2 * states)
-        for (int64_t i = 0; i < pairs; ++i) {
-            double at = 0.0, slope = 0.0;
-            for (int term = 0; term < states; ++term) {
-                double own = past[(int64_t)term * n + state[i]];
-                double other = times[i] * dt * past[(int64_t)term * n + rate[i]];
-                at += values[term] * own + values[states + term] * other;
-                slope += slopes[term] * own + slopes[states + term] * other;
-            }
-            out[state[i]] = at;
-            out[rate[i]] = slope / times[i];
-        }
-}
-
 /* Some rows of a table from rows of another one, which may be narrower; `width` is theirs. */
 static ALWAYS void put_rows_of(int width, const RowsToPut *p)
 {
