@@ -22,12 +22,12 @@ from shellmb.forms import contact as forms
 from shellmb.forms.constraints import elements as springs
 from shellmb.forms.measure import linear
 from shellmb.forms.state import Layout
-from shellmb.meshes.nodes import NodeMesh, constant_vector, node_mesh, node_space, set_constants
+from shellmb.meshes.nodes import constant_vector, node_mesh, node_space, set_constants
 from shellmb.model.body import Elastic, Rates
 from shellmb.model.elements.lawvalues import LawValues
 from shellmb.model.joints.coordinates import Coordinate, gathered, scalar_links
 from shellmb.model.massless import Massless
-from shellmb.model.potentials.exact import FAR, ExactEnergy, LawSprings, LinearSprings
+from shellmb.model.potentials.exact import FAR, ExactEnergy, LinearSprings
 from shellmb.model.sections.branches import Fading, MaxwellBranches
 from shellmb.model.signals import Signals
 from shellmb.model.user_forms import written
@@ -112,79 +112,10 @@ def coordinate_of(scene: Scene, element: Any) -> tuple[str, str]:
     return element.name, "distance"
 
 
-# what is not limited: no coordinate comes there
-NEVER = 1e30
-
-
-class StopForces:
-    """Forces of stops; what a group of them has at the nodes of coordinates.
-
-    Attributes:
-        size: Characteristic magnitude of each coordinate.
-        damped: Whether one of them has damping.
-    """
-
-    size: fem.Function
-    damped: bool
-
-    def x(self, q: Expr) -> Expr:
-        """The coordinate at a state."""
-        raise NotImplementedError
-
-    def take(self, nodes: NodeMesh, stops: Sequence[JointStop]) -> None:
-        """Take the parameters of the stops, one for each node."""
-
-        def some(name: str, nothing: float = 0.0) -> fem.Function:
-            given = [getattr(stop, name) for stop in stops]
-            rows = [[nothing if value is None else float(value)] for value in given]
-            return constant_vector(nodes, np.array(rows), name)
-
-        self._limits = (some("lower", -NEVER), -1), (some("upper", NEVER), 1)
-        self._law = some("stiffness"), some("smoothing")
-        self._damping = some("relative_damping")
-        self.damped = any(stop.relative_damping > 0 for stop in stops)
-        self.weight = constant_vector(nodes, np.ones((len(stops), 1)), "weight")
-        self.dx, self.always = ufl.dx(nodes.mesh), fem.Constant(nodes.mesh, 0.0)
-
-    @cached_property
-    def elastic(self) -> tuple[Elastic, ...]:
-        """Energy of what is beyond the limits."""
-        return (ExactEnergy(self.measure, self.potential, self.weight, self.dx),)
-
-    def measure(self, q: Expr) -> Expr:
-        """The coordinate over its size."""
-        return ufl.as_vector([self.x(q) / self.size])
-
-    def potential(self, e: Expr) -> Expr:
-        """Energy of what is beyond either limit."""
-        x = self.size * e[0]
-        first, second = (
-            forms.energy(self._beyond(x, limit, sign), *self._law) for limit, sign in self._limits
-        )
-        return first + second
-
-    def _beyond(self, x: Expr, limit: Expr, sign: int) -> Expr:
-        return sign * (x - limit) + FAR * self.always
-
-    def applied(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
-        """Work of the damping, with the rate and the middle of the whole step."""
-        if rates is None or not self.damped:
-            return None
-        x, rate = self.x(mid if rates.middle is None else rates.middle), self.x(rates.chord)
-        return -self.resistance(x, rate) * self.x(dq) * self.dx
-
-    def resistance(self, x: Expr, rate: Expr) -> Expr:
-        """Contribution of the damping to the force that holds the coordinate."""
-        found: Any = 0
-        for limit, sign in self._limits:
-            pressing = forms.force(self._beyond(x, limit, sign), *self._law)
-            into = sign * rate + FAR * self.always
-            found += sign * forms.resisted(pressing, into, self._damping)
-        return found
-
-
 # a change of force below this part of the force is round-off
 ROUND_OFF = 1e-9
+# what is not limited: no coordinate comes there
+NEVER = 1e30
 
 
 class ElementGroup(Massless):
@@ -220,6 +151,19 @@ class ElementGroup(Massless):
     def x(self, q: Expr) -> Expr:
         """The coordinate at a state."""
         return self.layout.part(q, "x")
+
+    def measure(self, q: Expr) -> Expr:
+        """The coordinate over its size."""
+        return ufl.as_vector([self.x(q) / self.size])
+
+    def potential(self, e: Expr) -> Expr:
+        """Energy as a function of the measure."""
+        raise NotImplementedError
+
+    def exact(self, smooth: float = 0.0) -> ExactEnergy:
+        """The energy, with forces that are exact over a step; argument as of `ExactEnergy`."""
+        dx = ufl.dx(self.nodes.mesh)
+        return ExactEnergy(self.measure, self.potential, ufl.as_ufl(1.0), dx, smooth=smooth)
 
     def acted(self, row: Floats) -> Floats:
         """Reported means over a step, shape (items,); collective.
@@ -289,14 +233,17 @@ class Springs(ElementGroup):
     def _extension(self, q: Expr) -> Expr:
         return self.x(q) - self.rest
 
+    def potential(self, e: Expr) -> Expr:
+        """Energy as a function of the measure."""
+        return self._potential(self.size * e[0] - self.rest)
+
     @cached_property
     def elastic(self) -> tuple[Elastic, ...]:
         """Their energy."""
-        dx = ufl.dx(self.nodes.mesh)
         if self.law is not None:
-            return (LawSprings(self._potential, self._extension, self.x, self.size, dx),)
+            return (self.exact(springs.SMALL_INCREMENT),)
         extension, moved = (lambda q: [self._extension(q)]), (lambda q: [self.x(q)])
-        return (LinearSprings([self.parameter], extension, moved, dx),)
+        return (LinearSprings([self.parameter], extension, moved, ufl.dx(self.nodes.mesh)),)
 
     def branches(self) -> MaxwellBranches | None:
         """New Maxwell branches of a spring that relaxes; None of others."""
@@ -375,21 +322,59 @@ class Motors(ElementGroup):
         return self.given(x, rate, time)
 
 
-class Stops(StopForces, ElementGroup):
+class Stops(ElementGroup):
     """Stops of joints."""
 
     def __init__(self, name: str, comm: MPI.Comm, items: Sequence[BoundElement]) -> None:
         super().__init__(name, comm, items)
-        self.take(self.nodes, [cast(JointStop, item.element) for item in items])
+        stops = [cast(JointStop, item.element) for item in items]
+
+        def some(name: str, nothing: float = 0.0) -> fem.Function:
+            given = [getattr(stop, name) for stop in stops]
+            return self._constant([nothing if value is None else value for value in given], name)
+
+        self._limits = (some("lower", -NEVER), -1), (some("upper", NEVER), 1)
+        self._law = some("stiffness"), some("smoothing")
+        self._damping = some("relative_damping")
+        self._damped = any(stop.relative_damping > 0 for stop in stops)
+        self.always = fem.Constant(self.nodes.mesh, 0.0)
+
+    @cached_property
+    def elastic(self) -> tuple[Elastic, ...]:
+        """Energy of what is beyond the limits."""
+        return (self.exact(),)
+
+    def potential(self, e: Expr) -> Expr:
+        """Energy of what is beyond either limit."""
+        x = self.size * e[0]
+        first, second = (
+            forms.energy(self._beyond(x, limit, sign), *self._law) for limit, sign in self._limits
+        )
+        return first + second
+
+    def _beyond(self, x: Expr, limit: Expr, sign: int) -> Expr:
+        return sign * (x - limit) + FAR * self.always
+
+    def applied(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
+        """Work of the damping, with the rate and the middle of the whole step."""
+        if rates is None or not self._damped:
+            return None
+        x, rate = self.x(mid if rates.middle is None else rates.middle), self.x(rates.chord)
+        return -self._damping_force(x, rate) * self.x(dq) * ufl.dx(self.nodes.mesh)
+
+    def _damping_force(self, x: Expr, rate: Expr) -> Expr:
+        """Contribution of the damping to the force that holds the coordinate."""
+        found: Any = 0
+        for limit, sign in self._limits:
+            pressing = forms.force(self._beyond(x, limit, sign), *self._law)
+            into = sign * rate + FAR * self.always
+            found += sign * forms.resisted(pressing, into, self._damping)
+        return found
 
     def force(self, x: Expr, rate: Expr, time: Expr) -> Expr:
         """Force that would hold the coordinate."""
         held = springs.slope(lambda e: self.potential(ufl.as_vector([e / self.size])), x)
-        return held + self.resistance(x, rate) if self.damped else held
-
-    def x(self, q: Expr) -> Expr:
-        """The coordinate at a state."""
-        return self.layout.part(q, "x")
+        return held + self._damping_force(x, rate) if self._damped else held
 
 
 _KINDS: dict[str, type[ElementGroup]] = {

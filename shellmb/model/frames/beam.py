@@ -30,6 +30,7 @@ from shellmb.meshes.curve_mesh import LineMesh, build_line
 from shellmb.meshes.spaces import NO_PARTS, beam_space
 from shellmb.model.body import LoadFactors, PartScale, Rates, added
 from shellmb.model.frames.frame import EVERYWHERE, FRAME, FloatingFrame, FrameBody, identified
+from shellmb.model.massless import TimedLoads
 from shellmb.model.sections.branches import (
     Fading,
     MaxwellBranches,
@@ -41,11 +42,17 @@ from shellmb.model.sections.branches import (
 from shellmb.model.sections.natural import Distributed, NaturalStress
 from shellmb.model.sections.section import SLACK, line_rules, over_line
 from shellmb.model.sections.strains import Integrate, Strains
-from shellmb.model.shells.loads import DistributedLoads
 from shellmb.model.shells.positions import interpolated
 from shellmb.model.user_forms import virtual_work
-from shellmb.scene import Beam, BeamSection, FollowerLineForce, LineForce, LineMoment
-from shellmb.scene.loads.loads import Gravity, Load
+from shellmb.scene import (
+    Beam,
+    BeamNaturalStrain,
+    BeamSection,
+    FollowerLineForce,
+    LineForce,
+    LineMoment,
+)
+from shellmb.scene.loads.loads import Gravity
 
 _ADVICE_MOTION = "a smaller step, a finer mesh, or a smaller load step"
 _ADVICE_FORCE = "a smaller step, or check the stiffness of the section"
@@ -358,7 +365,36 @@ class BeamModel(FrameBody):
 
     def loads(self) -> LoadFactors | None:
         """A set of the beam's loads with time factors of their own."""
-        return BeamLoads(self, self._loads) if self._loads else None
+        return self.loads_of(self._loads) if self._loads else None
+
+    def loads_of(self, loads: Sequence[Distributed]) -> TimedLoads[Distributed]:
+        """Some loads on it with time factors of their own."""
+        return TimedLoads(self.domain.mesh, [(load.time, load) for load in loads], self._load_work)
+
+    def _load_work(self, load: Distributed, mid: Expr, dq: Expr) -> Form:
+        d, (du, dw), rules = self.directors(mid), self._motion(dq), self.rules
+
+        def constant(value: object) -> fem.Constant:
+            return fem.Constant(self.domain.mesh, np.asarray(value, dtype=float))
+
+        match load:
+            case BeamNaturalStrain():
+                assert self.natural is not None
+                return self.natural.work(mid, dq)
+            case LineForce() if callable(load.force):
+                force = interpolated(load.force, self.mixed, 3, f"{load.label}: force")
+                return load_forms.dead_force(force, du) * rules.full
+            case LineForce():
+                return load_forms.dead_force(constant(load.force), du) * rules.full
+            case FollowerLineForce():
+                components = constant(load.components)
+                return load_forms.follower_frame_force(components, d, du) * rules.full
+            case LineMoment():
+                return load_forms.frame_moment(constant(load.moment), d, dw) * rules.nodes
+            case Gravity():
+                moved, _ = momenta(du, dw, self.weight)
+                return load_forms.dead_force(constant(load.acceleration), moved) * rules.nodes
+        raise NotImplementedError(f"no form for {type(load).__name__}")
 
     def applied(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
         """The user's terms at the mid-point, and what damps in proportion to the mass."""
@@ -377,45 +413,6 @@ class BeamModel(FrameBody):
         point = LinePoint(u, w, v, dw_dt, du, dw, self.line, time, x, d, rate, de)
         work = virtual_work(self.beam.terms, point, dq, f"beam '{self.name}'")
         return work * self.rules.full
-
-
-class BeamLoads(DistributedLoads):
-    """The distributed loads of one beam, each multiplied by a factor that the scheme sets.
-
-    Args:
-        body: The beam.
-        loads: Its loads.
-    """
-
-    def __init__(self, body: BeamModel, loads: Sequence[Distributed]) -> None:
-        super().__init__(body.domain.mesh, loads, body.natural)
-        self._body = body
-
-    def _density(self, load: Load, mid: Expr, dq: Expr) -> tuple[Expr, ufl.Measure]:
-        body, rules = self._body, self._body.rules
-        d = body.directors(mid)
-        du, dw = body.layout.part(dq, "u"), body.layout.part(dq, "w")
-
-        def constant(value: object) -> fem.Constant:
-            return fem.Constant(body.domain.mesh, np.asarray(value, dtype=float))
-
-        match load:
-            case LineForce():
-                if callable(load.force):
-                    who = f"{load.label}: force"
-                    force: Expr = interpolated(load.force, body.mixed, 3, who)
-                else:
-                    force = constant(load.force)
-                return load_forms.dead_force(force, du), rules.full
-            case FollowerLineForce():
-                components = constant(load.components)
-                return load_forms.follower_frame_force(components, d, du), rules.full
-            case LineMoment():
-                return load_forms.frame_moment(constant(load.moment), d, dw), rules.nodes
-            case Gravity():
-                moved, _ = momenta(du, dw, body.weight)
-                return load_forms.dead_force(constant(load.acceleration), moved), rules.nodes
-        raise NotImplementedError(f"no form for {type(load).__name__}")
 
 
 class LinearBeam(BeamModel):

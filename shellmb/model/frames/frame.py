@@ -18,7 +18,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache, cached_property
-from typing import Any
 
 from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
 
@@ -35,7 +34,16 @@ from shellmb.forms.frame import FrameMass, Vectors
 from shellmb.forms.measure import Measure, measure
 from shellmb.forms.state import Layout
 from shellmb.meshes.spaces import MixedSpace
-from shellmb.model.body import Constraint, Damped, FixedDofs, Manifold, NodeLink, PartScale, largest
+from shellmb.model.body import (
+    Constraint,
+    Damped,
+    FixedDofs,
+    Manifold,
+    NodeLink,
+    PartScale,
+    added,
+    largest,
+)
 from shellmb.model.joints.constraints import Constraints
 
 # round-off of the values of constraints of random directors, whose squares are up to a hundred
@@ -269,14 +277,14 @@ class FrameBody:
         layout, frames = self.layout, self.frames
         return measure(lambda q: frame.orthonormality(layout.part(q, "w"), frames))
 
+    def _over_masses(self, density: Callable[[FrameMass], Expr]) -> Form | None:
+        """Integral of a density of the mass; None without any."""
+        return added(density(mass) * rule for mass, rule in self.masses)
+
     def inertia(self, rate: Expr, dq: Expr) -> Form | None:
         """Virtual work of the inertia forces for the acceleration `rate`."""
-        return self._mass_form(rate, dq)
-
-    def _mass_form(self, v: Expr, dv: Expr) -> Form | None:
-        motions = (*self._motion(v), *self._motion(dv))
-        forms = [_momentum_work(*motions, *mass) for mass in self.masses]
-        return sum(forms[1:], forms[0]) if forms else None
+        (v, dd), virtual = self._motion(rate), self._motion(dq)
+        return self._over_masses(lambda mass: frame.momentum_work(v, dd, mass, *virtual))
 
     def _motion(self, v: Expr) -> tuple[Expr, Expr]:
         return self.layout.moved(v)
@@ -284,14 +292,12 @@ class FrameBody:
     def momentum(self, v: Expr, axis: Expr) -> Form | None:
         """Component of the linear momentum along `axis`, kg m/s."""
         motion = self._motion(v)
-        forms = [_momentum(*motion, axis, *mass) for mass in self.masses]
-        return sum(forms[1:], forms[0]) if forms else None
+        return self._over_masses(lambda mass: ufl.dot(frame.momenta(*motion, mass)[0], axis))
 
     def angular_momentum(self, q: Expr, v: Expr, axis: Expr) -> Form | None:
         """Component along `axis` of the angular momentum about the origin, kg m^2/s."""
-        state = self.position(q), self.directors(q), *self._motion(v)
-        forms = [_angular_momentum(state, axis, *mass) for mass in self.masses]
-        return sum(forms[1:], forms[0]) if forms else None
+        at = self.position(q), self.directors(q), *self._motion(v)
+        return self._over_masses(lambda mass: ufl.dot(frame.angular_momentum(*at, mass), axis))
 
     @property
     def manifold(self) -> Manifold:
@@ -321,20 +327,3 @@ class FrameBody:
         else:
             found = np.array([self.held.values(one, self._rest) for one in w])
         return largest(found)
-
-
-def _momentum_work(
-    v: Expr, dd: Expr, dv: Expr, ddd: Expr, mass: FrameMass, measure: ufl.Measure
-) -> Form:
-    return frame.momentum_work(v, dd, mass, dv, ddd) * measure
-
-
-def _momentum(v: Expr, dd: Expr, axis: Expr, mass: FrameMass, measure: ufl.Measure) -> Form:
-    return ufl.dot(frame.momenta(v, dd, mass)[0], axis) * measure
-
-
-def _angular_momentum(
-    state: tuple[Any, ...], axis: Expr, mass: FrameMass, measure: ufl.Measure
-) -> Form:
-    x, d, v, dd = state
-    return ufl.dot(frame.angular_momentum(x, d, v, dd, mass), axis) * measure

@@ -386,8 +386,6 @@ class GivenValues:
         items: Descriptions with their functions.
     """
 
-    forms_read = ("_start",)
-
     def __init__(self, nodes: NodeMesh, items: Sequence[Prescribed]) -> None:
         self._nodes, self._items = nodes, items
         self._first = self._at(0.0)

@@ -27,11 +27,11 @@ from shellmb.forms.loads import dead_force
 from shellmb.forms.state import Layout
 from shellmb.forms.steps.discrete import variation
 from shellmb.meshes.nodes import constant_vector, node_mesh, node_space
-from shellmb.model.body import LoadFactors, TimeFunction
+from shellmb.model.body import LoadFactors
 from shellmb.model.joints.constraints import ConstraintGroup, GivenValues, forces_and_sizes
 from shellmb.model.locations.ends import End, EndGroup, end_pair, frame_about
 from shellmb.model.locations.nodes import Meshed, shared_nodes
-from shellmb.model.massless import Massless
+from shellmb.model.massless import Massless, TimedLoads
 from shellmb.model.user_forms import check_equations, own_kind
 from shellmb.scene import Scene
 from shellmb.scene.loads.loads import Gravity
@@ -195,8 +195,6 @@ class JointGroup(ConstraintGroup):
         switched: Whether some of them act at times only.
     """
 
-    forms_read: tuple[str, ...] = ("equations", "ends", "layout", "size", "given")
-
     def __init__(
         self,
         comm: MPI.Comm,
@@ -341,26 +339,12 @@ class PointMasses(Massless):
 
     def loads(self) -> LoadFactors | None:
         """Their weight."""
-        return _PointWeight(self) if self.gravity else None
+        domain, given = self.nodes.mesh, self.gravity
+        loads = [(g.time, fem.Constant(domain, np.array(g.acceleration, float))) for g in given]
+        return TimedLoads(domain, loads, self._weight) if loads else None
 
-
-class _PointWeight:
-    """Weight of point masses with the factors of one stage."""
-
-    def __init__(self, body: PointMasses) -> None:
-        self._body = body
-        self._acceleration = fem.Constant(body.nodes.mesh, np.zeros(3))
-
-    def update(self, average: Callable[[TimeFunction | None], float]) -> None:
-        """Set the acceleration from the loads' time functions."""
-        self._acceleration.value[:] = sum(
-            average(load.time) * np.asarray(load.acceleration) for load in self._body.gravity
-        )
-
-    def virtual_work(self, mid: Expr, dq: Expr) -> Form | None:
-        """Virtual work of the weights."""
-        body = self._body
-        return dead_force(body.mass * self._acceleration, body.velocity(dq)) * ufl.dx
+    def _weight(self, acceleration: fem.Constant, mid: Expr, dq: Expr) -> Form:
+        return dead_force(self.mass * acceleration, self.velocity(dq)) * ufl.dx
 
 
 def point_masses(scene: Scene, comm: MPI.Comm, joints: Sequence[BoundJoint]) -> list[PointMasses]:

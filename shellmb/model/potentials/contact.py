@@ -21,10 +21,9 @@ from shellmb.errors import SceneError
 from shellmb.forms import contact as forms
 from shellmb.forms.constraints.joints import Place
 from shellmb.forms.state import Layout
-from shellmb.forms.steps.discrete import variation
 from shellmb.meshes.nodes import constant_vector, node_mesh, node_space
 from shellmb.model.body import Elastic, LoadFactors, Rates, TimeFunction
-from shellmb.model.locations.ends import End, EndGroup
+from shellmb.model.locations.ends import End, EndGroup, change_of
 from shellmb.model.locations.nodes import Finder, said_point
 from shellmb.model.massless import Massless
 from shellmb.model.potentials.exact import FAR, DistanceEnergy, ExactEnergy
@@ -121,16 +120,7 @@ class PotentialGroup(Massless):
 
     def moved(self, at: Expr, v: Expr) -> Place:
         """Motion of points and directors by a rate or variation of the state."""
-        return self.changed(self.place, at, v)
-
-    @staticmethod
-    def changed(place: Callable[[Expr], Place], at: Expr, v: Expr) -> Place:
-        """Motion of a place by a rate or variation of the state."""
-        count = len(place(at).e)
-        return Place(
-            variation(lambda q: place(q).x, at, v),
-            tuple(variation(lambda q, k=k: place(q).e[k], at, v) for k in range(count)),  # type: ignore[misc]
-        )
+        return change_of(self.place, at, v)
 
     def measure(self, q: Expr) -> Expr:
         """Measures of order one that the energy is a function of, shape (n,); quadratic at most."""
@@ -278,7 +268,7 @@ class ContactGroup(PotentialGroup):
         if self.seen is None:
             return moved.x
         frame = self._frame(at)
-        change = self.changed(self._frame, at, v)
+        change = change_of(self._frame, at, v)
         return moved.x - forms.carried(r, frame.e, change.x, change.e)
 
     def penetrations(self, x: Floats) -> Floats:

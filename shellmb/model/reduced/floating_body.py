@@ -17,7 +17,7 @@ axes and forces `F_k` on the amplitudes, linear in these.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -37,13 +37,13 @@ from shellmb.forms.loads import dead_force
 from shellmb.forms.measure import linear
 from shellmb.forms.state import Layout
 from shellmb.forms.steps.damping import ViscousModes
-from shellmb.meshes.nodes import NodeMesh, constant_vector, node_mesh, node_space, set_constants
+from shellmb.meshes.nodes import NodeMesh, constant_vector, node_mesh, node_space
 from shellmb.meshes.spaces import MixedSpace
-from shellmb.model.body import Elastic, LoadFactors, NodeLink, PartScale, Rates, TimeFunction
+from shellmb.model.body import Elastic, LoadFactors, NodeLink, PartScale, Rates
 from shellmb.model.identification import node_links
 from shellmb.model.joints.constraints import ConstraintGroup, forces_and_sizes
 from shellmb.model.locations.ends import End
-from shellmb.model.massless import Massless
+from shellmb.model.massless import Massless, NodeLoads
 from shellmb.model.potentials.exact import LinearSprings
 from shellmb.model.reduced.data import ModalBody, amplitudes
 from shellmb.model.sections.branches import Resisting, StrainDamping, mass_damping
@@ -324,36 +324,6 @@ class Interfaces(OnFrame):
         return ufl.as_vector([*(apart[i] for i in range(3)), *(turned[i] for i in range(3))])
 
 
-class Factors:
-    """Loads at a node each with the time factors of one stage.
-
-    Args:
-        nodes: Their node mesh.
-        values: The loads, shape (n, size).
-        times: Their functions of time.
-        work: Virtual work of loads at a configuration in a direction.
-    """
-
-    def __init__(
-        self,
-        nodes: NodeMesh,
-        values: Floats,
-        times: Sequence[TimeFunction | None],
-        work: Callable[[Expr, Expr, Expr], Expr],
-    ) -> None:
-        self._nodes, self._values, self._times, self._work = nodes, values, times, work
-        self._loads = constant_vector(nodes, 0 * values, "loads")
-
-    def update(self, average: Callable[[TimeFunction | None], float]) -> None:
-        """Set the loads from their time functions."""
-        factors = np.array([average(time) for time in self._times])
-        set_constants(self._loads, self._nodes, factors[:, None] * self._values)
-
-    def virtual_work(self, mid: Expr, dq: Expr) -> Form | None:
-        """Virtual work of the loads at the configuration `mid`."""
-        return self._work(self._loads, mid, dq) * ufl.dx(self._nodes.mesh)
-
-
 class LoadPoints(OnArms):
     """Points that loads which keep their directions act on."""
 
@@ -377,7 +347,7 @@ class LoadPoints(OnArms):
     def loads(self) -> LoadFactors:
         """The loads with factors of their own."""
         values = np.array([item.force for item in self._data])
-        return Factors(self.nodes, values, [item.time for item in self._data], self._work)
+        return NodeLoads(self.nodes, values, [item.time for item in self._data], self._work)
 
 
 class FrameLoads(Massless):
@@ -417,7 +387,7 @@ class FrameLoads(Massless):
         """The loads with factors of their own."""
         values = [np.append(1.0 if p.along is None else 0.0, _or_zero(p.along)) for p in self._data]
         times = [item.time for item in self._data]
-        return Factors(self._nodes, np.array(values), times, self._work)
+        return NodeLoads(self._nodes, np.array(values), times, self._work)
 
 
 def _or_zero(along: Floats | None) -> Floats:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import cached_property
+from functools import cached_property, partial
 
 from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
 
@@ -28,13 +28,14 @@ from shellmb.meshes.mesh import SurfaceMesh
 from shellmb.model.body import Constraint, LoadFactors, Manifold, Rates, added, largest
 from shellmb.model.frames.frame import EVERYWHERE, FRAME, FloatingFrame, identified
 from shellmb.model.joints.constraints import Constraints
+from shellmb.model.massless import TimedLoads
 from shellmb.model.sections.branches import MaxwellBranches, StrainDamping, mass_damping, slowing
 from shellmb.model.sections.natural import Distributed
 from shellmb.model.sections.section import Arm, Rules, mass_arm
 from shellmb.model.sections.strains import HyperelasticStrains, Strains
 from shellmb.model.shells.discrete_shell import DiscreteShell
 from shellmb.model.shells.elastic import maxwell_branches, shell_strains, strain_damping
-from shellmb.model.shells.loads import ShellLoads
+from shellmb.model.shells.loads import load_work
 from shellmb.model.user_forms import virtual_work
 from shellmb.scene import Shell
 
@@ -148,7 +149,12 @@ class ShellModel(DiscreteShell):
 
     def loads(self) -> LoadFactors | None:
         """A set of the shell's loads with time factors of their own."""
-        return ShellLoads(self, self._loads) if self._loads else None
+        return self.loads_of(self._loads) if self._loads else None
+
+    def loads_of(self, loads: Sequence[Distributed]) -> TimedLoads[Distributed]:
+        """Some loads on it with time factors of their own."""
+        timed = [(load.time, load) for load in loads]
+        return TimedLoads(self.mixed.space.mesh, timed, partial(load_work, self))
 
     def applied(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
         """The user's terms at the mid-point, and what damps in proportion to the mass."""
