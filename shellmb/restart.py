@@ -19,7 +19,8 @@ class Restartable:
 
     These are numbers, texts, arrays, data classes of them, or other such objects, and lists and
     dictionaries of these. What stands deeper is replaced by whoever changes it, and never changed
-    in its place.
+    in its place. Arrays become lists; those that nobody may write to (`constant`) are large, of
+    one rank each, stay as they are, and are saved apart (`arrays_of`).
 
     Attributes:
         remembered: Names of these attributes.
@@ -28,14 +29,14 @@ class Restartable:
     remembered: ClassVar[tuple[str, ...]] = ()
 
     def state(self) -> Any:
-        """State for a restart, as JSON and arrays; later steps do not change it."""
+        """State for a restart, as JSON, but for arrays that are constant; no step changes it."""
         return {name.lstrip("_"): _copied(getattr(self, name)) for name in self.remembered}
 
     def restore(self, state: Any) -> None:
         """Continue from a saved state.
 
         Args:
-            state: As from `state`; arrays may be lists.
+            state: As from `state`.
         """
         for name in self.remembered:
             now = getattr(self, name, None)
@@ -51,8 +52,7 @@ def _copied(value: Any) -> Any:
     if kind is list:
         return [v if type(v) in _CONSTANT else _copied(v) for v in value]
     if kind is np.ndarray:
-        # one that nobody writes to is not copied
-        return value.copy() if value.flags.writeable else value
+        return value.tolist() if value.flags.writeable else value
     return value.state() if isinstance(value, Restartable) else _copied(_values(value))
 
 
@@ -67,7 +67,8 @@ def _taken(value: Any, now: Any) -> Any:
         now.restore(value)
         return now
     if isinstance(now, np.ndarray):
-        return np.array(value, dtype=now.dtype)
+        found = np.array(value, dtype=now.dtype)
+        return found if now.flags.writeable else constant(found)
     if is_dataclass(now):
         own = {name: _taken(value[name], each) for name, each in _values(now).items()}
         return type(now)(**own)  # type: ignore[misc]
@@ -81,7 +82,15 @@ def _constant(value: Any) -> Any:
     """A saved value whose lists were tuples."""
     if isinstance(value, dict):
         return {key: _constant(each) for key, each in value.items()}
+    if isinstance(value, np.ndarray):
+        return constant(value)
     return tuple(map(_constant, value)) if isinstance(value, list | tuple) else value
+
+
+def constant(array: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
+    """The array, to which nobody may write from now on."""
+    array.flags.writeable = False
+    return array
 
 
 def arrays_of(state: Any, prefix: str = "") -> dict[str, Any]:

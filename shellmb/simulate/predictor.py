@@ -19,7 +19,7 @@ from petsc4py import PETSc
 import numpy as np
 
 from shellmb.arrays import Floats, Ints
-from shellmb.restart import Restartable
+from shellmb.restart import Restartable, constant
 from shellmb.system.newton.iteration import Iteration
 
 # so many states are kept: polynomials of degree 0, 1, 2, 3 in time
@@ -105,9 +105,8 @@ class Predictor(Restartable):
 
     def clear(self) -> None:
         """Forget the past: motion does not continue smoothly."""
-        # the last states, the newest first, shape (k, n): a new array with each step, so that who
-        # was given one may keep it
-        self._past = np.zeros((0, self._table.shape[1]))
+        # the last states, the newest first, shape (k, n)
+        self._past = constant(np.zeros((0, self._table.shape[1])))
         # times from the first of them to each, s
         self._times: tuple[float, ...] = ()
         self._motion, self._forces = _Errors(), _Errors()
@@ -173,8 +172,8 @@ class Predictor(Restartable):
             self._forces.add(forces)
         # slopes are per unit of time
         self._units[self._pairs.slopes] = dt
-        self._past = np.concatenate([(new / self._units)[None], self._past[: STATES - 1]])
-        self._past.flags.writeable = False
+        past = np.concatenate([(new / self._units)[None], self._past[: STATES - 1]])
+        self._past = constant(past)
         self._times = (0.0, *(t - dt for t in self._times))[:STATES]
         self._ahead = None
 

@@ -45,6 +45,8 @@ class Momentum(DeferredObserver):
         account: The energy balance, for the scale of a momentum that is zero.
     """
 
+    remembered = ("_initial", "_drift", "_largest", "_gross")
+
     def __init__(self, account: EnergyAccount) -> None:
         super().__init__()
         self.account = account
@@ -188,7 +190,7 @@ class Momentum(DeferredObserver):
 
     def kept(self) -> dict[str, Any]:
         """The sums and largest values so far."""
-        return super().kept() | {"impulses": self._impulses.copy()}
+        return super().kept() | {"impulses": self._impulses.tolist()}
 
     def take_up(self, state: dict[str, Any]) -> None:
         """Take up saved sums."""

@@ -13,7 +13,7 @@ import numpy as np
 
 from shellmb.arrays import Floats, Ints
 from shellmb.errors import ControlError, ConvergenceError, Stopped
-from shellmb.files.checksums import add_checksum, as_list, checksum
+from shellmb.files.checksums import add_checksum, checksum
 from shellmb.files.writing import drafted, make_folder, write_text
 from shellmb.scene.fingerprint import Fingerprint, fingerprint
 from shellmb.simulate.simulation import BaseObserver, Observer, Simulation
@@ -172,10 +172,7 @@ class Checkpoint(BaseObserver):
                 "simulation": simulation,
                 "observers": observers | counted,
             }
-            write_text(
-                self._folder / STATE_FILE,
-                json.dumps(add_checksum(state), indent=1, default=as_list),
-            )
+            write_text(self._folder / STATE_FILE, json.dumps(add_checksum(state), indent=1))
             kept = (f"{stem}-", f"cells-of-{self._comm.size}-")
             for old in self._folder.glob("*-rank*.npz"):
                 if not old.name.startswith(kept):

@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from shellmb.arrays import Floats
 from shellmb.errors import ConvergenceError
-from shellmb.restart import Restartable
+from shellmb.restart import Restartable, constant
 from shellmb.scene import PathFollowing
 from shellmb.simulate.problem import Problem
 from shellmb.simulate.stability import Stability
@@ -60,6 +60,10 @@ class PathState:
     rate: float
     negative: int | None
     sense: int = 0
+
+    def __post_init__(self) -> None:
+        """Keep the tangent as it is."""
+        constant(self.tangent)
 
 
 @dataclass(frozen=True)

@@ -25,7 +25,7 @@ from mpi4py import MPI
 import numpy as np
 
 from shellmb.arrays import Floats, Int32s
-from shellmb.restart import Restartable
+from shellmb.restart import Restartable, constant
 from shellmb.schemes.base import LocalError
 from shellmb.simulate.problem import Problem
 
@@ -63,7 +63,7 @@ class StepErrors(Restartable):
     def forget(self) -> None:
         """Begin anew at the accepted state: velocities jumped, or forces."""
         # states before the next one, shape (k, n), and their times from it [s], the newest first
-        self._states = np.zeros((0, len(self._scales)))
+        self._states = constant(np.zeros((0, len(self._scales))))
         self._times: list[float] = []
         self._velocity: Floats | None = None
 
@@ -79,8 +79,8 @@ class StepErrors(Restartable):
 
     def _begin(self) -> None:
         """Take the accepted state as the first one."""
-        self._states, self._times = self._taken("q")[None], [0.0]
-        self._velocity = self._taken("v") if "v" in self._problem.scheme.rates else None
+        self._states, self._times = constant(self._taken("q")[None]), [0.0]
+        self._velocity = constant(self._taken("v")) if "v" in self._problem.scheme.rates else None
 
     def estimate(self, dt: float) -> float:
         """Error of the step just solved; collective.
@@ -113,7 +113,7 @@ class StepErrors(Restartable):
             return
         kept = self._law.degree
         self._times = [0.0, *(t - dt for t in self._times)][:kept]
-        self._states = np.stack([self._taken("q"), *self._states])[:kept]
+        self._states = constant(np.stack([self._taken("q"), *self._states])[:kept])
         if len(self._states) == kept:
             self._velocity = None
 
