@@ -81,8 +81,8 @@ class Request:
             pydantic.ValidationError: If they are none.
         """
         given = {f.name: values.get(f.name) for f in fields(cls)}
-        if isinstance(given.get("options"), dict):
-            given["options"] = of_today(Options, given["options"])
+        if isinstance(options := given.get("options"), dict):
+            given["options"] = of_today(Options, options)
         return TypeAdapter(cls).validate_python(given)
 
 

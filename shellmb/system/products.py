@@ -23,8 +23,10 @@ class Products:
 
     def __init__(self, system: BlockSystem) -> None:
         self._system = system
-        groups = mesh_groups(system) if is_native() else None
-        self._loops = groups and [(g.cells, FormLoop(g.cells, g.jacobians())) for g in groups]
+        self._loops = None
+        if is_native():
+            groups = mesh_groups(system)
+            self._loops = [(g.cells, FormLoop(g.cells, g.jacobians())) for g in groups]
 
     def __call__(self, x: PETSc.Vec, y: PETSc.Vec) -> None:
         """Multiply with the Jacobian at the state that the functions hold; collective.
