@@ -7,18 +7,6 @@ import os
 import warnings
 from collections.abc import Iterator
 
-__all__ = [
-    "ControlError",
-    "ConvergenceError",
-    "RunError",
-    "SceneError",
-    "ShellmbError",
-    "ShellmbWarning",
-    "Stopped",
-    "petsc_in_words",
-    "warn",
-]
-
 
 class ShellmbError(Exception):
     """Base of every error that a user of shellmb can cause and mend."""

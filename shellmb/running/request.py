@@ -80,9 +80,9 @@ class Request:
         Raises:
             pydantic.ValidationError: If they are none.
         """
-        given: dict[str, Any] = {f.name: values.get(f.name) for f in fields(cls)}
-        if isinstance(given.get("options"), dict):
-            given["options"] = of_today(Options, given["options"])
+        given = {f.name: values.get(f.name) for f in fields(cls)}
+        if isinstance(options := given.get("options"), dict):
+            given["options"] = of_today(Options, options)
         return TypeAdapter(cls).validate_python(given)
 
 

@@ -27,7 +27,6 @@ import numpy as np
 import numpy.typing as npt
 
 from shellmb.errors import ConvergenceError
-from shellmb.native.operations import operations
 from shellmb.sensitivity.events import Corners, check_begun, ends
 from shellmb.sensitivity.parameters import STEP, Parameter
 from shellmb.sensitivity.perturbed_run import PerturbedRun, check_alike
@@ -79,7 +78,6 @@ class Pair:
         kinks: Times of steps at which both sides do not mirror each other, s.
         both: Unknowns at both sides, from `begin` on.
         vectors: Right-hand side of the next update, and place for it.
-        centre: Moves the states of both sides so that their mean is the state of the run.
         corners: Looks for corners of functions of time.
     """
 
@@ -97,8 +95,15 @@ class Pair:
         x = run.problem.system.x
         self.both = two_sided(self.sides, u, sizes, STEP)
         self.vectors = x.duplicate(), x.duplicate()
-        own, above, below = (s.live().values() for s in (run, *(s.simulation for s in self.sides)))
-        self.centre = operations().centring(list(own), list(above), list(below))
+        simulations = run, *(side.simulation for side in self.sides)
+        self._live = [*zip(*(s.live().values() for s in simulations), strict=True)]
+
+    def centre(self) -> None:
+        """Move the states of both sides so that their mean is the state of the run."""
+        for own, above, below in self._live:
+            half = 0.5 * (above - below)
+            np.add(own, half, out=above)
+            np.subtract(own, half, out=below)
 
     @cached_property
     def sides(self) -> tuple[PerturbedRun, PerturbedRun]:

@@ -12,15 +12,13 @@ from __future__ import annotations
 import math
 from collections.abc import Hashable, Mapping
 from functools import lru_cache
-from typing import Any
+from typing import Any, NamedTuple
 
 from petsc4py import PETSc
 
 import numpy as np
 
-from shellmb.arrays import Floats
-from shellmb.native.assembler import Pairs
-from shellmb.native.operations import operations
+from shellmb.arrays import Floats, Ints
 from shellmb.restart import Restartable, constant
 from shellmb.system.newton.iteration import Iteration
 
@@ -60,6 +58,20 @@ class _Errors(Restartable):
         self.mean = [MEMORY * e + (1 - MEMORY) * old for e, old in both] + found[len(self.mean) :]
 
 
+class Pairs(NamedTuple):
+    """Unknowns of which some tell the slope in time of others.
+
+    Args:
+        values: These others, by their places.
+        slopes: Unknowns that tell their slopes.
+        times: Change in a step at that slope over the unknown that tells it.
+    """
+
+    values: Ints
+    slopes: Ints
+    times: Floats
+
+
 class Predictor(Restartable):
     """Extrapolates the unknowns of steps that continue one another.
 
@@ -79,7 +91,7 @@ class Predictor(Restartable):
 
     def __init__(self, iteration: Iteration, pairs: Pairs) -> None:
         self._nodes, self._convergence = iteration.nodes, iteration.convergence
-        self._pairs, self._operations = pairs, operations()
+        self._pairs = pairs
         moving = iteration.convergence.moving
         of_pairs = pairs.slopes[np.isin(pairs.values, moving)]
         # with the slopes of what moves
@@ -133,10 +145,11 @@ class Predictor(Restartable):
             return rows
         self._ahead, times = dt, tuple(t / dt for t in self._times)
         if self._has_pairs:
-            ahead = knot_weights(times)
-            self._operations.foresee_pairs(ahead, self._past, self._pairs, dt, rows)
+            (of_values, of_slopes), (values, slopes, changes) = knot_weights(times), self._pairs
+            past = np.concatenate([self._past[:, values], self._past[:, slopes] * dt * changes])
+            rows[:, values], rows[:, slopes] = of_values @ past, of_slopes @ past / changes
         else:
-            self._operations.foresee(weights(times), self._past, rows)
+            rows[:] = weights(times) @ self._past
         return rows
 
     def accept(self, x: PETSc.Vec, key: Hashable, dt: float) -> None:

@@ -8,6 +8,7 @@ from math import isfinite
 from pathlib import Path
 from typing import Any
 
+from shellmb.accuracy.companions import sides_of, with_fewer
 from shellmb.accuracy.request.curve import draw, offers
 from shellmb.accuracy.request.frequencies import ModeSearch
 from shellmb.accuracy.request.levels import KEPT, LEVELS, Store
@@ -92,8 +93,8 @@ def run_to_accuracy(
             "says": outcome.says,
             "quantity": str(search.quantity),
             "size": size,
-            "levels": [_plain(level.to_dict()) for level in outcome.levels],
-            "offers": [offer.to_dict() for offer in found],
+            "levels": [_plain(asdict(level)) for level in outcome.levels],
+            "offers": [asdict(offer) | {"says": str(offer)} for offer in found],
         }
         if comm.rank == 0:
             with written(out, comm):
@@ -144,21 +145,12 @@ def coarser(scene: Scene, body: str | None) -> Scene | None:
         scene: The scene.
         body: The only body that gets them; None: all.
     """
-    bodies = [b for b in scene.meshed if body in (None, b.name)]
-    shells = {s.name: s for s in scene.shells if s in bodies}
-    beams = {b.name: b for b in scene.beams if b in bodies}
-    counts = [n for s in shells.values() for n in s.mesh] + [b.elements for b in beams.values()]
-    read = any(isinstance(s.surface, GmshFile | MeshFile) for s in shells.values())
-    if read or not counts or any(n % 2 for n in counts) or min(counts) < FEW:
+    chosen = [b for b in scene.meshed if body in (None, b.name)]
+    read = any(isinstance(getattr(b, "surface", None), GmshFile | MeshFile) for b in chosen)
+    if read or min(sides_of(chosen), default=0) < FEW:
         return None
-    halved = {n: replace(s, mesh=(s.mesh[0] // 2, s.mesh[1] // 2)) for n, s in shells.items()}
-    fewer = {n: replace(b, elements=b.elements // 2) for n, b in beams.items()}
     try:
-        return replace(
-            scene,
-            shells=tuple(halved.get(s.name, s) for s in scene.shells),
-            beams=tuple(fewer.get(b.name, b) for b in scene.beams),
-        )
+        return with_fewer(scene, 2, body)
     except SceneError:
         return None
 

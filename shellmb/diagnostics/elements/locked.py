@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from shellmb.diagnostics.base import RunWarning, said_of
-from shellmb.diagnostics.elements.element_sums import Summed
 from shellmb.diagnostics.elements.locking import (
     BOUND,
     PRONE,
@@ -15,37 +14,37 @@ from shellmb.diagnostics.elements.locking import (
     places,
     why,
 )
+from shellmb.diagnostics.elements.sampled import EVERY, Sampled
 from shellmb.observers.account.energy import Scalar, scalar
 from shellmb.observers.fields.nodal import state
-from shellmb.observers.summary import Sources
 from shellmb.schemes.linearised import strain_energy
 from shellmb.simulate.simulation import Simulation
 
 
-class Locked(Summed):
-    """Watches what elements that lock add to the stiffness of thin curved bodies.
-
-    Args:
-        sources: The observers of the run.
-    """
+class Locked(Sampled):
+    """Watches what elements that lock add to the stiffness of thin curved bodies."""
 
     name = "locking"
+    remembered = ("_steps", "_sums")
 
-    def __init__(self, sources: Sources) -> None:
-        super().__init__(sources)
+    def _begin(self) -> None:
+        super()._begin()
         self._meshes: dict[str, Mesh] = {}
         self._found: dict[str, tuple[Roughness, Scalar]] = {}
+        # by body the energies of roughness and of all strains over the states that were looked at
+        self._sums: dict[str, tuple[float, ...]] = {}
 
     def start(self, simulation: Simulation) -> None:
         """Find the shells whose meshes are distorted; the others cost nothing more."""
-        for name, body in simulation.model.shells.items():
-            mesh = places(body)
-            if mesh is not None:
-                self._meshes[name] = mesh
+        meshes = {name: places(body) for name, body in simulation.model.shells.items()}
+        self._meshes = {name: mesh for name, mesh in meshes.items() if mesh is not None}
         self.idle = not self._meshes
 
+    def _look(self, simulation: Simulation) -> None:
+        self._sums = self._added(simulation)
+
     def _added(self, simulation: Simulation) -> dict[str, tuple[float, ...]]:
-        """Energies of roughness and of all strains; collective."""
+        """The sums so far with those of this state; changes nothing; collective."""
         sums = dict(self._sums)
         for name, mesh in self._meshes.items():
             body, q = simulation.model.shells[name], state(simulation, name)
@@ -67,10 +66,12 @@ class Locked(Summed):
 
     def cautions(self, simulation: Simulation) -> Iterator[RunWarning]:
         """A sentence for each body that is too stiff; collective."""
-        for name, (rough, energy) in self._all(simulation).items():
+        sums = self._added(simulation) if self._steps % EVERY else self._sums
+        for name, (rough, energy) in sums.items():
             share = rough / energy if energy > 0 else 0.0
             body = simulation.model.shells[name]
             found = excess(body, share)
             if found.value > BOUND:
                 said = f"{said_of(simulation, name)} is too stiff in bending, by {found.said}"
-                yield RunWarning(self.name, name, found.value, BOUND, f"{said}: {why(body, share)}")
+                says = f"{said}: {why(body, share)}"
+                yield self.caution(name, found.value, BOUND, says)

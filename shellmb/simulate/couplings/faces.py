@@ -12,8 +12,7 @@ import numpy as np
 from shellmb.arrays import Floats, Ints
 from shellmb.errors import ConvergenceError
 from shellmb.model.shell_contact.faces import FacesContact, Touching
-from shellmb.model.shell_contact.mean_distance_slopes import mean_slope
-from shellmb.model.shell_contact.smooth_least_distance import mixed
+from shellmb.model.shell_contact.mean_distance_slopes import mean_slope, mixed
 from shellmb.model.shell_contact.uncovered_contact import Meeting
 from shellmb.scene.lookup import said
 from shellmb.schemes.base import END, Levels

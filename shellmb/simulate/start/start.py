@@ -10,7 +10,7 @@ from ufl import Form
 
 from shellmb.errors import ConvergenceError, SceneError, warn
 from shellmb.model.body import Body, kinetic_energy
-from shellmb.model.joints.contact_slip import refuse_slip
+from shellmb.model.joints.columns import refuse_slip
 from shellmb.model.joints.rolling import ContactGroup
 from shellmb.preprocessing.bodyfields import NONE, kinematic_dofs
 from shellmb.preprocessing.constraint_analysis.redundancy import RATE_STEP, largest_gap
