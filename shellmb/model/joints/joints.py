@@ -24,14 +24,12 @@ from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.forms.constraints.joints import BUNDLED, KINDS, JointKind, Place
 from shellmb.forms.loads import dead_force
-from shellmb.forms.state import Layout
 from shellmb.forms.steps.discrete import variation
-from shellmb.meshes.nodes import constant_vector, node_mesh, node_space
 from shellmb.model.body import LoadFactors
 from shellmb.model.joints.constraints import ConstraintGroup, GivenValues, forces_and_sizes
 from shellmb.model.locations.ends import End, EndGroup, end_pair, frame_about
 from shellmb.model.locations.nodes import Meshed, shared_nodes
-from shellmb.model.massless import Massless, TimedLoads
+from shellmb.model.massless import NodeGroup, TimedLoads
 from shellmb.model.user_forms import check_equations, own_kind
 from shellmb.scene import Scene
 from shellmb.scene.loads.loads import Gravity
@@ -205,17 +203,14 @@ class JointGroup(ConstraintGroup):
     ) -> None:
         self.joints = list(joints)
         self.kind, framed = joints[0].kind, joints[0].key[1:]
-        nodes = node_mesh(comm, len(joints))
-        self.ends = end_pair(nodes, [j.ends for j in joints], [j.axes for j in joints], framed)
-        self.given = GivenValues(nodes, [joint.joint for joint in joints])
-        own = {**self.own, **self.given.parts, "mu": self.multipliers}
-        mixed = node_space(nodes, {**self.ends[0].parts, **self.ends[1].parts, **own})
-        self.size = constant_vector(nodes, np.array([[j.length] for j in joints]), "length")
-        bodies = "/".join(str(n) for n in framed)
-        links = tuple(link for end in self.ends for link in end.links(mixed))
-        name = f"{self.title} ({bodies})"
-        scales = forces_and_sizes(force, length, self.multipliers, self.directions)
-        super().__init__(name, nodes, mixed, links, self._violation, *scales, switched)
+        self.ends = end_pair([j.ends for j in joints], [j.axes for j in joints], framed)
+        self.given = GivenValues([joint.joint for joint in joints])
+        name = f"{self.title} ({'/'.join(map(str, framed))})"
+        rows, own = self.multipliers, {**self.own, **self.given.parts}
+        scales = forces_and_sizes(force, length, rows, self.directions)
+        given = rows, self._violation, *scales, switched
+        super().__init__(name, comm, len(joints), *given, own=own, places=self.ends)
+        self.size = self.per_item([j.length for j in joints], "length")
         self.labels = [joint.joint.name for joint in joints]
         self.given.prescribe(self)
 
@@ -279,7 +274,7 @@ def joint_groups(
     return groups
 
 
-class PointMasses(Massless):
+class PointMasses(NodeGroup):
     """Masses of joints, at places of the bodies.
 
     Args:
@@ -302,14 +297,10 @@ class PointMasses(Massless):
         turns: bool,
         dynamic: bool,
     ) -> None:
-        self.nodes = node_mesh(comm, len(ends))
-        axes = np.array([np.eye(3)] * len(ends))
-        self._end = EndGroup(self.nodes, ends, axes, "1", turns)
-        mixed = node_space(self.nodes, self._end.parts)
-        super().__init__(name, mixed, (), tuple(self._end.links(mixed)))
-        self.kinematic = frozenset(mixed.parts)
-        self.layout = Layout(mixed.parts)
-        self.mass = constant_vector(self.nodes, np.array(masses, dtype=float)[:, None], "m")
+        self._end = EndGroup(ends, np.array([np.eye(3)] * len(ends)), "1", turns)
+        super().__init__(name, comm, len(ends), places=[self._end])
+        self.kinematic = frozenset(self.mixed.parts)
+        self.mass = self.per_item(masses, "m")
         self.gravity, self._dynamic = list(gravity), dynamic
 
     def position(self, q: Expr) -> Expr:
@@ -339,9 +330,8 @@ class PointMasses(Massless):
 
     def loads(self) -> LoadFactors | None:
         """Their weight."""
-        domain, given = self.nodes.mesh, self.gravity
-        loads = [(g.time, fem.Constant(domain, np.array(g.acceleration, float))) for g in given]
-        return TimedLoads(domain, loads, self._weight) if loads else None
+        loads = [(g.time, self.constant(np.array(g.acceleration))) for g in self.gravity]
+        return TimedLoads(self.nodes.mesh, loads, self._weight) if loads else None
 
     def _weight(self, acceleration: fem.Constant, mid: Expr, dq: Expr) -> Form:
         return dead_force(self.mass * acceleration, self.velocity(dq)) * ufl.dx

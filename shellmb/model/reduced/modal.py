@@ -19,7 +19,7 @@ modes. The unknowns of a cell are the same for all of them.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -44,7 +44,7 @@ from shellmb.model.body import Body, NodeLink, Rates
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.frames.rigid import RigidBodies
 from shellmb.model.locations.nodes import part_dofs
-from shellmb.model.massless import Massless
+from shellmb.model.massless import Massless, Targets
 from shellmb.model.potentials.points import Points, points_on
 from shellmb.model.reduced.data import Member, ModalBody, amplitudes
 from shellmb.model.reduced.floating_body import (
@@ -54,7 +54,7 @@ from shellmb.model.reduced.floating_body import (
     LoadPoints,
     Modes,
     Reduced,
-    frame_links,
+    frame_targets,
 )
 
 
@@ -87,9 +87,9 @@ class ModalPoints(Points):
 
     linear = False
 
-    def bound(self, nodes: NodeMesh, turns: bool) -> ModalPlaces:
-        """The points at nodes of a node mesh."""
-        return ModalPlaces(self, nodes, turns)
+    def bound(self, turns: bool) -> ModalPlaces:
+        """The points at nodes of a group."""
+        return ModalPlaces(self, turns)
 
 
 def reduced_points(body: Reduced, member: str, on: Any, who: str) -> ModalPoints:
@@ -116,14 +116,11 @@ class ModalPlaces:
 
     Args:
         points: The points.
-        nodes: Node mesh with one cell for each.
         turns: Whether directors matter.
     """
 
-    def __init__(self, points: ModalPoints, nodes: NodeMesh, turns: bool) -> None:
-        self._points, self._nodes = points, nodes
-        self._K = points.body.data.count
-        self.parts = {"u1": 3, "w1": 9, "eta": self._K}
+    def __init__(self, points: ModalPoints, turns: bool) -> None:
+        self._points, self._K = points, points.body.data.count
         X = np.array([end.point for end in points.ends])
         self._arms = X - points.body.frame.node
         rows = [X, self._arms, points.u.reshape(len(X), -1)]
@@ -132,11 +129,16 @@ class ModalPlaces:
             D = np.array([end.directors for end in points.ends])
             for k in range(self._count):
                 rows += [D[:, k], points.w[:, k].reshape(len(X), -1)]
-        self._data = constant_vector(nodes, np.concatenate(rows, axis=1), "places")
+        self._rows = np.concatenate(rows, axis=1)
 
-    def links(self, mixed: MixedSpace) -> list[NodeLink]:
-        """Links to the unknowns of frame and modes."""
-        return list(frame_links(self._nodes, mixed, self._points.body))
+    def bind(self, nodes: NodeMesh) -> None:
+        """Take the group's node mesh, with one node for each point."""
+        self._nodes, self._data = nodes, constant_vector(nodes, self._rows, "places")
+
+    @property
+    def targets(self) -> Mapping[str, Targets]:
+        """Unknowns of frame and modes."""
+        return frame_targets(self._points.body, len(self._rows), ("u1", "w1"))
 
     def place(self, q: Expr, layout: Layout) -> Place:
         """The points and their directors at a state."""
@@ -185,7 +187,7 @@ class ModalTerms(Massless):
         space = self._of.mixed.space
         mixed = constant_space(space.mesh, {"eta": body.data.count, "u1": 3, "w1": 9})
         targets: dict[str, tuple[str, Any]] = {
-            "eta": (body.modes.name, body.modes.numbers()),
+            "eta": (body.modes.name, body.modes.numbers("eta")[0]),
             "u1": (frame.body, frame.dofs["u"]),
             "w1": (frame.body, frame.dofs["w"]),
         }
