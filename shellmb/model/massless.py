@@ -3,10 +3,10 @@
 Parts of a body on a node mesh may be unknowns of other bodies: the paper's Boolean identification.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 from mpi4py import MPI
 
@@ -132,6 +132,37 @@ class Massless:
     def applied(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
         """No added terms."""
         return None
+
+
+class Scale(NamedTuple):
+    """Communicator of a model, and the sizes that its constraints are relative to.
+
+    Args:
+        comm: Communicator.
+        force: Size of forces, the unit of multipliers, N.
+        length: Size of the scene, m.
+    """
+
+    comm: MPI.Comm
+    force: float
+    length: float
+
+    def of(
+        self, count: int, directions: Collection[int]
+    ) -> tuple[float | list[float], float | list[float]]:
+        """Sizes of forces and of violations of constraints: one number where all are of a kind.
+
+        The work of a multiplier of size one is the same for all of them.
+
+        Args:
+            count: Number of constraints.
+            directions: Which hold directions; others hold positions.
+        """
+        sizes = [1.0 if k in directions else self.length for k in range(count)]
+        couple = self.force * self.length
+        if 0 < len(directions) < count:
+            return [couple / size for size in sizes], sizes
+        return couple / sizes[0], sizes[0]
 
 
 # names of the bodies of some items, and global dofs there, one row for each

@@ -11,6 +11,7 @@ from shellmb.forms.constraints.joints import KINDS
 from shellmb.forms.steps.mixed import Interval
 from shellmb.model.joints.joints import BoundJoint, JointGroup
 from shellmb.model.locations.ends import End, frame_about
+from shellmb.model.massless import Scale
 from shellmb.scene import Spherical
 from shellmb.schemes.residuals.forces import interval_forces, velocity_constraint
 from tests.forms.conftest import compiled
@@ -42,7 +43,7 @@ def make_group(kind: str, offset: float = 0.3) -> JointGroup:
         axes = np.array([frame_about(rng.normal(size=3)), frame_about(rng.normal(size=3))])
         described = Spherical(f"joint {number}", "a", "b")
         joints.append(BoundJoint(described, kind, ends, axes, 0.8))
-    return JointGroup(MPI.COMM_SELF, joints, FORCE, 1.0, False)
+    return JointGroup(Scale(MPI.COMM_SELF, FORCE, 1.0), joints, False)
 
 
 def random_state(group: JointGroup, seed: int) -> fem.Function:
@@ -132,7 +133,7 @@ def test_reference_configuration_is_closed(kind):
         ends.append(End("body", "body", dofs, node, directors, point + away))
     described = Spherical("joint", "a", "b")
     joint = BoundJoint(described, kind, (ends[0], ends[1]), np.array([first, second]), 0.8)
-    group = JointGroup(MPI.COMM_SELF, [joint], FORCE, 1.0, False)
+    group = JointGroup(Scale(MPI.COMM_SELF, FORCE, 1.0), [joint], False)
     # the directors come from a QR factorisation, orthonormal to some round-offs
     assert np.max(np.abs(group.all_violations(fem.Function(group.mixed.space)))) < 1e-14
 
@@ -170,7 +171,7 @@ def test_a_joint_leaves_its_freedoms_and_no_others(kind):
         for k, d in enumerate(directors)
     )
     joint = BoundJoint(Spherical("joint", "a", "b"), kind, ends, np.array([first, second]), 0.8)
-    group = JointGroup(MPI.COMM_SELF, [joint], FORCE, 1.0, False)
+    group = JointGroup(Scale(MPI.COMM_SELF, FORCE, 1.0), [joint], False)
     closed, motion = (fem.Function(group.mixed.space) for _ in range(2))
     test = ufl.TestFunction(group.mixed.space)
     moved = compiled(velocity_constraint(group, motion, closed, test))

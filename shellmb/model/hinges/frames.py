@@ -22,16 +22,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from mpi4py import MPI
-
 import numpy as np
 import ufl
 from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats, Ints
 from shellmb.model.body import PartScale
-from shellmb.model.joints.constraints import ConstraintGroup, forces_and_sizes
+from shellmb.model.joints.constraints import ConstraintGroup
 from shellmb.model.locations.ends import End
+from shellmb.model.massless import Scale
 
 __all__ = ["EdgeFrames", "Point", "Sum"]
 
@@ -99,15 +98,11 @@ class EdgeFrames(ConstraintGroup):
 
     Args:
         name: Name in the system.
-        comm: Communicator.
+        scale: Communicator and sizes.
         points: The points, all of one `key`.
-        force: Size of forces, N.
-        length: Size of the scene, m.
     """
 
-    def __init__(
-        self, name: str, comm: MPI.Comm, points: Sequence[Point], force: float, length: float
-    ) -> None:
+    def __init__(self, name: str, scale: Scale, points: Sequence[Point]) -> None:
         along, across, inside = points[0].key
         between = inside > 1
         own = [*(("n", "p") if across else ()), "r", *(("u",) if between else ())]
@@ -151,10 +146,10 @@ class EdgeFrames(ConstraintGroup):
                 rows += [part(q, "u")[i] - inner[i] for i in range(3)]
             return ufl.as_vector(rows)
 
-        sizes = forces_and_sizes(force, length, count, self.directions)
+        sizes = scale.of(count, self.directions)
         parts = dict.fromkeys(own, 3)
         super().__init__(
-            name, comm, len(points), count, violation, *sizes, targets=targets, own=parts
+            name, scale.comm, len(points), count, violation, *sizes, targets=targets, own=parts
         )
         given = self.per_item([[p.axis, *p.normals, *p.vectors] for p in points], "given")
         weights = {
@@ -164,7 +159,9 @@ class EdgeFrames(ConstraintGroup):
         within = self.per_item([p.place.weights for p in points], "within") if between else None
 
         scales = (
-            PartScale(part, f"vectors of {name}", length if part == "u" else 1.0, "a smaller step")
+            PartScale(
+                part, f"vectors of {name}", scale.length if part == "u" else 1.0, "a smaller step"
+            )
             for part in own
         )
         self.parts = (*self.parts, *scales)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Protocol
@@ -116,25 +116,6 @@ class Constraints:
 SMALL_FORCE = 1e-3
 # step of differences of constraints that are not quadratic: both of their errors are some 1e-11
 SMALL_STEP = 1e-5
-
-
-def forces_and_sizes(
-    force: float, length: float, count: int, directions: Collection[int]
-) -> tuple[float | list[float], float | list[float]]:
-    """Sizes of forces and of violations of constraints: one number where all are of a kind.
-
-    The work of a multiplier of size one is the same for all of them.
-
-    Args:
-        force: Size of forces, N.
-        length: Size of the scene, m.
-        count: Number of constraints.
-        directions: Which hold directions; others hold positions.
-    """
-    sizes = [1.0 if k in directions else length for k in range(count)]
-    if 0 < len(directions) < count:
-        return [force * length / size for size in sizes], sizes
-    return force * length / sizes[0], sizes[0]
 
 
 class ConstraintGroup(NodeGroup):

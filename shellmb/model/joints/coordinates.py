@@ -4,8 +4,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
-from mpi4py import MPI
-
 import numpy as np
 import ufl
 from dolfinx import fem
@@ -25,7 +23,7 @@ from shellmb.model.body import Constraint, Dofs, JumpForms, NodeLink, PartScale
 from shellmb.model.joints.constraints import ConstraintGroup
 from shellmb.model.joints.joints import BoundJoint
 from shellmb.model.locations.ends import End, end_pair
-from shellmb.model.massless import Targets
+from shellmb.model.massless import Scale, Targets
 from shellmb.native.expressions import compiled_expression, evaluate
 
 # name of a joint or a force element, and "rotation", "translation" or "distance"
@@ -105,28 +103,24 @@ class CoordinateGroup(ConstraintGroup):
     The part "x" holds what each has changed by since the reference configuration.
 
     Args:
-        comm: Communicator.
+        scale: Communicator and sizes.
         items: The coordinates.
-        force: Size of forces, N.
-        length: Size of the scene, m.
     """
 
     # an angle enters by its sine and cosine
     quadratic = False
 
-    def __init__(
-        self, comm: MPI.Comm, items: Sequence[BoundCoordinate], force: float, length: float
-    ) -> None:
+    def __init__(self, scale: Scale, items: Sequence[BoundCoordinate]) -> None:
         self.coordinates = list(items)
         self.kind, *framed = items[0].group
         name = f"{self.kind} coordinates ({framed[0]}/{framed[1]})"
         self.ends = end_pair([i.ends for i in items], [i.axes for i in items], framed)
         turns = self.kind == "rotation"
-        size = 1.0 if turns else length
+        size = 1.0 if turns else scale.length
         # the work of a multiplier of size one is the same for all kinds
-        scales = force * length if turns else force, size
+        sizes = scale.force * scale.length if turns else scale.force, size
         super().__init__(
-            name, comm, len(items), 1, self.gap, *scales, own={"x": 1}, places=self.ends
+            name, scale.comm, len(items), 1, self.gap, *sizes, own={"x": 1}, places=self.ends
         )
         self.links += tuple(self._same())
         self._start = self.per_item([i.start for i in items], "start")
@@ -346,20 +340,18 @@ class Coordinate:
 
 
 def coordinate_groups(
-    comm: MPI.Comm, items: Sequence[BoundCoordinate], force: float, length: float
+    scale: Scale, items: Sequence[BoundCoordinate]
 ) -> tuple[list[CoordinateGroup], dict[Key, Coordinate]]:
     """Groups of like coordinates, and where each coordinate is.
 
     Args:
-        comm: Communicator.
+        scale: Communicator and sizes.
         items: All coordinates.
-        force: Size of forces, N.
-        length: Size of the scene, m.
     """
     groups, table = [], dict[Key, Coordinate]()
     for key in dict.fromkeys(item.group for item in items):
         members = [item for item in items if item.group == key]
-        group = CoordinateGroup(comm, members, force, length)
+        group = CoordinateGroup(scale, members)
         groups.append(group)
         for k, item in enumerate(members):
             table.setdefault((item.name, item.kind), Coordinate(group, k))

@@ -26,10 +26,10 @@ from shellmb.forms.constraints.joints import BUNDLED, KINDS, JointKind, Place
 from shellmb.forms.loads import dead_force
 from shellmb.forms.steps.discrete import variation
 from shellmb.model.body import LoadFactors
-from shellmb.model.joints.constraints import ConstraintGroup, GivenValues, forces_and_sizes
+from shellmb.model.joints.constraints import ConstraintGroup, GivenValues
 from shellmb.model.locations.ends import End, EndGroup, end_pair, frame_about
 from shellmb.model.locations.nodes import Meshed, shared_nodes
-from shellmb.model.massless import NodeGroup, TimedLoads
+from shellmb.model.massless import NodeGroup, Scale, TimedLoads
 from shellmb.model.user_forms import check_equations, own_kind
 from shellmb.scene import Scene
 from shellmb.scene.loads.loads import Gravity
@@ -186,30 +186,21 @@ class JointGroup(ConstraintGroup):
     """All joints of a scene that share kind and kinds of ends.
 
     Args:
-        comm: Communicator.
+        scale: Communicator and sizes.
         joints: The joints.
-        force: Size of joint forces, N.
-        length: Size of the scene, m.
         switched: Whether some of them act at times only.
     """
 
-    def __init__(
-        self,
-        comm: MPI.Comm,
-        joints: Sequence[BoundJoint],
-        force: float,
-        length: float,
-        switched: bool,
-    ) -> None:
+    def __init__(self, scale: Scale, joints: Sequence[BoundJoint], switched: bool) -> None:
         self.joints = list(joints)
         self.kind, framed = joints[0].kind, joints[0].key[1:]
         self.ends = end_pair([j.ends for j in joints], [j.axes for j in joints], framed)
         self.given = GivenValues([joint.joint for joint in joints])
         name = f"{self.title} ({'/'.join(map(str, framed))})"
         rows, own = self.multipliers, {**self.own, **self.given.parts}
-        scales = forces_and_sizes(force, length, rows, self.directions)
+        scales = scale.of(rows, self.directions)
         given = rows, self._violation, *scales, switched
-        super().__init__(name, comm, len(joints), *given, own=own, places=self.ends)
+        super().__init__(name, scale.comm, len(joints), *given, own=own, places=self.ends)
         self.size = self.per_item([j.length for j in joints], "length")
         self.labels = [joint.joint.name for joint in joints]
         self.given.prescribe(self)
@@ -250,19 +241,13 @@ class JointGroup(ConstraintGroup):
 
 
 def joint_groups(
-    comm: MPI.Comm,
-    joints: Sequence[BoundJoint],
-    force: float,
-    length: float,
-    switched: frozenset[str],
+    scale: Scale, joints: Sequence[BoundJoint], switched: frozenset[str]
 ) -> list[JointGroup]:
     """Groups of joints of one kind.
 
     Args:
-        comm: Communicator.
+        scale: Communicator and sizes.
         joints: All joints.
-        force: Size of joint forces, N.
-        length: Size of the scene, m.
         switched: Names of the joints that do not act always.
     """
     keys = dict.fromkeys(joint.key for joint in joints)
@@ -270,7 +255,7 @@ def joint_groups(
     for key in keys:
         members = [joint for joint in joints if joint.key == key]
         some = any(joint.joint.name in switched for joint in members)
-        groups.append(JointGroup(comm, members, force, length, some))
+        groups.append(JointGroup(scale, members, some))
     return groups
 
 

@@ -38,7 +38,7 @@ from shellmb.meshes.spaces import mixed_space
 from shellmb.model.body import Constraint, Elastic, FixedDofs, NodeLink, PartScale
 from shellmb.model.elements.lawvalues import LawValues
 from shellmb.model.joints.constraints import Constraints
-from shellmb.model.massless import Massless, NodeGroup
+from shellmb.model.massless import Massless, NodeGroup, Scale
 from shellmb.model.potentials.cones import ReferenceCones, differ, sides_of
 from shellmb.model.potentials.exact import ExactEnergy
 from shellmb.model.shells.shell import ShellModel
@@ -283,21 +283,17 @@ class Volume:
 
 def enclosed_volumes(
     scene: Scene,
-    comm: MPI.Comm,
+    scale: Scale,
     shells: Mapping[str, ShellModel],
     prescribed: Prescribed,
-    force: float,
-    length: float,
 ) -> list[Volume]:
     """All enclosed volumes of a scene; collective.
 
     Args:
         scene: The scene.
-        comm: Communicator.
+        scale: Communicator and sizes.
         shells: Its shells, joined and supported.
         prescribed: What supports hold.
-        force: Unit of the multipliers, N.
-        length: Size of the scene, m.
 
     Raises:
         SceneError: If the shells do not close a volume; names the place.
@@ -307,7 +303,7 @@ def enclosed_volumes(
         members = [shells[name] for name in item.shells or shells]
         cones = [ReferenceCones(item, shell) for shell in members]
         lids = [c.lids() for c in cones]
-        signs, normals = sides_of(item, members, lids, prescribed, length)
+        signs, normals = sides_of(item, members, lids, prescribed, scale.length)
         parts = [c.volume() for c in cones]
         volume, size = float(np.dot(signs, parts)), max(s.surface_mesh.length for s in members)
         if abs(volume) < FLAT * size**3:
@@ -317,11 +313,11 @@ def enclosed_volumes(
             )
         outwards = np.sign(volume)
         gas = item.gas
-        pressure = force / length**2 if gas is None else max(gas.pressure, gas.outside)
+        pressure = scale.force / scale.length**2 if gas is None else max(gas.pressure, gas.outside)
         # planes of two normals hold it
         traits = SCHEMES.get(scene.scheme_name, Traits())
         moment_free = traits.keeps_angular_momentum and not differ(normals)
-        filling = Filling(item, comm, abs(volume), pressure, moment_free)
+        filling = Filling(item, scale.comm, abs(volume), pressure, moment_free)
         surfaces = [
             Enclosing(item, shell, float(outwards * sign), filling)
             for shell, sign in zip(members, signs, strict=True)

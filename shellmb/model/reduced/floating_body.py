@@ -39,9 +39,9 @@ from shellmb.forms.state import Layout
 from shellmb.forms.steps.damping import ViscousModes
 from shellmb.meshes.nodes import NodeMesh, constant_vector
 from shellmb.model.body import Elastic, LoadFactors, PartScale, Rates
-from shellmb.model.joints.constraints import ConstraintGroup, forces_and_sizes
+from shellmb.model.joints.constraints import ConstraintGroup
 from shellmb.model.locations.ends import End
-from shellmb.model.massless import NodeGroup, NodeLoads, Targets
+from shellmb.model.massless import NodeGroup, NodeLoads, Scale, Targets
 from shellmb.model.potentials.exact import LinearSprings
 from shellmb.model.reduced.data import ModalBody, amplitudes
 from shellmb.model.sections.branches import Resisting, StrainDamping, mass_damping
@@ -157,8 +157,7 @@ class OnFrame(ConstraintGroup):
         body: The body.
         parts: Sizes of the parts that are unknown besides these two, by name.
         table: Coefficients, one row for each item.
-        force: Size of the multipliers' forces, N.
-        length: Size of the scene, m.
+        scale: Communicator and sizes.
         others: Places whose nodal unknowns are parts "u2" and "w2", one for each item.
     """
 
@@ -168,16 +167,15 @@ class OnFrame(ConstraintGroup):
         body: Reduced,
         parts: dict[str, int],
         table: Floats,
-        force: float,
-        length: float,
+        scale: Scale,
         others: Sequence[End] = (),
     ) -> None:
         self.data, count = body.data, len(table)
         shared = [part for part in parts if part in ("u1", "w1", "u2", "w2")]
         targets = frame_targets(body, count, shared, others)
         own = {part: size for part, size in parts.items() if part not in (*shared, "mu")}
-        scales = forces_and_sizes(force, length, parts["mu"], self.directions)
-        given = parts["mu"], self._violation, *scales
+        sizes = scale.of(parts["mu"], self.directions)
+        given = parts["mu"], self._violation, *sizes
         name = f"{title} of {body.data.name}"
         super().__init__(name, body.comm, count, *given, targets=targets, own=own)
         self.table = self.per_item(table, "coefficients")
@@ -207,26 +205,25 @@ class OnArms(OnFrame):
         body: Reduced,
         parts: dict[str, int],
         table: Floats,
-        force: float,
-        length: float,
+        scale: Scale,
     ) -> None:
-        super().__init__(title, body, {**parts, "u": 3, "mu": 3}, table, force, length)
+        super().__init__(title, body, {**parts, "u": 3, "mu": 3}, table, scale)
         self.mixed = replace(self.mixed, elementwise=frozenset({"u", "mu"}))
         self.jump_parts = frozenset({"u", "mu"})
-        scale = PartScale("u", f"{title} of '{body.data.name}'", body.data.length, ADVICE)
-        self.parts = (scale, *self.parts)
+        size = PartScale("u", f"{title} of '{body.data.name}'", body.data.length, ADVICE)
+        self.parts = (size, *self.parts)
 
 
 class InertiaPoints(OnArms):
     """Points with mass at places that modes and frame tell: the inertia of the modes."""
 
-    def __init__(self, body: Reduced, force: float, length: float) -> None:
+    def __init__(self, body: Reduced, scale: Scale) -> None:
         data = body.data
         table = np.concatenate(
             [data.points.reshape(len(data.mass), -1), data.mass[:, None], data.coupling], axis=1
         )
         self.arms = np.zeros((len(table), 3))
-        super().__init__("inertia", body, {"w1": 9}, table, force, length)
+        super().__init__("inertia", body, {"w1": 9}, table, scale)
         # the directors are those of the frame, and their rates count here, too
         self.kinematic = frozenset({"u", "w1"})
         rate = data.slowing
@@ -283,13 +280,13 @@ class Interfaces(OnFrame):
 
     directions = (3, 4, 5)
 
-    def __init__(self, body: Reduced, others: Sequence[End], force: float, length: float) -> None:
+    def __init__(self, body: Reduced, others: Sequence[End], scale: Scale) -> None:
         rows = []
         for end, item in zip(others, body.data.interfaces, strict=True):
             turned = [item.shift.ravel(), item.turn.ravel(), end.node - body.frame.node]
             rows.append(np.concatenate([*turned, end.directors.ravel()]))
         parts = {"u1": 3, "w1": 9, "u2": 3, "w2": 9, "mu": 6}
-        super().__init__("interfaces", body, parts, np.array(rows), force, length, others)
+        super().__init__("interfaces", body, parts, np.array(rows), scale, others)
         self.labels = [item.name for item in body.data.interfaces]
 
     def _violation(self, q: Expr) -> Expr:
@@ -310,11 +307,11 @@ class Interfaces(OnFrame):
 class LoadPoints(OnArms):
     """Points that loads which keep their directions act on."""
 
-    def __init__(self, body: Reduced, force: float, length: float) -> None:
+    def __init__(self, body: Reduced, scale: Scale) -> None:
         self._data = body.data.points_loaded
         self.arms = np.array([item.arm for item in self._data])
         rows = np.array([[*p.shape.ravel(), *p.arm, p.share] for p in self._data])
-        super().__init__("loads", body, {"u1": 3, "w1": 9}, rows, force, length)
+        super().__init__("loads", body, {"u1": 3, "w1": 9}, rows, scale)
         self.kinematic = frozenset({"u"})
 
     def _violation(self, q: Expr) -> Expr:

@@ -23,7 +23,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from mpi4py import MPI
 from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
 
 import numpy as np
@@ -44,7 +43,7 @@ from shellmb.model.body import Body, NodeLink, Rates
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.frames.rigid import RigidBodies
 from shellmb.model.locations.nodes import part_dofs
-from shellmb.model.massless import Massless, Targets
+from shellmb.model.massless import Massless, Scale, Targets
 from shellmb.model.potentials.points import Points, points_on
 from shellmb.model.reduced.data import Member, ModalBody, amplitudes
 from shellmb.model.reduced.floating_body import (
@@ -243,38 +242,31 @@ class ModalTerms(Massless):
 
 
 def modal_bodies(
-    comm: MPI.Comm,
-    data: Sequence[ModalBody],
-    rigid: RigidBodies,
-    dynamic: bool,
-    force: float,
-    length: float,
+    scale: Scale, data: Sequence[ModalBody], rigid: RigidBodies, dynamic: bool
 ) -> list[Body]:
     """The bodies of the system that reduced bodies consist of, besides their frames.
 
     Args:
-        comm: Communicator.
+        scale: Communicator and sizes.
         data: The reduced bodies.
         rigid: All frames, theirs included.
         dynamic: Whether they have inertia.
-        force: Size of the multipliers' forces, N.
-        length: Size of the scene, m.
     """
     ends = rigid.ends()
     found: list[Body] = []
     for kept in data:
-        body = Reduced(Modes(comm, kept), ends[kept.name])
+        body = Reduced(Modes(scale.comm, kept), ends[kept.name])
         found.append(body.modes)
         if dynamic:
-            found.append(InertiaPoints(body, force, length))
+            found.append(InertiaPoints(body, scale))
         if kept.points_loaded:
-            found.append(LoadPoints(body, force, length))
+            found.append(LoadPoints(body, scale))
         if kept.follower_loads:
             found.append(FrameLoads(body))
         found += [ModalTerms(body, m) for m in kept.members.values() if m.body.described.terms]
         if kept.interfaces:
             others = [ends[item.name] for item in kept.interfaces]
-            found.append(Interfaces(body, others, force, length))
+            found.append(Interfaces(body, others, scale))
     return found
 
 
