@@ -28,7 +28,7 @@ def random_rotation(rng: np.random.Generator) -> np.ndarray:
 def make_end(rng: np.random.Generator, directors: int, offset: float) -> End:
     frame = random_rotation(rng)
     node = rng.normal(size=3)
-    dofs = {"u": np.arange(3), "w": np.arange(9)}
+    dofs = {"u": np.arange(3), "w": np.arange(3 * directors)}
     point = node + offset * rng.normal(size=3) * (directors == 3)
     return End("body", "body", dofs, node, frame[:directors], point)
 
@@ -123,7 +123,7 @@ def test_reference_configuration_is_closed(kind):
     rng = np.random.default_rng(9)
     point, first = rng.normal(size=3), frame_about(rng.normal(size=3))
     second = frame_about(first[0]) if kind == "universal" else first
-    dofs = {"u": np.arange(3), "w": np.arange(9)}
+    dofs = {"u": np.arange(3), "w": np.arange(3 * directors)}
     ends = []
     for k in range(2):
         shell = kind == "shell revolute" and k == 1
@@ -162,7 +162,7 @@ def test_a_joint_leaves_its_freedoms_and_no_others(kind):
     """Two equal rows hold one motion, and leave one free that the joint is there to hold."""
     first = frame_about(np.random.default_rng(11).normal(size=3))
     second = first[[1, 2, 0]] if kind == "universal" else first
-    dofs = {"u": np.arange(3), "w": np.arange(9)}
+    dofs = {"u": np.arange(3), "w": np.arange(3 * directors)}
     directors = (np.eye(3), first[2:] if kind == "shell revolute" else np.eye(3))
     point = np.zeros(3)
     away = 0.8 * first[0] if kind.endswith("distance") else 0.0
