@@ -123,13 +123,13 @@ def test_reference_configuration_is_closed(kind):
     rng = np.random.default_rng(9)
     point, first = rng.normal(size=3), frame_about(rng.normal(size=3))
     second = frame_about(first[0]) if kind == "universal" else first
-    dofs = {"u": np.arange(3), "w": np.arange(3 * directors)}
     ends = []
     for k in range(2):
         shell = kind == "shell revolute" and k == 1
         directors = first[2:] if shell else random_rotation(rng)
         node = point if shell else rng.normal(size=3)
         away = 0.8 * first[0] if kind.endswith("distance") and k == 1 else 0.0
+        dofs = {"u": np.arange(3), "w": np.arange(directors.size)}
         ends.append(End("body", "body", dofs, node, directors, point + away))
     described = Spherical("joint", "a", "b")
     joint = BoundJoint(described, kind, (ends[0], ends[1]), np.array([first, second]), 0.8)
@@ -162,12 +162,12 @@ def test_a_joint_leaves_its_freedoms_and_no_others(kind):
     """Two equal rows hold one motion, and leave one free that the joint is there to hold."""
     first = frame_about(np.random.default_rng(11).normal(size=3))
     second = first[[1, 2, 0]] if kind == "universal" else first
-    dofs = {"u": np.arange(3), "w": np.arange(3 * directors)}
     directors = (np.eye(3), first[2:] if kind == "shell revolute" else np.eye(3))
     point = np.zeros(3)
     away = 0.8 * first[0] if kind.endswith("distance") else 0.0
+    dofs = [{"u": np.arange(3), "w": np.arange(d.size)} for d in directors]
     ends = tuple(
-        End("body", "body", dofs, point + k * away, d, point + k * away)
+        End("body", "body", dofs[k], point + k * away, d, point + k * away)
         for k, d in enumerate(directors)
     )
     joint = BoundJoint(Spherical("joint", "a", "b"), kind, ends, np.array([first, second]), 0.8)
