@@ -1,10 +1,9 @@
-"""Bases of bodies without mass and elasticity, and loads with the time factors of one stage.
+"""Base of bodies at nodes of others, and loads with the time factors of one stage.
 
 Parts of a body on a node mesh may be unknowns of other bodies: the paper's Boolean identification.
 """
 
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any, NamedTuple, Protocol
 
@@ -19,17 +18,10 @@ from ufl.core.expr import Expr
 from shellmb.arrays import Floats, Ints
 from shellmb.forms.state import Layout
 from shellmb.meshes.nodes import NodeMesh, constant_vector, node_mesh, node_space, set_constants
-from shellmb.meshes.spaces import MixedSpace
 from shellmb.model.body import (
-    Constraint,
-    Damped,
-    Elastic,
-    FixedDofs,
-    LoadFactors,
-    Manifold,
+    Body,
     NodeLink,
     PartScale,
-    Rates,
     TimeFunction,
     added,
 )
@@ -96,44 +88,6 @@ class NodeLoads:
         return self._work(self._loads, mid, dq) * ufl.dx(self._nodes.mesh)
 
 
-@dataclass
-class Massless:
-    """Base of bodies without mass and elasticity."""
-
-    name: str
-    mixed: MixedSpace
-    parts: tuple[PartScale, ...]
-    links: tuple[NodeLink, ...]
-    fixed: list[FixedDofs] = field(default_factory=list)
-    kinematic: frozenset[str] = frozenset()
-    slenderness: float = 1.0
-    jump_parts: frozenset[str] = frozenset()
-    damping: Damped | None = None
-    manifold: Manifold = Manifold()  # noqa: RUF009 (frozen)
-
-    @property
-    def elastic(self) -> Sequence[Elastic]:
-        """No elastic parts."""
-        return ()
-
-    @property
-    def constraints(self) -> Sequence[Constraint]:
-        """No constraints."""
-        return ()
-
-    def inertia(self, rate: Expr, dq: Expr) -> Form | None:
-        """No inertia."""
-        return None
-
-    def loads(self) -> LoadFactors | None:
-        """No loads."""
-        return None
-
-    def applied(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
-        """No added terms."""
-        return None
-
-
 class Scale(NamedTuple):
     """Communicator of a model, and the sizes that its constraints are relative to.
 
@@ -183,7 +137,7 @@ class Places(Protocol):
         ...
 
 
-class NodeGroup(Massless):
+class NodeGroup(Body):
     """A body on a node mesh, with one node for each of its items.
 
     Args:

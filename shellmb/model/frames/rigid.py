@@ -16,7 +16,6 @@ from shellmb.forms.loads import dead_force
 from shellmb.meshes.nodes import NodeMesh, constant_vector, node_mesh, node_space
 from shellmb.model.body import (
     Dofs,
-    Elastic,
     FixedDofs,
     LoadFactors,
     PartScale,
@@ -150,11 +149,6 @@ class RigidBodies(FrameBody):
             b.name: End(NAME, b.name, everywhere[k], b.center, b.directors, b.center)
             for k, b in enumerate(self.bodies)
         }
-
-    @property
-    def elastic(self) -> tuple[Elastic, ...]:
-        """Nothing."""
-        return ()
 
     def loads(self) -> LoadFactors | None:
         """The weight of the bodies."""

@@ -35,10 +35,10 @@ from shellmb.forms.constraints.volume import (
 from shellmb.forms.state import Layout
 from shellmb.forms.steps.discrete import gradient
 from shellmb.meshes.spaces import mixed_space
-from shellmb.model.body import Constraint, Elastic, FixedDofs, NodeLink, PartScale
+from shellmb.model.body import Body, Constraint, Elastic, FixedDofs, NodeLink, PartScale
 from shellmb.model.elements.lawvalues import LawValues
 from shellmb.model.joints.constraints import Constraints
-from shellmb.model.massless import Massless, NodeGroup, Scale
+from shellmb.model.massless import NodeGroup, Scale
 from shellmb.model.potentials.cones import ReferenceCones, differ, sides_of
 from shellmb.model.potentials.exact import ExactEnergy
 from shellmb.model.shells.shell import ShellModel
@@ -159,7 +159,7 @@ class Filling(NodeGroup):
         return float(self.volume * (1 + found[0])), pressure
 
 
-class Enclosing(Massless):
+class Enclosing(Body):
     """The surface of one shell as a part of what encloses a volume.
 
     It is on the shell's own mesh, with the shell's displacements, and a pressure that is the same
@@ -221,7 +221,7 @@ class Enclosing(Massless):
         return (_held(self, law, self._pressure, cones.rule),)
 
 
-def _held(body: Massless, law: Any, pressure: fem.Constant, dx: ufl.Measure) -> Constraints:
+def _held(body: Body, law: Any, pressure: fem.Constant, dx: ufl.Measure) -> Constraints:
     """List what the pressure holds; that it holds, Newton's method sees."""
     places = [body.mixed.parts[part] for part in ("mu", *MOMENT_FREE) if part in body.mixed.parts]
     numbers = [first + k for first, size in places for k in range(size)]
@@ -276,7 +276,7 @@ class Volume:
     surfaces: list[Enclosing]
 
     @property
-    def bodies(self) -> list[Massless]:
+    def bodies(self) -> list[Body]:
         """All bodies of the volume."""
         return [self.filling, *self.surfaces]
 

@@ -43,7 +43,7 @@ from shellmb.model.body import Body, NodeLink, Rates
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.frames.rigid import RigidBodies
 from shellmb.model.locations.nodes import part_dofs
-from shellmb.model.massless import Massless, Scale, Targets
+from shellmb.model.massless import Scale, Targets
 from shellmb.model.potentials.points import Points, points_on
 from shellmb.model.reduced.data import Member, ModalBody, amplitudes
 from shellmb.model.reduced.floating_body import (
@@ -168,7 +168,7 @@ class ModalPlaces:
         return np.asarray(X + q[dofs["u1"]].reshape(-1, 3) + moved + turned)
 
 
-class ModalTerms(Massless):
+class ModalTerms(Body):
     """The user's terms of one shell or beam of a body in modes.
 
     Args:
