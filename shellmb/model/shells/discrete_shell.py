@@ -22,9 +22,9 @@ from shellmb.forms.tying import Tying, tying
 from shellmb.meshes.directors import reference_director
 from shellmb.meshes.mesh import SurfaceMesh
 from shellmb.meshes.shared import space_on
-from shellmb.meshes.spaces import NO_PARTS, MixedSpace, shell_space
+from shellmb.meshes.spaces import NO_PARTS, shell_space
 from shellmb.meshes.tying import cell_directions, cell_squares, shell_forces
-from shellmb.model.body import FixedDofs, NodeLink, PartScale
+from shellmb.model.body import Body, PartScale
 from shellmb.model.frames.frame import DirectorConstraint, FloatingFrame, directors_held
 from shellmb.model.sections.natural import Distributed, NaturalStress
 from shellmb.model.sections.section import (
@@ -48,7 +48,7 @@ _ADVICE_MOTION = "a smaller step, a finer mesh, or a smaller load step"
 _ADVICE_FORCE = "a smaller step, or check the stiffness and thickness of the section"
 
 
-class DiscreteShell:
+class DiscreteShell(Body):
     """A shell on its mesh, before any force acts in it.
 
     Args:
@@ -72,10 +72,9 @@ class DiscreteShell:
         loads: Sequence[Distributed],
         dynamic: bool,
     ) -> None:
-        self.name, self.shell, self.surface_mesh = shell.name, shell, surface_mesh
-        domain = surface_mesh.mesh
+        self.shell, self.surface_mesh, domain = shell, surface_mesh, surface_mesh.mesh
         own = has_own_strains(shell, domain)
-        self.mixed: MixedSpace = shell_space(domain, shell.degree, own, self.everywhere)
+        super().__init__(shell.name, shell_space(domain, shell.degree, own, self.everywhere))
         self.director = reference_director(
             surface_mesh, self.mixed.subspaces["u"], shell.degree, shell.name
         )
@@ -97,8 +96,6 @@ class DiscreteShell:
         self.mass_of_section = bind_mass(every, domain) if weighed else None
         self.mass = bind_mass(shell, domain) if dynamic else None
         self._loads = loads
-        self.fixed: list[FixedDofs] = []
-        self.links: tuple[NodeLink, ...] = ()
         self.kinematic = frozenset({"u", "w"})
         # set where joints tie the shell's velocities to those of other bodies
         self.slenderness = slenderness = self.section.sizes.thickness / surface_mesh.length

@@ -73,7 +73,7 @@ class ShellModel(DiscreteShell):
         return _over_mass(self.mass, self.rules, density)
 
     @property
-    def jump_parts(self) -> frozenset[str]:
+    def jump_parts(self) -> frozenset[str]:  # type: ignore[override]
         """Parts that have equations for the jump of velocities."""
         rotary = {"w", "lam"} if self._turns else set()
         found = {"u", *rotary, *self.everywhere}
@@ -85,7 +85,7 @@ class ShellModel(DiscreteShell):
         return mass_arm(self.mass, self.mixed.subspaces["u"], self.rules.nodes)
 
     @property
-    def manifold(self) -> Manifold:
+    def manifold(self) -> Manifold:  # type: ignore[override]
         """Unit directors."""
         reference = self.node_directors()[:, 0] if self.held.unit else None
         tangent = self._tangent, self._tangent_values, self._tangent_back
@@ -162,7 +162,7 @@ class ShellModel(DiscreteShell):
         return added(forms)
 
     @cached_property
-    def damping(self) -> StrainDamping | None:
+    def damping(self) -> StrainDamping | None:  # type: ignore[override]
         """Damping of its strains; None without any."""
         return strain_damping(self)
 
