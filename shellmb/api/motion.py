@@ -183,20 +183,20 @@ class Motion(Trials):
     def _save(self) -> Any:
         if not self._started:
             self.start()
-        predictor = self.problem.predictor
         return (
             {name: array.copy() for name, array in self._live().items()},
-            (predictor.arrays(), predictor.state()),
+            self.problem.predictor.state(),
             self.account.state(),
             (self.time, self._count.state(), self.last),
             self.problem.iteration.factors,
         )
 
     def _restore(self, saved: Any) -> None:
-        arrays, (past, guesses), account, (self.time, count, self.last), factors = saved
+        arrays, guesses, account, (self.time, count, self.last), factors = saved
         for name, array in self._live().items():
             array[:] = arrays[name]
-        self.problem.predictor.restore(past, guesses, self.problem.switches)
+        self.problem.predictor.restore(guesses)
+        self.problem.predictor.key = self.problem.switches
         self.account.restore(account)
         self._count.restore(count)
         self.problem.iteration.forget(factors)

@@ -12,37 +12,35 @@ import numpy as np
 from shellmb.arrays import Floats, Ints
 from shellmb.meshes.lifetime import make_room
 from shellmb.model.body import Body
-from shellmb.model.building.constraints import check_turnable, hold
-from shellmb.model.building.links import resolve_links
-from shellmb.model.building.meshed import build_meshed
-from shellmb.model.building.nodes import (
+from shellmb.model.building import (
+    build_meshed,
     build_rigid,
+    check_turnable,
     force_unit,
+    hold,
     rigid_places,
     scene_length,
     scene_points,
 )
 from shellmb.model.frames.beam import BeamModel
-from shellmb.model.frames.glue import glue_beams
 from shellmb.model.frames.rigid import GROUND, RigidBodies
 from shellmb.model.frames.rigid_from_mesh import RigidMeshes, rigidified
 from shellmb.model.joints.constraints import ConstraintGroup
 from shellmb.model.joints.mechanism import Mechanism, build_mechanism
-from shellmb.model.locations.finder import Finder
-from shellmb.model.locations.unjoined import doubt_unjoined
-from shellmb.model.potentials.build import potential_groups
-from shellmb.model.potentials.group import PotentialGroup
+from shellmb.model.locations.nodes import Finder
+from shellmb.model.potentials.contact import PotentialGroup, potential_groups
 from shellmb.model.potentials.volume import Filling, Volume, enclosed_volumes
 from shellmb.model.reduced.data import ModalBody
 from shellmb.model.reduced.modal import modal_bodies, modal_points
-from shellmb.model.sanity_checks import check_probes
-from shellmb.model.shell_contact.build import faces_contacts
-from shellmb.model.shell_contact.faces import FacesContact
+from shellmb.model.sanity_checks import check_probes, doubt_unjoined
+from shellmb.model.shell_contact.faces import FacesContact, faces_contacts
+from shellmb.model.shells.joins import glue_beams
 from shellmb.model.shells.shell import ShellModel
 from shellmb.model.signals import Signals
-from shellmb.model.supports.loads_without_effect import refuse_idle_loads
-from shellmb.model.supports.nodal import NodalConstraint
 from shellmb.model.supports.pointloads import point_loads
+from shellmb.model.supports.prescribed import NodalConstraint
+from shellmb.model.supports.supports import refuse_idle_loads
+from shellmb.model.unknowns import resolve_links
 from shellmb.model.user_bodies.placed import PlacedBody, build_own_bodies
 from shellmb.scene import Scene
 from shellmb.scene.multibody.rolling import Contact

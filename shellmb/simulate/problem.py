@@ -17,7 +17,7 @@ from shellmb.model.body import Body, TimeFunction
 from shellmb.model.model import Model
 from shellmb.model.sections.branches import MaxwellBranches
 from shellmb.model.sections.natural import NaturalStress
-from shellmb.native.assembler import Pairs, is_native
+from shellmb.native.assembler import is_native
 from shellmb.preprocessing.bodyfields import (
     body_directors,
     body_field,
@@ -30,7 +30,7 @@ from shellmb.schemes.base import END, GAUSS_TIMES, GAUSS_WEIGHTS, Levels, Scheme
 from shellmb.schemes.linearised import at_reference
 from shellmb.schemes.residuals.residual import StageForms
 from shellmb.simulate.couplings.faces import FacesCoupling
-from shellmb.simulate.predictor import Predictor
+from shellmb.simulate.predictor import Pairs, Predictor
 from shellmb.simulate.scaled_rates import Arrays, ScaledRates, flight
 from shellmb.simulate.start.consistent import VelocityProjection
 from shellmb.simulate.stepsize.target_times import rounded

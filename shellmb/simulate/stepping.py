@@ -7,7 +7,8 @@ from typing import Any, NamedTuple, Protocol
 
 from shellmb.arrays import Floats
 from shellmb.model.rank_consistency import TimesAlike
-from shellmb.prefixes import below
+from shellmb.restart import Restartable
+from shellmb.simulate.predictor import Predictor
 from shellmb.simulate.problem import Problem
 from shellmb.simulate.rotation_per_step import RotationPerStep, turned
 from shellmb.simulate.stepsize.errors import StepErrors
@@ -18,8 +19,6 @@ Arrays = dict[str, Floats]
 # method may have come to an equilibrium that the body does not come to: a strip that is rolled up
 # at once may leave its plane. Loads that end in the same one take up to 18
 SAFE_TURN, SAFE_ITERATIONS = 2.5, 24
-# what names of arrays for estimates of errors begin with
-ERRORS = "errors/"
 
 
 @dataclass(frozen=True)
@@ -89,30 +88,23 @@ class Stepping(Protocol):
         """
         ...
 
-    def arrays(self) -> Arrays:
-        """Arrays that a restart needs, beside the states of the bodies."""
-        ...
-
     def state(self) -> Any:
-        """Numbers that a restart needs."""
+        """What a restart needs, beside the states of the bodies."""
         ...
 
-    def restore(self, arrays: Arrays, state: Any) -> None:
-        """Take up what was saved, the bodies having their states.
-
-        Args:
-            arrays: As from `arrays`.
-            state: As from `state`.
-        """
+    def restore(self, state: Any) -> None:
+        """Take up what was saved, the bodies having their states; with None begin anew."""
         ...
 
 
-class TimeSteps:
+class TimeSteps(Restartable):
     """Steps in time, or in the load parameter of statics.
 
     Args:
         problem: The system of one step.
     """
+
+    remembered = ("_guesses", "_errors")
 
     def __init__(self, problem: Problem) -> None:
         self._problem, self._turns = problem, RotationPerStep(problem)
@@ -152,27 +144,16 @@ class TimeSteps:
         if self._errors is not None:
             self._errors.forget()
 
-    def arrays(self) -> Arrays:
-        """States of earlier steps, from which first guesses and errors are found."""
-        found = dict(self._problem.predictor.arrays())
-        if self._errors is not None:
-            found |= {f"{ERRORS}{name}": array for name, array in self._errors.arrays().items()}
-        return found
+    @property
+    def _guesses(self) -> Predictor:
+        return self._problem.predictor
 
-    def state(self) -> Any:
-        """Further properties of them."""
-        return {
-            "guesses": self._problem.predictor.state(),
-            "errors": None if self._errors is None else self._errors.state(),
-        }
-
-    def restore(self, arrays: Arrays, state: Any | None) -> None:
-        """Take them up; with None they begin anew."""
+    def restore(self, state: Any | None) -> None:
+        """Take up states of earlier steps; with None they begin anew."""
         if state is None:
             self.forget(velocities=True)
             return
-        mine = below(arrays, ERRORS)
-        guesses = {k: a for k, a in arrays.items() if not k.startswith(ERRORS)}
-        self._problem.predictor.restore(guesses, state["guesses"], self._problem.switches)
+        self._guesses.restore(state["guesses"])
+        self._guesses.key = self._problem.switches
         if self._errors is not None and state["errors"] is not None:
-            self._errors.restore(mine, state["errors"])
+            self._errors.restore(state["errors"])

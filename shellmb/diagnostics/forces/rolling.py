@@ -9,7 +9,7 @@ from mpi4py import MPI
 import numpy as np
 
 from shellmb.diagnostics.base import RunWarning, Watch
-from shellmb.model.joints.contact_slip import sliding
+from shellmb.model.joints.columns import sliding
 from shellmb.model.joints.rolling import ContactGroup
 from shellmb.simulate.simulation import Simulation
 

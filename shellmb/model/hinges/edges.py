@@ -14,8 +14,7 @@ from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.model.hinges.frames import EdgeFrames, Point, Sum
 from shellmb.model.joints.coordinates import BoundCoordinate
-from shellmb.model.joints.joints import BoundJoint, FindEnd
-from shellmb.model.joints.regions import BoundNode
+from shellmb.model.joints.joints import BoundJoint, BoundNode, FindEnd
 from shellmb.model.locations.ends import End
 from shellmb.model.locations.nodes import ON_NODE, Nodes, shared_nodes
 from shellmb.model.shells.shell import ShellModel

@@ -115,7 +115,6 @@ class CoordinateGroup(ConstraintGroup):
 
     # an angle enters by its sine and cosine
     quadratic = False
-    forms_read = ("kind", "ends", "layout", "force", "_start", "before")
 
     def __init__(
         self, comm: MPI.Comm, items: Sequence[BoundCoordinate], force: float, length: float
@@ -257,8 +256,6 @@ class AngleEquations:
     Args:
         group: The group.
     """
-
-    forms_read = ("_of",)
 
     def __init__(self, group: CoordinateGroup) -> None:
         self._of, self.errors = group, group.errors

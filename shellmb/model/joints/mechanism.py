@@ -12,8 +12,15 @@ import numpy as np
 
 from shellmb.errors import SceneError
 from shellmb.model.body import Body, FixedDofs, PrescribedTurn, TimeFunction
-from shellmb.model.elements.elements import ElementGroup, Motors, check_at_rest, element_groups
-from shellmb.model.elements.force_element import BoundElement, bind_element, coordinate_of
+from shellmb.model.elements.elements import (
+    BoundElement,
+    ElementGroup,
+    Motors,
+    bind_element,
+    check_at_rest,
+    coordinate_of,
+    element_groups,
+)
 from shellmb.model.hinges.edges import bind_hinges
 from shellmb.model.hinges.frames import EdgeFrames
 from shellmb.model.joints.columns import (
@@ -25,10 +32,10 @@ from shellmb.model.joints.columns import (
     drive,
     element_forces,
     lock_forces,
+    read_contacts,
     read_coordinates,
 )
 from shellmb.model.joints.constraints import ConstraintGroup
-from shellmb.model.joints.contact_slip import read_contacts
 from shellmb.model.joints.coordinates import (
     BoundCoordinate,
     Coordinate,
@@ -41,14 +48,21 @@ from shellmb.model.joints.coordinates import (
 from shellmb.model.joints.joints import (
     BoundJoint,
     JointGroup,
+    bind,
     joint_groups,
     point_masses,
 )
-from shellmb.model.joints.linear import HeldCoordinates, TiedCoordinates
-from shellmb.model.joints.regions import bind
 from shellmb.model.joints.rolling import BoundContact, bind_contact, contact_groups
-from shellmb.model.joints.switches import Locks, State, Switched, Switches, Windows
-from shellmb.model.locations.finder import Finder
+from shellmb.model.joints.switches import (
+    HeldCoordinates,
+    Locks,
+    State,
+    Switched,
+    Switches,
+    TiedCoordinates,
+    Windows,
+)
+from shellmb.model.locations.nodes import Finder
 from shellmb.model.shells.shell import ShellModel
 from shellmb.model.signals import Signals
 from shellmb.scene import Scene

@@ -5,7 +5,7 @@ one node mesh; the nodal unknowns of its ends are those of the bodies (Boolean i
 section 5 of the paper).
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +15,7 @@ from ufl.core.expr import Expr
 from shellmb.arrays import Floats, Ints
 from shellmb.forms.constraints.joints import Place
 from shellmb.forms.state import Layout
+from shellmb.forms.steps.discrete import variation
 from shellmb.meshes.nodes import NodeMesh, constant_vector
 from shellmb.meshes.spaces import MixedSpace
 from shellmb.model.body import NodeLink
@@ -67,8 +68,6 @@ class EndGroup:
         tag: "1" or "2", ends the names of the parts.
         turns: Whether the directors matter; if not, their unknowns are left out.
     """
-
-    forms_read = ("_data", "_arms", "tag", "turns", "count")
 
     def __init__(
         self, nodes: NodeMesh, ends: Sequence[End], axes: Floats, tag: str, turns: bool
@@ -150,6 +149,16 @@ class EndGroup:
         D = np.array([self.ends[k].directors for k in self._nodes.item]).reshape(-1, 3, 3)
         turned = np.cross(D + q[rows].reshape(-1, 3, 3), forces[rows].reshape(-1, 3, 3))
         return np.asarray(turned.sum(axis=1))
+
+
+def change_of(place: Callable[[Expr], Place], at: Expr, dq: Expr) -> Place:
+    """Motion of a place by a rate or variation of the state."""
+
+    def change(value: Callable[[Place], Expr]) -> Expr:
+        return variation(lambda q: value(place(q)), at, dq)
+
+    turned = (change(lambda found, k=k: found.e[k]) for k in range(len(place(at).e)))  # type: ignore[misc]
+    return Place(change(lambda found: found.x), tuple(turned))
 
 
 def end_pair(

@@ -21,8 +21,7 @@ from shellmb.meshes.spaces import MixedSpace
 from shellmb.model.body import NodeLink
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.locations.ends import End, EndGroup
-from shellmb.model.locations.finder import Finder
-from shellmb.model.locations.nodes import part_dofs, shared_nodes
+from shellmb.model.locations.nodes import Finder, part_dofs, shared_nodes
 from shellmb.model.shells.shell import ShellModel
 from shellmb.native.kernels import compiled
 from shellmb.scene.values.validate import edge_names

@@ -38,8 +38,8 @@ from shellmb.meshes.nodes import NodeMesh, node_mesh, node_space
 from shellmb.meshes.spaces import mixed_space
 from shellmb.model.body import Constraint, Elastic, FixedDofs, NodeLink, PartScale
 from shellmb.model.elements.lawvalues import LawValues
+from shellmb.model.joints.constraints import Constraints
 from shellmb.model.joints.coordinates import global_dofs
-from shellmb.model.joints.held import Constraints
 from shellmb.model.massless import Massless
 from shellmb.model.potentials.cones import ReferenceCones, differ, sides_of
 from shellmb.model.potentials.exact import ExactEnergy

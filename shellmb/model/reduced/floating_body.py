@@ -1,11 +1,28 @@
-"""Constraints that hold points and frames where the modes of a body place them (`data`)."""
+"""A body in modes: its amplitudes, what holds points and frames where these are, and its loads.
+
+Distributed loads on a body in modes.
+
+Forces that keep their directions do their work on a mean of the body's points,
+
+    sum_I f_I . x_I = f . (W x0 + z),       z = d_a (A_a + Q_ka eta_k),
+
+with their sum `f W` and first moments `f A`. So they are a force on the frame and one at `z`, which
+holds as constraints `d_a . z = A_a + Q_ka eta_k` like the points of `modal`: linear in unknowns,
+and so their work is exact in every scheme. Where a load has several directions there are several
+such points, one for each.
+
+Forces that turn with the body, and moments, are a force `P_a` and a moment `T_a` along the frame's
+axes and forces `F_k` on the amplitudes, linear in these.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 from mpi4py import MPI
+from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
 
 import numpy as np
 import ufl
@@ -13,18 +30,92 @@ from dolfinx import fem
 from ufl import Form
 from ufl.core.expr import Expr
 
-from shellmb.arrays import Floats
+from shellmb.arrays import Floats, Ints
 from shellmb.forms.floating import modal as forms
 from shellmb.forms.frame import Vectors, vectors
+from shellmb.forms.loads import dead_force
+from shellmb.forms.measure import linear
+from shellmb.forms.state import Layout
+from shellmb.forms.steps.damping import ViscousModes
 from shellmb.meshes.nodes import NodeMesh, constant_vector, node_mesh, node_space
 from shellmb.meshes.spaces import MixedSpace
-from shellmb.model.body import NodeLink, PartScale, Rates
+from shellmb.model.body import Elastic, LoadFactors, NodeLink, PartScale, Rates
 from shellmb.model.identification import node_links
 from shellmb.model.joints.constraints import ConstraintGroup, forces_and_sizes
 from shellmb.model.locations.ends import End
+from shellmb.model.massless import Massless, NodeLoads
+from shellmb.model.potentials.exact import LinearSprings
 from shellmb.model.reduced.data import ModalBody, amplitudes
-from shellmb.model.reduced.modes import ADVICE, Modes
-from shellmb.model.sections.damping import mass_damping
+from shellmb.model.sections.branches import Resisting, StrainDamping, mass_damping
+
+# couplings of modes below this share of what they have by themselves are round-off: with one time
+# for all strains there are none
+NOTHING = 1e-9
+
+
+def modal_damping(layout: Layout, nodes: NodeMesh, matrix: Floats | None) -> StrainDamping | None:
+    """Damping of the strains of a body in modes; None without any.
+
+    Args:
+        layout: Parts of the state, with the amplitudes.
+        nodes: Node mesh of the amplitudes.
+        matrix: Damping of the modes, shape (K, K), N s/m; None without any.
+    """
+    if matrix is None:
+        return None
+    own = np.sqrt(np.outer(matrix.diagonal(), matrix.diagonal()))
+    pairs = [tuple(pair) for pair in np.argwhere(np.abs(matrix) > NOTHING * own)]
+    values = constant_vector(nodes, np.array([[matrix[pair] for pair in pairs]]), "damping")
+    numbers = [values] if len(pairs) == 1 else [values[k] for k in range(len(pairs))]
+    D: list[list[Expr | None]] = [[None] * len(matrix) for _ in matrix]
+    for (i, k), number in zip(pairs, numbers, strict=True):
+        D[i][k] = number
+
+    strain = linear(lambda q: ufl.as_vector(amplitudes(layout, q)))
+    dx = ufl.dx(nodes.mesh)
+    return StrainDamping(layout, [Resisting(ViscousModes(D), strain, lambda d: d[0] * dx)])
+
+
+ADVICE = "a smaller step, or fewer modes"
+
+
+class Modes(Massless):
+    """Amplitudes of a body's modes, with their stiffness; their inertia is in `InertiaPoints`.
+
+    Args:
+        comm: Communicator.
+        data: The body.
+    """
+
+    def __init__(self, comm: MPI.Comm, data: ModalBody) -> None:
+        self.data, name = data, f"modes of {data.name}"
+        nodes = node_mesh(comm, 1)
+        mixed = node_space(nodes, {"eta": data.count})
+        title = PartScale("eta", f"modes of '{data.name}'", data.length, ADVICE)
+        super().__init__(name, mixed, (title,), ())
+        self.kinematic = self.jump_parts = frozenset({"eta"})
+        self.layout, self._dx = Layout(mixed.parts), ufl.dx(nodes.mesh)
+        self._k = constant_vector(nodes, data.stiffness[None], "stiffness")
+        self.damping = modal_damping(self.layout, nodes, data.damping)
+
+    def numbers(self) -> Ints:
+        """Global dofs of the amplitudes, the same on all ranks; collective."""
+        local = self.mixed.dofs["eta"]
+        index_map = self.mixed.space.dofmap.index_map
+        found = index_map.local_to_global(local[local < index_map.size_local])
+        return np.concatenate(self.mixed.space.mesh.comm.allgather(found))
+
+    def amplitudes(self, q: Expr) -> list[Expr]:
+        """The amplitudes of a state, m."""
+        return amplitudes(self.layout, q)
+
+    def _stiffness(self) -> list[Expr]:
+        return [self._k] if self.data.count == 1 else [self._k[k] for k in range(self.data.count)]
+
+    @cached_property
+    def elastic(self) -> tuple[Elastic, ...]:
+        """Their stiffness."""
+        return (LinearSprings(self._stiffness(), self.amplitudes, self.amplitudes, self._dx),)
 
 
 @dataclass(frozen=True)
@@ -231,3 +322,73 @@ class Interfaces(OnFrame):
         apart = forms.held_apart(gap, arm, shift, w)
         turned = forms.turned_apart(turn, w, (v[0], v[1], v[2]))
         return ufl.as_vector([*(apart[i] for i in range(3)), *(turned[i] for i in range(3))])
+
+
+class LoadPoints(OnArms):
+    """Points that loads which keep their directions act on."""
+
+    def __init__(self, body: Reduced, force: float, length: float) -> None:
+        self._data = body.data.points_loaded
+        self.arms = np.array([item.arm for item in self._data])
+        rows = np.array([[*p.shape.ravel(), *p.arm, p.share] for p in self._data])
+        super().__init__("loads", body, {"u1": 3, "w1": 9}, rows, force, length)
+        self.kinematic = frozenset({"u"})
+
+    def _violation(self, q: Expr) -> Expr:
+        shape = forms.components(self.table, 0, amplitudes(self.layout, q))
+        first = 3 * self.data.count
+        arm = self.table[first], self.table[first + 1], self.table[first + 2]
+        return forms.held_apart(self.layout.part(q, "u"), arm, shape, self._directors(q))
+
+    def _work(self, force: Expr, mid: Expr, dq: Expr) -> Expr:
+        share = self.table[3 * self.data.count + 3]
+        return dead_force(force, share * self.layout.part(dq, "u1") + self.layout.part(dq, "u"))
+
+    def loads(self) -> LoadFactors:
+        """The loads with factors of their own."""
+        values = np.array([item.force for item in self._data])
+        return NodeLoads(self.nodes, values, [item.time for item in self._data], self._work)
+
+
+class FrameLoads(Massless):
+    """Loads that turn with a body in modes, and moments.
+
+    Args:
+        body: The body.
+    """
+
+    def __init__(self, body: Reduced) -> None:
+        data = body.data
+        self._data = data.follower_loads
+        self._nodes = node_mesh(body.comm, len(self._data))
+        mixed = node_space(self._nodes, {"eta": data.count, "u1": 3, "w1": 9})
+        links = frame_links(self._nodes, mixed, body)
+        super().__init__(f"turning loads of {data.name}", mixed, (), links)
+        self.layout = Layout(mixed.parts)
+        tables = np.array([item.table.ravel() for item in self._data])
+        self._table, self._columns = constant_vector(self._nodes, tables, "forces"), 1 + data.count
+
+    def _work(self, factor: Expr, mid: Expr, dq: Expr) -> Expr:
+        layout, test = self.layout, amplitudes(self.layout, dq)
+        du, dw = layout.part(dq, "u1"), layout.part(dq, "w1")
+        d = forms.unit_vectors(vectors(layout.part(mid, "w1")))
+        # of a moment the component along one axis
+        products = [factor[1 + 3 * a + i] * d[a][i] for a in range(3) for i in range(3)]
+        one_and_eta = [1, *amplitudes(layout, mid)]
+        rows = [
+            sum(self._table[self._columns * row + k] * eta for k, eta in enumerate(one_and_eta))
+            for row in range(6 + len(test))
+        ]
+        work = forms.frame_work(rows[:3], rows[3:6], d, du, dw)
+        work += sum(f * t for f, t in zip(rows[6:], test, strict=True))
+        return sum(products, factor[0]) * work
+
+    def loads(self) -> LoadFactors:
+        """The loads with factors of their own."""
+        values = [np.append(1.0 if p.along is None else 0.0, _or_zero(p.along)) for p in self._data]
+        times = [item.time for item in self._data]
+        return NodeLoads(self._nodes, np.array(values), times, self._work)
+
+
+def _or_zero(along: Floats | None) -> Floats:
+    return np.zeros(9) if along is None else along

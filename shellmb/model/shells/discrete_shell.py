@@ -1,6 +1,6 @@
 """A shell bound to mesh, space, section, rules of its integrals, and kinematics."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property, partial
 from typing import Any
@@ -25,18 +25,22 @@ from shellmb.meshes.shared import space_on
 from shellmb.meshes.spaces import NO_PARTS, MixedSpace, shell_space
 from shellmb.meshes.tying import cell_directions, cell_squares, shell_forces
 from shellmb.model.body import FixedDofs, NodeLink, PartScale
-from shellmb.model.frames.floating import FloatingFrame
-from shellmb.model.frames.unit import DirectorConstraint, directors_held
-from shellmb.model.rules import over_surface, quadrature_rules
+from shellmb.model.frames.frame import DirectorConstraint, FloatingFrame, directors_held
 from shellmb.model.sections.natural import Distributed, NaturalStress
-from shellmb.model.sections.section import bind_mass, bind_section, has_own_strains
+from shellmb.model.sections.section import (
+    bind_mass,
+    bind_section,
+    has_own_strains,
+    over_surface,
+    quadrature_rules,
+)
 from shellmb.model.sections.strains import Integrate
 from shellmb.model.shells.compatible import forces_of
-from shellmb.model.shells.direction import direction_1
-from shellmb.model.shells.positions import interpolated
+from shellmb.model.shells.positions import direction_1, interpolated
 from shellmb.model.user_forms import components
 from shellmb.scene import Shell
 from shellmb.scene.loads.loads import Gravity
+from shellmb.scene.values.positions import values_at
 
 # strains that a user's measure gives, and how many of each
 STRAINS = {"eps": 3, "kap": 3, "gam": 2}
@@ -114,6 +118,27 @@ class DiscreteShell:
     def domain(self) -> SurfaceMesh:
         """Mesh of the shell with names."""
         return self.surface_mesh
+
+    @property
+    def described(self) -> Shell:
+        """Description of the body."""
+        return self.shell
+
+    @property
+    def extent(self) -> tuple[str, float]:
+        """Small dimension of the body in words, and its size, m."""
+        return "thickness", self.section.sizes.thickness
+
+    def natural_faces(self) -> Iterator[Floats]:
+        """Natural strains 11, 22 and 2*12 at both faces, for a factor of one."""
+        X, half, parts = self.mixed.nodes("u").T, self.section.sizes.thickness / 2, []
+        for name in ("membrane", "curvature"):
+            given = getattr(self.shell.natural, name)
+            who = f"natural strain of shell '{self.name}': {name}"
+            fixed = None if callable(given) else np.reshape(given, (3, 1))
+            parts.append(values_at(given, X, 3, who) if fixed is None else fixed)
+        for side in (-1.0, 1.0):
+            yield parts[0] + side * half * parts[1]
 
     @property
     def force_size(self) -> float:

@@ -26,7 +26,7 @@ def named_source() -> tuple[str, str, str]:
     """The library's name, which tells what it is made of and for, its declarations, and its C."""
     here = NATIVE / "c"
     first = ("cells.h", "apart.c", "kernels.c", "cells.c", "passes.c")
-    last = ("bases.c", "nodes.c", "banded.c", "unknowns.c", "sums.c", "transposed.c", "sides.c")
+    last = ("bases.c", "nodes.c", "banded.c", "unknowns.c", "transposed.c", "sides.c")
     header, *others = ((here / name).read_text() for name in (*first, *last))
     header += (here / "programs.h").read_text()
     common, both = ((here / name).read_text() for name in ("programs.c", "program.c"))

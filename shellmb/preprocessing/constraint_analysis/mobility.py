@@ -24,7 +24,7 @@ from shellmb.forms.steps.mixed import Interval
 from shellmb.model.body import Body, Dofs, added
 from shellmb.model.elements.elements import ElementGroup
 from shellmb.model.model import Model
-from shellmb.model.reduced.terms import ModalTerms
+from shellmb.model.reduced.modal import ModalTerms
 from shellmb.model.unknowns import NOT_GIVEN, Unknowns
 from shellmb.native.kernels import compiled
 from shellmb.preprocessing.constraint_analysis.motions import Frame, describe
@@ -69,7 +69,7 @@ def refuse_mechanisms(model: Model) -> None:
         # a place on a reduced body is kept with it, and moves with it
         if words and not {body, whole} & kept and (whole == body or not every[whole]):
             reduced: Any = members.get(body)
-            described = getattr(reduced, "shell", None) or getattr(reduced, "beam", None)
+            described = getattr(reduced, "described", None)
             found.append(f"{said(described or model.scene.body(body))} can {words}")
     if not found:
         return

@@ -1,9 +1,9 @@
 """Distributed loads and users' terms on a body in modes, by the virtual work of each.
 
 That of a dead load is linear in positions and directors, and so the same as that of one force at a
-point for each direction that the load has (`model.reduced.loads`). What turns with the body, and
-moments, are taken to the first order in the modes. Terms act on the body's own mesh, and only the
-modes follow from what they are at rest.
+point for each direction that the load has (`model.reduced.floating_body`). What turns with the
+body, and moments, are taken to the first order in the modes. Terms act on the body's own mesh, and
+only the modes follow from what they are at rest.
 """
 
 from __future__ import annotations
@@ -23,9 +23,7 @@ from ufl import Form
 
 from shellmb.arrays import Floats
 from shellmb.model.body import Rates, TimeFunction
-from shellmb.model.frames.beam import BeamLoads, BeamModel
 from shellmb.model.reduced.data import ModalForces, ModalPoint
-from shellmb.model.shells.loads import DistributedLoads, ShellLoads
 from shellmb.native.derivatives import derivative
 from shellmb.native.kernels import compiled
 from shellmb.preprocessing.modal.isolated import Arrays, IsolatedBody
@@ -268,8 +266,7 @@ class TermsAtRest:
 
 def _assembled(body: Any, load: Any) -> Callable[[Floats | None], Floats]:
     """Virtual work of a load at rest, or its derivative along a state; local arrays."""
-    kind: Any = BeamLoads if isinstance(body, BeamModel) else ShellLoads
-    acting: DistributedLoads = kind(body, [load])
+    acting = body.loads_of([load])
     acting.update(lambda time: 1.0)
     q, change = fem.Function(body.mixed.space), fem.Function(body.mixed.space)
     work = acting.virtual_work(q, ufl.TestFunction(body.mixed.space))

@@ -243,9 +243,7 @@ class MovingState(Linearised):
         if not moved < BALANCED:
             raise ConvergenceError(
                 f"modes: the state at t = {t:g} is not in balance with its accelerations (by "
-                f"{moved:.1e} of the bodies' scales); run it with a smaller tolerance or step",
-                None,
-                {},
+                f"{moved:.1e} of the bodies' scales); run it with a smaller tolerance or step"
             )
 
 

@@ -205,11 +205,9 @@ class Relaxation:
         try:
             self.step(self.tau, 0.0)
         except ConvergenceError as error:
-            raise ConvergenceError(
+            raise error.reworded(
                 "the bodies cannot be assembled: no position near the given one closes all joints; "
-                f"check their places and lengths ({error})",
-                error.field,
-                error.norms,
+                f"check their places and lengths ({error})"
             ) from error
 
     def equilibrium(self) -> None:
@@ -230,7 +228,5 @@ class Relaxation:
             tau *= GROWTH
         raise ConvergenceError(
             f"no static equilibrium was reached in {STEPS} steps; something can still move, or "
-            "loads are too large; start='given' begins without one",
-            field=None,
-            norms={},
+            "loads are too large; start='given' begins without one"
         )
