@@ -82,7 +82,6 @@ class _AboutFrames(Watch):
     along the body would do on squares of rotations, beside its energy of bending. In a body that
     spins at a rate `w` fibres under tension are stiffer, and what is off the axis is drawn
     outwards: by about `m w^2` either way, beside the stiffness `m w_1^2` of the lowest mode.
-
     """
 
     # what is said of such a body, and who does not know of forces
@@ -133,11 +132,8 @@ class _AboutFrames(Watch):
     def _energies(self, name: str, found: Floats, energy: float, shape: Floats, t: float) -> None:
         """Note what is left out, the energy of stretching, the strain energy and its state."""
         left, stretching, squares = map(float, found)
-        for kind, size in (
-            ("left out", left),
-            ("bending", energy - stretching),
-            ("energy", energy),
-        ):
+        sizes = {"left out": left, "bending": energy - stretching, "energy": energy}
+        for kind, size in sizes.items():
             self._note(kind, name, size, t)
         if energy > self._shapes.get(name, (0.0,))[0]:
             self._shapes[name] = energy, squares, np.array(shape)
@@ -160,32 +156,26 @@ class _AboutFrames(Watch):
         energy, _ = self._worst(simulation, "energy", name)
         bending = max(self._worst(simulation, "bending", name)[0], STRAIGHT * energy)
         if left > STIFFENED * bending:
-            yield self._stiffer(
-                simulation,
-                name,
-                left / bending,
+            how = (
                 f"forces along it would do {left:.2g} J on squares of its rotations, at "
                 f"t = {when:g}, {left / bending:.1%} of its largest energy of bending: they would "
-                "change its stiffness by about as much",
+                "change its stiffness by about as much"
             )
+            yield self._stiffer(simulation, name, left / bending, how)
         elif (share := self._worst(simulation, "compression", name)[0]) > COMPRESSED:
-            yield self._stiffer(
-                simulation,
-                name,
-                share,
+            how = (
                 f"forces along it reach {share:.2g} of what buckles it with one end clamped: they "
-                "would soften it, also where unstable directions are counted",
+                "would soften it, also where unstable directions are counted"
             )
+            yield self._stiffer(simulation, name, share, how)
         share, when = self._stretched(simulation, name)
         if share > STIFFENED:
-            yield self._stiffer(
-                simulation,
-                name,
-                share,
+            how = (
                 "squares of its displacements would make it stiffer by about "
                 f"{share:.1%}, at t = {when:g}, as they stretch it between its supports or where "
-                "it bends in two directions",
+                "it bends in two directions"
             )
+            yield self._stiffer(simulation, name, share, how)
 
     def _stiffer(self, simulation: Simulation, name: str, share: float, how: str) -> RunWarning:
         """That a body's stiffness is off by a share, which small strains do not know."""
@@ -214,14 +204,12 @@ class _AboutFrames(Watch):
         spin, when = self._worst(simulation, "spins", name)
         share = (spin / lowest) ** 2
         if share > STIFFENED:
-            yield self._stiffer(
-                simulation,
-                name,
-                share,
+            how = (
                 f"spins at {spin:.3g} rad/s, at t = {when:g}, {spin / lowest:.2g} of its lowest "
                 f"frequency {of}, {lowest:.3g} rad/s: centrifugal forces would change its "
-                f"stiffness by about {share:.0%}",
+                f"stiffness by about {share:.0%}"
             )
+            yield self._stiffer(simulation, name, share, how)
 
 
 class ReducedBodies(_AboutFrames):

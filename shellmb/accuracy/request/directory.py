@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import shutil
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, fields, replace
 from math import isfinite
 from pathlib import Path
 from typing import Any
+
+from mpi4py import MPI
 
 from shellmb.accuracy.companions import sides_of, with_fewer
 from shellmb.accuracy.request.curve import draw, offers
@@ -21,10 +24,11 @@ from shellmb.observers.summary import write_json
 from shellmb.options.accuracy import ACCURACY
 from shellmb.running.directory import LOCK, claimed, refuse_used, written
 from shellmb.running.loader import is_file_name
-from shellmb.running.request import REQUEST
+from shellmb.running.request import REQUEST, read_request
 from shellmb.running.standard import SUMMARY
 from shellmb.scene import GmshFile, MeshFile, Scene
 from shellmb.scene.fingerprint import differences, fingerprint
+from shellmb.simulate.simulation import Observer
 
 # picture in the directory
 PICTURE = "accuracy.png"
@@ -107,6 +111,43 @@ def run_to_accuracy(
         comm.Barrier()
     run = None if outcome.run is None else replace(outcome.run, out=out)
     return replace(outcome, run=run)
+
+
+def resume_request(
+    out: Path,
+    scene: Scene | None,
+    file: str | None,
+    trust: bool,
+    comm: MPI.Comm,
+    pictures: bool = True,
+    tell: Callable[[str], None] = lambda text: None,
+    observers: Sequence[Observer] = (),
+) -> Outcome:
+    """Go on with a request from its levels.
+
+    Args:
+        out: Its directory.
+        scene: The scene, if it was given as one.
+        file: The scene's file, if it has one.
+        trust: Whether the file that the directory names may be executed.
+        comm: Communicator.
+        pictures: Whether pictures are drawn at the end.
+        tell: Callback for progress messages.
+        observers: More observers of the levels' runs.
+
+    Raises:
+        SceneError: If the directory holds no such request, or one of another scene.
+        ConvergenceError: If the first level fails again.
+    """
+    results, mode_results, request = None, None, None
+    if scene is None:
+        request = read_request(out).trusted(file, trust)
+        scene, module = request.build()
+        results, mode_results = module.results, module.mode_results
+    wanted = wanted_in(out)
+    assert wanted is not None
+    how = Running(comm, results, request, observers, tell, mode_results)
+    return run_to_accuracy(scene, wanted, out, how, pictures)
 
 
 def going_on(out: Path, how: Running) -> str:
