@@ -30,7 +30,7 @@ from shellmb.system.assembly.scatter import SerialExchange
 from shellmb.system.condensation.fused_residual import FusedResidual
 from shellmb.system.condensation.matrix import reduced_matrix
 from shellmb.system.condensation.meshreduction import MeshReduction, SingularCell
-from shellmb.system.condensation.substitution import SerialPasses, SeveralPasses, passes
+from shellmb.system.condensation.substitution import ParallelPasses, SerialPasses, SeveralPasses
 from shellmb.system.couplings import CoupledEntries
 from shellmb.system.direct.linear import one_by_one, refresh_cost
 from shellmb.system.direct.solver import DirectSolver, Purpose
@@ -80,8 +80,11 @@ class Reduction:
             self._allocate(self._groups)
         scales = self.numbers.scales(unknown_scales(system))
         self.solver = DirectSolver(self.A, self._prefix, scales, values=self._matrix.values)
-        self._passes = passes(self.numbers, self.parts)
-        if isinstance(self._passes, SerialPasses):
+        structs = [part.for_solution() for part in self.parts]
+        self._transposed = ParallelPasses(self.numbers, self.parts)
+        self._passes: SerialPasses | ParallelPasses = self._transposed
+        if self.numbers.full.serial:
+            self._passes = SerialPasses(self.numbers, structs)
             self._passes.take_vectors(self._rhs, self._solution)
         self._several = SeveralPasses(self.numbers, self.parts, self.A.getSize()[0])
 
@@ -251,9 +254,9 @@ class Reduction:
         Args:
             b: Right-hand side.
         """
-        self._passes.before_transposed(b.array_r, self._rhs.array)
+        self._transposed.before_transposed(b.array_r, self._rhs.array)
         reason = self.solver.solve_transposed(self._rhs, self._solution)
-        self.multipliers = self._passes.after_transposed(self._solution.array_r)
+        self.multipliers = self._transposed.after_transposed(self._solution.array_r)
         return reason
 
     def follow(self) -> None:
