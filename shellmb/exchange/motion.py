@@ -18,7 +18,7 @@ from shellmb.observers.fields.nodal import NodalValues, nodal_bodies, nodal_valu
 from shellmb.observers.history import Measuring, check_columns
 from shellmb.running.standard import StandardObservers
 from shellmb.scene import Scene
-from shellmb.scene.control.inputs import Input, named_inputs
+from shellmb.scene.control.signals import Input, named_inputs
 from shellmb.scene.lookup import listed
 from shellmb.scene.values.validate import show
 from shellmb.simulate.simulation import Observer, Simulation

@@ -21,7 +21,7 @@ import numpy as np
 from shellmb.errors import warn
 from shellmb.scene import Scene
 from shellmb.scene.fingerprint import Fingerprint, outside
-from shellmb.scene.values.copies import MUTABLE, with_own_defaults
+from shellmb.scene.values.user_functions import MUTABLE, with_own_defaults
 
 # whose functions keep nothing, and whose objects are not copied
 LIBRARIES = {"shellmb", "numpy", "scipy", "ufl", "dolfinx", "basix", "petsc4py", "mpi4py"}

@@ -31,7 +31,7 @@ from shellmb.model.sections.branches import Fading, MaxwellBranches
 from shellmb.model.signals import Signals
 from shellmb.model.user_forms import written
 from shellmb.scene import Scene
-from shellmb.scene.control.inputs import Input
+from shellmb.scene.control.signals import Input
 from shellmb.scene.lookup import said
 from shellmb.scene.multibody import elements as scene_elements
 from shellmb.scene.multibody.elements import Element, JointElement, JointStop

@@ -13,7 +13,7 @@ from shellmb.meshes.raw import cell_cross
 from shellmb.meshes.shared import space_on
 from shellmb.meshes.spaces import MixedSpace
 from shellmb.scene import Hyperelastic, Isotropic, Shell, Wrinkling
-from shellmb.scene.values.positions import OfPosition, values_at
+from shellmb.scene.values.user_functions import OfPosition, values_at
 
 
 def interpolated(function: OfPosition, mixed: MixedSpace, size: int, who: str) -> fem.Function:

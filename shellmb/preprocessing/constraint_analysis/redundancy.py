@@ -24,7 +24,7 @@ from shellmb.model.model import Model
 from shellmb.model.unknowns import Given, Unknowns
 from shellmb.preprocessing.constraint_analysis.rows import Row, connected, inner_rows, local_rows
 from shellmb.scene.lookup import listed
-from shellmb.scene.multibody.edge_hinges import EdgeHinge
+from shellmb.scene.multibody.joints import EdgeHinge
 
 # a row whose part outside the rows before it is below this fraction of it counts as dependent:
 # far above round-off, far below the angle between independent constraints of a sound mechanism

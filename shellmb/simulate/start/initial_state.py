@@ -25,7 +25,7 @@ from shellmb.preprocessing.modal.tangent import tangent
 from shellmb.scene import Beam, FromMode, FromRun, FromShape, Scene, Shell
 from shellmb.scene.fingerprint import fingerprint
 from shellmb.scene.lookup import find_body, listed, said
-from shellmb.scene.values.positions import values_at
+from shellmb.scene.values.user_functions import values_at
 from shellmb.schemes.registry import SCHEMES
 from shellmb.simulate.eigenmodes import lowest
 from shellmb.simulate.problem import Problem
