@@ -97,7 +97,7 @@ def bind_element(element: Any, coordinate: Coordinate, static: bool) -> BoundEle
         case scene_elements.JointStop():
             return BoundElement(element, coordinate, element.stiffness, None)
         case scene_elements.Motor():
-            held = element.command.default if isinstance(element.command, Input) else 0.0
+            held = element.command.mean if isinstance(element.command, Input) else 0.0
             return BoundElement(element, coordinate, held, element.law)
         case _:
             raise NotImplementedError(f"no form for {element.label}")

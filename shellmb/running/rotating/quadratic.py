@@ -9,6 +9,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
+from mpi4py import MPI as _MPI  # noqa: F401  (before petsc4py)
 from petsc4py import PETSc
 from slepc4py import SLEPc
 
@@ -34,6 +35,8 @@ MOST = 100
 
 # Newton's method ends at this change of the pole, relative; so many steps at most
 EXACT, STEPS = 1e-11, 30
+# where its matrix is singular, it goes on beside that by this part
+ASIDE = 1e-13
 # so many more modes than wanted: branches order them anew
 SPARE = 4
 # poles nearer than this, with shapes as near, are one
@@ -153,6 +156,27 @@ def turned(pair: Pair, angle: float) -> Pair:
     return Pair(pair.value, real, cosine * pair.imaginary + sine * pair.real)
 
 
+def poles_of_one(parts: Sequence[complex], branches: Mapping[float, complex]) -> list[complex]:
+    """Poles of one coordinate that oscillate, of pairs one, and then those that grow.
+
+    Args:
+        parts: Mass, damping and long-term stiffness.
+        branches: Stiffness of the branches, by time [s].
+    """
+    whole = np.poly1d(parts)
+    for time in branches:
+        whole *= np.poly1d([time, 1.0])
+    for time, own in branches.items():
+        term = np.poly1d([time * own, 0.0])
+        for other in branches:
+            term *= np.poly1d([other, 1.0] if other != time else [1.0])
+        whole += term
+    roots = np.asarray(whole.roots)
+    straight = np.abs(roots.imag) < SAME * np.abs(roots)
+    high = roots[~straight & (roots.imag > 0)].tolist()
+    return [*high, *roots[straight & (roots.real > 0)].real.astype(complex).tolist()]
+
+
 class Relaxing:
     """Equations of motion with Maxwell branches, about a state where these are relaxed.
 
@@ -201,18 +225,7 @@ class Relaxing:
     def _starts(self, v: Pair) -> list[complex]:
         """Roots of `v^H T(s) v` that oscillate, of pairs one, or grow."""
         parts = [product(A, v, v) for A in (self.M, self.C, self.K)]
-        whole = np.poly1d(parts)
-        for time in self.branches:
-            whole *= np.poly1d([time, 1.0])
-        for time, own in self.branches.items():
-            term = np.poly1d([time * product(own, v, v), 0.0])
-            for other in self.branches:
-                term *= np.poly1d([other, 1.0] if other != time else [1.0])
-            whole += term
-        roots = np.asarray(whole.roots)
-        straight = np.abs(roots.imag) < SAME * np.abs(roots)
-        high = roots[~straight & (roots.imag > 0)].tolist()
-        return [*high, *roots[straight & (roots.real > 0)].real.astype(complex).tolist()]
+        return poles_of_one(parts, {t: product(own, v, v) for t, own in self.branches.items()})
 
     def _refined(self, v: Pair, shift: float) -> Iterator[Pair]:
         """The poles near a mode; none where it neither oscillates nor grows."""
@@ -227,6 +240,10 @@ class Relaxing:
         for _ in range(STEPS):
             x = self._inverse(s, v)
             step = product(self.M, v, v) / product(self.M, v, x)
+            if not np.isfinite(step):
+                # it is a pole to the last digit, where there is no inverse
+                s *= 1 + ASIDE
+                continue
             s -= step
             size = np.sqrt(product(self.M, x, x).real)
             for part in (x.real, x.imaginary):

@@ -26,7 +26,7 @@ from shellmb.preprocessing.checked_model import checked_model
 from shellmb.running.natural_modes.vibration import in_motion
 from shellmb.running.rotating.axis import Axis, bearing, check_steady
 from shellmb.running.rotating.frame import RotatingFrame
-from shellmb.running.rotating.linearised import Linearised, refuse_relaxation
+from shellmb.running.rotating.linearised import Linearised
 from shellmb.running.rotating.modes import RotatingModes
 from shellmb.running.rotating.rigid import (
     NOTHING,
@@ -214,6 +214,7 @@ class MovingState(Linearised):
         about: Sequence[float] | None = None,
     ) -> None:
         self.time = t = float(counters["t"])
+        _refuse_strained(scene, any(key.endswith("/v") for key in arrays))
         moving = in_motion(scene)
         model, _ = checked_model(moving, comm)
         model.mechanism.switches.restore(counters["switches"])
@@ -230,7 +231,6 @@ class MovingState(Linearised):
         }
         levels = {b.name: Levels(q[b.name], {}, {}, b.manifold.tangent) for b in model.bodies}
         self.unsteady = unsteady_part(scene, products, whole, (velocity, acceleration), line, omega)
-        refuse_relaxation(model)
         super().__init__(model, line, frames, levels, t, True)
         self.rate = omega
         self.turn(omega)
@@ -284,6 +284,22 @@ def check_state(scene: Scene, scheme: str) -> None:
             raise SceneError(
                 f"modes: {joint.said} rolls on ground or slips; states with such contacts have no "
                 "modes here"
+            )
+
+
+def _refuse_strained(scene: Scene, moved: bool) -> None:
+    """Check that all branches are relaxed at a state: of a motion or of statics.
+
+    Raises:
+        SceneError: Names what relaxes.
+    """
+    sections = {said(b): b.section for b in scene.meshed if b.section.relaxes}
+    series = {said(e): e.relaxation for e in scene.force_elements if e.relaxation is not None}
+    for who, item in (sections | series).items():
+        if moved or not item.relaxed:
+            raise SceneError(
+                f"modes: {who} relaxes, and there are equations about states where its branches "
+                "are relaxed only: rest, a steady rotation, and with relaxed=True an equilibrium"
             )
 
 
