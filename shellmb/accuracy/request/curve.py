@@ -83,8 +83,7 @@ def draw(levels: Sequence[Level], found: Sequence[Offer], size: float, file: Pat
     """
     import matplotlib as mpl
 
-    from shellmb.observers.drawing import STYLE, figure
-    from shellmb.show.plots import save
+    from shellmb.observers.drawing import STYLE, figure, save_figure
 
     with mpl.rc_context(STYLE):
         made = figure(6.0, 4.0)
@@ -109,4 +108,4 @@ def draw(levels: Sequence[Level], found: Sequence[Offer], size: float, file: Pat
             axes.annotate(level.label, (at, level.error / (size or 1.0)), fontsize=7)
         axes.set(xlabel="processor time of the run [s]", ylabel="relative error [-]")
         axes.legend()
-        save(made, file)
+        save_figure(made, file)
