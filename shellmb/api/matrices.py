@@ -120,17 +120,7 @@ class Matrices:
         Raises:
             SceneError: If a row has another length, or there are not so many modes.
         """
-        rows = {"inputs": inputs, "outputs": outputs}
-        unit = np.eye(self.size)
-        given = {}
-        for name, value in rows.items():
-            given[name] = unit if value is None else np.atleast_2d(np.asarray(value, dtype=float))
-            if given[name].shape[1] != self.size:
-                raise SceneError(
-                    f"matrices: {name} have {given[name].shape[1]} columns; they must have "
-                    f"{self.size}, one for each coordinate"
-                )
-        F, Y = given["inputs"].T, given["outputs"]
+        F, Y = self._rows("inputs", inputs).T, self._rows("outputs", outputs)
         none = (np.zeros_like(F), np.zeros_like(Y), np.zeros((len(Y), F.shape[1])))
         orders = (F, *none[:1] * 2), (Y, *none[1:2] * 2), none[2:] * 3
         outs, ins = (tuple(map(str, range(n))) for n in none[2].shape)
@@ -138,6 +128,15 @@ class Matrices:
             self.M, self.C, self.K, *orders, np.zeros((2, *none[2].shape)), ins, outs
         )
         return whole.state_space(modes)
+
+    def _rows(self, name: str, given: Any) -> Floats:
+        found = np.eye(self.size) if given is None else np.atleast_2d(np.asarray(given, float))
+        if found.shape[1] != self.size:
+            raise SceneError(
+                f"matrices: {name} have {found.shape[1]} columns; they must have {self.size}, one "
+                "for each coordinate"
+            )
+        return found
 
 
 @takes(*options_of(Options, *ELEMENTS))

@@ -14,6 +14,7 @@ import numpy as np
 
 from shellmb.errors import SceneError, ShellmbError
 from shellmb.exchange.motion import SceneMotion
+from shellmb.files.checksums import as_list
 from shellmb.running.loader import load, scene_of
 
 # packages of both versions of FMI, and how they call kinds of variables
@@ -153,7 +154,8 @@ def to_bytes(state: Any) -> bytes:
         state: As from its `state`.
     """
     arrays, rest = state
-    file, text = io.BytesIO(), np.frombuffer(json.dumps(rest).encode(), dtype=np.uint8)
+    plain = json.dumps(rest, default=as_list).encode()
+    file, text = io.BytesIO(), np.frombuffer(plain, dtype=np.uint8)
     found: dict[str, Any] = {REST: text, **{f"/{name}": array for name, array in arrays.items()}}
     np.savez(file, **found)
     return file.getvalue()

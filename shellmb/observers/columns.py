@@ -74,7 +74,7 @@ def path_columns(simulation: Simulation) -> Row:
     if path is None:
         return {}
     unstable = math.nan if path.unstable is None else float(path.unstable)
-    return {"load_factor": path.factor, "load_rate": path.rate, "unstable": unstable}
+    return {"load_factor": path.factor, "load_rate": path.here.rate, "unstable": unstable}
 
 
 def error_columns(simulation: Simulation) -> Row:

@@ -32,8 +32,6 @@ from shellmb.scene.shells.shell import Join, Shell
 from shellmb.scene.units import check_order, parse_units
 from shellmb.scene.values.validate import NONE, Name, Positive, Several, described
 
-__all__ = ["Body", "Description"]
-
 type Body = Shell | Beam | RigidBody | UserBody
 
 

@@ -20,8 +20,6 @@ from shellmb.scene.values.validate import (
     described,
 )
 
-__all__ = ["FromMode", "FromRun", "FromShape", "InitialVelocity", "Starts"]
-
 
 @described("initial velocity")
 class InitialVelocity:

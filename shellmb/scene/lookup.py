@@ -21,19 +21,6 @@ from shellmb.scene.values.models import Modal
 if TYPE_CHECKING:
     from shellmb.scene.description import Body, Description
 
-__all__ = [
-    "bodies_of",
-    "coordinates_of",
-    "find_body",
-    "find_end",
-    "find_joint",
-    "find_shell",
-    "kind_of",
-    "listed",
-    "model_of",
-    "said",
-]
-
 OURS = (Shell, Beam, RigidBody)
 FRAMES = (Beam, RigidBody)
 ANY = (*OURS, UserBody)

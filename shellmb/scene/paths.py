@@ -9,8 +9,6 @@ from pydantic import Field
 from shellmb.errors import SceneError
 from shellmb.scene.values.validate import NONE, Finite, Listed, PositiveInt, Untrue, described, show
 
-__all__ = ["PathFollowing"]
-
 Angle = Annotated[float, Field(gt=0, lt=90, allow_inf_nan=False)]
 
 

@@ -19,8 +19,6 @@ from shellmb.scene.values.validate import (
     show,
 )
 
-__all__ = ["MOTIONS", "RESULTANTS", "Probe", "Reserve"]
-
 Quantity = Literal[
     "displacement",
     "position",

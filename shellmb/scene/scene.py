@@ -27,8 +27,6 @@ from shellmb.scene.shells.shell import Shell
 from shellmb.scene.values.models import model_of
 from shellmb.scene.values.validate import extended, show
 
-__all__ = ["Scene"]
-
 STATIC_STEPS = 10
 
 

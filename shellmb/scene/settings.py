@@ -11,8 +11,6 @@ from shellmb.errors import SceneError
 from shellmb.scene.fields import DEFAULT, FIELDS
 from shellmb.scene.values.validate import NONE, Listed, Positive, PositiveInt, described, show
 
-__all__ = ["Output", "Solver", "StepControl"]
-
 Fraction = Annotated[float, Field(gt=0, lt=1, allow_inf_nan=False)]
 Growth = Annotated[float, Field(ge=1, allow_inf_nan=False)]
 

@@ -20,7 +20,7 @@ from shellmb.arrays import Floats, Int32s
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.model import Model
 from shellmb.model.reduced.data import ModalBody, amplitudes
-from shellmb.model.reduced.modes import Modes
+from shellmb.model.reduced.floating_body import Modes
 from shellmb.model.shells.shell import ShellModel
 from shellmb.native.expressions import compiled_expression
 from shellmb.observers.fields.nodal import NodalValues, NodeGroup

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from functools import partial
 
-from shellmb.model.joints.contact_slip import read_contacts
+from shellmb.model.joints.columns import read_contacts
 from shellmb.observers.columns import KeptColumns
 from shellmb.observers.deferred_observer import Row
 from shellmb.observers.forces.joints import JointColumns, span_of_state, span_of_step

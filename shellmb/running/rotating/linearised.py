@@ -142,7 +142,7 @@ def refuse_relaxation(model: Model) -> None:
         SceneError: Names the body.
     """
     for meshed in model.meshed.values():
-        described = getattr(meshed, "shell", None) or getattr(meshed, "beam", None)
+        described = getattr(meshed, "described", None)
         if described is not None and described.section.relaxes:
             raise SceneError(
                 f"modes: the section of '{meshed.name}' relaxes, and linear systems, modes about "

@@ -24,8 +24,6 @@ from shellmb.scene.values.validate import (
     unit_vector,
 )
 
-__all__ = ["Beam", "Glue"]
-
 
 @described("beam")
 class Beam(Deforming):

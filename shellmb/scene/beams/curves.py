@@ -28,8 +28,6 @@ from shellmb.scene.values.validate import (
     unit_vector,
 )
 
-__all__ = ["AlongEdge", "AlongLine", "Arc", "CircularArc", "Curve", "Line", "ParametricCurve"]
-
 type Points = NDArray[np.float64]
 
 

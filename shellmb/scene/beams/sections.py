@@ -20,8 +20,6 @@ from shellmb.scene.values.damping import BeamDamping, BeamTimes
 from shellmb.scene.values.relaxation import Prony
 from shellmb.scene.values.validate import Finite, NonNegative, Positive, described, numbers, show
 
-__all__ = ["BeamMass", "BeamSection", "GeneralSection"]
-
 type Matrix = NDArray[np.float64]
 type BeamMass = tuple[float, tuple[float, float], tuple[float, float, float]]
 

@@ -17,8 +17,6 @@ from shellmb.scene.values.damping import BeamTimes
 from shellmb.scene.values.relaxation import Prony
 from shellmb.scene.values.validate import Finite, NonNegative, Positive, described, show
 
-__all__ = ["CircularSection", "RectangularSection", "TubularSection"]
-
 type Matrix = NDArray[np.float64]
 
 PoissonRatio = Annotated[float, Field(gt=-1, le=0.5, allow_inf_nan=False)]

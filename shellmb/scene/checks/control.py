@@ -13,8 +13,6 @@ from shellmb.scene.values.validate import show
 if TYPE_CHECKING:
     from shellmb.scene.description import Description
 
-__all__ = ["check_control", "corners", "functions_of_time", "jumps"]
-
 # relative difference of values before and after a time from which on it is a jump, no round-off
 LEAP = 1e-9
 

@@ -16,8 +16,6 @@ from shellmb.scene.shells.strength import CRITERIA
 if TYPE_CHECKING:
     from shellmb.scene.description import Body, Description
 
-__all__ = ["check_fields", "check_reserves", "has_field", "kinds_of", "wanted_fields"]
-
 # what there has to be for a field, in words
 OWNERS = {
     "shell": "shell that deforms",

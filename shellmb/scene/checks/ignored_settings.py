@@ -22,8 +22,6 @@ from shellmb.scene.values.validate import show
 if TYPE_CHECKING:
     from shellmb.scene.description import Body, Description
 
-__all__ = ["check", "check_begin", "dissipates", "doubts"]
-
 # a step longer than the whole run by less than this fraction of it is round-off
 ROUND_OFF = 1e-9
 # angles below are hardly degrees

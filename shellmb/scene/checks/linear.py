@@ -15,8 +15,6 @@ from shellmb.scene.values.validate import show
 if TYPE_CHECKING:
     from shellmb.scene.description import Description
 
-__all__ = ["SMALL_ANGLE", "check", "check_path"]
-
 # a rotation by this is off by its square in a linear analysis: positions by half a per cent, rad
 SMALL_ANGLE = 0.1
 # times at which prescribed rotations are looked at, in parts of the run

@@ -19,8 +19,6 @@ from shellmb.scene.values.validate import edge_names, in_words, show
 if TYPE_CHECKING:
     from shellmb.scene.description import Body
 
-__all__ = ["areas_of", "check_edges", "check_point", "edges_of", "finite_in_time", "points_of"]
-
 
 def edges_of(body: Body) -> tuple[str, ...] | None:
     """Names of the edges of a body, of a beam its ends; None where only the mesh knows them."""

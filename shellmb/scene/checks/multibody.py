@@ -54,8 +54,6 @@ from shellmb.scene.values.validate import show
 if TYPE_CHECKING:
     from shellmb.scene.description import Body, Description
 
-__all__ = ["check"]
-
 # joints whose second body has no motion of its own where all of their coordinates are driven
 DRIVEN = (Revolute, Prismatic, Cylindrical, Screw)
 

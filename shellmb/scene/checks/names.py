@@ -10,8 +10,6 @@ from shellmb.scene.lookup import said
 if TYPE_CHECKING:
     from shellmb.scene.description import Description
 
-__all__ = ["check_names"]
-
 # what separates folders, columns and texts
 SEPARATORS = "/\\,;\"'"
 # file systems take 255 bytes, endings included

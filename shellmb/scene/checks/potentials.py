@@ -21,8 +21,6 @@ from shellmb.scene.values.validate import show
 if TYPE_CHECKING:
     from shellmb.scene.description import Description
 
-__all__ = ["check_potentials"]
-
 
 def check_potentials(scene: Description) -> None:
     """Check that they have names of their own, places, and an effect.

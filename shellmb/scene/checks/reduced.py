@@ -16,8 +16,6 @@ from shellmb.scene.values.validate import show
 if TYPE_CHECKING:
     from shellmb.scene.description import Description
 
-__all__ = ["check", "groups_of"]
-
 
 def check(scene: Description) -> None:
     """Check what concerns bodies in modes.

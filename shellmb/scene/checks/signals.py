@@ -19,8 +19,6 @@ from shellmb.scene.values.validate import show
 if TYPE_CHECKING:
     from shellmb.scene.description import Description
 
-__all__ = ["check_signals", "coordinate_read"]
-
 # a period is a multiple of the step to this part of it
 MULTIPLE = 1e-9
 RIVALS = ("generalized-alpha", "ed-printed")

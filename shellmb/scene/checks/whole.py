@@ -44,8 +44,6 @@ from shellmb.scene.values.validate import edge_names, show
 if TYPE_CHECKING:
     from shellmb.scene.description import Body, Description
 
-__all__ = ["check"]
-
 
 def check(scene: Description) -> None:
     """Check the whole scene.

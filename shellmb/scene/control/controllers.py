@@ -23,8 +23,6 @@ from shellmb.scene.values.validate import (
     show,
 )
 
-__all__ = ["PID", "Controller", "Law"]
-
 
 def _names(value: Any) -> Any:
     return (value,) if isinstance(value, str) else value

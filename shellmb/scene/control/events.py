@@ -9,8 +9,6 @@ from pydantic import InstanceOf
 from shellmb.scene.control.sensors import Condition
 from shellmb.scene.values.validate import Name, Positive, described
 
-__all__ = ["ALWAYS", "Event"]
-
 # true at the start
 ALWAYS = Condition(">=", (0.0, 0.0))
 

@@ -13,8 +13,6 @@ from typing import Any
 from shellmb.errors import SceneError
 from shellmb.scene.values.validate import Finite, Name, described, show
 
-__all__ = ["Input", "inputs_of", "named_inputs"]
-
 # parts of a scene in which inputs may stand
 PARTS = ("supports", "loads", "drivers", "force_elements", "controllers", "events", "locks")
 # others with functions of the user's, in which they may not

@@ -10,8 +10,6 @@ from typing import Any
 from shellmb.errors import SceneError
 from shellmb.scene.values.validate import Name, described, show
 
-__all__ = ["Condition", "Formula", "Quantity", "Sensor"]
-
 # what a sensor reads now
 type Reading = Callable[["Sensor"], float]
 

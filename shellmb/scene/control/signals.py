@@ -9,8 +9,6 @@ from __future__ import annotations
 from shellmb.scene.values.times import TimeFunction
 from shellmb.scene.values.validate import Name, described
 
-__all__ = ["Acceleration", "Command", "Off", "On", "Signal"]
-
 
 class Signal:
     """Any of them."""

@@ -12,15 +12,6 @@ from shellmb.scene.values.positions import OfPosition
 from shellmb.scene.values.times import TimeFunction
 from shellmb.scene.values.validate import Name, Vec3, described
 
-__all__ = [
-    "FollowerForce",
-    "FollowerLineForce",
-    "FollowerMoment",
-    "LineForce",
-    "LineMoment",
-    "PointMoment",
-]
-
 
 @described("line force")
 class LineForce(Load):

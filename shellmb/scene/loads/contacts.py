@@ -21,8 +21,6 @@ from shellmb.scene.values.validate import (
     unit_vector,
 )
 
-__all__ = ["Ball", "Box", "Contact", "Faces", "Obstacle", "Plane", "Rod"]
-
 # cosine of the angle of two axes above which they are not perpendicular
 SKEW = 1e-9
 

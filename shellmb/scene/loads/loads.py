@@ -18,20 +18,6 @@ from shellmb.scene.values.positions import OfPosition
 from shellmb.scene.values.times import TimeFunction
 from shellmb.scene.values.validate import Edge, Finite, Name, Vec3, described
 
-__all__ = [
-    "EdgeForce",
-    "EdgeLoad",
-    "EdgeMoment",
-    "FollowerEdgeForce",
-    "FollowerSurfaceForce",
-    "Gravity",
-    "Load",
-    "PointForce",
-    "PointLoad",
-    "Pressure",
-    "SurfaceForce",
-]
-
 
 class Load:
     """Base class of loads.

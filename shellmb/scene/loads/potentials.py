@@ -8,8 +8,6 @@ from typing import Any
 
 from shellmb.scene.values.validate import Finite, Name, Place, described
 
-__all__ = ["Potential"]
-
 
 @described("potential")
 class Potential:

@@ -18,21 +18,6 @@ from shellmb.scene.multibody.offsets import Arm
 from shellmb.scene.values.times import TimeFunction
 from shellmb.scene.values.validate import Axis, Edge, Finite, Name, Place, Vec3, described, show
 
-__all__ = [
-    "Clamped",
-    "Diaphragm",
-    "Driven",
-    "Fixed",
-    "HardSupport",
-    "Hinged",
-    "SoftSupport",
-    "Support",
-    "SymmetryPlane",
-    "at_rest",
-    "moves",
-]
-
-
 Component = Finite | Callable[[float], float] | None
 Components = tuple[Component, Component, Component]
 

@@ -15,8 +15,6 @@ from shellmb.scene.values.validate import (
     show,
 )
 
-__all__ = ["EnclosedVolume", "Gas"]
-
 
 @described("gas")
 class Gas:

@@ -12,8 +12,6 @@ from shellmb.scene.multibody.elements import JointElement
 from shellmb.scene.values.times import TimeFunction
 from shellmb.scene.values.validate import Finite, Name, Positive, described, show
 
-__all__ = ["Belt", "Coupled", "Coupling", "Differential", "Gear", "Relation"]
-
 # name of a joint with one coordinate, or of any joint and a coordinate
 Which = Name | tuple[Name, Coordinate]
 

@@ -17,8 +17,6 @@ from shellmb.scene.control.sensors import Condition
 from shellmb.scene.values.times import TimeFunction
 from shellmb.scene.values.validate import NOTHING, Name, OneWindowOrMore, described
 
-__all__ = ["Coordinate", "Driver", "Lock"]
-
 Coordinate = Literal["rotation", "translation"]
 
 

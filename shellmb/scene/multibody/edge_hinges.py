@@ -8,8 +8,6 @@ from shellmb.errors import SceneError
 from shellmb.scene.multibody.joints import Joint, Revolute
 from shellmb.scene.values.validate import Axis, described, show
 
-__all__ = ["EdgeHinge", "FramedHinge"]
-
 
 @described("edge hinge")
 class EdgeHinge(Joint):

@@ -17,18 +17,6 @@ from shellmb.scene.multibody.offsets import Point
 from shellmb.scene.values.relaxation import Prony
 from shellmb.scene.values.validate import Finite, Name, NonNegative, Positive, described, show
 
-__all__ = [
-    "Damper",
-    "Element",
-    "JointDamper",
-    "JointElement",
-    "JointSpring",
-    "JointStop",
-    "Motor",
-    "PointElement",
-    "Spring",
-]
-
 
 class Element:
     """Base class of force elements.

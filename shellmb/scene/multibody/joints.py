@@ -34,23 +34,6 @@ from shellmb.scene.values.validate import (
     unit_vector,
 )
 
-__all__ = [
-    "GROUND",
-    "Cylindrical",
-    "Distance",
-    "InPlane",
-    "Joint",
-    "OwnJoint",
-    "Planar",
-    "Prismatic",
-    "Revolute",
-    "Screw",
-    "ShellRevolute",
-    "Spherical",
-    "Universal",
-    "Weld",
-]
-
 GROUND = "ground"
 
 

@@ -11,9 +11,6 @@ from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.scene.values.validate import Finite, Spot, Vec3, described, number, show, spot, vector
 
-__all__ = ["Arm", "Offset", "Point", "arm_components", "node_of"]
-
-
 # a vector off a shell's director by more than this part of it is not along it
 ALONG = 1e-6
 

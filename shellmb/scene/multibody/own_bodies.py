@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, ClassVar
 
-__all__ = ["UserBody"]
-
 
 class UserBody:
     """Base class of bodies that are described by functions: `sm.OwnBody`.

@@ -26,8 +26,6 @@ from shellmb.scene.values.validate import (
     vector,
 )
 
-__all__ = ["FloatingFrame", "Interface", "RigidBody", "rotation_matrix"]
-
 type Matrix = NDArray[np.float64]
 
 RESERVED = ("origin", "center")

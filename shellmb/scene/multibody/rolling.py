@@ -10,8 +10,6 @@ from shellmb.errors import SceneError
 from shellmb.scene.multibody.joints import GROUND, Joint
 from shellmb.scene.values.validate import Axis, Positive, described, show, unit_vector
 
-__all__ = ["Contact", "KnifeEdge", "Rolling"]
-
 # sine of the angle between a wheel's axis (a blade) and the normal below which it lies flat
 # (stands up): the direction it heads in is lost
 FLAT = 1e-6

@@ -19,8 +19,6 @@ from shellmb.errors import SceneError
 from shellmb.scene.shells.surfaces import Surface
 from shellmb.scene.values.validate import Edge, Held, Name, Positive, PositiveInt, described
 
-__all__ = ["GmshFile", "GmshModel", "MeshFile", "Meshed"]
-
 # part of a side below which nodes are one: gaps of CAD and of single precision are 1e-4 of it at
 # most, the smallest sides that are meant as such a tenth
 MERGE = 1e-3

@@ -19,8 +19,6 @@ from shellmb.scene.values.damping import ShellTimes
 from shellmb.scene.values.relaxation import Prony
 from shellmb.scene.values.validate import Finite, Listed, NonNegative, Positive, described, show
 
-__all__ = ["Laminate", "Ply", "PlyMaterial", "stacking_angles"]
-
 # usual laminates of carbon fibres are up to 1.4 times too stiff by the factor 5/6, sandwiches from
 # 5 (honeycomb) to 1e6 times
 STIFFER = 2.0

@@ -16,18 +16,6 @@ from numpy.typing import NDArray
 
 from shellmb.scene.values.relaxation import Prony
 
-__all__ = [
-    "PURE",
-    "Layer",
-    "Layup",
-    "cos_sin",
-    "matrix",
-    "plane_stress",
-    "shear_step",
-    "strain_turn",
-    "vector_turn",
-]
-
 type Matrix = NDArray[np.float64]
 
 # columns of `shear_step` in cylindrical bending along 1 and along 2: M_11,1 and M_22,2

@@ -13,8 +13,6 @@ from shellmb.errors import SceneError
 from shellmb.scene.shells.surfaces import Points, Surface, frame
 from shellmb.scene.values.validate import Finite, Positive, Vec3, described, show
 
-__all__ = ["Cylinder", "Disc", "Sphere"]
-
 
 def _angles(value: tuple[float, float]) -> tuple[float, float]:
     if not 0 < value[1] - value[0] <= 360:

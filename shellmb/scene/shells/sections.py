@@ -21,8 +21,6 @@ from shellmb.scene.values.positions import OfPosition, check_sign, values_at
 from shellmb.scene.values.relaxation import Prony
 from shellmb.scene.values.validate import Finite, NonNegative, Positive, described, show
 
-__all__ = ["Hyperelastic", "Isotropic", "LinearSection", "Orthotropic", "Section", "Wrinkling"]
-
 type Matrix = NDArray[np.float64]
 type Mass = tuple[float, float, float]
 

@@ -28,8 +28,6 @@ from shellmb.scene.values.validate import (
     unit_vector,
 )
 
-__all__ = ["Join", "Shell"]
-
 Distortion = Annotated[float, Field(ge=0, le=0.3, allow_inf_nan=False)]
 
 

@@ -18,8 +18,6 @@ from pydantic import Field
 
 from shellmb.scene.values.validate import Positive, described
 
-__all__ = ["CRITERIA", "Criterion", "Strength"]
-
 type Values = NDArray[np.float64]
 Interaction = Annotated[float, Field(gt=-1, lt=1, allow_inf_nan=False)]
 

@@ -17,8 +17,6 @@ from numpy.typing import NDArray
 from shellmb.errors import SceneError
 from shellmb.scene.values.validate import Positive, Vec3, described, in_words, show, unit_vector
 
-__all__ = ["Parametric", "Rectangle", "Surface"]
-
 type Points = NDArray[np.float64]
 
 

@@ -13,8 +13,6 @@ from shellmb.scene.shells.sections import LinearSection
 from shellmb.scene.values.natural import NaturalStrain
 from shellmb.scene.values.validate import number, show
 
-__all__ = ["thermal_strain"]
-
 
 def thermal_strain(
     section: LinearSection,

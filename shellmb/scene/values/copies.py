@@ -8,8 +8,6 @@ from typing import Any
 
 import numpy as np
 
-__all__ = ["MUTABLE", "on_trial", "with_own_defaults"]
-
 MUTABLE = (list, dict, set, bytearray, np.ndarray)
 
 

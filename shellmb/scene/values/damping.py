@@ -9,8 +9,6 @@ from pydantic import BeforeValidator
 
 from shellmb.scene.values.validate import NonNegative, described, number
 
-__all__ = ["BeamDamping", "BeamTimes", "ShellDamping", "ShellTimes"]
-
 
 @described("shell damping")
 class ShellDamping:

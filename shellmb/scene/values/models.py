@@ -10,8 +10,6 @@ from shellmb.errors import SceneError
 from shellmb.scene.values.renamed import choice_of_today
 from shellmb.scene.values.validate import PositiveInt, described
 
-__all__ = ["BodyModel", "Deforming", "Modal", "model_of"]
-
 WORDS = ("exact", "floating-frame", "rigid")
 
 

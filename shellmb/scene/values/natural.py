@@ -10,8 +10,6 @@ from pydantic import BeforeValidator
 from shellmb.scene.values.positions import OfPosition
 from shellmb.scene.values.validate import Finite, Vec3, described, vector
 
-__all__ = ["BeamNaturalStrain", "NaturalStrain"]
-
 
 def _given(value: Any) -> Any:
     return value if callable(value) else vector(value)

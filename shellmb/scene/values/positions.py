@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 from shellmb.errors import SceneError
 from shellmb.scene.values.validate import in_words
 
-__all__ = ["OfPosition", "check_sign", "values_at"]
-
 OfPosition = Callable[[Any], Any]
 Several = list | tuple
 # what could be made a float, and is not meant as one, by NumPy's kinds

@@ -11,8 +11,6 @@ from shellmb.errors import SceneError
 from shellmb.scene.values.messages import plain
 from shellmb.scene.values.validate import Finite, Positive, described, number, show
 
-__all__ = ["WLF", "Prony"]
-
 
 @described("WLF shift")
 class WLF:

@@ -14,8 +14,6 @@ import numpy as np
 from shellmb.errors import SceneError
 from shellmb.scene.values.validate import Finite, Listed, Positive, described
 
-__all__ = ["Ramp", "Sine", "Step", "Table", "TimeFunction"]
-
 type TimeFunction = Callable[[float], float]
 
 

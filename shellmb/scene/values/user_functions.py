@@ -13,8 +13,6 @@ from numpy.typing import NDArray
 
 from shellmb.scene.values.copies import on_trial
 
-__all__ = ["GivenFunction", "given_functions"]
-
 # functions that are called with more than numbers, or do more than to give some
 OTHERS = {"results", "build", "energy", "strains", "terms"}
 # in place of a number that is none, or an error

@@ -21,42 +21,10 @@ from pydantic import (
 from pydantic.dataclasses import dataclass as pydantic_dataclass
 
 from shellmb.errors import SceneError
-from shellmb.scene.values.messages import in_words, plain, sentence, show, with_name
+from shellmb.scene.values.messages import in_words as in_words
+from shellmb.scene.values.messages import plain, sentence, with_name
+from shellmb.scene.values.messages import show as show
 from shellmb.scene.values.renamed import still_read
-
-__all__ = [
-    "NONE",
-    "NOTHING",
-    "ORIGIN",
-    "Axis",
-    "Edge",
-    "Finite",
-    "Held",
-    "Listed",
-    "Matrix3",
-    "Name",
-    "NonNegative",
-    "OneWindowOrMore",
-    "Place",
-    "Positive",
-    "PositiveInt",
-    "Several",
-    "Spot",
-    "Untrue",
-    "Vec3",
-    "Vector",
-    "Windows",
-    "described",
-    "edge_names",
-    "extended",
-    "in_words",
-    "number",
-    "numbers",
-    "show",
-    "spot",
-    "unit_vector",
-    "vector",
-]
 
 
 def _tuples(value: Any) -> Any:
