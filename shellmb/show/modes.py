@@ -11,8 +11,7 @@ import numpy as np
 
 from shellmb.observers.files.described import Described
 from shellmb.show.fields import Fields
-from shellmb.show.pictures import table
-from shellmb.show.space.scenery import Showing, images, showing
+from shellmb.show.space.scenery import Showing, images, showing, side_by_side
 from shellmb.show.space.views import SHOWN, size_and_motion, view_of
 
 if TYPE_CHECKING:
@@ -67,7 +66,7 @@ def modes_image(fields: Fields, described: Described, summary: Mapping[str, Any]
     for k, text in enumerate(captions(described, summary), start=1):
         what = replace(_mode(fields, described, k), caption=f"mode {k}: {text}", bar=False)
         drawn += images(what, WIDTH)
-    return table(drawn, min(COLUMNS, len(drawn)))
+    return side_by_side(drawn, min(COLUMNS, len(drawn)))
 
 
 def animate_mode(fields: Fields, described: Described, mode: int, file: Path) -> Path:

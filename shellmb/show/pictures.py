@@ -6,7 +6,6 @@ import gc
 import logging
 import time as clock
 from collections import defaultdict
-from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -129,11 +128,11 @@ def _shape(
 ) -> list[Path]:
     if not len(fields.times):
         return []
-    from shellmb.show.space.scenery import images
+    from shellmb.show.space.scenery import images, side_by_side
 
     what = shown_shape(fields, described, appearance)
     width = 960 if len(what.states) == 1 else 720
-    return [save(table([*images(what, width)], len(what.states)), file)]
+    return [save(side_by_side([*images(what, width)], len(what.states)), file)]
 
 
 def shown_shape(
@@ -164,23 +163,6 @@ def save(image: Image, file: Path) -> Path:
     with drafted(file) as draft:
         image.save(draft)
     return file
-
-
-def table(parts: Sequence[Image], columns: int) -> Image:
-    """Images beside and below one another.
-
-    Args:
-        parts: They.
-        columns: Number of them beside one another.
-    """
-    from PIL import Image
-
-    width, height = max(p.width for p in parts), max(p.height for p in parts)
-    rows = -(-len(parts) // columns)
-    whole = Image.new("RGB", (width * columns, height * rows), "white")
-    for k, part in enumerate(parts):
-        whole.paste(part, (width * (k % columns), height * (k // columns)))
-    return whole
 
 
 def _largest(fields: Fields) -> float:

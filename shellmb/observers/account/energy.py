@@ -126,9 +126,9 @@ class EnergyAccount(DeferredObserver):
         faces = [faces.name for faces in self._faces]
         losing = [b.item.name for b in self._resisting] + faces
         self._stores = [b.item.name for b in self._potentials] + faces
-        self._lost = [f"{name}.loss" for name in losing]
+        self._loss_columns = [f"{name}.loss" for name in losing]
         if self._stores:
-            names = ("potential_energy", *self._lost)
+            names = ("potential_energy", *self._loss_columns)
             self._values = self._values | dict.fromkeys(names, 0.0) | self._values
         self._dissipated = dict.fromkeys(inert, 0.0) | self._dissipated
         self._names = tuple(inert)
@@ -263,8 +263,8 @@ class EnergyAccount(DeferredObserver):
             # the stress of natural strains works, and what it stores is no work from outside
             works["work_loads"].append(np.diff(ends[-1], prepend=self._shift))
             self._shift = float(ends[-1, -1])
-        losses = [*spent, *(lost for _, lost in faces)]
-        works |= {name: [loss] for name, loss in zip(self._lost, losses, strict=True)}
+        losses = [*spent, *(part for _, part in faces)]
+        works |= {name: [loss] for name, loss in zip(self._loss_columns, losses, strict=True)}
         works["dissipation"] = [
             np.zeros_like(total),
             *spent,

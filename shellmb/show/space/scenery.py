@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -385,6 +385,23 @@ def images(
             plotter.render()
             drawn = np.asarray(plotter.screenshot(None, return_img=True))
             yield Image.fromarray(drawn).reduce(finer)
+
+
+def side_by_side(parts: Sequence[Image], columns: int) -> Image:
+    """Images beside and below one another.
+
+    Args:
+        parts: They.
+        columns: Number of them beside one another.
+    """
+    from PIL import Image
+
+    width, height = max(p.width for p in parts), max(p.height for p in parts)
+    rows = -(-len(parts) // columns)
+    whole = Image.new("RGB", (width * columns, height * rows), "white")
+    for k, part in enumerate(parts):
+        whole.paste(part, (width * (k % columns), height * (k // columns)))
+    return whole
 
 
 def still(what: Showing) -> Image:
