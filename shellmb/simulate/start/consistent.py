@@ -60,10 +60,7 @@ class VelocityProjection:
             self.functions[body.name] = unknown
             test = ufl.TestFunction(space)
             at, v = levels[body.name].reference or levels[body.name], levels[body.name].rates["v"]
-            rows = (
-                body.inertia(unknown - v, test),
-                velocity_constraint(body, unknown, at.q, test),
-            )
+            rows = (body.inertia(unknown - v, test), velocity_constraint(body, unknown, at.q, test))
             parts, without = parts_of(body, "velocity of {}", ()), without_jump(body)
             row = [added(rows)]
             fields.append(body_field(body, unknown, row, numbers, parts, without=without))

@@ -137,7 +137,9 @@ class Start:
             found = np.concatenate([kinematic_dofs(body), stress_dofs(body), linked])
             given[found] = q[found]
             q[:] = given
-        if gap and moved > OPEN and not self.scene.assemble and not self._of_mode:
+        # a mode is off the constraints by its square
+        of_mode = isinstance(self.scene.starts[-1], FromMode)
+        if gap and moved > OPEN and not self.scene.assemble and not of_mode:
             raise SceneError(
                 f"joint '{joint}': it is open by {gap} in the state that the run starts from; it "
                 "must be closed there, or use assemble=True"
@@ -147,13 +149,8 @@ class Start:
             warn(
                 f"scene '{self.scene.name}': the state that the run starts from was moved by "
                 f"{moved:.3g} of the bodies' scales to fit supports and joints; its strain energy "
-                f"was {energy:.6g}, is {after:.6g}",
+                f"was {energy:.6g}, is {after:.6g}"
             )
-
-    @property
-    def _of_mode(self) -> bool:
-        """Decide whether the state is off its constraints by the square of a mode."""
-        return isinstance(self.scene.starts[-1], FromMode)
 
     def _energy(self, of: Callable[[Body, Levels], Form | None]) -> float:
         """An energy of all bodies at the start, J; collective."""
@@ -209,7 +206,7 @@ class Start:
         if abs(after - before) > DRIFT * before:
             warn(
                 f"scene '{self.scene.name}': supports and joints do not allow the velocities "
-                f"{whose}; their kinetic energy was {before:.6g}, is {after:.6g}",
+                f"{whose}; their kinetic energy was {before:.6g}, is {after:.6g}"
             )
 
     def accelerations(self, t: float = 0.0) -> None:
