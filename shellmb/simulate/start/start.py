@@ -12,7 +12,7 @@ from shellmb.errors import ConvergenceError, SceneError, warn
 from shellmb.model.body import Body, kinetic_energy
 from shellmb.model.joints.columns import refuse_slip
 from shellmb.model.joints.rolling import ContactGroup
-from shellmb.preprocessing.bodyfields import NONE, kinematic_dofs
+from shellmb.preprocessing.bodyfields import NONE, dofs_of, kinematic_dofs
 from shellmb.preprocessing.constraint_analysis.redundancy import RATE_STEP, largest_gap
 from shellmb.scene import FromMode, Scene
 from shellmb.schemes.base import Levels
@@ -132,8 +132,7 @@ class Start:
             # multipliers there are those of the constraints' errors; joints and force elements
             # have the places and coordinates that they act on
             linked = np.concatenate([NONE, *(link.dofs for link in body.links)])
-            parts = [body.mixed.dofs[p].ravel() for p in ("lam", "mu") if p in body.mixed.parts]
-            linked = np.setdiff1d(linked, np.concatenate([NONE, *parts]))
+            linked = np.setdiff1d(linked, dofs_of(body, ("lam", "mu")))
             found = np.concatenate([kinematic_dofs(body), stress_dofs(body), linked])
             given[found] = q[found]
             q[:] = given
