@@ -31,8 +31,7 @@ from shellmb.model.shells.shell import ShellModel
 from shellmb.native.expressions import compiled_expression
 from shellmb.scene import Contact, EdgeForce, Gravity, PointForce, Pressure, Scene, SurfaceForce
 from shellmb.scene.lookup import said
-from shellmb.scene.multibody.edge_hinges import EdgeHinge
-from shellmb.scene.multibody.joints import GROUND
+from shellmb.scene.multibody.joints import GROUND, EdgeHinge
 from shellmb.scene.units import parse_units
 from shellmb.scene.values.validate import edge_names
 

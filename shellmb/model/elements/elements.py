@@ -31,7 +31,7 @@ from shellmb.model.sections.branches import Fading, MaxwellBranches
 from shellmb.model.signals import Signals
 from shellmb.model.user_forms import written
 from shellmb.scene import Scene
-from shellmb.scene.control.inputs import Input
+from shellmb.scene.control.signals import Input
 from shellmb.scene.lookup import said
 from shellmb.scene.multibody import elements as scene_elements
 from shellmb.scene.multibody.elements import Element, JointElement, JointStop
@@ -97,7 +97,7 @@ def bind_element(element: Any, coordinate: Coordinate, static: bool) -> BoundEle
         case scene_elements.JointStop():
             return BoundElement(element, coordinate, element.stiffness, None)
         case scene_elements.Motor():
-            held = element.command.default if isinstance(element.command, Input) else 0.0
+            held = element.command.mean if isinstance(element.command, Input) else 0.0
             return BoundElement(element, coordinate, held, element.law)
         case _:
             raise NotImplementedError(f"no form for {element.label}")

@@ -17,7 +17,7 @@ from shellmb.model.locations.ends import End
 from shellmb.model.locations.nodes import ON_NODE, Nodes, shared_nodes
 from shellmb.model.massless import Scale
 from shellmb.model.shells.shell import ShellModel
-from shellmb.scene.multibody.edge_hinges import EdgeHinge
+from shellmb.scene.multibody.joints import EdgeHinge
 
 __all__ = ["Hinge", "bind_hinges", "edges_together", "hinge_line"]
 

@@ -33,7 +33,7 @@ from shellmb.model.body import (
 )
 from shellmb.model.massless import NONE, NodeGroup, Places, Targets
 from shellmb.native.expressions import values_at_states
-from shellmb.scene.checks.locations import numbers_at
+from shellmb.scene.values.user_functions import numbers_at
 
 
 @dataclass(frozen=True)

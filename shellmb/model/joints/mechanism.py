@@ -67,9 +67,8 @@ from shellmb.model.signals import Signals
 from shellmb.scene import Scene
 from shellmb.scene.checks.signals import coordinate_read
 from shellmb.scene.multibody.couplings import Relation
-from shellmb.scene.multibody.edge_hinges import EdgeHinge
 from shellmb.scene.multibody.elements import PointElement
-from shellmb.scene.multibody.joints import Screw
+from shellmb.scene.multibody.joints import EdgeHinge, Screw
 from shellmb.scene.multibody.rolling import Contact
 
 # a driver's motion begins where the joint is, to this part of what is large for its coordinate

@@ -257,7 +257,7 @@ class Locks(Switched):
         self.group.hold(self.values)
 
 
-class Switches:
+class Switches(Restartable):
     """All that is switched in a scene.
 
     Args:
@@ -266,6 +266,8 @@ class Switches:
     Attributes:
         events: Times at which steps must end, ascending, s.
     """
+
+    remembered = ("items",)
 
     def __init__(self, items: Sequence[Switched] = ()) -> None:
         self.items = list(items)
@@ -290,12 +292,3 @@ class Switches:
     def key(self) -> tuple[bytes, ...]:
         """Key of what acts now, for comparison."""
         return tuple([item.acting.tobytes() for item in self.items])
-
-    def state(self) -> list[dict[str, Any]]:
-        """State for a restart."""
-        return [item.state() for item in self.items]
-
-    def restore(self, state: Sequence[Mapping[str, Any]]) -> None:
-        """Take up a saved state."""
-        for item, saved in zip(self.items, state, strict=True):
-            item.restore(saved)

@@ -44,10 +44,10 @@ from shellmb.model.potentials.exact import ExactEnergy
 from shellmb.model.shells.shell import ShellModel
 from shellmb.model.supports.prescribed import Prescribed
 from shellmb.scene import Scene
-from shellmb.scene.checks.locations import numbers_at
-from shellmb.scene.loads.volumes import EnclosedVolume
+from shellmb.scene.loads.potentials import EnclosedVolume
 from shellmb.scene.lookup import said
 from shellmb.scene.schemes import SCHEMES, Traits
+from shellmb.scene.values.user_functions import numbers_at
 
 ADVICE = "a smaller step"
 # pressure, relative to its size, below which it counts as zero

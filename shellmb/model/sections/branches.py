@@ -197,6 +197,11 @@ class MaxwellBranches:
         for group in self._groups:
             yield from group.stiffness(q)
 
+    def stresses(self, q: fem.Function, change: Expr) -> Iterator[tuple[float, Expr]]:
+        """Time of each branch with its stress by a change of a state where it is relaxed."""
+        for group in self._groups:
+            yield from group.stresses(q, change)
+
     def prepare(self, dt: float) -> None:
         """Set the numbers of a step of a length [s]."""
         for group in self._groups:
@@ -330,11 +335,14 @@ class _Group:
             values[:] = 0.0 if relaxed else found
 
     def stiffness(self, q: fem.Function) -> Iterator[tuple[float, Form]]:
-        space, change = q.function_space, self._strain.change
-        stress = self._section.stress(change(q, ufl.TrialFunction(space)))[0]
-        work = ufl.inner(stress, change(q, ufl.TestFunction(space))) * self._dx
+        tested = self._strain.change(q, ufl.TestFunction(q.function_space))
+        for time, stress in self.stresses(q, ufl.TrialFunction(q.function_space)):
+            yield time, ufl.inner(stress, tested) * self._dx
+
+    def stresses(self, q: fem.Function, change: Expr) -> Iterator[tuple[float, Expr]]:
+        stress = self._section.stress(self._strain.change(q, change))[0]
         for time, factor in zip(self._times.tolist(), self._factors, strict=True):
-            yield time, fem.Constant(self._domain, float(factor)) * work
+            yield time, fem.Constant(self._domain, float(factor)) * stress
 
     def _scattered(self, values: Floats) -> Floats:
         out = np.zeros(self.values.shape[1])

@@ -28,10 +28,9 @@ from shellmb.forms.measure import Measure
 from shellmb.model.body import TimeFunction
 from shellmb.model.shells.positions import on_all
 from shellmb.scene import BeamNaturalStrain, NaturalStrain
-from shellmb.scene.checks.locations import given_at
 from shellmb.scene.loads.loads import Load
 from shellmb.scene.lookup import said
-from shellmb.scene.values.copies import on_trial
+from shellmb.scene.values.user_functions import given_at, on_trial
 
 # what a set of loads of a body may have
 Distributed = Load | NaturalStrain | BeamNaturalStrain

@@ -41,7 +41,7 @@ from shellmb.model.shells.positions import direction_1, field_of
 from shellmb.model.user_forms import components
 from shellmb.scene import Shell
 from shellmb.scene.loads.loads import Gravity
-from shellmb.scene.values.positions import values_at
+from shellmb.scene.values.user_functions import values_at
 
 # strains that a user's measure gives, and how many of each
 STRAINS = {"eps": 3, "kap": 3, "gam": 2}

@@ -16,7 +16,7 @@ from shellmb.meshes.raw import cell_cross
 from shellmb.meshes.shared import space_on
 from shellmb.meshes.spaces import MixedSpace
 from shellmb.scene import Hyperelastic, Isotropic, Shell, Wrinkling
-from shellmb.scene.values.positions import OfPosition, values_at
+from shellmb.scene.values.user_functions import OfPosition, values_at
 
 
 def on_all[T](comm: MPI.Comm, make: Callable[[], T]) -> T:

@@ -53,7 +53,7 @@ from shellmb.model.user_forms import vector_of, written
 from shellmb.native.derivatives import by_shares
 from shellmb.native.expressions import compiled_expression
 from shellmb.scene.multibody.own_bodies import UserBody
-from shellmb.scene.values.validate import vector
+from shellmb.scene.types import vector
 
 NO_FORCES = ufl.as_vector([0, 0])
 

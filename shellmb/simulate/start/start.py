@@ -196,10 +196,8 @@ class Start:
             try:
                 self.problem.projection.project()
             except ConvergenceError as error:
-                raise ConvergenceError(
-                    f"t = 0: no velocities agree with all joints: {error}{self._inertialess()}",
-                    error.field,
-                    error.norms,
+                raise error.reworded(
+                    f"t = 0: no velocities agree with all joints: {error}{self._inertialess()}"
                 ) from error
         if before > 0.0:
             self._warn_of_other_velocities(before)
