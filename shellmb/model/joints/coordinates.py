@@ -361,5 +361,5 @@ def coordinate_groups(
 
 
 def scalar_targets(coordinates: Sequence[Coordinate]) -> Targets:
-    """What a scalar part of a group is of coordinates, one for each of its items."""
+    """Unknowns of coordinates that a scalar part of a group is, one for each of its items."""
     return [c.group.name for c in coordinates], np.array([[c.target] for c in coordinates])

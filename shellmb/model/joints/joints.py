@@ -398,8 +398,7 @@ def _bind_region(joint: Weld, region: str, body: Meshed, find: FindEnd) -> list[
     nodes = shared_nodes(body, region, joint.said)
     found: list[BoundJoint] = []
     for k, (x, director) in enumerate(zip(nodes.x, nodes.directors, strict=True)):
-        dofs = {part: nodes.dofs[part][k] for part in ("u", "w")}
-        ends = (replace(frame, point=x), End(body.name, body.name, dofs, x, director, x))
+        ends = (replace(frame, point=x), nodes.end(k, body.name))
         axes = np.array([frame_about(director[0]) if len(director) else np.eye(3)] * 2)
         kind = "shell revolute" if len(director) else "fixed point"
         found.append(BoundNode(joint, kind, ends, axes, center=frame.point))

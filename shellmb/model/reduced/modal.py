@@ -231,7 +231,7 @@ class ModalTerms(Body):
             found[first : first + 3] = [change[i] for i in range(3)]
         return ufl.as_vector(found)
 
-    def applied(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
+    def users(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
         """The terms at the mid-point."""
 
         def moved(v: Expr) -> Expr:

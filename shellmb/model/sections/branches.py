@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property, partial, reduce
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 from mpi4py import MPI
 
@@ -23,7 +23,7 @@ from shellmb.forms.steps.damping import Resistance, Straining, at_state, taken
 from shellmb.forms.steps.path import Rows, moment_of
 from shellmb.forms.steps.relaxation import Branch
 from shellmb.meshes.shared import space_on
-from shellmb.model.body import Rates, Term
+from shellmb.model.body import Term
 from shellmb.model.sections.strains import path_terms
 from shellmb.model.sections.strains import together as joined
 from shellmb.native.expressions import compiled_expression
@@ -110,31 +110,6 @@ def slowing(section: Section | BeamSection, mesh: Any) -> fem.Constant | None:
     """Rate of a section's damping in proportion to its mass, 1/s; None without any."""
     rate = float(section.mass_damping)
     return fem.Constant(mesh, rate) if rate else None
-
-
-class Inert(Protocol):
-    """A body with mass."""
-
-    def inertia(self, rate: Expr, dq: Expr) -> Form | None:
-        """Virtual work of the inertia forces."""
-        ...
-
-
-def mass_damping(
-    body: Inert, rate: fem.Constant | None, rates: Rates | None, dq: Expr
-) -> Form | None:
-    """Virtual work of forces in proportion to the momentum; None without any.
-
-    Args:
-        body: The body.
-        rate: Of the proportion, 1/s; None: none.
-        rates: Velocities; None in statics.
-        dq: Virtual displacement.
-    """
-    if rate is None or rates is None:
-        return None
-    form = body.inertia(rates.chord if rates.weighed is None else rates.weighed, dq)
-    return None if form is None else -rate * form
 
 
 # relaxation time [s], and whether the branch is relaxed at the start
