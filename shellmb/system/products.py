@@ -8,7 +8,7 @@ import numpy as np
 
 from shellmb.native.assembler import is_native
 from shellmb.system.assembly.blocks import BlockSystem
-from shellmb.system.assembly.loops import FormLoop
+from shellmb.system.assembly.loops import FormLoop, MeshCells
 from shellmb.system.assembly.meshgroups import mesh_groups
 
 
@@ -23,8 +23,10 @@ class Products:
 
     def __init__(self, system: BlockSystem) -> None:
         self._system = system
-        groups = mesh_groups(system) if is_native() else None
-        self._loops = groups and [(g.cells, FormLoop(g.cells, g.jacobians())) for g in groups]
+        self._loops: list[tuple[MeshCells, FormLoop]] | None = None
+        if is_native():
+            groups = mesh_groups(system)
+            self._loops = [(g.cells, FormLoop(g.cells, g.jacobians())) for g in groups]
 
     def __call__(self, x: PETSc.Vec, y: PETSc.Vec) -> None:
         """Multiply with the Jacobian at the state that the functions hold; collective.
