@@ -1,5 +1,7 @@
 """The errors shellmb raises on purpose; everything else is a bug."""
 
+from __future__ import annotations
+
 import contextlib
 import os
 import warnings
@@ -58,6 +60,14 @@ class ConvergenceError(ShellmbError):
         super().__init__(message)
         self.field = field
         self.norms = norms or {}
+
+    def reworded(self, message: str) -> ConvergenceError:
+        """The same error with another text.
+
+        Args:
+            message: The text.
+        """
+        return ConvergenceError(message, self.field, self.norms)
 
 
 class TooFewModesError(ConvergenceError):

@@ -12,12 +12,11 @@ import numpy as np
 
 from shellmb.errors import SceneError
 from shellmb.meshes.mesh import build_surface
-from shellmb.model.frames.glue import line_along
-from shellmb.model.frames.linear import build_beam
-from shellmb.model.frames.rigid_from_mesh import about_director, hinged
-from shellmb.model.frames.rigidpoints import RigidMeshes
+from shellmb.model.frames.beam import build_beam
+from shellmb.model.frames.rigid_from_mesh import RigidMeshes, about_director, hinged
 from shellmb.model.locations.nodes import ON_NODE, shared_nodes
 from shellmb.model.reduced.data import ModalBody
+from shellmb.model.shells.joins import line_along
 from shellmb.model.shells.shell import ShellModel
 from shellmb.preprocessing.modal.basis import Attachment, reduced_body
 from shellmb.preprocessing.modal.supports import edges, stays_rigid
