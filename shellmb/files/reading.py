@@ -3,6 +3,8 @@
 What a directory calls a file may be a link to one without an end, or a pipe that nobody writes.
 """
 
+from __future__ import annotations
+
 import io
 import json
 import os
