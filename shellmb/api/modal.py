@@ -145,8 +145,8 @@ def modes(
     else:
         from shellmb.running.rotating.files import find_campbell
 
-        steady = (chosen.rates, count, loaded, *frame)
-        over, _ = find_campbell(wanted.scene, directory, *steady, results=measure, **how)
+        turning = (chosen.rates, count, loaded, *frame)
+        over, _ = find_campbell(wanted.scene, directory, *turning, results=measure, **how)
         made = RotatingModes(directory, over)
     world.Barrier()
     return place.held_by(made)
