@@ -26,7 +26,7 @@ _API = {
     "LinearSystem": "shellmb.api.responding.system",
     "response": "shellmb.api.responding.respond",
     "Response": "shellmb.api.responding.response",
-    "shock_spectrum": "shellmb.api.responding.shock",
+    "shock_spectrum": "shellmb.api.responding.curves",
     "study": "shellmb.api.studies",
     "load": "shellmb.api.runs",
     "resume": "shellmb.api.runs",

@@ -8,10 +8,10 @@ from typing import Any
 
 from shellmb.errors import SceneError
 from shellmb.scene import Scene, Shell
-from shellmb.scene.checks.control import corners
+from shellmb.scene.checks.schemes import corners
 from shellmb.scene.loads.loads import PointLoad
 from shellmb.scene.probes import RESULTANTS
-from shellmb.scene.shells.divided import refined_times
+from shellmb.scene.shells.shell import refined_times
 from shellmb.scene.values.models import Modal
 
 # tolerances by which steps are chosen go with this power of what would be the step

@@ -19,7 +19,7 @@ from shellmb.preprocessing.modal.geometric_stiffness import GeometricStiffness
 from shellmb.preprocessing.modal.lowest import lowest_frequency
 from shellmb.preprocessing.modal.stretched import Parts, stiffening
 from shellmb.preprocessing.modal.tangent import bending_scale
-from shellmb.scene.checks.linear import SMALL_ANGLE
+from shellmb.scene.checks.schemes import SMALL_ANGLE
 from shellmb.scene.schemes import SIMPLEST
 from shellmb.simulate.simulation import Simulation
 from shellmb.system.assembly.functionals import functionals

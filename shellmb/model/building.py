@@ -17,6 +17,7 @@ from shellmb.model.frames.rigid import GROUND, RigidBodies, ground_node, rigid_n
 from shellmb.model.frames.rigid_from_mesh import RigidMeshes
 from shellmb.model.joints.mechanism import Mechanism
 from shellmb.model.locations.nodes import RigidPlaces
+from shellmb.model.massless import Scale
 from shellmb.model.reduced.data import ModalBody
 from shellmb.model.sanity_checks import doubt_slits, doubt_thickness, doubt_units
 from shellmb.model.sections.natural import Distributed, doubt_natural
@@ -81,7 +82,7 @@ def build_meshed(scene: Scene, comm: MPI.Comm) -> Meshed:
     found = Meshed(shells, beams, kinks, lines)
     doubt_thickness(comm, found.all.values())
     doubt_slits(comm, shells)
-    doubt_units(comm, scene, shells, beams)
+    doubt_units(comm, scene, found.all.values())
     doubt_natural(comm, scene.t_end or 1.0, found.all)
     return found
 
@@ -112,16 +113,14 @@ def _loads_of(scene: Scene, body: Shell | Beam) -> list[Distributed]:
     return found if body.natural is None else [*found, body.natural]
 
 
-def build_rigid(scene: Scene, comm: MPI.Comm, force: float, length: float) -> RigidBodies | None:
+def build_rigid(scene: Scene, scale: Scale) -> RigidBodies | None:
     """Rigid bodies and ground; None without any.
 
     Args:
         scene: The scene.
-        comm: Communicator.
-        force: Unit of the multipliers of constraints, N.
-        length: Characteristic length of the scene, m.
+        scale: Communicator and sizes.
     """
-    nodes = [rigid_node(body, length) for body in scene.rigid_bodies]
+    nodes = [rigid_node(body, scale.length) for body in scene.rigid_bodies]
     if _uses_ground(scene):
         nodes.append(ground_node())
     if not nodes:
@@ -131,7 +130,7 @@ def build_rigid(scene: Scene, comm: MPI.Comm, force: float, length: float) -> Ri
         for load in scene.loads
         if isinstance(load, Gravity)
     ]
-    return RigidBodies(comm, nodes, not scene.static, gravity, force, length)
+    return RigidBodies(scale, nodes, not scene.static, gravity)
 
 
 def _uses_ground(scene: Scene) -> bool:

@@ -28,6 +28,7 @@ from shellmb.model.frames.rigid_from_mesh import RigidMeshes, rigidified
 from shellmb.model.joints.constraints import ConstraintGroup
 from shellmb.model.joints.mechanism import Mechanism, build_mechanism
 from shellmb.model.locations.nodes import Finder
+from shellmb.model.massless import Scale
 from shellmb.model.potentials.contact import PotentialGroup, potential_groups
 from shellmb.model.potentials.volume import Filling, Volume, enclosed_volumes
 from shellmb.model.reduced.data import ModalBody
@@ -196,19 +197,20 @@ def build_model(
         length = scene_length(scene, places, rigid_meshes, modal)
     if force is None:
         force = force_unit(scene, meshed, placed, length)
+    scale = Scale(comm, force, length)
 
-    rigid = build_rigid(scene, comm, force, length)
+    rigid = build_rigid(scene, scale)
     bodies: list[Body] = [*shells.values(), *beams.values(), *own.values()]
     bodies += [] if rigid is None else [rigid]
     bodies += kinks
-    bodies += [] if rigid is None else modal_bodies(comm, modal, rigid, dynamic, force, length)
+    bodies += [] if rigid is None else modal_bodies(scale, modal, rigid, dynamic)
 
     planes, prescribed = hold(scene, comm, meshed, places)
     refuse_idle_loads(scene, meshed.all, prescribed)
     find = Finder(places, rigid_places(scene, rigid))
     bodies += [*planes, *glue_beams(scene, comm, beams, shells, lines)]
     hinged: dict[str, Any] = {**shells, **placed}
-    mechanism = build_mechanism(scene, comm, find, hinged, force, length, signals)
+    mechanism = build_mechanism(scene, scale, find, hinged, signals)
     check_turnable(scene, mechanism, meshed.all)
     bodies += mechanism.bodies
 
@@ -217,7 +219,7 @@ def build_model(
     potentials = potential_groups(described, comm, find, *meshes, touched, length)
     bodies += potentials
 
-    volumes = enclosed_volumes(scene, comm, shells, prescribed, force, length)
+    volumes = enclosed_volumes(scene, scale, shells, prescribed)
     bodies += [body for volume in volumes for body in volume.bodies]
 
     resolve_links(bodies, comm)

@@ -26,7 +26,7 @@ import numpy as np
 from shellmb.arrays import Floats
 from shellmb.errors import ConvergenceError, SceneError
 from shellmb.scene import Scene
-from shellmb.scene.checks.control import functions_of_time
+from shellmb.scene.checks.schemes import functions_of_time
 from shellmb.scene.control.signals import Signal, Switched
 from shellmb.scene.lookup import listed
 from shellmb.sensitivity.parameters import Parameter

@@ -8,8 +8,6 @@ from typing import Any, Protocol
 
 from mpi4py import MPI
 
-import numpy as np
-
 from shellmb.arrays import Ints
 from shellmb.clock import now
 from shellmb.errors import ConvergenceError, petsc_in_words
@@ -20,6 +18,7 @@ from shellmb.model.model import Model
 from shellmb.model.rank_consistency import same_on_all
 from shellmb.native.assembler import assembled_as
 from shellmb.prefixes import below
+from shellmb.preprocessing.bodyfields import relative_size
 from shellmb.preprocessing.checked_model import checked_model
 from shellmb.preprocessing.constraint_analysis.redundancy import singular
 from shellmb.restart import Restartable, arrays_of, with_arrays, without_arrays
@@ -34,7 +33,7 @@ from shellmb.simulate.redundant_watch import DroppedConstraints
 from shellmb.simulate.scene_copy import SceneCopy
 from shellmb.simulate.start.redistribute import numbering, spread
 from shellmb.simulate.start.start import Start
-from shellmb.simulate.stepping import Arrays, Attempt, StepInfo, Stepping, TimeSteps
+from shellmb.simulate.stepping import Arrays, Attempt, StepInfo, TimeSteps
 from shellmb.simulate.stepsize.control import LoadSize, StepSize
 from shellmb.simulate.stepsize.target_times import Count, Landing, near
 from shellmb.simulate.stepsize.tolerance import ErrorSize
@@ -205,7 +204,7 @@ class Simulation(Restartable):
         if scene.path is not None:
             assert isinstance(self.size, ArcSize)
             self.path = PathSteps(self.problem, scene.path, self.size)
-        self.stepping: Stepping = self.path or TimeSteps(self.problem)
+        self.stepping: TimeSteps | PathSteps = self.path or TimeSteps(self.problem)
         self.dropped = DroppedConstraints(self.problem)
         self.landing = Landing(scene, self.model.mechanism.events)
         self.control = Control(scene, self.model.signals)
@@ -216,17 +215,13 @@ class Simulation(Restartable):
 
     def _size(self) -> StepSize:
         """Make what chooses the step."""
-        control, dt, solver = (
-            self.scene.step_control,
-            float(self.scene.dt or 0.0),
-            self.scene.solver,
-        )
+        control, dt = self.scene.step_control, float(self.scene.dt or 0.0)
         if self.scene.path is not None:
             return ArcSize(control, dt)
         if control.step_error is None:
             return StepSize(control, dt) if self.scheme.dynamic else LoadSize(control, dt)
         law = self.scheme.local_error
-        noise = law.per_radian(solver.tolerance ** (1 / law.degree))
+        noise = law.per_radian(self.scene.solver.tolerance ** (1 / law.degree))
         return ErrorSize(control, dt, self.t_end, law.order, noise, law.factor)
 
     @petsc_in_words()
@@ -371,11 +366,8 @@ class Simulation(Restartable):
         largest = 0.0
         for body in self.model.bodies:
             levels = self.problem.levels[body.name]
-            jump = np.abs(levels.unknown[stage].x.array - levels.q.x.array)
-            for part in body.parts:
-                if part.name in body.kinematic:
-                    here = float(np.max(jump[body.mixed.dofs[part.name]], initial=0.0))
-                    largest = max(largest, here / part.scale)
+            jump = levels.unknown[stage].x.array - levels.q.x.array
+            largest = max(largest, relative_size(body, jump))
         return float(self.model.comm.allreduce(largest, op=MPI.MAX))
 
     def arrays(self) -> Arrays:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 from shellmb.arrays import Floats
 from shellmb.model.rank_consistency import TimesAlike
@@ -56,13 +56,25 @@ class Attempt(NamedTuple):
     error: float | None = None
 
 
-class Stepping(Protocol):
-    """Gets from one accepted state to the next."""
+class TimeSteps(Restartable):
+    """Steps in time, or in the load parameter of statics.
 
-    @property
-    def finished(self) -> bool:
-        """Decide whether the end is reached before the last time."""
-        ...
+    Args:
+        problem: The system of one step.
+
+    Attributes:
+        finished: Whether the end is reached before the last time.
+    """
+
+    remembered = ("_guesses", "_errors")
+    finished = False
+
+    def __init__(self, problem: Problem) -> None:
+        self._problem, self._turns = problem, RotationPerStep(problem)
+        self._loads = not problem.scheme.dynamic and not problem.scheme.linear
+        self._times = TimesAlike(problem.model.scene, problem.model.comm)
+        controlled = problem.model.scene.step_control.step_error is not None
+        self._errors = StepErrors(problem) if controlled else None
 
     def attempt(self, t: float, dt: float) -> Attempt:
         """Solve for the state a step ahead; the accepted state stays as it is.
@@ -74,52 +86,6 @@ class Stepping(Protocol):
         Raises:
             ConvergenceError: If there is no solution.
         """
-        ...
-
-    def accept(self, dt: float) -> None:
-        """Make the state of the last attempt the accepted one."""
-        ...
-
-    def forget(self, velocities: bool) -> None:
-        """The motion does not continue smoothly: what went before tells nothing.
-
-        Args:
-            velocities: Whether they have jumped; if not, forces or their rates have.
-        """
-        ...
-
-    def state(self) -> Any:
-        """What a restart needs, beside the states of the bodies."""
-        ...
-
-    def restore(self, state: Any) -> None:
-        """Take up what was saved, the bodies having their states; with None begin anew."""
-        ...
-
-
-class TimeSteps(Restartable):
-    """Steps in time, or in the load parameter of statics.
-
-    Args:
-        problem: The system of one step.
-    """
-
-    remembered = ("_guesses", "_errors")
-
-    def __init__(self, problem: Problem) -> None:
-        self._problem, self._turns = problem, RotationPerStep(problem)
-        self._loads = not problem.scheme.dynamic and not problem.scheme.linear
-        self._times = TimesAlike(problem.model.scene, problem.model.comm)
-        controlled = problem.model.scene.step_control.step_error is not None
-        self._errors = StepErrors(problem) if controlled else None
-
-    @property
-    def finished(self) -> bool:
-        """Only the last time is the end."""
-        return False
-
-    def attempt(self, t: float, dt: float) -> Attempt:
-        """Solve for the state at `t + dt`."""
         self._times.check(t, dt)
         self._turns.check(t, dt)
         self._problem.prepare(t, dt)
@@ -138,7 +104,11 @@ class TimeSteps(Restartable):
             self._errors.accept(dt)
 
     def forget(self, velocities: bool) -> None:
-        """Estimates begin anew; first guesses where velocities have jumped."""
+        """The motion does not continue smoothly: what went before tells nothing.
+
+        Args:
+            velocities: Whether they have jumped; if not, forces or their rates have.
+        """
         if velocities:
             self._problem.predictor.clear()
         if self._errors is not None:

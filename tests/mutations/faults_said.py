@@ -167,7 +167,7 @@ FAULTS: tuple[Fault, ...] = (
     ),
     Fault(
         "torques of motors in newtons",
-        "shellmb/observers/curves.py",
+        "shellmb/show/plots.py",
         'label("torque", "moment")',
         'label("torque", "force")',
         (f"{UNITS}::test_axes_of_energies_steps_and_joints",),

@@ -21,18 +21,17 @@ from shellmb.errors import SceneError
 from shellmb.forms import contact as forms
 from shellmb.forms.constraints import elements as springs
 from shellmb.forms.measure import linear
-from shellmb.forms.state import Layout
-from shellmb.meshes.nodes import constant_vector, node_mesh, node_space, set_constants
+from shellmb.meshes.nodes import node_mesh, set_constants
 from shellmb.model.body import Elastic, Rates
 from shellmb.model.elements.lawvalues import LawValues
-from shellmb.model.joints.coordinates import Coordinate, gathered, scalar_links
-from shellmb.model.massless import Massless
+from shellmb.model.joints.coordinates import Coordinate, scalar_targets
+from shellmb.model.massless import NodeGroup
 from shellmb.model.potentials.exact import FAR, ExactEnergy, LinearSprings
 from shellmb.model.sections.branches import Fading, MaxwellBranches
 from shellmb.model.signals import Signals
 from shellmb.model.user_forms import written
 from shellmb.scene import Scene
-from shellmb.scene.control.inputs import Input
+from shellmb.scene.control.signals import Input
 from shellmb.scene.lookup import said
 from shellmb.scene.multibody import elements as scene_elements
 from shellmb.scene.multibody.elements import Element, JointElement, JointStop
@@ -98,7 +97,7 @@ def bind_element(element: Any, coordinate: Coordinate, static: bool) -> BoundEle
         case scene_elements.JointStop():
             return BoundElement(element, coordinate, element.stiffness, None)
         case scene_elements.Motor():
-            held = element.command.default if isinstance(element.command, Input) else 0.0
+            held = element.command.mean if isinstance(element.command, Input) else 0.0
             return BoundElement(element, coordinate, held, element.law)
         case _:
             raise NotImplementedError(f"no form for {element.label}")
@@ -118,7 +117,7 @@ ROUND_OFF = 1e-9
 NEVER = 1e30
 
 
-class ElementGroup(Massless):
+class ElementGroup(NodeGroup):
     """Force elements of one kind and law, on one coordinate each.
 
     Args:
@@ -134,19 +133,12 @@ class ElementGroup(Massless):
 
     def __init__(self, name: str, comm: MPI.Comm, items: Sequence[BoundElement]) -> None:
         self.items = list(items)
-        self.nodes = node_mesh(comm, len(items))
-        mixed = node_space(self.nodes, {"x": 1})
-        self.layout = Layout(mixed.parts)
-        coordinates = [item.coordinate for item in items]
-        links = tuple(scalar_links(self.nodes, mixed, "x", coordinates))
-        super().__init__(name, mixed, (), links)
+        targets = {"x": scalar_targets([item.coordinate for item in items])}
+        super().__init__(name, comm, len(items), targets)
         self.law = items[0].law
-        self.parameter = self._constant([item.parameter for item in items], "parameter")
-        self.rest = self._constant([item.rest for item in items], "rest")
-        self.size = self._constant([item.coordinate.size for item in items], "size")
-
-    def _constant(self, values: Sequence[float], name: str) -> fem.Function:
-        return constant_vector(self.nodes, np.array(values, dtype=float)[:, None], name)
+        self.parameter = self.per_item([item.parameter for item in items], "parameter")
+        self.rest = self.per_item([item.rest for item in items], "rest")
+        self.size = self.per_item([item.coordinate.size for item in items], "size")
 
     def x(self, q: Expr) -> Expr:
         """The coordinate at a state."""
@@ -162,8 +154,8 @@ class ElementGroup(Massless):
 
     def exact(self, smooth: float = 0.0) -> ExactEnergy:
         """The energy, with forces that are exact over a step; argument as of `ExactEnergy`."""
-        dx = ufl.dx(self.nodes.mesh)
-        return ExactEnergy(self.measure, self.potential, ufl.as_ufl(1.0), dx, smooth=smooth)
+        one = ufl.as_ufl(1.0)
+        return ExactEnergy(self.measure, self.potential, one, self.dx, smooth=smooth)
 
     def acted(self, row: Floats) -> Floats:
         """Reported means over a step, shape (items,); collective.
@@ -171,7 +163,7 @@ class ElementGroup(Massless):
         Args:
             row: Virtual work on the left-hand side of the row that balances the step, by local dof.
         """
-        return self.resists * gathered(self.nodes, row[self.mixed.dofs["x"]]) + 0.0
+        return self.resists * self.gathered("x", row)[:, 0] + 0.0
 
     def given(self, *arguments: Expr) -> Expr:
         """Values of the group's law.
@@ -243,7 +235,7 @@ class Springs(ElementGroup):
         if self.law is not None:
             return (self.exact(springs.SMALL_INCREMENT),)
         extension, moved = (lambda q: [self._extension(q)]), (lambda q: [self.x(q)])
-        return (LinearSprings([self.parameter], extension, moved, ufl.dx(self.nodes.mesh)),)
+        return (LinearSprings([self.parameter], extension, moved, self.dx),)
 
     def branches(self) -> MaxwellBranches | None:
         """New Maxwell branches of a spring that relaxes; None of others."""
@@ -331,13 +323,13 @@ class Stops(ElementGroup):
 
         def some(name: str, nothing: float = 0.0) -> fem.Function:
             given = [getattr(stop, name) for stop in stops]
-            return self._constant([nothing if value is None else value for value in given], name)
+            return self.per_item([nothing if value is None else value for value in given], name)
 
         self._limits = (some("lower", -NEVER), -1), (some("upper", NEVER), 1)
         self._law = some("stiffness"), some("smoothing")
         self._damping = some("relative_damping")
         self._damped = any(stop.relative_damping > 0 for stop in stops)
-        self.always = fem.Constant(self.nodes.mesh, 0.0)
+        self.always = self.constant(0.0)
 
     @cached_property
     def elastic(self) -> tuple[Elastic, ...]:
@@ -360,7 +352,7 @@ class Stops(ElementGroup):
         if rates is None or not self._damped:
             return None
         x, rate = self.x(mid if rates.middle is None else rates.middle), self.x(rates.chord)
-        return -self._damping_force(x, rate) * self.x(dq) * ufl.dx(self.nodes.mesh)
+        return -self._damping_force(x, rate) * self.x(dq) * self.dx
 
     def _damping_force(self, x: Expr, rate: Expr) -> Expr:
         """Contribution of the damping to the force that holds the coordinate."""

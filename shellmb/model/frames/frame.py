@@ -35,12 +35,10 @@ from shellmb.forms.measure import Measure, measure
 from shellmb.forms.state import Layout
 from shellmb.meshes.spaces import MixedSpace
 from shellmb.model.body import (
+    Body,
     Constraint,
-    Damped,
-    FixedDofs,
     Manifold,
     NodeLink,
-    PartScale,
     added,
     largest,
 )
@@ -203,7 +201,7 @@ def identified(mixed: MixedSpace, name: str) -> list[NodeLink]:
 IDENTITY = np.eye(3)
 
 
-class FrameBody:
+class FrameBody(Body):
     """A body whose nodes are frames.
 
     Args:
@@ -226,24 +224,20 @@ class FrameBody:
         nodes: ufl.Measure,
         force: Expr,
     ) -> None:
-        self.name, self.mixed, self.frames, self._order = name, mixed, frames, order
+        super().__init__(name, mixed)
+        self.frames, self._order = frames, order
         self.reference, self.nodes, self.force = reference, nodes, force
         self.layout = Layout(mixed.parts)
-        self.parts: tuple[PartScale, ...] = ()
-        self.fixed: list[FixedDofs] = []
-        self.links: tuple[NodeLink, ...] = ()
         # set with the model: where there are frames, jumps of velocities are unknown
         self.inertialess = False
-        self.slenderness = 1.0
         self.kinematic = frozenset({"u", "w"})
-        self.damping: Damped | None = None
         # parts of the mass with the rule that integrates each; none in statics
         self.masses: tuple[tuple[FrameMass, ufl.Measure], ...] = ()
         # floating frames that its strains are small relative to
         self.ties: tuple[FloatingFrame, ...] = ()
 
     @property
-    def jump_parts(self) -> frozenset[str]:
+    def jump_parts(self) -> frozenset[str]:  # type: ignore[override]
         """Parts that have equations for the jump of velocities."""
         turns = any(J is not None for mass, _ in self.masses for J in mass.J)
         own = {"u", "w", "lam"} if turns else {"u"}
@@ -300,7 +294,7 @@ class FrameBody:
         return self._over_masses(lambda mass: ufl.dot(frame.angular_momentum(*at, mass), axis))
 
     @property
-    def manifold(self) -> Manifold:
+    def manifold(self) -> Manifold:  # type: ignore[override]
         """Orthonormal triples; their jump is unknown and tangent already."""
         return Manifold(self._rest if self.held.unit else None, self.inertialess)
 

@@ -3,8 +3,6 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from mpi4py import MPI
-
 import numpy as np
 import ufl
 from dolfinx import fem
@@ -18,7 +16,6 @@ from shellmb.forms.loads import dead_force
 from shellmb.meshes.nodes import NodeMesh, constant_vector, node_mesh, node_space
 from shellmb.model.body import (
     Dofs,
-    Elastic,
     FixedDofs,
     LoadFactors,
     PartScale,
@@ -26,7 +23,7 @@ from shellmb.model.body import (
 )
 from shellmb.model.frames.frame import FrameBody
 from shellmb.model.locations.ends import End
-from shellmb.model.massless import TimedLoads
+from shellmb.model.massless import Scale, TimedLoads
 from shellmb.scene.loads.loads import Gravity
 from shellmb.scene.multibody.rigid import FloatingFrame, RigidBody
 
@@ -75,25 +72,21 @@ class RigidBodies(FrameBody):
     """The rigid bodies.
 
     Args:
-        comm: Communicator.
+        scale: Communicator and sizes.
         bodies: The bodies, the same on all ranks; ground is held.
         dynamic: Whether they move in time, and so have inertia.
         gravity: Loads of gravity with the names of the bodies each acts on.
-        force: Size of constraint forces, N.
-        length: Size of the scene, m.
     """
 
     def __init__(
         self,
-        comm: MPI.Comm,
+        scale: Scale,
         bodies: Sequence[RigidNode],
         dynamic: bool,
         gravity: Sequence[tuple[Gravity, frozenset[str]]],
-        force: float,
-        length: float,
     ) -> None:
         self.bodies = list(bodies)
-        self.node_mesh: NodeMesh = node_mesh(comm, len(self.bodies))
+        self.node_mesh: NodeMesh = node_mesh(scale.comm, len(self.bodies))
         mixed = node_space(self.node_mesh, {"u": 3, "w": 9, "lam": 6})
         frames = self._constant([b.directors.ravel() for b in bodies], "D")
         super().__init__(
@@ -104,10 +97,10 @@ class RigidBodies(FrameBody):
             self._constant([b.center for b in bodies], "X"),
             ufl.dx(self.node_mesh.mesh),
             # its multipliers are moments, whatever the unit of length
-            fem.Constant(self.node_mesh.mesh, float(force * length)),
+            fem.Constant(self.node_mesh.mesh, scale.force * scale.length),
         )
         self.parts = (
-            PartScale("u", "displacement of the rigid bodies", length, _ADVICE),
+            PartScale("u", "displacement of the rigid bodies", scale.length, _ADVICE),
             PartScale("w", "directors of the rigid bodies", 1.0, _ADVICE),
             PartScale("lam", "director multipliers of the rigid bodies", 1e-3, _ADVICE, idle=True),
         )
@@ -156,11 +149,6 @@ class RigidBodies(FrameBody):
             b.name: End(NAME, b.name, everywhere[k], b.center, b.directors, b.center)
             for k, b in enumerate(self.bodies)
         }
-
-    @property
-    def elastic(self) -> tuple[Elastic, ...]:
-        """Nothing."""
-        return ()
 
     def loads(self) -> LoadFactors | None:
         """The weight of the bodies."""

@@ -32,8 +32,14 @@ from shellmb.scene import Beam, Gravity, RigidBody, Scene
 from shellmb.scene.loads.body_loads import FollowerForce, FollowerMoment, PointMoment
 from shellmb.scene.loads.loads import Load, PointForce
 from shellmb.scene.lookup import said
-from shellmb.scene.multibody.edge_hinges import EdgeHinge, FramedHinge
-from shellmb.scene.multibody.joints import Joint, Revolute, ShellRevolute, Weld
+from shellmb.scene.multibody.joints import (
+    EdgeHinge,
+    FramedHinge,
+    Joint,
+    Revolute,
+    ShellRevolute,
+    Weld,
+)
 from shellmb.scene.multibody.offsets import Offset, arm_components, node_of
 
 RigidMeshes = dict[str, ShellModel | BeamModel]

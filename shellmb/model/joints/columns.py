@@ -14,10 +14,11 @@ from dolfinx import fem
 from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.model.elements.elements import ElementGroup
-from shellmb.model.joints.coordinates import Coordinate, CoordinateGroup, Key, gathered
+from shellmb.model.joints.coordinates import Coordinate, CoordinateGroup, Key
 from shellmb.model.joints.joints import BoundJoint, JointGroup
 from shellmb.model.joints.rolling import ContactGroup
 from shellmb.model.joints.switches import HeldCoordinates, TiedCoordinates
+from shellmb.model.massless import gathered
 from shellmb.model.sections.branches import MaxwellBranches
 
 # how a distance and the force along or about a coordinate are called in results

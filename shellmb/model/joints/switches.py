@@ -11,15 +11,13 @@ from ufl.core.expr import Expr
 
 from shellmb.arrays import Bools, Floats
 from shellmb.errors import ConvergenceError
-from shellmb.forms.state import Layout
-from shellmb.meshes.nodes import constant_vector, node_mesh, node_space, set_constants
+from shellmb.meshes.nodes import set_constants
 from shellmb.model.joints.constraints import ConstraintGroup, GivenValues, Prescribed
 from shellmb.model.joints.coordinates import (
     Coordinate,
     CoordinateGroup,
     as_row,
-    gathered,
-    scalar_links,
+    scalar_targets,
 )
 from shellmb.restart import Restartable
 
@@ -52,23 +50,20 @@ class TiedCoordinates(ConstraintGroup):
         switched: bool,
     ) -> None:
         self.members, self._factors = [list(each) for each in members], factors
-        nodes, count = node_mesh(comm, len(members)), len(members[0])
-        values, parts = GivenValues(nodes, given), [f"x{k + 1}" for k in range(count)]
-        mixed = node_space(nodes, {**dict.fromkeys(parts, 1), **values.parts, "mu": 1})
-        layout = Layout(mixed.parts)
-        factor = constant_vector(nodes, factors, "factors")
+        values, parts = GivenValues(given), [f"x{k + 1}" for k in range(len(members[0]))]
 
         def violation(q: Expr) -> Expr:
-            terms = [*(layout.part(q, part) for part in parts), *values.values(q, layout)]
-            weighed = [factor[k] * term for k, term in enumerate(terms)]
+            terms = [self.layout.part(q, part) for part in parts]
+            terms += values.values(q, self.layout)
+            weighed = [self._factor[k] * term for k, term in enumerate(terms)]
             return as_row(sum(weighed[1:], weighed[0]))
 
-        links = [
-            link
-            for k, part in enumerate(parts)
-            for link in scalar_links(nodes, mixed, part, [each[k] for each in members])
-        ]
-        super().__init__(title, nodes, mixed, tuple(links), violation, force, size, switched)
+        targets = {
+            part: scalar_targets([each[k] for each in members]) for k, part in enumerate(parts)
+        }
+        scales, own = (violation, force, size, switched), values.parts
+        super().__init__(title, comm, len(members), 1, *scales, targets=targets, own=own)
+        self._factor = self.per_item(factors, "factors")
         self.labels = list(labels)
         values.prescribe(self)
 
@@ -95,8 +90,8 @@ class TiedCoordinates(ConstraintGroup):
         Args:
             held: As of `shares`.
         """
-        mu = gathered(self.nodes, held.x.array[self.mixed.dofs["mu"]]) * float(self.force.value)
-        return -self._factors[:, : len(self.members[0])] * mu[:, None]
+        mu = self.gathered("mu", held.x.array) * float(self.force.value)
+        return -self._factors[:, : len(self.members[0])] * mu
 
 
 class HeldCoordinates(ConstraintGroup):
@@ -118,23 +113,20 @@ class HeldCoordinates(ConstraintGroup):
         coordinates: Sequence[Coordinate],
         force: float,
     ) -> None:
-        nodes = node_mesh(comm, len(coordinates))
-        mixed = node_space(nodes, {"x": 1, "mu": 1})
-        layout = Layout(mixed.parts)
-        self._held = constant_vector(nodes, np.zeros((len(coordinates), 1)), "held")
 
         def violation(q: Expr) -> Expr:
-            return as_row(layout.part(q, "x") - self._held)
+            return as_row(self.layout.part(q, "x") - self._held)
 
-        links = tuple(scalar_links(nodes, mixed, "x", coordinates))
-        size = coordinates[0].size
-        super().__init__(f"{kind} locks", nodes, mixed, links, violation, force, size, True)
+        scales, targets = (force, coordinates[0].size), {"x": scalar_targets(coordinates)}
+        given = 1, violation, *scales, True
+        super().__init__(f"{kind} locks", comm, len(coordinates), *given, targets=targets)
+        self._held = self.per_item([0.0] * len(coordinates), "held")
         self.labels = list(labels)
         self.coordinates = list(coordinates)
 
     def values(self, q: fem.Function) -> Floats:
         """Coordinates at a state, shape (items,), the same on all ranks; collective."""
-        return gathered(self.nodes, q.x.array[self.mixed.dofs["x"]])
+        return self.gathered("x", q.x.array)[:, 0]
 
     def hold(self, values: Floats) -> None:
         """Set the values at which the coordinates are fixed, shape (items,)."""
@@ -142,8 +134,7 @@ class HeldCoordinates(ConstraintGroup):
 
     def forces(self, q: fem.Function) -> Floats:
         """Forces [N] or moments [N m] that hold the coordinates, shape (items,); collective."""
-        mu = gathered(self.nodes, q.x.array[self.mixed.dofs["mu"]])
-        return -float(self.force.value) * mu
+        return -float(self.force.value) * self.gathered("mu", q.x.array)[:, 0]
 
 
 Windows = Sequence[tuple[float, float]]

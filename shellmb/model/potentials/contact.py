@@ -20,12 +20,11 @@ from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.forms import contact as forms
 from shellmb.forms.constraints.joints import Place
-from shellmb.forms.state import Layout
-from shellmb.meshes.nodes import constant_vector, node_mesh, node_space
+from shellmb.meshes.nodes import node_mesh
 from shellmb.model.body import Elastic, LoadFactors, Rates, TimeFunction
 from shellmb.model.locations.ends import End, EndGroup, change_of
 from shellmb.model.locations.nodes import Finder, said_point
-from shellmb.model.massless import Massless
+from shellmb.model.massless import NodeGroup, Places
 from shellmb.model.potentials.exact import FAR, DistanceEnergy, ExactEnergy
 from shellmb.model.potentials.obstacles import shape_of
 from shellmb.model.potentials.points import MeshedBody, Points, acting_points
@@ -36,7 +35,7 @@ from shellmb.scene.loads.potentials import Potential
 from shellmb.scene.lookup import said
 
 
-class PotentialGroup(Massless):
+class PotentialGroup(NodeGroup):
     """Base of potentials and contacts: an energy at points of a body.
 
     Points are nodes: their places are unknowns of the body itself, so that one form at single
@@ -70,23 +69,17 @@ class PotentialGroup(Massless):
         carrier: tuple[End, Floats, Floats] | None = None,
     ) -> None:
         self.item, self.points, self.length = item, points, length
-        count = len(points.ends)
-        self.nodes = node_mesh(comm, count)
-        self._end = points.bound(self.nodes, turns)
-        parts, self.seen = dict(self._end.parts), None
+        count, self._end, self.seen = len(points.ends), points.bound(turns), None
+        places: list[Places] = [self._end]
         if carrier is not None:
             body, point, axes = carrier
-            places = [replace(body, point=point)] * count
-            self.seen = EndGroup(self.nodes, places, np.tile(axes, (count, 1, 1)), "2", True)
-            parts |= self.seen.parts
-        mixed = node_space(self.nodes, parts)
-        links = self._end.links(mixed) + ([] if self.seen is None else self.seen.links(mixed))
-        super().__init__(f"{item.label} '{item.name}'", mixed, (), tuple(links))
-        self.layout = Layout(mixed.parts)
-        self.weight: Expr = self.data(points.weights[:, None], "weight")
+            carried = [replace(body, point=point)] * count
+            self.seen = EndGroup(carried, np.tile(axes, (count, 1, 1)), "2", True)
+            places.append(self.seen)
+        super().__init__(f"{item.label} '{item.name}'", comm, count, places=places)
+        self.weight: Expr = self.per_item(points.weights, "weight")
         # of what is a load, the factor that the energy has now
         self.factor: fem.Constant | None = None
-        self.dx = ufl.dx(self.nodes.mesh)
         # not zero where the pattern of matrices is looked for: what acts at times only must not be
         # missing there
         self.always = self.constant(0.0)
@@ -105,14 +98,6 @@ class PotentialGroup(Massless):
     def owners(self) -> set[str]:
         """Names of all bodies that it acts on."""
         return {self.owner} | (set() if self.seen is None else {self.seen.ends[0].owner})
-
-    def data(self, rows: Floats, name: str) -> fem.Function:
-        """A function with values of its own at each point, shape (n, size)."""
-        return constant_vector(self.nodes, rows, name)
-
-    def constant(self, value: float | Floats) -> fem.Constant:
-        """A Constant on its mesh."""
-        return fem.Constant(self.nodes.mesh, np.asarray(value, dtype=float))
 
     def place(self, q: Expr) -> Place:
         """The points and their directors at a state."""
@@ -363,7 +348,7 @@ class UserPotential(PotentialGroup):
             self.factor = self.constant(1.0)
             self.weight = self.factor * self.weight
         self._size = self.constant(length)
-        self._X = self.data(np.array([end.point for end in points.ends]), "X")
+        self._X = self.per_item([end.point for end in points.ends], "X")
         self._parameters = {name: self.constant(value) for name, value in item.parameters.items()}
 
     def loads(self) -> LoadFactors | None:

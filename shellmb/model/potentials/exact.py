@@ -16,26 +16,14 @@ from shellmb.forms.steps import potentials as forms
 from shellmb.forms.steps.discrete import gradient, variation
 from shellmb.forms.steps.mixed import Interval
 from shellmb.forms.steps.path import Step, slope_at
-from shellmb.model.body import SubInterval, Term
+from shellmb.model.body import Elastic
 
 # a penetration and a rate beyond all others, for the pattern of matrices
 FAR = 1e6
 
 
-class WithoutTerms:
-    """Parts of `body.Elastic` for an energy without kernels of its own."""
-
-    def interval_term(self, sub: SubInterval, dq: Expr, trial: Expr) -> Term | None:
-        """None."""
-        return None
-
-    def path_term(self, step: Step, tests: Sequence[Expr], trial: Expr) -> Term | None:
-        """None."""
-        return None
-
-
 @dataclass(frozen=True)
-class ExactEnergy(WithoutTerms):
+class ExactEnergy(Elastic):
     """An energy whose forces are exact over a step (`forms.steps.potentials`).
 
     Args:
@@ -145,7 +133,7 @@ Scalars = Callable[[Expr], list[Expr]]
 
 
 @dataclass(frozen=True)
-class LinearSprings(WithoutTerms):
+class LinearSprings(Elastic):
     """Linear springs on coordinates.
 
     Args:

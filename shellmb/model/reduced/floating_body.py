@@ -17,7 +17,7 @@ axes and forces `F_k` on the amplitudes, linear in these.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -26,27 +26,24 @@ from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
 
 import numpy as np
 import ufl
-from dolfinx import fem
 from ufl import Form
 from ufl.core.expr import Expr
 
-from shellmb.arrays import Floats, Ints
+from shellmb.arrays import Floats
 from shellmb.forms.floating import modal as forms
 from shellmb.forms.frame import Vectors, vectors
 from shellmb.forms.loads import dead_force
 from shellmb.forms.measure import linear
 from shellmb.forms.state import Layout
 from shellmb.forms.steps.damping import ViscousModes
-from shellmb.meshes.nodes import NodeMesh, constant_vector, node_mesh, node_space
-from shellmb.meshes.spaces import MixedSpace
-from shellmb.model.body import Elastic, LoadFactors, NodeLink, PartScale, Rates
-from shellmb.model.identification import node_links
-from shellmb.model.joints.constraints import ConstraintGroup, forces_and_sizes
+from shellmb.meshes.nodes import NodeMesh, constant_vector
+from shellmb.model.body import Elastic, LoadFactors, PartScale
+from shellmb.model.joints.constraints import ConstraintGroup
 from shellmb.model.locations.ends import End
-from shellmb.model.massless import Massless, NodeLoads
+from shellmb.model.massless import NodeGroup, NodeLoads, Scale, Targets
 from shellmb.model.potentials.exact import LinearSprings
 from shellmb.model.reduced.data import ModalBody, amplitudes
-from shellmb.model.sections.branches import Resisting, StrainDamping, mass_damping
+from shellmb.model.sections.branches import Resisting, StrainDamping
 
 # couplings of modes below this share of what they have by themselves are round-off: with one time
 # for all strains there are none
@@ -79,7 +76,7 @@ def modal_damping(layout: Layout, nodes: NodeMesh, matrix: Floats | None) -> Str
 ADVICE = "a smaller step, or fewer modes"
 
 
-class Modes(Massless):
+class Modes(NodeGroup):
     """Amplitudes of a body's modes, with their stiffness; their inertia is in `InertiaPoints`.
 
     Args:
@@ -89,21 +86,11 @@ class Modes(Massless):
 
     def __init__(self, comm: MPI.Comm, data: ModalBody) -> None:
         self.data, name = data, f"modes of {data.name}"
-        nodes = node_mesh(comm, 1)
-        mixed = node_space(nodes, {"eta": data.count})
         title = PartScale("eta", f"modes of '{data.name}'", data.length, ADVICE)
-        super().__init__(name, mixed, (title,), ())
+        super().__init__(name, comm, 1, own={"eta": data.count}, parts=(title,))
         self.kinematic = self.jump_parts = frozenset({"eta"})
-        self.layout, self._dx = Layout(mixed.parts), ufl.dx(nodes.mesh)
-        self._k = constant_vector(nodes, data.stiffness[None], "stiffness")
-        self.damping = modal_damping(self.layout, nodes, data.damping)
-
-    def numbers(self) -> Ints:
-        """Global dofs of the amplitudes, the same on all ranks; collective."""
-        local = self.mixed.dofs["eta"]
-        index_map = self.mixed.space.dofmap.index_map
-        found = index_map.local_to_global(local[local < index_map.size_local])
-        return np.concatenate(self.mixed.space.mesh.comm.allgather(found))
+        self._k = self.per_item(data.stiffness[None], "stiffness")
+        self.damping = modal_damping(self.layout, self.nodes, data.damping)
 
     def amplitudes(self, q: Expr) -> list[Expr]:
         """The amplitudes of a state, m."""
@@ -115,7 +102,7 @@ class Modes(Massless):
     @cached_property
     def elastic(self) -> tuple[Elastic, ...]:
         """Their stiffness."""
-        return (LinearSprings(self._stiffness(), self.amplitudes, self.amplitudes, self._dx),)
+        return (LinearSprings(self._stiffness(), self.amplitudes, self.amplitudes, self.dx),)
 
 
 @dataclass(frozen=True)
@@ -141,30 +128,24 @@ class Reduced:
         return self.modes.mixed.space.mesh.comm
 
 
-def frame_links(
-    nodes: NodeMesh, mixed: MixedSpace, body: Reduced, others: Sequence[End] = ()
-) -> tuple[NodeLink, ...]:
-    """Links of what acts on a reduced body, or is connected to it.
+def frame_targets(
+    body: Reduced, count: int, parts: Sequence[str], others: Sequence[End] = ()
+) -> Mapping[str, Targets]:
+    """Unknowns of a reduced body, and of places connected to it, that a group has.
 
     Args:
-        nodes: Node mesh with one cell for each item.
-        mixed: Space with parts "eta", and perhaps "u1" and "w1" of the floating frame, and "u2" and
-            "w2" of other places.
         body: The body.
+        count: Number of items of the group.
+        parts: What it has besides the amplitudes "eta": perhaps "u1" and "w1" of the floating
+            frame, and "u2" and "w2" of other places.
         others: The other places, one for each item.
     """
-    modes, count = body.modes, int(nodes.mesh.topology.index_map(1).size_global)
-    wanted = {"eta": ([modes.name] * count, np.tile(modes.numbers(), (count, 1)))}
-    for tag, ends in (("1", [body.frame] * count), ("2", others)):
-        for source in ("u", "w"):
-            if f"{source}{tag}" in mixed.parts:
-                targets = np.array([end.dofs[source] for end in ends])
-                wanted[f"{source}{tag}"] = ([end.body for end in ends], targets)
-    links: list[NodeLink] = []
-    for part, (bodies, targets) in wanted.items():
-        rows = mixed.dofs[part].reshape(-1, mixed.parts[part][1])
-        links += node_links(nodes, rows, bodies, targets)
-    return tuple(links)
+    modes = body.modes
+    found = {"eta": ([modes.name] * count, np.tile(modes.numbers("eta"), (count, 1)))}
+    for part in parts:
+        ends = others if part[1] == "2" else [body.frame] * count
+        found[part] = [end.body for end in ends], np.array([end.dofs[part[0]] for end in ends])
+    return found
 
 
 class OnFrame(ConstraintGroup):
@@ -175,8 +156,7 @@ class OnFrame(ConstraintGroup):
         body: The body.
         parts: Sizes of the parts that are unknown besides these two, by name.
         table: Coefficients, one row for each item.
-        force: Size of the multipliers' forces, N.
-        length: Size of the scene, m.
+        scale: Communicator and sizes.
         others: Places whose nodal unknowns are parts "u2" and "w2", one for each item.
     """
 
@@ -186,18 +166,18 @@ class OnFrame(ConstraintGroup):
         body: Reduced,
         parts: dict[str, int],
         table: Floats,
-        force: float,
-        length: float,
+        scale: Scale,
         others: Sequence[End] = (),
     ) -> None:
-        self.data = data = body.data
-        nodes = node_mesh(body.comm, len(table))
-        mixed = node_space(nodes, {"eta": data.count, **parts})
-        self.table = constant_vector(nodes, table, "coefficients")
-        links = frame_links(nodes, mixed, body, others)
-        name = f"{title} of {data.name}"
-        scales = forces_and_sizes(force, length, parts["mu"], self.directions)
-        super().__init__(name, nodes, mixed, links, self._violation, *scales)
+        self.data, count = body.data, len(table)
+        shared = [part for part in parts if part in ("u1", "w1", "u2", "w2")]
+        targets = frame_targets(body, count, shared, others)
+        own = {part: size for part, size in parts.items() if part not in (*shared, "mu")}
+        sizes = scale.of(parts["mu"], self.directions)
+        given = parts["mu"], self._violation, *sizes
+        name = f"{title} of {body.data.name}"
+        super().__init__(name, body.comm, count, *given, targets=targets, own=own)
+        self.table = self.per_item(table, "coefficients")
 
     def _violation(self, q: Expr) -> Expr:
         raise NotImplementedError
@@ -224,30 +204,28 @@ class OnArms(OnFrame):
         body: Reduced,
         parts: dict[str, int],
         table: Floats,
-        force: float,
-        length: float,
+        scale: Scale,
     ) -> None:
-        super().__init__(title, body, {**parts, "u": 3, "mu": 3}, table, force, length)
+        super().__init__(title, body, {**parts, "u": 3, "mu": 3}, table, scale)
         self.mixed = replace(self.mixed, elementwise=frozenset({"u", "mu"}))
         self.jump_parts = frozenset({"u", "mu"})
-        scale = PartScale("u", f"{title} of '{body.data.name}'", body.data.length, ADVICE)
-        self.parts = (scale, *self.parts)
+        size = PartScale("u", f"{title} of '{body.data.name}'", body.data.length, ADVICE)
+        self.parts = (size, *self.parts)
 
 
 class InertiaPoints(OnArms):
     """Points with mass at places that modes and frame tell: the inertia of the modes."""
 
-    def __init__(self, body: Reduced, force: float, length: float) -> None:
+    def __init__(self, body: Reduced, scale: Scale) -> None:
         data = body.data
         table = np.concatenate(
             [data.points.reshape(len(data.mass), -1), data.mass[:, None], data.coupling], axis=1
         )
         self.arms = np.zeros((len(table), 3))
-        super().__init__("inertia", body, {"w1": 9}, table, force, length)
+        super().__init__("inertia", body, {"w1": 9}, table, scale)
         # the directors are those of the frame, and their rates count here, too
         self.kinematic = frozenset({"u", "w1"})
-        rate = data.slowing
-        self._slowing = fem.Constant(self.nodes.mesh, rate) if rate else None
+        self.slowing = self.constant(data.slowing) if data.slowing else None
 
     def _violation(self, q: Expr) -> Expr:
         parts = forms.components(self.table, 0, amplitudes(self.layout, q))
@@ -276,11 +254,7 @@ class InertiaPoints(OnArms):
         h, g = self._momenta(rate)
         work = ufl.dot(h, self.layout.part(dq, "u"))
         work += sum(ufl.dot(a, b) for a, b in zip(g, self._directors(dq), strict=True))
-        return work * ufl.dx(self.nodes.mesh)
-
-    def applied(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
-        """Damping in proportion to the mass."""
-        return mass_damping(self, self._slowing, rates, dq)
+        return work * self.dx
 
     def momentum(self, v: Expr, axis: Expr) -> Form | None:
         """None: the modes have none."""
@@ -292,7 +266,7 @@ class InertiaPoints(OnArms):
         d = forms.unit_vectors(self._directors(q))
         total = ufl.cross(self.layout.part(q, "u"), h)
         total += sum((ufl.cross(a, b) for a, b in zip(d, g, strict=True)), start=0 * total)
-        return ufl.dot(total, axis) * ufl.dx(self.nodes.mesh)
+        return ufl.dot(total, axis) * self.dx
 
 
 class Interfaces(OnFrame):
@@ -300,13 +274,13 @@ class Interfaces(OnFrame):
 
     directions = (3, 4, 5)
 
-    def __init__(self, body: Reduced, others: Sequence[End], force: float, length: float) -> None:
+    def __init__(self, body: Reduced, others: Sequence[End], scale: Scale) -> None:
         rows = []
         for end, item in zip(others, body.data.interfaces, strict=True):
             turned = [item.shift.ravel(), item.turn.ravel(), end.node - body.frame.node]
             rows.append(np.concatenate([*turned, end.directors.ravel()]))
         parts = {"u1": 3, "w1": 9, "u2": 3, "w2": 9, "mu": 6}
-        super().__init__("interfaces", body, parts, np.array(rows), force, length, others)
+        super().__init__("interfaces", body, parts, np.array(rows), scale, others)
         self.labels = [item.name for item in body.data.interfaces]
 
     def _violation(self, q: Expr) -> Expr:
@@ -327,11 +301,11 @@ class Interfaces(OnFrame):
 class LoadPoints(OnArms):
     """Points that loads which keep their directions act on."""
 
-    def __init__(self, body: Reduced, force: float, length: float) -> None:
+    def __init__(self, body: Reduced, scale: Scale) -> None:
         self._data = body.data.points_loaded
         self.arms = np.array([item.arm for item in self._data])
         rows = np.array([[*p.shape.ravel(), *p.arm, p.share] for p in self._data])
-        super().__init__("loads", body, {"u1": 3, "w1": 9}, rows, force, length)
+        super().__init__("loads", body, {"u1": 3, "w1": 9}, rows, scale)
         self.kinematic = frozenset({"u"})
 
     def _violation(self, q: Expr) -> Expr:
@@ -350,7 +324,7 @@ class LoadPoints(OnArms):
         return NodeLoads(self.nodes, values, [item.time for item in self._data], self._work)
 
 
-class FrameLoads(Massless):
+class FrameLoads(NodeGroup):
     """Loads that turn with a body in modes, and moments.
 
     Args:
@@ -360,13 +334,11 @@ class FrameLoads(Massless):
     def __init__(self, body: Reduced) -> None:
         data = body.data
         self._data = data.follower_loads
-        self._nodes = node_mesh(body.comm, len(self._data))
-        mixed = node_space(self._nodes, {"eta": data.count, "u1": 3, "w1": 9})
-        links = frame_links(self._nodes, mixed, body)
-        super().__init__(f"turning loads of {data.name}", mixed, (), links)
-        self.layout = Layout(mixed.parts)
+        count = len(self._data)
+        targets = frame_targets(body, count, ("u1", "w1"))
+        super().__init__(f"turning loads of {data.name}", body.comm, count, targets)
         tables = np.array([item.table.ravel() for item in self._data])
-        self._table, self._columns = constant_vector(self._nodes, tables, "forces"), 1 + data.count
+        self._table, self._columns = self.per_item(tables, "forces"), 1 + data.count
 
     def _work(self, factor: Expr, mid: Expr, dq: Expr) -> Expr:
         layout, test = self.layout, amplitudes(self.layout, dq)
@@ -387,7 +359,7 @@ class FrameLoads(Massless):
         """The loads with factors of their own."""
         values = [np.append(1.0 if p.along is None else 0.0, _or_zero(p.along)) for p in self._data]
         times = [item.time for item in self._data]
-        return NodeLoads(self._nodes, np.array(values), times, self._work)
+        return NodeLoads(self.nodes, np.array(values), times, self._work)
 
 
 def _or_zero(along: Floats | None) -> Floats:

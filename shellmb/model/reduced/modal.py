@@ -19,11 +19,10 @@ modes. The unknowns of a cell are the same for all of them.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from mpi4py import MPI
 from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
 
 import numpy as np
@@ -44,7 +43,7 @@ from shellmb.model.body import Body, NodeLink, Rates
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.frames.rigid import RigidBodies
 from shellmb.model.locations.nodes import part_dofs
-from shellmb.model.massless import Massless
+from shellmb.model.massless import Scale, Targets
 from shellmb.model.potentials.points import Points, points_on
 from shellmb.model.reduced.data import Member, ModalBody, amplitudes
 from shellmb.model.reduced.floating_body import (
@@ -54,7 +53,7 @@ from shellmb.model.reduced.floating_body import (
     LoadPoints,
     Modes,
     Reduced,
-    frame_links,
+    frame_targets,
 )
 
 
@@ -87,9 +86,9 @@ class ModalPoints(Points):
 
     linear = False
 
-    def bound(self, nodes: NodeMesh, turns: bool) -> ModalPlaces:
-        """The points at nodes of a node mesh."""
-        return ModalPlaces(self, nodes, turns)
+    def bound(self, turns: bool) -> ModalPlaces:
+        """The points at nodes of a group."""
+        return ModalPlaces(self, turns)
 
 
 def reduced_points(body: Reduced, member: str, on: Any, who: str) -> ModalPoints:
@@ -116,14 +115,11 @@ class ModalPlaces:
 
     Args:
         points: The points.
-        nodes: Node mesh with one cell for each.
         turns: Whether directors matter.
     """
 
-    def __init__(self, points: ModalPoints, nodes: NodeMesh, turns: bool) -> None:
-        self._points, self._nodes = points, nodes
-        self._K = points.body.data.count
-        self.parts = {"u1": 3, "w1": 9, "eta": self._K}
+    def __init__(self, points: ModalPoints, turns: bool) -> None:
+        self._points, self._K = points, points.body.data.count
         X = np.array([end.point for end in points.ends])
         self._arms = X - points.body.frame.node
         rows = [X, self._arms, points.u.reshape(len(X), -1)]
@@ -132,11 +128,16 @@ class ModalPlaces:
             D = np.array([end.directors for end in points.ends])
             for k in range(self._count):
                 rows += [D[:, k], points.w[:, k].reshape(len(X), -1)]
-        self._data = constant_vector(nodes, np.concatenate(rows, axis=1), "places")
+        self._rows = np.concatenate(rows, axis=1)
 
-    def links(self, mixed: MixedSpace) -> list[NodeLink]:
-        """Links to the unknowns of frame and modes."""
-        return list(frame_links(self._nodes, mixed, self._points.body))
+    def bind(self, nodes: NodeMesh) -> None:
+        """Take the group's node mesh, with one node for each point."""
+        self._nodes, self._data = nodes, constant_vector(nodes, self._rows, "places")
+
+    @property
+    def targets(self) -> Mapping[str, Targets]:
+        """Unknowns of frame and modes."""
+        return frame_targets(self._points.body, len(self._rows), ("u1", "w1"))
 
     def place(self, q: Expr, layout: Layout) -> Place:
         """The points and their directors at a state."""
@@ -167,7 +168,7 @@ class ModalPlaces:
         return np.asarray(X + q[dofs["u1"]].reshape(-1, 3) + moved + turned)
 
 
-class ModalTerms(Massless):
+class ModalTerms(Body):
     """The user's terms of one shell or beam of a body in modes.
 
     Args:
@@ -185,7 +186,7 @@ class ModalTerms(Massless):
         space = self._of.mixed.space
         mixed = constant_space(space.mesh, {"eta": body.data.count, "u1": 3, "w1": 9})
         targets: dict[str, tuple[str, Any]] = {
-            "eta": (body.modes.name, body.modes.numbers()),
+            "eta": (body.modes.name, body.modes.numbers("eta")[0]),
             "u1": (frame.body, frame.dofs["u"]),
             "w1": (frame.body, frame.dofs["w"]),
         }
@@ -230,7 +231,7 @@ class ModalTerms(Massless):
             found[first : first + 3] = [change[i] for i in range(3)]
         return ufl.as_vector(found)
 
-    def applied(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
+    def users(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
         """The terms at the mid-point."""
 
         def moved(v: Expr) -> Expr:
@@ -241,38 +242,31 @@ class ModalTerms(Massless):
 
 
 def modal_bodies(
-    comm: MPI.Comm,
-    data: Sequence[ModalBody],
-    rigid: RigidBodies,
-    dynamic: bool,
-    force: float,
-    length: float,
+    scale: Scale, data: Sequence[ModalBody], rigid: RigidBodies, dynamic: bool
 ) -> list[Body]:
     """The bodies of the system that reduced bodies consist of, besides their frames.
 
     Args:
-        comm: Communicator.
+        scale: Communicator and sizes.
         data: The reduced bodies.
         rigid: All frames, theirs included.
         dynamic: Whether they have inertia.
-        force: Size of the multipliers' forces, N.
-        length: Size of the scene, m.
     """
     ends = rigid.ends()
     found: list[Body] = []
     for kept in data:
-        body = Reduced(Modes(comm, kept), ends[kept.name])
+        body = Reduced(Modes(scale.comm, kept), ends[kept.name])
         found.append(body.modes)
         if dynamic:
-            found.append(InertiaPoints(body, force, length))
+            found.append(InertiaPoints(body, scale))
         if kept.points_loaded:
-            found.append(LoadPoints(body, force, length))
+            found.append(LoadPoints(body, scale))
         if kept.follower_loads:
             found.append(FrameLoads(body))
         found += [ModalTerms(body, m) for m in kept.members.values() if m.body.described.terms]
         if kept.interfaces:
             others = [ends[item.name] for item in kept.interfaces]
-            found.append(Interfaces(body, others, force, length))
+            found.append(Interfaces(body, others, scale))
     return found
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property, partial, reduce
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 from mpi4py import MPI
 
@@ -23,7 +23,7 @@ from shellmb.forms.steps.damping import Resistance, Straining, at_state, taken
 from shellmb.forms.steps.path import Rows, moment_of
 from shellmb.forms.steps.relaxation import Branch
 from shellmb.meshes.shared import space_on
-from shellmb.model.body import Rates, Term
+from shellmb.model.body import Term
 from shellmb.model.sections.strains import path_terms
 from shellmb.model.sections.strains import together as joined
 from shellmb.native.expressions import compiled_expression
@@ -112,31 +112,6 @@ def slowing(section: Section | BeamSection, mesh: Any) -> fem.Constant | None:
     return fem.Constant(mesh, rate) if rate else None
 
 
-class Inert(Protocol):
-    """A body with mass."""
-
-    def inertia(self, rate: Expr, dq: Expr) -> Form | None:
-        """Virtual work of the inertia forces."""
-        ...
-
-
-def mass_damping(
-    body: Inert, rate: fem.Constant | None, rates: Rates | None, dq: Expr
-) -> Form | None:
-    """Virtual work of forces in proportion to the momentum; None without any.
-
-    Args:
-        body: The body.
-        rate: Of the proportion, 1/s; None: none.
-        rates: Velocities; None in statics.
-        dq: Virtual displacement.
-    """
-    if rate is None or rates is None:
-        return None
-    form = body.inertia(rates.chord if rates.weighed is None else rates.weighed, dq)
-    return None if form is None else -rate * form
-
-
 # relaxation time [s], and whether the branch is relaxed at the start
 type Key = tuple[float, bool]
 
@@ -221,6 +196,11 @@ class MaxwellBranches:
         """Time of each branch with its stiffness about a state where it is relaxed."""
         for group in self._groups:
             yield from group.stiffness(q)
+
+    def stresses(self, q: fem.Function, change: Expr) -> Iterator[tuple[float, Expr]]:
+        """Time of each branch with its stress by a change of a state where it is relaxed."""
+        for group in self._groups:
+            yield from group.stresses(q, change)
 
     def prepare(self, dt: float) -> None:
         """Set the numbers of a step of a length [s]."""
@@ -355,11 +335,14 @@ class _Group:
             values[:] = 0.0 if relaxed else found
 
     def stiffness(self, q: fem.Function) -> Iterator[tuple[float, Form]]:
-        space, change = q.function_space, self._strain.change
-        stress = self._section.stress(change(q, ufl.TrialFunction(space)))[0]
-        work = ufl.inner(stress, change(q, ufl.TestFunction(space))) * self._dx
+        tested = self._strain.change(q, ufl.TestFunction(q.function_space))
+        for time, stress in self.stresses(q, ufl.TrialFunction(q.function_space)):
+            yield time, ufl.inner(stress, tested) * self._dx
+
+    def stresses(self, q: fem.Function, change: Expr) -> Iterator[tuple[float, Expr]]:
+        stress = self._section.stress(self._strain.change(q, change))[0]
         for time, factor in zip(self._times.tolist(), self._factors, strict=True):
-            yield time, fem.Constant(self._domain, float(factor)) * work
+            yield time, fem.Constant(self._domain, float(factor)) * stress
 
     def _scattered(self, values: Floats) -> Floats:
         out = np.zeros(self.values.shape[1])

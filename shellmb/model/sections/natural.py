@@ -23,15 +23,14 @@ from ufl import Form
 from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats
-from shellmb.barrier import first_found
 from shellmb.errors import SceneError, warn
 from shellmb.forms.measure import Measure
 from shellmb.model.body import TimeFunction
+from shellmb.model.shells.positions import on_all
 from shellmb.scene import BeamNaturalStrain, NaturalStrain
-from shellmb.scene.checks.locations import given_at
 from shellmb.scene.loads.loads import Load
 from shellmb.scene.lookup import said
-from shellmb.scene.values.copies import on_trial
+from shellmb.scene.values.user_functions import given_at, on_trial
 
 # what a set of loads of a body may have
 Distributed = Load | NaturalStrain | BeamNaturalStrain
@@ -96,13 +95,7 @@ def doubt_natural(comm: MPI.Comm, t_end: float, bodies: Mapping[str, Any]) -> No
         body = model.described
         if body.natural is None:
             continue
-        try:
-            extremes, failed = [_principal(*face) for face in model.natural_faces()], None
-        except SceneError as error:
-            extremes, failed = [], error
-        failed = first_found(comm, failed)
-        if failed is not None:
-            raise failed
+        extremes = [_principal(*face) for face in on_all(comm, model.natural_faces)]
         found = np.concatenate([np.concatenate(each) for each in comm.allgather(extremes)])
         factors = _factors(body.natural.time, t_end, f"natural strain of {said(body)}: time")
         low, high = (f(np.outer(factors, found), initial=0.0) for f in (np.min, np.max))

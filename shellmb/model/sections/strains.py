@@ -26,7 +26,7 @@ from shellmb.forms.steps.stress_work import (
     stress_work,
 )
 from shellmb.forms.steps.stress_work_nonlinear import NonlinearPath
-from shellmb.model.body import SubInterval, Term
+from shellmb.model.body import Elastic, SubInterval, Term
 from shellmb.native.derivatives import by_shares
 
 
@@ -186,7 +186,7 @@ Integrate = Callable[[Sequence[Expr]], Form]
 
 
 @dataclass(frozen=True)
-class Strains:
+class Strains(Elastic):
     """Quadratic strains with a linear section in mixed form.
 
     Args:
@@ -222,10 +222,6 @@ class Strains:
         if sub.rows is None:
             return None
         return path_terms(*self._common, sub.rows, [dq], trial, self.integrate)
-
-    def row(self, step: Step, k: int, dq: Expr) -> Form | None:
-        """None: the work over a step is `path_term`."""
-        return None
 
     def path_term(self, step: Step, tests: Sequence[Expr], trial: Expr) -> Term:
         """Virtual work of both rows of a step that is quadratic in time, eq. (Q2)."""

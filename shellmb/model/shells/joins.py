@@ -22,12 +22,9 @@ from ufl.core.expr import Expr
 from shellmb.arrays import Bools, Floats, Int32s, Ints
 from shellmb.errors import SceneError
 from shellmb.forms.constraints.joints import KINDS, Place
-from shellmb.forms.state import Layout
-from shellmb.meshes.nodes import constant_vector, node_mesh, node_space
 from shellmb.meshes.surfaces.shell_lines import ShellLine, shell_line
 from shellmb.model.body import FixedDofs, NodeLink
 from shellmb.model.frames.beam import BeamModel
-from shellmb.model.identification import node_links
 from shellmb.model.joints.constraints import ConstraintGroup
 from shellmb.model.locations.nodes import ON_NODE, Nodes, shared_nodes
 from shellmb.model.shells.shell import ShellModel
@@ -264,42 +261,35 @@ class ShellRevolutes(ConstraintGroup):
         force: float,
         turns: bool,
     ) -> None:
-        mesh = node_mesh(comm, sum(len(k) for k in nodes))
-        mixed = node_space(mesh, {"d1": 3, "d2": 3, "E3": 3, "mu": 2})
-        layout = Layout(mixed.parts)
-        beams, shells = [g.beam.name for g in glued], [g.shell.name for g in glued]
-        w = [g.beam_dofs()[k] for g, k in zip(glued, nodes, strict=True)]
+        both = list(zip(glued, nodes, strict=True))
+        counts, w = [len(k) for _, k in both], [g.beam_dofs()[k] for g, k in both]
+        beams = np.repeat([g.beam.name for g in glued], counts).tolist()
+        shells = np.repeat([g.shell.name for g in glued], counts).tolist()
         targets = {
-            "d1": (beams, [dofs[:, 0:3] for dofs in w]),
-            "d2": (beams, [dofs[:, 3:6] for dofs in w]),
-            "E3": (shells, [g.line.dofs["w"][k] for g, k in zip(glued, nodes, strict=True)]),
-        }
-        links = []
-        for part, (owners, dofs) in targets.items():
-            bodies = np.repeat(owners, [len(d) for d in dofs]).tolist()
-            rows = mixed.dofs[part].reshape(-1, 3)
-            links += node_links(mesh, rows, bodies, np.concatenate(dofs))
-        triads = np.concatenate([g.line.line.triads[k] for g, k in zip(glued, nodes, strict=True)])
-        reference = {
-            part: constant_vector(mesh, triads[:, 3 * k : 3 * k + 3], part)
-            for k, part in enumerate(targets)
+            "d1": (beams, np.concatenate([dofs[:, 0:3] for dofs in w])),
+            "d2": (beams, np.concatenate([dofs[:, 3:6] for dofs in w])),
+            "E3": (shells, np.concatenate([g.line.dofs["w"][k] for g, k in both])),
         }
 
         def violation(q: Expr) -> Expr:
-            d1, d2, E3 = (r + layout.part(q, part) for part, r in reference.items())
+            d1, d2, E3 = (r + self.layout.part(q, part) for part, r in self._reference.items())
             nowhere = 0 * E3
             joint = KINDS["shell revolute"]
             rows = joint.constraints(Place(nowhere, (d1, d2)), Place(nowhere, (E3,)), nowhere)
             return ufl.as_vector(rows[ALIGNED])
 
-        labels = [
+        super().__init__(name, comm, sum(counts), 2, violation, force, targets=targets)
+        triads = np.concatenate([g.line.line.triads[k] for g, k in both])
+        self._reference = {
+            part: self.per_item(triads[:, 3 * k : 3 * k + 3], part)
+            for k, part in enumerate(targets)
+        }
+        self.labels = [
             f"glue of '{g.beam.name}' and '{g.shell.name}' at "
             f"({', '.join(f'{c:g}' for c in g.line.x[n])})"
-            for g, k in zip(glued, nodes, strict=True)
+            for g, k in both
             for n in k
         ]
-        super().__init__(name, mesh, mixed, tuple(links), violation, force)
-        self.labels = labels
         self.inertialess, self.moving = not turns, turns
         if not turns:
             self.jump_parts = frozenset()

@@ -25,11 +25,11 @@ from shellmb.forms.steps.mixed import Interval
 from shellmb.forms.steps.path import Step
 from shellmb.forms.terms import Point
 from shellmb.meshes.mesh import SurfaceMesh
-from shellmb.model.body import Constraint, LoadFactors, Manifold, Rates, added, largest
+from shellmb.model.body import Constraint, LoadFactors, Manifold, Rates, largest
 from shellmb.model.frames.frame import EVERYWHERE, FRAME, FloatingFrame, identified
 from shellmb.model.joints.constraints import Constraints
 from shellmb.model.massless import TimedLoads
-from shellmb.model.sections.branches import MaxwellBranches, StrainDamping, mass_damping, slowing
+from shellmb.model.sections.branches import MaxwellBranches, StrainDamping
 from shellmb.model.sections.natural import Distributed
 from shellmb.model.sections.section import Arm, Rules, mass_arm
 from shellmb.model.sections.strains import HyperelasticStrains, Strains
@@ -73,7 +73,7 @@ class ShellModel(DiscreteShell):
         return _over_mass(self.mass, self.rules, density)
 
     @property
-    def jump_parts(self) -> frozenset[str]:
+    def jump_parts(self) -> frozenset[str]:  # type: ignore[override]
         """Parts that have equations for the jump of velocities."""
         rotary = {"w", "lam"} if self._turns else set()
         found = {"u", *rotary, *self.everywhere}
@@ -85,7 +85,7 @@ class ShellModel(DiscreteShell):
         return mass_arm(self.mass, self.mixed.subspaces["u"], self.rules.nodes)
 
     @property
-    def manifold(self) -> Manifold:
+    def manifold(self) -> Manifold:  # type: ignore[override]
         """Unit directors."""
         reference = self.node_directors()[:, 0] if self.held.unit else None
         tangent = self._tangent, self._tangent_values, self._tangent_back
@@ -156,23 +156,14 @@ class ShellModel(DiscreteShell):
         timed = [(load.time, load) for load in loads]
         return TimedLoads(self.mixed.space.mesh, timed, partial(load_work, self))
 
-    def applied(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
-        """The user's terms at the mid-point, and what damps in proportion to the mass."""
-        forms = [self.users(mid, rates, dq, time), mass_damping(self, self._slowing, rates, dq)]
-        return added(forms)
-
     @cached_property
-    def damping(self) -> StrainDamping | None:
+    def damping(self) -> StrainDamping | None:  # type: ignore[override]
         """Damping of its strains; None without any."""
         return strain_damping(self)
 
     def branches(self) -> MaxwellBranches | None:
         """New Maxwell branches of its section; None without any."""
         return maxwell_branches(self)
-
-    @cached_property
-    def _slowing(self) -> fem.Constant | None:
-        return slowing(self.shell.section, self.mixed.space.mesh)
 
     def users(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
         """Terms that the user added; None without any."""

@@ -16,12 +16,10 @@ from shellmb.forms.loads import (
     follower_frame_moment,
     frame_moment,
 )
-from shellmb.forms.state import Layout
-from shellmb.meshes.nodes import node_mesh, node_space
 from shellmb.model.body import LoadFactors
 from shellmb.model.locations.ends import End, EndGroup, change_of
 from shellmb.model.locations.nodes import Finder
-from shellmb.model.massless import Massless, NodeLoads
+from shellmb.model.massless import NodeGroup, NodeLoads
 from shellmb.scene import FollowerForce, FollowerMoment, PointForce, PointMoment, Scene
 
 # part of a moment about the director of a shell that counts as none
@@ -77,7 +75,7 @@ def _components(load: PointLoad) -> tuple[float, float, float]:
             return load.components
 
 
-class PointLoads(Massless):
+class PointLoads(NodeGroup):
     """Loads of one kind at points of bodies.
 
     Args:
@@ -96,13 +94,10 @@ class PointLoads(Massless):
         ends: Sequence[End],
         turns: bool,
     ) -> None:
-        self.nodes = node_mesh(comm, len(loads))
         # the vectors of a place are the body's directors
         axes = np.array([e.directors if e.framed else np.eye(3) for e in ends])
-        self._end = EndGroup(self.nodes, ends, axes, "1", turns)
-        mixed = node_space(self.nodes, self._end.parts)
-        super().__init__(name, mixed, (), tuple(self._end.links(mixed)))
-        self.layout = Layout(mixed.parts)
+        self._end = EndGroup(ends, axes, "1", turns)
+        super().__init__(name, comm, len(loads), places=[self._end])
         self.times = [load.time for load in loads]
         self.values = np.array([_components(load) for load in loads], dtype=float)
         self._kind, _ = _WORK[type(loads[0])]

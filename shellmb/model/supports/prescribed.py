@@ -21,10 +21,7 @@ from ufl.core.expr import Expr
 from shellmb.arrays import Floats, Ints
 from shellmb.errors import SceneError
 from shellmb.forms.constraints import nodal as nodal_forms
-from shellmb.forms.state import Layout
-from shellmb.meshes.nodes import constant_vector, node_mesh, node_space
 from shellmb.model.body import FixedDofs, PrescribedTurn
-from shellmb.model.identification import node_links
 from shellmb.model.joints.constraints import ConstraintGroup
 from shellmb.model.locations.nodes import Meshed, said_point, shown
 from shellmb.scene.lookup import said
@@ -56,24 +53,15 @@ class NodalConstraint(ConstraintGroup):
         x: Floats,
         size: float = 1.0,
     ) -> None:
-        nodes = node_mesh(comm, len(data))
-        mixed = node_space(nodes, {**dict.fromkeys(parts, 3), "mu": 1})
-        links = tuple(
-            link
-            for part, (body, dofs, _) in parts.items()
-            for link in node_links(nodes, mixed.dofs[part].reshape(-1, 3), [body] * len(dofs), dofs)
-        )
-        layout = Layout(mixed.parts)
-        reference = {
-            part: constant_vector(nodes, values, part) for part, (_, _, values) in parts.items()
-        }
-        constants = constant_vector(nodes, data, "data")
 
         def violation(q: Expr) -> Expr:
-            values = {p: r + layout.part(q, p) for p, r in reference.items()}
-            return ufl.as_vector([constraint(values, constants)])
+            values = {p: r + self.layout.part(q, p) for p, r in self._reference.items()}
+            return ufl.as_vector([constraint(values, self._constants)])
 
-        super().__init__(name, nodes, mixed, links, violation, scale, size)
+        targets = {part: ([body] * len(dofs), dofs) for part, (body, dofs, _) in parts.items()}
+        super().__init__(name, comm, len(data), 1, violation, scale, size, targets=targets)
+        self._reference = {p: self.per_item(values, p) for p, (_, _, values) in parts.items()}
+        self._constants = self.per_item(data, "data")
         extent = float(np.max(np.abs(x))) or 1.0
         self.labels = [f"{name} at {said_point(node, extent)}" for node in x]
 

@@ -22,13 +22,13 @@ from shellmb.model.supports.prescribed import (
     arm_plane,
 )
 from shellmb.scene import Scene
-from shellmb.scene.checks.locations import numbers_at
 from shellmb.scene.loads import supports as scene_supports
 from shellmb.scene.loads.body_loads import FollowerForce, FollowerMoment, PointMoment
 from shellmb.scene.loads.loads import EdgeForce, EdgeMoment, FollowerEdgeForce, PointForce
 from shellmb.scene.loads.supports import Support
 from shellmb.scene.lookup import said
 from shellmb.scene.multibody.offsets import Offset, arm_components, node_of
+from shellmb.scene.values.user_functions import numbers_at
 from shellmb.scene.values.validate import show
 
 # part of a unit vector below which a direction counts as held

@@ -36,6 +36,7 @@ from shellmb.forms.steps.path import Pair, Rows, Step, is_quadratic, moment_of, 
 from shellmb.forms.steps.stress_work_nonlinear import tangent
 from shellmb.meshes.spaces import mixed_space
 from shellmb.model.body import (
+    Body,
     Constraint,
     Elastic,
     FixedDofs,
@@ -46,14 +47,13 @@ from shellmb.model.body import (
     TimeFunction,
 )
 from shellmb.model.joints.constraints import Constraints
-from shellmb.model.massless import Massless
 from shellmb.model.potentials.exact import ExactEnergy
 from shellmb.model.sections.strains import Strains
 from shellmb.model.user_forms import vector_of, written
 from shellmb.native.derivatives import by_shares
 from shellmb.native.expressions import compiled_expression
 from shellmb.scene.multibody.own_bodies import UserBody
-from shellmb.scene.values.validate import vector
+from shellmb.scene.types import vector
 
 NO_FORCES = ufl.as_vector([0, 0])
 
@@ -202,7 +202,7 @@ class Hold:
     force: float = 1.0
 
 
-class OwnBody(Massless, UserBody):
+class OwnBody(Body, UserBody):
     """A body that is described in UFL, in scenes (`Scene(own_bodies=...)`) or by itself (`Motion`).
 
     The unknown is a field `u` of the space. `strain(u)` is a vector of strains, at most quadratic

@@ -248,8 +248,6 @@ int solve(const Solution *, Reduced *, uintptr_t, const Band *, uintptr_t, const
           const double *, uintptr_t);
 void before(const Solution *, const double *, const double *, double *);
 void after(const Solution *, const double *, const double *, double *);
-void before_transposed(const Solution *, const double *, double *);
-void after_transposed(const Solution *, const double *, double *);
 void relate(int, const double *, const double *, const double *, double *, double *);
 void fill_shares(const Shares *, const double *, const double *);
 double largest_share(const Shares *);

@@ -223,43 +223,6 @@ void after(const Solution *s, const double *solution, const double *given, doubl
         dx[i] = x[s->own[i]] + s->change[s->own[i]];
 }
 
-/* As `before`, of the transposed system, without forces of multipliers. */
-void before_transposed(const Solution *s, const double *b, double *rhs)
-{
-    for (int i = 0; i < s->local; ++i) {
-        s->b[i] = b[s->wanted[i]];
-        s->change[i] = 0.0;
-    }
-    for (int k = 0; k < s->parts; ++k)
-        reduce_transposed(s->part + k, s->b, s->change);
-    memcpy(s->reaction, b, sizeof(double) * s->owned);
-    for (int i = 0; i < s->local; ++i)
-        s->reaction[s->wanted[i]] += s->change[i];
-    distribute(&s->right, s->reaction, s->r);
-    memset(s->rest, 0, sizeof(double) * s->reduced);
-    for (int k = 0; k < s->parts; ++k)
-        if (s->part[k].projection->inner)
-            reduce_inner_transposed(s->part + k, s->r, s->rest);
-    for (int i = 0; i < s->outer; ++i)
-        rhs[i] = s->r[s->outer_numbers[i]] + s->rest[s->outer_numbers[i]];
-}
-
-/* As `after`, of the transposed system; after `before_transposed`. `x`: gets the multipliers of the
- * local dofs. */
-void after_transposed(const Solution *s, const double *solution, double *x)
-{
-    double *seen = s->seen;
-    memset(seen, 0, sizeof(double) * s->reduced);
-    for (int i = 0; i < s->outer; ++i)
-        seen[s->outer_numbers[i]] = solution[i];
-    for (int k = 0; k < s->parts; ++k)
-        if (s->part[k].projection->inner)
-            expand_inner_transposed(s->part + k, s->r, seen);
-    combine(&s->left, seen, x);
-    for (int k = 0; k < s->parts; ++k)
-        expand_transposed(s->part + k, x);
-}
-
 static int (*mat_solve)(void *, void *, void *);
 typedef int (*of_array)(void *, double **);
 static of_array array_of[2][2];

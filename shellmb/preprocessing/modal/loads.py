@@ -91,7 +91,7 @@ class SpreadLoads:
         """Nodal forces of all loads, of dead ones along each axis: as the body may be turned."""
         isolated, found = self._isolated, []
         for dead in self._dead:
-            found += [isolated.along(dead.profile, axis) for axis in range(3)]
+            found += [isolated.moved(dead.profile, 0, axis) for axis in range(3)]
         for item in self._followers:
             arrays = isolated.zeros()
             arrays[item.body] = item.work(None)
@@ -112,7 +112,7 @@ class SpreadLoads:
         fields = (
             [isolated.one(), *(isolated.arm(a, center) for a in range(3))] if self._dead else []
         )
-        fields += [isolated.along_x(m, a) for a in range(3) for m in modes] if self._dead else []
+        fields += [isolated.moved(m, a) for a in range(3) for m in modes] if self._dead else []
         for dead in self._dead:
             sums = np.array([self._work(dead.profile, field) for field in fields])
             # forces and moments in one unit: nothing of the arms is large
@@ -134,7 +134,7 @@ class SpreadLoads:
         isolated = self._isolated
         arrays = isolated.zeros()
         arrays[load.body] = _assembled(isolated.bodies[load.body], load)(None)
-        parts = [isolated.along_x(arrays, i) for i in range(3)]
+        parts = [isolated.moved(arrays, i) for i in range(3)]
         gram = np.array([[self._work(a, b) for b in parts] for a in parts])
         sizes, directions = np.linalg.eigh(gram)
         for size, direction in zip(sizes, directions.T, strict=True):
@@ -154,12 +154,14 @@ class SpreadLoads:
             yield follower(load, None)
             return
         given: Any = load.moment
+        described: Any = load
         for a, unit in enumerate(np.eye(3)):
             if not callable(given):
-                yield follower(_with(load, tuple(map(float, unit))), np.outer(unit, given).ravel())
+                turned = replace(described, moment=tuple(map(float, unit)))
+                yield follower(turned, np.outer(unit, given).ravel())
                 continue
             for i in range(3):
-                turned = _with(load, partial(_component, given, a, i))
+                turned = replace(described, moment=partial(_component, given, a, i))
                 yield follower(turned, np.outer(unit, np.eye(3)[i]).ravel())
 
     def _table(self, item: FollowerLoad, modes: list[Arrays], center: Floats) -> Floats:
@@ -287,10 +289,6 @@ def _nodal(form: Form) -> Floats:
     vector.scatter_reverse(la.InsertMode.add)
     vector.scatter_forward()
     return np.array(vector.array)
-
-
-def _with(load: Any, moment: Any) -> Any:
-    return replace(load, moment=moment)
 
 
 def _component(moment: Callable[[Any], Any], a: int, i: int, x: Any) -> Floats:

@@ -22,13 +22,12 @@ from shellmb.preprocessing.modal.basis import Attachment, reduced_body
 from shellmb.preprocessing.modal.supports import edges, stays_rigid
 from shellmb.scene import Gravity, InitialVelocity, RigidBody, Scene
 from shellmb.scene.checks.fields import has_field
-from shellmb.scene.checks.reduced import groups_of
+from shellmb.scene.checks.whole import groups_of
 from shellmb.scene.loads.loads import PointLoad
 from shellmb.scene.loads.supports import Fixed, Hinged
 from shellmb.scene.lookup import said
-from shellmb.scene.multibody.edge_hinges import EdgeHinge
 from shellmb.scene.multibody.elements import PointElement
-from shellmb.scene.multibody.joints import GROUND, Joint, Spherical, Weld
+from shellmb.scene.multibody.joints import GROUND, EdgeHinge, Joint, Spherical, Weld
 from shellmb.scene.multibody.offsets import Offset, arm_components, node_of
 from shellmb.scene.multibody.rigid import Interface
 from shellmb.scene.probes import MOTIONS

@@ -44,5 +44,5 @@ class UserBody:
         return tuple(self.regions)
 
     def in_values(self) -> dict[str, Any]:
-        """Description in values, to be stored and compared."""
+        """Scene in values, to be stored and compared."""
         raise NotImplementedError

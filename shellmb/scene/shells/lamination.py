@@ -14,7 +14,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from shellmb.scene.values.relaxation import Prony
+from shellmb.scene.values.damping import Prony
 
 type Matrix = NDArray[np.float64]
 

@@ -7,8 +7,9 @@ from typing import Annotated, Literal
 from pydantic import BeforeValidator
 
 from shellmb.errors import SceneError
+from shellmb.scene.types import PositiveInt
 from shellmb.scene.values.renamed import choice_of_today
-from shellmb.scene.values.validate import PositiveInt, described
+from shellmb.scene.values.validate import described
 
 WORDS = ("exact", "floating-frame", "rigid")
 

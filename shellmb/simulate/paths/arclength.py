@@ -72,10 +72,6 @@ class ArcSize(StepSize):
         self.good += 1
         self.dt = min(max(self.factor * self.dt, self.smallest), self.largest)
 
-    def cut(self) -> None:
-        """Take down that the last step ended early, which says nothing about the next one."""
-        self.factor = 1.0
-
     def suggest(self, iterations: int, turned: float, path: PathFollowing) -> None:
         """Take down what the last step took.
 
@@ -433,7 +429,8 @@ class PathSteps(Restartable):
         assert found is not None
         self._problem.accept(dt)
         if self._cut:
-            self.size.cut()
+            # it ended early, which says nothing about the next one
+            self.size.factor = 1.0
         else:
             self.size.suggest(found.iterations, found.turned, self._path)
         if self.turned and self.limit is None:

@@ -23,6 +23,17 @@ DEPENDENT = 1e-8
 PAIRS = {1: ((0, 0),), 3: ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))}
 
 
+def _rows(k: int) -> Floats:
+    """Derivatives of the constraints of `k` directors by these, shape (3 k, c, 3 k)."""
+    found = np.zeros((k, 3, len(PAIRS[k]), k, 3))
+    for row, (a, b) in enumerate(PAIRS[k]):
+        found[b, :, row, a, :] = found[a, :, row, b, :] = np.eye(3)
+    return found.reshape(3 * k, len(PAIRS[k]), 3 * k)
+
+
+ROWS = {3 * k: _rows(k) for k in PAIRS}
+
+
 def constraint(d: Floats) -> Floats:
     """Derivative of the constraints.
 
@@ -32,13 +43,7 @@ def constraint(d: Floats) -> Floats:
     Returns:
         `C`, shape (n, c, 3 k) with c = 1 or 6.
     """
-    k = d.shape[1] // 3
-    C = np.zeros((len(d), len(PAIRS[k]), 3 * k))
-    for row, (a, b) in enumerate(PAIRS[k]):
-        C[:, row, 3 * a : 3 * a + 3] += d[:, 3 * b : 3 * b + 3]
-        if a != b:
-            C[:, row, 3 * b : 3 * b + 3] += d[:, 3 * a : 3 * a + 3]
-    return C
+    return np.asarray(np.tensordot(d, ROWS[d.shape[1]], 1))
 
 
 def violation(d: Floats) -> Floats:
