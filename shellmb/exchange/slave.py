@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+import atexit
+import ctypes
 import importlib
+import os
+import sys
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 from xml.etree.ElementTree import Element, SubElement
@@ -21,6 +26,8 @@ KINDS = {
     3: {float: "Float64", int: "Int32", bool: "Boolean", str: "String"},
 }
 TIME = "time"
+# libraries of FMUs that let go of Python as it ends
+_ENDING: set[Path] = set()
 
 
 def slave(version: int, described: Mapping[str, Any]) -> type:
@@ -41,6 +48,7 @@ def slave(version: int, described: Mapping[str, Any]) -> type:
 
         def __init__(self, **how: Any) -> None:
             super().__init__(**how)
+            _end_in_order(self.resources)
             self.description = described["description"]
             times = {"start_time": 0.0, "stop_time": described["t_end"]}
             self.default_experiment = package.DefaultExperiment(**times, step_size=described["dt"])
@@ -144,3 +152,22 @@ def slave(version: int, described: Mapping[str, Any]) -> type:
             return root
 
     return Slave
+
+
+def _end_in_order(resources: str | None) -> None:
+    """Let libraries of FMUs let go of Python as it ends.
+
+    They do so by a destructor of the library, which at the end of a process runs after those of its
+    variables, and would free once more what these have freed: "corrupted double-linked list".
+
+    Args:
+        resources: Folder of the FMU's resources; None: it is being made.
+    """
+    mode = getattr(os, "RTLD_NOLOAD", None)
+    # where there are no arguments Python is the library's own, which ends it
+    if resources is None or mode is None or not sys.orig_argv:
+        return
+    for path in set(Path(resources).parent.glob("binaries/*/*.so")) - _ENDING:
+        with suppress(OSError, AttributeError):
+            atexit.register(ctypes.CDLL(str(path), mode | os.RTLD_NOW).finalizePythonInterpreter)
+            _ENDING.add(path)
