@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from shellmb.diagnostics.registry import watches
+from shellmb.diagnostics.registry import WATCHES
 from shellmb.observers.account.constraints import Constraints
 from shellmb.observers.account.energy import EnergyAccount
 from shellmb.observers.account.momentum import Momentum
@@ -94,7 +94,7 @@ class StandardObservers:
         self.named["history"] = history
         self.sources = Sources(energy, momentum, constraints, history, rotations, reserves)
         # behind the observers that they ask
-        self.watches = watches(self.sources) if watched else []
+        self.watches = [kind(self.sources) for kind in WATCHES] if watched else []
         self.named |= {f"watch of {watch.name}": watch for watch in self.watches}
         self.frames: Frames | None = None
         if directory is not None:
