@@ -1,11 +1,9 @@
 """Constraints at single nodes, and prescribed values of each node.
 
-Prescribed values of each node, collected before anything is fixed.
-
-A support prescribes components of a nodal vector, rows `normal . q = value(t)` of linear equations.
-Going through those of a node one after the other, a row that is a combination of the ones before it
-is repeated; if the same combination of their values is another one, the supports contradict one
-another.
+Values are collected before anything is fixed. A support prescribes components of a nodal vector,
+rows `normal . q = value(t)` of linear equations. Going through those of a node one after the other,
+a row that is a combination of the ones before it is repeated; if the same combination of their
+values is another one, the supports contradict one another.
 """
 
 from collections.abc import Callable, Mapping, Sequence
