@@ -351,8 +351,8 @@ class Prescribed:
         if wrong[worst] > LONGER:
             raise SceneError(
                 f"{rows.support}: it makes the director of {said(rows.described)} at "
-                f"{shown(rows.nodes.x[k])} {lengths[worst]:.6g} long at t = {self._times[worst]:g}; "
-                "the director must keep its length 1"
+                f"{shown(rows.nodes.x[k])} {lengths[worst]:.6g} long at "
+                f"t = {self._times[worst]:g}; the director must keep its length 1"
             )
 
 
@@ -374,7 +374,8 @@ def _contradict(
     raise SceneError(
         f"{other} and {rows.support} contradict one another on {said(rows.described)}: at "
         f"{shown(rows.nodes.x[k])} the {WHAT[rows.part]} along {along} is {implied:.6g} by the "
-        f"former and {wanted:.6g} by the latter at t = {t:g}; they must agree, or one must be left out"
+        f"former and {wanted:.6g} by the latter at t = {t:g}; they must agree, or one must be "
+        "left out"
     )
 
 
