@@ -4,8 +4,6 @@ Every curve has a parameter ``xi`` in [0, 1] and the named points ``start`` (xi 
 (xi = 1); a closed one has ``start`` only.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import field
@@ -17,7 +15,7 @@ from numpy.typing import NDArray
 
 from shellmb.errors import SceneError
 from shellmb.scene.types import Axis, Finite, Name, Spot, Vec3
-from shellmb.scene.values.messages import refused
+from shellmb.scene.values.messages import check_differ, refused
 from shellmb.scene.values.validate import described, in_words, show, unit_vector
 
 type Points = NDArray[np.float64]
@@ -104,8 +102,7 @@ class Line(Curve):
         Raises:
             SceneError: If both ends coincide.
         """
-        if self.start == self.end:
-            raise SceneError(f"line: start and end are both {show(self.start)}; they must differ")
+        check_differ(self, "start", "end")
 
     def position(self, xi: Points) -> Points:
         """Reference positions, shape (3, n)."""
@@ -303,7 +300,4 @@ class AlongLine(Curve):
         Raises:
             SceneError: If both ends coincide.
         """
-        if self.start == self.end:
-            raise SceneError(
-                f"curve along a line: start and end are both {show(self.start)}; they must differ"
-            )
+        check_differ(self, "start", "end")

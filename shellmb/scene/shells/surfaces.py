@@ -5,8 +5,6 @@ Every surface has parameters ``xi`` and ``eta`` in [0, 1]. Its edges are ``left`
 ``left-bottom`` and so on. A surface that closes or has a pole has fewer of them.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from functools import cached_property
@@ -18,7 +16,7 @@ from pydantic import AfterValidator
 
 from shellmb.errors import SceneError
 from shellmb.scene.types import Finite, Positive, Vec3
-from shellmb.scene.values.validate import described, in_words, show, unit_vector
+from shellmb.scene.values.validate import described, frame, in_words, show
 
 type Points = NDArray[np.float64]
 
@@ -51,16 +49,6 @@ class Surface:
     def normal(self, x: Points) -> Points | None:
         """Exact unit normals, shape (3, n), at positions (3, n) on it; None where unknown."""
         return None
-
-
-def frame(what: str, first: str, a: Vec3, second: str, b: Vec3) -> tuple[Any, Any, Any]:
-    """Orthonormal axes from two vectors that have to be perpendicular."""
-    e1, e2 = unit_vector(a, f"{what}: {first}"), unit_vector(b, f"{what}: {second}")
-    if abs(e1 @ e2) > 1e-9:
-        raise SceneError(
-            f"{what}: {first} {show(a)} and {second} {show(b)} are not perpendicular; they must be"
-        )
-    return e1, e2, np.cross(e1, e2)
 
 
 @described("rectangle")

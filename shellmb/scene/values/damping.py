@@ -1,7 +1,5 @@
 """Damping of a section: times of Kelvin and Voigt, and relaxation, given as a Prony series."""
 
-from __future__ import annotations
-
 import math
 from typing import Annotated, Any, Literal
 

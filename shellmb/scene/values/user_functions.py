@@ -1,7 +1,5 @@
 """Functions of the user's: their values at positions and times, copies, and trials of them."""
 
-from __future__ import annotations
-
 import copy
 import inspect
 import types
