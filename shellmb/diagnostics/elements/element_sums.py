@@ -1,4 +1,4 @@
-"""Sums over a run of what its elements do."""
+"""Sums over a run, or the most, of what its elements do."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Summed(BaseObserver):
         self._sums: dict[str, tuple[float, ...]] = {}
 
     def _added(self, simulation: Simulation) -> dict[str, tuple[float, ...]]:
-        """By body the sums so far with those of this state; changes nothing; collective."""
+        """By body what was so far with what is in this state; changes nothing; collective."""
         raise NotImplementedError
 
     def accepted(self, simulation: Simulation) -> None:
