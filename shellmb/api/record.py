@@ -11,11 +11,10 @@ from typing import TYPE_CHECKING, Any, Literal, TypedDict
 from pydantic import TypeAdapter, ValidationError
 
 from shellmb.errors import SceneError
-from shellmb.files.reading import read_json
+from shellmb.files.reading import first_error, read_json
 from shellmb.observers.files.described import Described, read_described
 from shellmb.options.accuracy import ACCURACY
 from shellmb.running.results import plain_results
-from shellmb.running.tables import first_error
 from shellmb.scene import Scene
 from shellmb.scene.lookup import listed
 from shellmb.show.fields import Fields

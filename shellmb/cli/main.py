@@ -207,7 +207,7 @@ def resume(
     if (directory / ACCURACY).is_file():
         from mpi4py import MPI
 
-        from shellmb.accuracy.request.resume import resume_request
+        from shellmb.accuracy.request.directory import resume_request
         from shellmb.cli.accuracy import print_accuracy
 
         announce(built.name, quiet)

@@ -23,8 +23,7 @@ from shellmb.diagnostics.forces.undetermined import Undetermined
 from shellmb.diagnostics.forces.unresolved import Unresolved
 from shellmb.diagnostics.large_turns import LargeTurns
 from shellmb.diagnostics.small_displacements import LinearBodies, ReducedBodies, SmallDisplacements
-from shellmb.diagnostics.statics.limit_points import LimitPoints
-from shellmb.diagnostics.statics.path_end import PathEnd
+from shellmb.diagnostics.statics.paths import LimitPoints, PathEnd
 from shellmb.diagnostics.statics.stability import Unstable
 from shellmb.diagnostics.step_error import StepErrors
 from shellmb.diagnostics.stiff_spin import StiffSpin

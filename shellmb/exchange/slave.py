@@ -12,6 +12,7 @@ from shellmb.errors import SceneError, ShellmbError
 from shellmb.exchange.motion import SceneMotion
 from shellmb.exchange.states import from_bytes, to_bytes
 from shellmb.running.loader import load, scene_of
+from shellmb.scene.control.signals import inputs_of
 
 # packages of both versions of FMI, and how they call kinds of variables
 PACKAGES = {2: "pythonfmu", 3: "pythonfmu3"}
@@ -86,7 +87,11 @@ def slave(version: int, described: Mapping[str, Any]) -> type:
                 scene = described["scene"]
                 name = str(Path(self.resources, scene)) if scene.endswith(".py") else scene
                 make, who = load(name).module.scene, f"scene '{scene}'"
-                self._motion = SceneMotion(scene_of(make, self._parameters, who, "scene()"))
+                made = scene_of(make, self._parameters, who, "scene()")
+                # what is moved would jump: it moves over the first step
+                moved = {one.name for one in inputs_of((made.supports, made.drivers))}
+                start = {k: v for k, v in self._values.items() if k not in moved}
+                self._motion = SceneMotion(made, start=start)
             return self._motion
 
         def exit_initialization_mode(self) -> None:

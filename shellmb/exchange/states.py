@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from shellmb.files.checksums import as_list
+
 REST = "rest"
 
 
@@ -18,7 +20,8 @@ def to_bytes(state: Any) -> bytes:
         state: As from its `state`.
     """
     arrays, rest = state
-    file, text = io.BytesIO(), np.frombuffer(json.dumps(rest).encode(), dtype=np.uint8)
+    plain = json.dumps(rest, default=as_list).encode()
+    file, text = io.BytesIO(), np.frombuffer(plain, dtype=np.uint8)
     found: dict[str, Any] = {REST: text, **{f"/{name}": array for name, array in arrays.items()}}
     np.savez(file, **found)
     return file.getvalue()

@@ -10,7 +10,7 @@ import numpy as np
 
 from shellmb.arrays import Bools, Floats
 from shellmb.errors import SceneError
-from shellmb.meshes.raw import RawMesh, boundary_facets
+from shellmb.meshes.raw import RawMesh, boundary_facets, box
 from shellmb.scene.values.validate import in_words
 
 __all__ = ["true_at", "with_edges"]
@@ -39,11 +39,9 @@ def with_edges(raw: RawMesh, where: Mapping[str, Callable[[Any], Any]], shell: s
             raise SceneError(f"{who}: the mesh has an edge of this name; it must be another one")
         on = true_at(function, places, who).all(axis=1)
         if not on.any():
-            low, high = ends.min(axis=(0, 1)), ends.max(axis=(0, 1))
-            box = ", ".join(f"{a:.4g} to {b:.4g}" for a, b in zip(low, high, strict=True))
             raise SceneError(
-                f"{who} is true on no edge of an element of the boundary, which lies in {box}; it "
-                "must be true at both ends of some"
+                f"{who} is true on no edge of an element of the boundary, which lies in "
+                f"{box(ends.reshape(-1, 3))}; it must be true at both ends of some"
             )
         edges[name] = facets[on]
     return replace(raw, edges=edges)

@@ -19,7 +19,7 @@ from mpi4py import MPI
 import dolfinx.mesh
 import numpy as np
 import ufl
-from dolfinx import fem
+from dolfinx import cpp, fem  # type: ignore[attr-defined]
 
 from shellmb.arrays import Floats, Ints
 from shellmb.meshes.lifetime import count_in
@@ -106,6 +106,29 @@ def shared_mesh(
             _LAYOUTS[mesh] = layouts
     own.made.append((described, mesh))
     return mesh
+
+
+def line_mesh(comm: MPI.Comm, element: Any, cells: Ints, x: Floats) -> dolfinx.mesh.Mesh:
+    """Mesh of intervals, shared out over the ranks in their order; some ranks may get none.
+
+    Args:
+        comm: Communicator.
+        element: Element of the coordinates.
+        cells: Nodes of all intervals.
+        x: Positions of all nodes, shape (n, 3), m.
+    """
+    mine = np.array_split(cells, comm.size)[comm.rank]
+
+    def stay(comm: Any, nparts: Any, cell_types: Any, cells_in: Any) -> Any:
+        own = np.full(len(mine), comm.rank, dtype=np.int32)
+        return cpp.graph.AdjacencyList_int32(own, np.arange(len(mine) + 1, dtype=np.int32))
+
+    return shared_mesh(
+        Described(comm, element, cells, x),
+        lambda e: dolfinx.mesh.create_mesh(
+            comm, mine, e, x if comm.rank == 0 else x[:0], partitioner=stay
+        ),
+    )
 
 
 def space_on(mesh: dolfinx.mesh.Mesh, element: Any) -> fem.FunctionSpace:

@@ -15,7 +15,6 @@ from typing import Any
 import numpy as np
 
 from shellmb.arrays import Floats
-from shellmb.native.operations import operations
 from shellmb.simulate.simulation import BaseObserver, Simulation
 
 # steps that are booked together: a step of three links (EP) takes 5 % less than with 32, where most
@@ -27,21 +26,24 @@ type Mark = tuple[int, int, bool, Row]
 
 
 class DeferredNumbers:
-    """Arrays that functions keep their numbers in, copied in each step by one call.
+    """Arrays that functions keep their numbers in, copied in each step.
 
     Args:
         arrays: The arrays.
 
     Attributes:
         tables: Copies of each array in the steps that are booked together, shape (steps, n).
-        take: Copies them into a row of these.
     """
 
     def __init__(self, arrays: Sequence[Floats]) -> None:
         ends = np.cumsum([0, *map(len, arrays)])
-        table = np.zeros((STEPS, ends[-1]))
-        self.tables = np.split(table, ends[1:-1], axis=1) if arrays else []
-        self.take = operations().copies(arrays, table)
+        self._arrays, self._table = arrays, np.zeros((STEPS, ends[-1]))
+        self.tables = np.split(self._table, ends[1:-1], axis=1) if arrays else []
+
+    def take(self, row: int) -> None:
+        """Copy them into a row of the tables."""
+        if self._arrays:
+            np.concatenate(self._arrays, out=self._table[row])
 
 
 class DeferredObserver(BaseObserver):

@@ -32,7 +32,7 @@ class PathRecord(BaseObserver):
             unstable = math.nan if path.unstable is None else path.unstable
             self.values = {
                 "load_factor": path.factor,
-                "load_rate": path.rate,
+                "load_rate": path.here.rate,
                 "unstable": float(unstable),
             }
 

@@ -13,8 +13,7 @@ from mpi4py import MPI
 import numpy as np
 
 from shellmb.arrays import Floats
-from shellmb.model.locations.nodes import local_nodes, local_point
-from shellmb.model.locations.surrounding import is_point, surrounding
+from shellmb.model.locations.nodes import is_point, local_nodes, local_point, surrounding
 from shellmb.observers.deferred_observer import STEPS, DeferredObserver, Row
 from shellmb.observers.fields.modal import ModalNodes, modal_members, readable
 from shellmb.observers.fields.modalresultants import resultants_of

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-__all__ = ["DEFAULT", "FIELDS", "JUDGED", "MANY", "STATE", "FieldKind"]
-
 XYZ, PLANE, SHEAR = ("x", "y", "z"), ("11", "22", "12"), ("13", "23")
 FRAME = ("1", "2", "3")
 # in names of components of strains: these are changes of a direction by length

@@ -24,8 +24,6 @@ import numpy as np
 from shellmb.scene.scene import Scene
 from shellmb.scene.values.renamed import STORED
 
-__all__ = ["Difference", "differences", "fingerprint"]
-
 type Leaf = bool | int | float | str | list[Any] | None
 type Fingerprint = dict[str, Leaf]
 # a field, what it was, what it is

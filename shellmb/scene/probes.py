@@ -7,19 +7,8 @@ from typing import Annotated, Any, Literal
 
 from shellmb.errors import SceneError
 from shellmb.scene.multibody.offsets import Point
-from shellmb.scene.values.validate import (
-    NONE,
-    Held,
-    Listed,
-    Name,
-    PositiveInt,
-    Spot,
-    Untrue,
-    described,
-    show,
-)
-
-__all__ = ["MOTIONS", "RESULTANTS", "Probe", "Reserve"]
+from shellmb.scene.types import NONE, Held, Listed, Name, PositiveInt, Spot, Untrue
+from shellmb.scene.values.validate import described, show
 
 Quantity = Literal[
     "displacement",

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-__all__ = ["Units", "check_order", "parse_units"]
-
 # derived units that have names of their own, by those of length, mass and time
 NAMED = {
     ("m", "kg", "s"): {"force": "N", "stress": "Pa", "energy": "J", "moment": "N m"},

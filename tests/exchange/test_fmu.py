@@ -34,7 +34,7 @@ def scene(thickness: float = 0.01, elements: int = 4, scheme: str = "ep") -> sm.
         "plant",
         sm.Shell("strip", sm.Rectangle(1.0, 0.2), section, mesh=(elements, 1)),
         supports=sm.Clamped("left"),
-        loads=sm.PointForce(tip, (0, 0, 1.0), time=sm.Input("push", 0.25, unit="N")),
+        loads=sm.PointForce(tip, (0, 0, 1.0), time=sm.Input("push", 0.25, unit="N", linear=True)),
         probes=[sm.Probe("tip", tip), sm.Probe("speed", tip, "velocity")],
         scheme=scheme,
         units="m, kg, s",

@@ -60,10 +60,6 @@ class Level:
     refinable: bool = True
     converges: bool = True
 
-    def to_dict(self) -> dict[str, Any]:
-        """Plain values."""
-        return asdict(self)
-
     @classmethod
     def from_dict(cls, values: Mapping[str, Any]) -> Level:
         """The level from its plain values."""
@@ -142,7 +138,7 @@ class Store:
             }
             for change, kept in family.found.items()
         ]
-        whole = {"runs": rows, "levels": [level.to_dict() for level in levels]}
+        whole = {"runs": rows, "levels": [asdict(level) for level in levels]}
         (self.directory / LEVELS).mkdir(parents=True, exist_ok=True)
         write_text(self.directory / LEVELS / f"{self.base}-{KEPT}", json.dumps(whole) + "\n")
 
@@ -163,15 +159,7 @@ class Store:
 
 def _plain(kept: RunRecord) -> dict[str, Any]:
     history = {str(name): kept.history[name].tolist() for name in kept.history}
-    return {
-        "results": dict(kept.results),
-        "history": history,
-        "events": dict(kept.events),
-        "means": sorted(kept.means),
-        "seconds": kept.seconds,
-        "steps": kept.steps,
-        "cpu": kept.cpu,
-    }
+    return vars(kept) | {"history": history, "means": sorted(kept.means)}
 
 
 def _kept(values: dict[str, Any]) -> RunRecord:

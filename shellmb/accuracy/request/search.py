@@ -17,7 +17,6 @@ from shellmb.accuracy.error_estimate import ErrorEstimate
 from shellmb.accuracy.errors import FEWEST, Companions, find_companions, judged, write_errors
 from shellmb.accuracy.estimates import RATIO, step_error
 from shellmb.accuracy.family import Family, is_large
-from shellmb.accuracy.measuring.stepping import free
 from shellmb.accuracy.measuring.times import slowest
 from shellmb.accuracy.modes import ModeResults
 from shellmb.accuracy.request.choose import AIM, Choice, choose
@@ -26,6 +25,7 @@ from shellmb.accuracy.request.messages import label, line, percent, seconds
 from shellmb.accuracy.request.target import Target
 from shellmb.accuracy.run_record import RunRecord, difference
 from shellmb.errors import ConvergenceError, SceneError, ShellmbError, Stopped
+from shellmb.meshes.lifetime import free
 from shellmb.running.execute import RunResult
 from shellmb.running.request import Request
 from shellmb.running.results import Results

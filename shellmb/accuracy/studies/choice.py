@@ -11,7 +11,7 @@ from shellmb.options.run import Options
 from shellmb.running.loader import SceneModule, load
 from shellmb.scene import Scene, Shell
 from shellmb.scene.schemes import DISSIPATIVE, OURS
-from shellmb.scene.shells.divided import refined_times
+from shellmb.scene.shells.shell import refined_times
 
 # in this order choices are named, and vary from the slowest to the fastest in the grid
 AXES = (

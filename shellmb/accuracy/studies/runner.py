@@ -12,13 +12,13 @@ from typing import Any
 
 from mpi4py import MPI
 
-from shellmb.accuracy.measuring.stepping import free
 from shellmb.accuracy.measuring.times import Stopwatch
 from shellmb.accuracy.studies.choice import Choice
 from shellmb.accuracy.studies.quantity import Quantity, default_quantity
 from shellmb.accuracy.studies.records import Record, Store
 from shellmb.accuracy.studies.sweep import Grid, Sweep, chain, make_grid
 from shellmb.errors import SceneError, ShellmbError
+from shellmb.meshes.lifetime import free
 from shellmb.running.execute import RunResult, execute
 from shellmb.running.loader import SceneModule
 from shellmb.scene.fingerprint import fingerprint

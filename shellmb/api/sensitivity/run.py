@@ -9,7 +9,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from shellmb.api.folders import gone_with, place
+from shellmb.api.folders import placed
 from shellmb.api.sensitivity.record import ABOUT, RUN, SIDES, Sensitivities, side_folder
 from shellmb.errors import SceneError
 from shellmb.files.writing import write_text
@@ -101,10 +101,8 @@ def sensitivities(
         said.append(
             "errors=True has no effect beside derivatives; run the scene by itself for errors"
         )
-    from mpi4py import MPI
-
-    world = MPI.COMM_WORLD if comm is None else comm
-    directory, temporary = place(out, world)
+    place = placed(out, comm)
+    directory, world = place.directory, place.comm
     begun = world.bcast((directory / RUN).is_dir())
     if begun and not resume:
         raise SceneError(
@@ -124,10 +122,7 @@ def sensitivities(
             made, base, scenes, unmoved, directory, said, world, columns, fields, resume, at
         )
     world.Barrier()
-    found = Sensitivities(directory, computed)
-    if temporary:
-        gone_with(found, directory, world.rank)
-    return found
+    return place.held_by(Sensitivities(directory, computed))
 
 
 def _refuse(scene: Scene, at: str) -> None:

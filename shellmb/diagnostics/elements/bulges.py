@@ -23,11 +23,10 @@ from basix import CellType, topology
 
 from shellmb.arrays import Floats
 from shellmb.diagnostics.base import RunWarning, said_of
-from shellmb.diagnostics.elements.element_sums import Summed
+from shellmb.diagnostics.elements.sampled import Sampled
 from shellmb.model.model import Model
 from shellmb.model.shells.shell import ShellModel
 from shellmb.observers.fields.nodal import reference_nodes, state
-from shellmb.observers.summary import Sources
 from shellmb.simulate.simulation import Simulation
 
 # part of `b` that is the estimate: vertices move by two thirds of it, middles by a third
@@ -101,46 +100,40 @@ def bulges(model: Model) -> dict[str, Bulges]:
     }
 
 
-class Bulging(Summed):
-    """Watches how far sides of triangles bulge.
-
-    Args:
-        sources: The observers of the run.
-    """
+class Bulging(Sampled):
+    """Watches how far sides of triangles bulge."""
 
     name = "bulging"
+    remembered = ("_steps", "_largest")
 
-    def __init__(self, sources: Sources) -> None:
-        super().__init__(sources)
+    def _begin(self) -> None:
+        super()._begin()
         self._bodies: dict[str, Bulges] = {}
+        # by body the largest estimate and the largest displacement
+        self._largest: dict[str, tuple[float, float]] = {}
 
     def start(self, simulation: Simulation) -> None:
         """Find the shells of triangles; the others cost nothing more."""
         self._bodies = bulges(simulation.model)
         self.idle = not self._bodies
 
-    def _added(self, simulation: Simulation) -> dict[str, tuple[float, ...]]:
-        """The largest bulge and the largest displacement; collective."""
-        found: dict[str, tuple[float, ...]] = {}
+    def _look(self, simulation: Simulation) -> None:
         for name, body in self._bodies.items():
-            q = state(simulation, name)
+            q, before = state(simulation, name), self._largest.get(name, (0.0, 0.0))
             here = body.largest(q, 0 * q if simulation.scheme.linear else None)
-            found[name] = tuple(map(max, here, self._sums.get(name, here)))
-        return found
+            self._largest[name] = max(before[0], here[0]), max(before[1], here[1])
 
     def cautions(self, simulation: Simulation) -> Iterator[RunWarning]:
         """A sentence for each body whose nodes are off; collective."""
-        for name, (bulge, moved) in self._all(simulation).items():
+        self._look(simulation)
+        for name, (bulge, moved) in self._largest.items():
             if bulge > BOUND * moved:
                 part = bulge / moved
-                yield RunWarning(
-                    self.name,
-                    name,
-                    part,
-                    BOUND,
+                says = (
                     f"single nodes of {said_of(simulation, name)} are off by about "
-                    f"{100 * part:.0f} % of its largest displacement: {WHY}",
+                    f"{100 * part:.0f} % of its largest displacement: {WHY}"
                 )
+                yield self.caution(name, part, BOUND, says)
 
 
 def bulging_modes(

@@ -8,9 +8,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from shellmb.arrays import Floats
-from shellmb.diagnostics.base import RunWarning
-from shellmb.observers.summary import Sources
-from shellmb.simulate.simulation import BaseObserver, Simulation
+from shellmb.diagnostics.base import RunWarning, Watch
+from shellmb.simulate.simulation import Simulation
 
 # what alternates, as a part of what does not
 SHARE = 0.1
@@ -22,26 +21,20 @@ STEPS = 50
 NOTHING = 1e-9
 
 
-class Alternating(BaseObserver):
+class Alternating(Watch):
     """Looks at the end of a run at forces of joints and efforts of drivers and force elements.
 
     They are means over a step; velocities of EP violate constraints a little, by what changes its
     sign from step to step, and with them the means of joints and drivers. With `end_forces` there
     are means without that, and values at the ends of steps. These alternate where anything vibrates
     faster than the steps resolve and is not damped.
-
-    Args:
-        sources: The observers of the run.
     """
 
     name = "alternation"
 
-    def __init__(self, sources: Sources) -> None:
-        self._history = sources.history
-
     def cautions(self, simulation: Simulation) -> Iterator[RunWarning]:
         """Warnings about the means and end values that alternate most."""
-        scheme, rows = simulation.scheme, self._history.rows
+        scheme, rows = simulation.scheme, self.sources.history.rows
         if not scheme.dynamic or len(rows) <= STEPS:
             return
         # one that dissipates already has nothing more to damp it with
@@ -85,7 +78,7 @@ class Alternating(BaseObserver):
             beside: Columns of means, by what they are of, that values at the ends of steps are
                 compared with; None: they are looked at by themselves.
         """
-        rows, found = self._history.rows, []
+        rows, found = self.sources.history.rows, []
         for unit in units:
             series = {names[0]: _series(rows, names) for names in unit}
             sizes = {name: _size(f) for name, f in series.items()}
@@ -104,7 +97,7 @@ class Alternating(BaseObserver):
         what = re.sub(r"\.F[1x]$", "", _bare(column))
         others = f", and {len(alternate) - 1} more" if len(alternate) > 1 else ""
         said = f"the force of '{what}'{others} {says.format(share=share)}"
-        yield RunWarning(self.name, None, share, SHARE, said)
+        yield self.caution(None, share, SHARE, said)
 
 
 def _units(rows: list[dict[str, float]], ending: str) -> list[list[list[str]]]:

@@ -6,13 +6,12 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
-import basix
 import numpy as np
 
 from shellmb.arrays import Floats
 from shellmb.errors import SceneError, warn
 from shellmb.meshes.edges_where import true_at
-from shellmb.meshes.raw import RawMesh, cell_cross, vertex_count
+from shellmb.meshes.raw import RawMesh, box, cell_cross, shape_functions, vertex_count
 
 __all__ = ["with_areas"]
 
@@ -50,11 +49,9 @@ def with_areas(raw: RawMesh, where: Mapping[str, Callable[[Any], Any]], shell: s
         share = true_at(function, x, who).mean(axis=1)
         taken = share > 0.5
         if not taken.any():
-            low, high = raw.x.min(axis=0), raw.x.max(axis=0)
-            box = ", ".join(f"{a:.4g} to {b:.4g}" for a, b in zip(low, high, strict=True))
             raise SceneError(
-                f"{who} is true on no element of the mesh, which lies in {box}; it must be true on "
-                "most of one at least"
+                f"{who} is true on no element of the mesh, which lies in {box(raw.x)}; it must be "
+                "true on most of one at least"
             )
         cut = int(np.sum((share > 0) & (share < 1)))
         if cut:
@@ -73,9 +70,5 @@ def _inside(raw: RawMesh) -> Floats:
     quad = raw.cell == "quad"
     ticks = (np.arange(ALONG) + (1 / 2 if quad else 1 / 3)) / ALONG
     points = np.stack(np.meshgrid(ticks, ticks), axis=-1).reshape(-1, 2)
-    cell = basix.CellType.quadrilateral if quad else basix.CellType.triangle
-    element = basix.create_element(
-        basix.ElementFamily.P, cell, raw.order, basix.LagrangeVariant.equispaced
-    )
     inside = points if quad else points[points.sum(axis=1) < 1]
-    return np.asarray(element.tabulate(0, inside))[0, :, :, 0]
+    return shape_functions(raw.cell, raw.order, inside)

@@ -12,7 +12,7 @@ import numpy as np
 from shellmb.arrays import Floats, Int32s
 from shellmb.model.model import Model
 from shellmb.model.reduced.data import ModalBody
-from shellmb.model.reduced.modes import Modes
+from shellmb.model.reduced.floating_body import Modes
 from shellmb.observers.fields.nodal import NodalValues
 from shellmb.simulate.simulation import Simulation
 

@@ -13,8 +13,7 @@ from shellmb.model.frames.rigid import RigidBodies
 from shellmb.model.model import Model
 from shellmb.model.shells.shell import ShellModel
 from shellmb.model.user_bodies.placed import PlacedBody
-from shellmb.native.assembler import NodeSums
-from shellmb.native.operations import operations
+from shellmb.observers.fields.node_sums import NodeSums
 from shellmb.simulate.simulation import Simulation
 
 type NodalBody = ShellModel | BeamModel | PlacedBody | RigidBodies
@@ -204,7 +203,7 @@ class Nodes:
         """Sums over the nodes."""
         dofs = np.concatenate([self._u, self._w.reshape(-1, 3)]).astype(np.int64)
         reference = np.concatenate([self._X, self._D.reshape(-1, 3)])
-        return operations().node_sums(dofs, reference, len(self._X))
+        return NodeSums(dofs, reference, len(self._X))
 
     def now(self, simulation: Simulation, name: str) -> NodalValues:
         """Values at the nodes, between two steps of a simulation.

@@ -21,7 +21,7 @@ from shellmb.simulate.simulation import BaseObserver, Observer, Simulation
 Arrays = dict[str, Floats]
 
 INTERVAL = 30.0
-FORMAT = 6
+FORMAT = 7
 # name in the folder
 STATE_FILE = "state.json"
 

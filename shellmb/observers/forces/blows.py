@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from shellmb.model.joints.contact_slip import read_contacts
+from shellmb.model.joints.columns import read_contacts
 from shellmb.observers.forces.joints import Span, column_names, columns, group_loops, joint_forces
 from shellmb.simulate.simulation import BaseObserver, Simulation
 from shellmb.simulate.start.endforces import Impulses

@@ -9,8 +9,7 @@ from mpi4py import MPI
 import numpy as np
 
 from shellmb.arrays import Floats
-from shellmb.model.potentials.contact import ContactGroup
-from shellmb.model.potentials.group import PotentialGroup
+from shellmb.model.potentials.contact import ContactGroup, PotentialGroup
 from shellmb.observers.forces.impulse import last_middle
 from shellmb.observers.forces.reactions import resistance
 from shellmb.simulate.simulation import BaseObserver, Simulation

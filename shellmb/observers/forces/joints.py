@@ -11,10 +11,11 @@ import numpy as np
 
 from shellmb.arrays import Floats
 from shellmb.model.joints.columns import element_columns
-from shellmb.model.joints.coordinates import CoordinateGroup, gathered
+from shellmb.model.joints.coordinates import CoordinateGroup
 from shellmb.model.joints.joints import BoundJoint, JointGroup
-from shellmb.model.joints.linear import TiedCoordinates
 from shellmb.model.joints.mechanism import Mechanism
+from shellmb.model.joints.switches import TiedCoordinates
+from shellmb.model.massless import gathered
 from shellmb.model.model import Model
 from shellmb.observers.deferred_observer import STEPS, DeferredObserver, Row
 from shellmb.observers.forces.free_coordinates import FreeCoordinates

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from shellmb.model.joints.contact_slip import read_contacts
+from shellmb.model.joints.columns import read_contacts
 from shellmb.observers.forces.joints import (
     Span,
     column_names,

@@ -11,20 +11,11 @@ from pydantic import InstanceOf
 from shellmb.errors import SceneError
 from shellmb.scene.beams.curves import Curve
 from shellmb.scene.beams.sections import BeamSection
+from shellmb.scene.types import NONE, Axis, Listed, Name, PositiveInt
+from shellmb.scene.values.messages import refused
 from shellmb.scene.values.models import BodyModel, Deforming
 from shellmb.scene.values.natural import BeamNaturalStrain
-from shellmb.scene.values.validate import (
-    NONE,
-    Axis,
-    Listed,
-    Name,
-    PositiveInt,
-    described,
-    show,
-    unit_vector,
-)
-
-__all__ = ["Beam", "Glue"]
+from shellmb.scene.values.validate import described, show, unit_vector
 
 
 @described("beam")
@@ -89,16 +80,10 @@ class Beam(Deforming):
             )
         if self.curve.shell is not None:
             if self.up is not None:
-                raise SceneError(
-                    f"beam '{self.name}': up is {show(self.up)}; it must be left out along a "
-                    "shell, whose director is d3"
-                )
+                raise refused(self, "up", "it must be left out along a shell, whose director is d3")
             return
         if self.curve.closed and self.elements < 3:
-            raise SceneError(
-                f"beam '{self.name}': elements is {show(self.elements)}; it must be at least 3 "
-                "around a closed curve"
-            )
+            raise refused(self, "elements", "it must be at least 3 around a closed curve")
         if self.up is not None:
             up = unit_vector(self.up, f"beam '{self.name}': up")
             xi = np.linspace(0, 1, 33)

@@ -16,19 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shellmb.errors import SceneError
-from shellmb.scene.values.validate import (
-    Axis,
-    Finite,
-    Name,
-    Spot,
-    Vec3,
-    described,
-    in_words,
-    show,
-    unit_vector,
-)
-
-__all__ = ["AlongEdge", "AlongLine", "Arc", "CircularArc", "Curve", "Line", "ParametricCurve"]
+from shellmb.scene.types import Axis, Finite, Name, Spot, Vec3
+from shellmb.scene.values.messages import refused
+from shellmb.scene.values.validate import described, in_words, show, unit_vector
 
 type Points = NDArray[np.float64]
 
@@ -150,10 +140,7 @@ class CircularArc(Curve):
             SceneError: If the angle is zero or more than a turn, or ``start`` is on the axis.
         """
         if not 0 < abs(self.angle_rad) <= 2 * math.pi * (1 + 1e-12):
-            raise SceneError(
-                f"circular arc: angle_rad is {show(self.angle_rad)}; it must not be zero "
-                "and at most a turn of 2 pi"
-            )
+            raise refused(self, "angle_rad", "it must not be zero and at most a turn of 2 pi")
         if not self.radius > 1e-12 * float(np.linalg.norm(np.subtract(self.start, self.center))):
             raise SceneError(
                 f"circular arc: start {show(self.start)} is on the axis; it must be beside it"

@@ -2,21 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from shellmb.errors import SceneError
 from shellmb.scene.beams.beam import Beam
+from shellmb.scene.description import Body, Description
 from shellmb.scene.fields import DEFAULT, FIELDS, JUDGED
-from shellmb.scene.lookup import find_shell, listed, said
+from shellmb.scene.lookup import find_shell
 from shellmb.scene.shells.laminate import Laminate
 from shellmb.scene.shells.sections import LinearSection
 from shellmb.scene.shells.shell import Shell
 from shellmb.scene.shells.strength import CRITERIA
-
-if TYPE_CHECKING:
-    from shellmb.scene.description import Body, Description
-
-__all__ = ["check_fields", "check_reserves", "has_field", "kinds_of", "wanted_fields"]
+from shellmb.scene.values.messages import listed, said
 
 # what there has to be for a field, in words
 OWNERS = {

@@ -3,19 +3,14 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from shellmb.errors import SceneError
 from shellmb.scene.beams.beam import Beam
 from shellmb.scene.beams.curves import AlongEdge, AlongLine
-from shellmb.scene.checks.locations import (
-    areas_of,
-    check_edges,
-    check_point,
-    edges_of,
-    finite_in_time,
-)
+from shellmb.scene.checks.locations import areas_of, check_edges, check_point, edges_of
 from shellmb.scene.control.signals import Signal
+from shellmb.scene.description import Body, Description
 from shellmb.scene.loads.supports import Fixed
 from shellmb.scene.lookup import (
     bodies_of,
@@ -23,18 +18,15 @@ from shellmb.scene.lookup import (
     find_body,
     find_end,
     find_shell,
-    listed,
     model_of,
-    said,
 )
 from shellmb.scene.multibody.couplings import Coupled
-from shellmb.scene.multibody.drivers import Driver, Lock
-from shellmb.scene.multibody.edge_hinges import EdgeHinge
-from shellmb.scene.multibody.elements import JointElement, PointElement
+from shellmb.scene.multibody.elements import Driver, JointElement, Lock, PointElement
 from shellmb.scene.multibody.joints import (
     GROUND,
     Cylindrical,
     Distance,
+    EdgeHinge,
     Joint,
     Prismatic,
     Revolute,
@@ -49,12 +41,9 @@ from shellmb.scene.multibody.rolling import Contact, Rolling
 from shellmb.scene.probes import MOTIONS
 from shellmb.scene.shells.sections import LinearSection
 from shellmb.scene.shells.shell import Shell
+from shellmb.scene.values.messages import listed, said
+from shellmb.scene.values.user_functions import finite_in_time
 from shellmb.scene.values.validate import show
-
-if TYPE_CHECKING:
-    from shellmb.scene.description import Body, Description
-
-__all__ = ["check"]
 
 # joints whose second body has no motion of its own where all of their coordinates are driven
 DRIVEN = (Revolute, Prismatic, Cylindrical, Screw)
@@ -246,8 +235,8 @@ def _coordinates(scene: Description) -> None:
                     f"{other}; it must be prescribed once"
                 )
     for driver in scene.drivers:
-        for name in driver.coordinates:
-            finite_in_time(getattr(driver, name), scene.t_end, f"{said(driver)}: {name}", 1)
+        for name, function in driver.given.items():
+            finite_in_time(function, scene.t_end, f"{said(driver)}: {name}", 1)
     for lock in scene.locks:
         # one that begins after the end, as of a run that is cut short, is just not there
         for start, end in lock.active or ():

@@ -8,18 +8,10 @@ from __future__ import annotations
 
 from shellmb.scene.loads.loads import Load, PointLoad
 from shellmb.scene.multibody.offsets import Point
-from shellmb.scene.values.positions import OfPosition
+from shellmb.scene.types import Name, Vec3
 from shellmb.scene.values.times import TimeFunction
-from shellmb.scene.values.validate import Name, Vec3, described
-
-__all__ = [
-    "FollowerForce",
-    "FollowerLineForce",
-    "FollowerMoment",
-    "LineForce",
-    "LineMoment",
-    "PointMoment",
-]
+from shellmb.scene.values.user_functions import OfPosition
+from shellmb.scene.values.validate import described
 
 
 @described("line force")

@@ -9,19 +9,8 @@ import numpy as np
 from pydantic import InstanceOf
 
 from shellmb.errors import SceneError
-from shellmb.scene.values.validate import (
-    Axis,
-    Name,
-    NonNegative,
-    Place,
-    Positive,
-    Vec3,
-    described,
-    show,
-    unit_vector,
-)
-
-__all__ = ["Ball", "Box", "Contact", "Faces", "Obstacle", "Plane", "Rod"]
+from shellmb.scene.types import Axis, Name, NonNegative, Place, Positive, Vec3
+from shellmb.scene.values.validate import described, show, unit_vector
 
 # cosine of the angle of two axes above which they are not perpendicular
 SKEW = 1e-9

@@ -7,12 +7,10 @@ from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
 from shellmb.errors import SceneError
-from shellmb.scene.multibody.drivers import Coordinate
-from shellmb.scene.multibody.elements import JointElement
+from shellmb.scene.multibody.elements import Coordinate, JointElement
+from shellmb.scene.types import Finite, Name, Positive
 from shellmb.scene.values.times import TimeFunction
-from shellmb.scene.values.validate import Finite, Name, Positive, described, show
-
-__all__ = ["Belt", "Coupled", "Coupling", "Differential", "Gear", "Relation"]
+from shellmb.scene.values.validate import described, show
 
 # name of a joint with one coordinate, or of any joint and a coordinate
 Which = Name | tuple[Name, Coordinate]

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, ClassVar
 
-__all__ = ["UserBody"]
-
 
 class UserBody:
     """Base class of bodies that are described by functions: `sm.OwnBody`.
@@ -46,5 +44,5 @@ class UserBody:
         return tuple(self.regions)
 
     def in_values(self) -> dict[str, Any]:
-        """Description in values, to be stored and compared."""
+        """Scene in values, to be stored and compared."""
         raise NotImplementedError

@@ -13,20 +13,9 @@ from numpy.typing import NDArray
 from pydantic import BeforeValidator
 
 from shellmb.errors import SceneError
-from shellmb.scene.values.validate import (
-    NONE,
-    Listed,
-    Matrix3,
-    Name,
-    NonNegative,
-    Vec3,
-    described,
-    numbers,
-    show,
-    vector,
-)
-
-__all__ = ["FloatingFrame", "Interface", "RigidBody", "rotation_matrix"]
+from shellmb.scene.types import NONE, Listed, Matrix3, Name, NonNegative, Vec3, numbers, vector
+from shellmb.scene.values.messages import refused
+from shellmb.scene.values.validate import described, show
 
 type Matrix = NDArray[np.float64]
 
@@ -147,9 +136,7 @@ class RigidBody:
         J = self.inertia_tensor
         size = np.abs(J).max()
         if np.abs(J - J.T).max() > 1e-9 * size:
-            raise SceneError(
-                f"rigid body '{self.name}': inertia is {show(self.inertia)}; it must be symmetric"
-            )
+            raise refused(self, "inertia", "it must be symmetric")
         principal = np.linalg.eigvalsh(J)
         said = ", ".join(f"{p:.6g}" for p in principal)
         if principal[0] < -1e-9 * size:
@@ -193,10 +180,7 @@ class RigidBody:
         if R.ndim == 1:
             R = rotation_matrix(R)
         elif np.abs(R.T @ R - np.eye(3)).max() > 1e-6 or np.linalg.det(R) < 0:
-            raise SceneError(
-                f"rigid body '{self.name}': rotation is {show(self.rotation)}; its columns must be "
-                "orthonormal and right-handed"
-            )
+            raise refused(self, "rotation", "its columns must be orthonormal and right-handed")
         # orthonormal to round-off, also where few digits were given
         u, _, v = np.linalg.svd(R)
         return np.asarray(u @ v)

@@ -16,9 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from shellmb.scene.values.validate import Positive, described
-
-__all__ = ["CRITERIA", "Criterion", "Strength"]
+from shellmb.scene.types import Positive
+from shellmb.scene.values.validate import described
 
 type Values = NDArray[np.float64]
 Interaction = Annotated[float, Field(gt=-1, lt=1, allow_inf_nan=False)]

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import fields
 from typing import Any, get_args
 
 import numpy as np
 from pydantic import ValidationError
 
+from shellmb.errors import SceneError
 from shellmb.scene.values.renamed import name_of_today
 
 
@@ -23,10 +25,36 @@ def show(value: Any) -> str:
     return text if len(text) <= 60 else text[:57] + "..."
 
 
+def listed(names: Iterable[str]) -> str:
+    """Names for a message."""
+    return ", ".join(f"'{n}'" for n in names)
+
+
+def kind_of(body: Any) -> str:
+    """Name that messages use for this kind of body."""
+    return str(body.label)
+
+
+def said(item: Any) -> str:
+    """Name that messages use for a part of a scene."""
+    return f"{item.label} '{item.name}'" if hasattr(item, "name") else str(item.label)
+
+
 def in_words(error: BaseException) -> str:
     """Text of an error in a user's function, with its type where the text alone says little."""
     text = str(error)
     return text if isinstance(error, TypeError | ValueError) else f"{type(error).__name__}: {text}"
+
+
+def refused(part: Any, name: str, right: str) -> SceneError:
+    """Error about one parameter of a part of a scene, with its value.
+
+    Args:
+        part: The part.
+        name: Name of the parameter.
+        right: Says what would be right.
+    """
+    return SceneError(f"{said(part)}: {name} is {show(getattr(part, name))}; {right}")
 
 
 UNKNOWN = "unexpected_keyword_argument"

@@ -7,10 +7,9 @@ from typing import Annotated, Literal
 from pydantic import BeforeValidator
 
 from shellmb.errors import SceneError
+from shellmb.scene.types import PositiveInt
 from shellmb.scene.values.renamed import choice_of_today
-from shellmb.scene.values.validate import PositiveInt, described
-
-__all__ = ["BodyModel", "Deforming", "Modal", "model_of"]
+from shellmb.scene.values.validate import described
 
 WORDS = ("exact", "floating-frame", "rigid")
 

@@ -12,9 +12,8 @@ from collections.abc import Callable
 import numpy as np
 
 from shellmb.errors import SceneError
-from shellmb.scene.values.validate import Finite, Listed, Positive, described
-
-__all__ = ["Ramp", "Sine", "Step", "Table", "TimeFunction"]
+from shellmb.scene.types import Finite, Listed, Positive
+from shellmb.scene.values.validate import described
 
 type TimeFunction = Callable[[float], float]
 

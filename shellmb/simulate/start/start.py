@@ -10,7 +10,7 @@ from ufl import Form
 
 from shellmb.errors import ConvergenceError, SceneError, warn
 from shellmb.model.body import Body, kinetic_energy
-from shellmb.model.joints.contact_slip import refuse_slip
+from shellmb.model.joints.columns import refuse_slip
 from shellmb.model.joints.rolling import ContactGroup
 from shellmb.preprocessing.bodyfields import NONE, kinematic_dofs
 from shellmb.preprocessing.constraint_analysis.redundancy import RATE_STEP, largest_gap
@@ -196,10 +196,8 @@ class Start:
             try:
                 self.problem.projection.project()
             except ConvergenceError as error:
-                raise ConvergenceError(
-                    f"t = 0: no velocities agree with all joints: {error}{self._inertialess()}",
-                    error.field,
-                    error.norms,
+                raise error.reworded(
+                    f"t = 0: no velocities agree with all joints: {error}{self._inertialess()}"
                 ) from error
         if before > 0.0:
             self._warn_of_other_velocities(before)

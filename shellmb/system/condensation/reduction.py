@@ -24,14 +24,13 @@ import numpy as np
 
 from shellmb.arrays import Floats
 from shellmb.clock import now
-from shellmb.native import library as native
 from shellmb.system.assembly.loops import LoopResiduals
 from shellmb.system.assembly.meshgroups import MeshGroup, mesh_groups
 from shellmb.system.assembly.scatter import SerialExchange
 from shellmb.system.condensation.fused_residual import FusedResidual
 from shellmb.system.condensation.matrix import reduced_matrix
-from shellmb.system.condensation.meshreduction import MeshReduction, SingularCell, check
-from shellmb.system.condensation.substitution import SerialPasses, SeveralPasses, passes
+from shellmb.system.condensation.meshreduction import MeshReduction, SingularCell
+from shellmb.system.condensation.substitution import ParallelPasses, SerialPasses, SeveralPasses
 from shellmb.system.couplings import CoupledEntries
 from shellmb.system.direct.linear import one_by_one, refresh_cost
 from shellmb.system.direct.solver import DirectSolver, Purpose
@@ -81,13 +80,12 @@ class Reduction:
             self._allocate(self._groups)
         scales = self.numbers.scales(unknown_scales(system))
         self.solver = DirectSolver(self.A, self._prefix, scales, values=self._matrix.values)
-        self._passes = passes(self.numbers, self.parts)
-        if isinstance(self._passes, SerialPasses):
+        structs = [part.for_solution() for part in self.parts]
+        self._transposed = ParallelPasses(self.numbers, self.parts)
+        self._passes: SerialPasses | ParallelPasses = self._transposed
+        if self.numbers.full.serial:
+            self._passes = SerialPasses(self.numbers, structs)
             self._passes.take_vectors(self._rhs, self._solution)
-        pairs = zip(self.parts, self._matrix.targets, strict=True)
-        members = [part.jacobian(values) for part, values in pairs]
-        self._lib, self._pointer = native.cells().lib, native.CArrays()
-        self._jacobians = len(members), self._pointer.many("Jacobian", members)
         self._several = SeveralPasses(self.numbers, self.parts, self.A.getSize()[0])
 
     @property
@@ -167,7 +165,8 @@ class Reduction:
         self._load[:] = 0.0
         # what is solved for is subtracted
         shift = (-self._given, self._load) if shifted else (None, None)
-        check(self._lib.jacobians(*self._jacobians, *map(native.doubles, shift)))
+        for part, values in zip(self.parts, self._matrix.targets, strict=True):
+            part.assemble(values, *shift)
         if self._coupled is not None:
             self._coupled.add_to(self._matrix, self._given, self._load)
         self._matrix.end()
@@ -255,9 +254,9 @@ class Reduction:
         Args:
             b: Right-hand side.
         """
-        self._passes.before_transposed(b.array_r, self._rhs.array)
+        self._transposed.before_transposed(b.array_r, self._rhs.array)
         reason = self.solver.solve_transposed(self._rhs, self._solution)
-        self.multipliers = self._passes.after_transposed(self._solution.array_r)
+        self.multipliers = self._transposed.after_transposed(self._solution.array_r)
         return reason
 
     def follow(self) -> None:
