@@ -124,17 +124,7 @@ class Matrices:
         Raises:
             SceneError: If a row has another length, or there are not so many modes.
         """
-        rows = {"inputs": inputs, "outputs": outputs}
-        unit = np.eye(self.size)
-        given = {}
-        for name, value in rows.items():
-            given[name] = unit if value is None else np.atleast_2d(np.asarray(value, dtype=float))
-            if given[name].shape[1] != self.size:
-                raise SceneError(
-                    f"matrices: {name} have {given[name].shape[1]} columns; they must have "
-                    f"{self.size}, one for each coordinate"
-                )
-        F, Y = given["inputs"].T, given["outputs"]
+        F, Y = self._rows("inputs", inputs).T, self._rows("outputs", outputs)
         none = (np.zeros_like(F), np.zeros_like(Y), np.zeros((len(Y), F.shape[1])))
         more = 2 + len(self.branches)
         orders = (F, *none[:1] * more), (Y, *none[1:2] * more), none[2:] * (1 + more)
@@ -145,6 +135,15 @@ class Matrices:
             branches=tuple(self.branches.values()),
         )
         return whole.state_space(modes)
+
+    def _rows(self, name: str, given: Any) -> Floats:
+        found = np.eye(self.size) if given is None else np.atleast_2d(np.asarray(given, float))
+        if found.shape[1] != self.size:
+            raise SceneError(
+                f"matrices: {name} have {found.shape[1]} columns; they must have {self.size}, one "
+                "for each coordinate"
+            )
+        return found
 
 
 @takes(*options_of(Options, *ELEMENTS))

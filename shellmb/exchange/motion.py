@@ -19,7 +19,7 @@ from shellmb.observers.fields.nodal import NodalValues, nodal_bodies, nodal_valu
 from shellmb.observers.history import Measuring, check_columns
 from shellmb.running.standard import StandardObservers
 from shellmb.scene import Scene
-from shellmb.scene.control.inputs import Input, inputs_of, named_inputs
+from shellmb.scene.control.signals import Input, inputs_of, named_inputs
 from shellmb.scene.lookup import listed
 from shellmb.scene.values.validate import show
 from shellmb.simulate.simulation import Observer, Simulation
@@ -196,7 +196,8 @@ class SceneMotion(Trials):
             )
         return nodal_values(self.simulation, body)
 
-    def _save(self) -> State:
+    def state(self) -> State:
+        """Copy of all that steps change now, for `take_up`."""
         simulation, observers = self.simulation, self._observers
         factors = simulation.problem.iteration.factors
         return simulation.arrays(), {

@@ -5,6 +5,8 @@ from __future__ import annotations
 import atexit
 import ctypes
 import importlib
+import io
+import json
 import os
 import sys
 from collections.abc import Mapping
@@ -13,11 +15,13 @@ from pathlib import Path
 from typing import Any
 from xml.etree.ElementTree import Element, SubElement
 
+import numpy as np
+
 from shellmb.errors import SceneError, ShellmbError
 from shellmb.exchange.motion import SceneMotion
-from shellmb.exchange.states import from_bytes, to_bytes
+from shellmb.files.checksums import as_list
 from shellmb.running.loader import load, scene_of
-from shellmb.scene.control.inputs import inputs_of
+from shellmb.scene.control.signals import inputs_of
 
 # packages of both versions of FMI, and how they call kinds of variables
 PACKAGES = {2: "pythonfmu", 3: "pythonfmu3"}
@@ -26,6 +30,8 @@ KINDS = {
     3: {float: "Float64", int: "Int32", bool: "Boolean", str: "String"},
 }
 TIME = "time"
+# name of what is no array in the bytes of a state
+REST = "rest"
 # libraries of FMUs that let go of Python as it ends
 _ENDING: set[Path] = set()
 
@@ -152,6 +158,31 @@ def slave(version: int, described: Mapping[str, Any]) -> type:
             return root
 
     return Slave
+
+
+def to_bytes(state: Any) -> bytes:
+    """Bytes of a state of a `SceneMotion`.
+
+    Args:
+        state: As from its `state`.
+    """
+    arrays, rest = state
+    plain = json.dumps(rest, default=as_list).encode()
+    file, text = io.BytesIO(), np.frombuffer(plain, dtype=np.uint8)
+    found: dict[str, Any] = {REST: text, **{f"/{name}": array for name, array in arrays.items()}}
+    np.savez(file, **found)
+    return file.getvalue()
+
+
+def from_bytes(given: bytes) -> Any:
+    """A state again.
+
+    Args:
+        given: As from `to_bytes`.
+    """
+    with np.load(io.BytesIO(given)) as found:
+        arrays = {name.removeprefix("/"): found[name] for name in found.files if name != REST}
+        return arrays, json.loads(found[REST].tobytes())
 
 
 def _end_in_order(resources: str | None) -> None:

@@ -1,6 +1,5 @@
 """Expressions at points of cells."""
 
-import math
 from collections.abc import Callable
 
 from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
@@ -145,7 +144,7 @@ class _AtStates:
         if self._constants:
             np.concatenate(self._constants, out=self._packed)
         found = np.zeros((len(states), *self._shape))
-        pointers = map(doubles, (np.ascontiguousarray(states), self._place))
-        size = math.prod(self._shape)
-        self._lib.residuals_of_states(*self._loop, *states.shape, *pointers, size, doubles(found))
+        for values, state in zip(found, states, strict=True):
+            self._place[:] = state
+            self._lib.residual(*self._loop, doubles(values))
         return found

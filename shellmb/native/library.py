@@ -55,7 +55,7 @@ def cells(comm: MPI.Comm = MPI.COMM_WORLD) -> Any:
     library = module.lib
     pointers = [_address(_of_scipy("cython_blas"), "dgemm")]
     lapack = _of_scipy("cython_lapack")
-    pointers += [_address(lapack, name) for name in ("dgetrf", "dgetri", "dgesv")]
+    pointers += [_address(lapack, name) for name in ("dgetrf", "dgetri")]
     library.use_libraries(*(module.ffi.cast("void *", p) for p in pointers))
     petsc = ctypes.CDLL(PETSc.__file__)
     arrays = (f"Vec{do}Array{kind}" for kind in ("", "Read") for do in ("Get", "Restore"))

@@ -9,7 +9,7 @@ from mpi4py import MPI
 import numpy as np
 
 from shellmb.arrays import Floats
-from shellmb.native.operations import operations
+from shellmb.native.operations import shares
 from shellmb.system.assembly.blocks import BlockSystem
 from shellmb.system.newton.convergence import joined, owned_parts
 
@@ -41,10 +41,10 @@ class Sizes:
         scales = np.array([p.scale for p, _ in found])
         # sizes are compared in the units of each
         moves = np.isfinite([p.bound for p, _ in found])
-        shares = np.where(moves, 1.0, FORCES)
-        shares[[p.name in untested for p, _ in found]] = 0.0
-        weights = 1.0 / scales, shares / scales, LEAST * moves / scales
-        self.shares = operations().shares(*joined([e for _, e in found]), weights, SMALL)
+        counts = np.where(moves, 1.0, FORCES)
+        counts[[p.name in untested for p, _ in found]] = 0.0
+        weights = 1.0 / scales, counts / scales, LEAST * moves / scales
+        self.shares = shares(*joined([e for _, e in found]), weights, SMALL)
 
     def relative(self, change: Floats, whole: Floats) -> float:
         """Largest change of a part relative to the whole of it; the same on all ranks.

@@ -27,7 +27,6 @@ import numpy as np
 import numpy.typing as npt
 
 from shellmb.errors import ConvergenceError
-from shellmb.native.operations import operations
 from shellmb.sensitivity.events import Corners, check_begun, ends
 from shellmb.sensitivity.parameters import STEP, Parameter
 from shellmb.sensitivity.perturbed_run import PerturbedRun, check_alike
@@ -79,7 +78,6 @@ class Pair:
         kinks: Times of steps at which both sides do not mirror each other, s.
         both: Unknowns at both sides, from `begin` on.
         vectors: Right-hand side of the next update, and place for it.
-        centre: Moves the states of both sides so that their mean is the state of the run.
         corners: Looks for corners of functions of time.
     """
 
@@ -97,8 +95,15 @@ class Pair:
         x = run.problem.system.x
         self.both = two_sided(self.sides, u, sizes, STEP)
         self.vectors = x.duplicate(), x.duplicate()
-        own, above, below = (s.live().values() for s in (run, *(s.simulation for s in self.sides)))
-        self.centre = operations().centring(list(own), list(above), list(below))
+        simulations = run, *(side.simulation for side in self.sides)
+        self._live = [*zip(*(s.live().values() for s in simulations), strict=True)]
+
+    def centre(self) -> None:
+        """Move the states of both sides so that their mean is the state of the run."""
+        for own, above, below in self._live:
+            half = 0.5 * (above - below)
+            np.add(own, half, out=above)
+            np.subtract(own, half, out=below)
 
     @cached_property
     def sides(self) -> tuple[PerturbedRun, PerturbedRun]:
@@ -279,9 +284,7 @@ class Tangents(BaseObserver):
             why = self.said[-1] if self.said else "use smaller steps"
             raise ConvergenceError(
                 f"sensitivities: the derivatives by '{pair.parameter.name}' do not converge at "
-                f"t = {last.t:g} (last relative change {now:.1e}); {why}",
-                None,
-                {},
+                f"t = {last.t:g} (last relative change {now:.1e}); {why}"
             )
         both.keep()
         if not (pair.above.forces or self._kinked):
@@ -358,9 +361,7 @@ def _no_number(parameter: Parameter, t: float) -> ConvergenceError:
     return ConvergenceError(
         f"sensitivities: a force is no finite number in the step from t = {t:g} with "
         f"'{parameter.name}' = {below:.9g} or {above:.9g}; differentiate at a value on both sides "
-        "of which it is one",
-        None,
-        {},
+        "of which it is one"
     )
 
 
@@ -390,4 +391,4 @@ def _updated(
 def check_solution(reason: str | None) -> None:
     """Raise an error if the linear solution failed."""
     if reason is not None:
-        raise ConvergenceError(f"sensitivities: {reason}", None, {})
+        raise ConvergenceError(f"sensitivities: {reason}")

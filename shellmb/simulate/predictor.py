@@ -10,17 +10,16 @@ tenth.
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Hashable, Mapping
 from functools import lru_cache
-from typing import Any
+from typing import Any, NamedTuple
 
 from petsc4py import PETSc
 
 import numpy as np
 
-from shellmb.arrays import Floats
-from shellmb.native.assembler import Pairs
-from shellmb.native.operations import operations
+from shellmb.arrays import Floats, Ints
+from shellmb.restart import Restartable, constant
 from shellmb.system.newton.iteration import Iteration
 
 # so many states are kept: polynomials of degree 0, 1, 2, 3 in time
@@ -36,15 +35,17 @@ FAR = 0.5
 MEMORY = 0.5
 
 
-class _Errors:
+class _Errors(Restartable):
     """Mean errors of guesses so far: those of several polynomials, of which more become possible.
 
     Attributes:
         mean: They, of so many as there were guesses of.
     """
 
-    def __init__(self, mean: Sequence[float] = ()) -> None:
-        self.mean = list(mean)
+    remembered = ("mean",)
+
+    def __init__(self) -> None:
+        self.mean: list[float] = []
 
     def best(self, default: int, bound: float = math.inf) -> int:
         """Number of the polynomial that does best; the default where none is within a bound."""
@@ -57,7 +58,21 @@ class _Errors:
         self.mean = [MEMORY * e + (1 - MEMORY) * old for e, old in both] + found[len(self.mean) :]
 
 
-class Predictor:
+class Pairs(NamedTuple):
+    """Unknowns of which some tell the slope in time of others.
+
+    Args:
+        values: These others, by their places.
+        slopes: Unknowns that tell their slopes.
+        times: Change in a step at that slope over the unknown that tells it.
+    """
+
+    values: Ints
+    slopes: Ints
+    times: Floats
+
+
+class Predictor(Restartable):
     """Extrapolates the unknowns of steps that continue one another.
 
     Which polynomial does best depends on the motion: high degrees do for smooth ones, low degrees
@@ -67,11 +82,16 @@ class Predictor:
     Args:
         iteration: Knows the directors, and measures errors as it measures updates.
         pairs: Owned unknowns: either each of them is in a pair, or none.
+
+    Attributes:
+        key: What the steps so far have in common; None: there are none.
     """
+
+    remembered = ("_past", "_times", "_motion", "_forces")
 
     def __init__(self, iteration: Iteration, pairs: Pairs) -> None:
         self._nodes, self._convergence = iteration.nodes, iteration.convergence
-        self._pairs, self._operations = pairs, operations()
+        self._pairs = pairs
         moving = iteration.convergence.moving
         of_pairs = pairs.slopes[np.isin(pairs.values, moving)]
         # with the slopes of what moves
@@ -85,13 +105,12 @@ class Predictor:
 
     def clear(self) -> None:
         """Forget the past: motion does not continue smoothly."""
-        # the last states, the newest first, shape (k, n): a new array with each step, so that who
-        # was given one may keep it
-        self._past = np.zeros((0, self._table.shape[1]))
+        # the last states, the newest first, shape (k, n)
+        self._past = constant(np.zeros((0, self._table.shape[1])))
         # times from the first of them to each, s
         self._times: tuple[float, ...] = ()
         self._motion, self._forces = _Errors(), _Errors()
-        self._key: Hashable = None
+        self.key: Hashable = None
         # length of the step that the table is foreseen for, s
         self._ahead: float | None = None
 
@@ -102,7 +121,7 @@ class Predictor:
             key: What steps have in common that continue one another.
             dt: Its length, s.
         """
-        if not len(self._past) or key != self._key:
+        if not len(self._past) or key != self.key:
             return None
         rows = self._foresee(dt)
         default, bound = (1, math.inf) if self._has_pairs else (0, FAR)
@@ -126,10 +145,11 @@ class Predictor:
             return rows
         self._ahead, times = dt, tuple(t / dt for t in self._times)
         if self._has_pairs:
-            ahead = knot_weights(times)
-            self._operations.foresee_pairs(ahead, self._past, self._pairs, dt, rows)
+            (of_values, of_slopes), (values, slopes, changes) = knot_weights(times), self._pairs
+            past = np.concatenate([self._past[:, values], self._past[:, slopes] * dt * changes])
+            rows[:, values], rows[:, slopes] = of_values @ past, of_slopes @ past / changes
         else:
-            self._operations.foresee(weights(times), self._past, rows)
+            rows[:] = weights(times) @ self._past
         return rows
 
     def accept(self, x: PETSc.Vec, key: Hashable, dt: float) -> None:
@@ -140,9 +160,9 @@ class Predictor:
             key: What steps have in common that continue one another.
             dt: Length of the step, s.
         """
-        if key != self._key:
+        if key != self.key:
             self.clear()
-        self._key = key
+        self.key = key
         new = x.array_r
         if len(self._past):
             wrong = self._foresee(dt)
@@ -152,37 +172,15 @@ class Predictor:
             self._forces.add(forces)
         # slopes are per unit of time
         self._units[self._pairs.slopes] = dt
-        self._past = np.concatenate([(new / self._units)[None], self._past[: STATES - 1]])
+        past = np.concatenate([(new / self._units)[None], self._past[: STATES - 1]])
+        self._past = constant(past)
         self._times = (0.0, *(t - dt for t in self._times))[:STATES]
         self._ahead = None
 
-    def arrays(self) -> dict[str, Floats]:
-        """Past unknowns that this rank owns, for a restart."""
-        return {str(k): state for k, state in enumerate(self._past)}
-
-    def state(self) -> dict[str, list[float]]:
-        """The other part of it: when they were, and how each polynomial has done."""
-        errors = {"motion": self._motion, "forces": self._forces}
-        return {"times": list(self._times)} | {k: list(e.mean) for k, e in errors.items()}
-
-    def restore(
-        self,
-        arrays: Mapping[str, Floats],
-        state: Mapping[str, Sequence[float]],
-        key: Hashable,
-    ) -> None:
-        """Take up a saved past.
-
-        Args:
-            arrays: As from `arrays`.
-            state: As from `state`.
-            key: That of the step to come.
-        """
-        states = [arrays[str(k)] for k in range(len(arrays))]
-        self._past = np.array(states).reshape(-1, self._table.shape[1])
-        self._times, self._ahead = tuple(state["times"]), None
-        self._motion, self._forces = _Errors(state["motion"]), _Errors(state["forces"])
-        self._key = key
+    def restore(self, state: Mapping[str, Any]) -> None:
+        """Take up a saved past, which continues steps with the `key` that is then set."""
+        super().restore(state)
+        self._ahead = None
 
 
 @lru_cache

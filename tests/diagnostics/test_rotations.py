@@ -27,7 +27,7 @@ def test_angle_of_a_rigid_rotation(angle) -> None:
     d = random.normal(size=(12, 3))
     K = np.cross(np.eye(3), -axis)
     R = np.eye(3) + np.sin(angle) * K + (1 - np.cos(angle)) * K @ K
-    found, radius = fit(sums(x, d, R))
+    (found,), (radius,) = fit(sums(x, d, R)[None])
     # half a turn away the middle is on the axis
     assert found == pytest.approx(angle, rel=1e-6)
     assert radius > 0

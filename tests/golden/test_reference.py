@@ -17,12 +17,12 @@ import numpy as np
 import pytest
 
 from shellmb.native import kernels, library
-from shellmb.native.assembler import NodeSums, Pairs, PartSizes
-from shellmb.native.operations import Loops
-from shellmb.native.reference import Reference
+from shellmb.native.operations import LoopPartSizes, PartSizes
+from shellmb.native.reference import ReferencePartSizes
 from shellmb.running.execute import execute
 from shellmb.running.natural_modes.vibration import natural_modes
 from shellmb.scene import EnclosedVolume, Gas, InitialVelocity, PathFollowing, Pressure, Scene
+from shellmb.system.nullspace.directors import orthonormal, rotated
 from tests.contact.test_faces import plates
 from tests.golden import runs, scenes
 from tests.model.test_volumes import ball, octant
@@ -109,18 +109,21 @@ def test_two_ranks_are_one(mpirun) -> None:
 
 @pytest.mark.parametrize("directors", [1, 3])
 def test_directors_turn_alike(directors: int) -> None:
-    """Orthonormal ones and changes near and beyond the bound."""
+    """Orthonormal ones and changes near and beyond the bound, by C and by NumPy."""
     d = np.linalg.qr(RANDOM.normal(size=(20, 3, 3)))[0][:, :directors].reshape(20, -1).copy()
     change = 0.05 * RANDOM.normal(size=d.shape)
     change[3] *= 10
-    found = [d.copy(), d.copy()]
-    far = [ops.turn(x, change, 0.3) for ops, x in zip((Loops(), Reference()), found, strict=True)]
-    assert far[0] == far[1] > 0
-    np.testing.assert_allclose(found[1], found[0], atol=1e-14)
-    found = [d + 0.01 * change, d + 0.01 * change]
-    for ops, x in zip((Loops(), Reference()), found, strict=True):
-        ops.normalise(x)
-    np.testing.assert_allclose(found[1], found[0], atol=1e-14)
+    lib, zero, places = library.cells().lib, np.zeros(d.shape), np.arange(d.size)
+    given = 20, directors, library.longs(places), library.doubles(zero)
+    x, dx = d.copy(), -change
+    far = lib.turn_nodes(*given, library.doubles(x), library.doubles(dx), 0.3)
+    found, any_far = rotated(d, change, 0.3)
+    assert far > 0 and any_far
+    np.testing.assert_allclose(x - dx, found, atol=1e-14)
+    x = d + 0.01 * change
+    expected = orthonormal(x)
+    lib.normalise_nodes(*given, library.doubles(x))
+    np.testing.assert_allclose(x, expected, atol=1e-14)
 
 
 @pytest.mark.parametrize("spoilt", [0.0, np.nan, np.inf])
@@ -142,50 +145,6 @@ def test_sizes_of_parts_are_alike(spoilt: float) -> None:
         return [table, *apart, sizes.table, sizes.found, sizes.relative(table[0], table[1:])]
 
     given = ends, entries, scales, bounds, np.array([1.0, 0.3, 0.01])
-    parts = [ops.part_sizes(*given) for ops in (Loops(), Reference())]
+    parts = [kind(*given) for kind in (LoopPartSizes, ReferencePartSizes)]
     for one, other in zip(*map(all_of, parts), strict=True):
         np.testing.assert_array_equal(one, other)
-
-
-@pytest.mark.parametrize("directors", [1, 3])
-def test_sums_over_nodes_are_alike(directors: int) -> None:
-    dofs = RANDOM.permutation(90)[: 3 * 5 * (1 + directors)].reshape(-1, 3)
-    reference, q, more = RANDOM.normal(size=dofs.shape), *RANDOM.normal(size=(2, 90))
-    counted = RANDOM.integers(0, 2, 90).astype(float)
-
-    def all_of(nodes: NodeSums) -> list[np.ndarray]:
-        sums = np.zeros(43)
-        square = nodes.rotation_sums(directors, q, more, sums)
-        return [nodes.resultants(q[None], 1.0, more[None], counted), sums, np.array(square)]
-
-    both = [ops.node_sums(dofs, reference, 5) for ops in (Loops(), Reference())]
-    for one, other in zip(*map(all_of, both), strict=True):
-        np.testing.assert_allclose(one, other, rtol=1e-12, atol=1e-12)
-
-
-@pytest.mark.parametrize("axis", [(0.0, 0.0, 0.1), (0.3, -0.2, 0.5), (0.0, 0.0, 0.0)])
-def test_rotations_of_bodies_are_alike(axis: tuple[float, float, float]) -> None:
-    x = RANDOM.normal(size=(6, 3))
-    dx = np.cross(axis, x)
-    pairs = (x.T @ x, x.T @ dx) * 2
-    sums = np.array([6.0, *x.sum(0), *dx.sum(0), *np.ravel(pairs)])
-    one, other = (ops.rotation(sums, 1e-12) for ops in (Loops(), Reference()))
-    np.testing.assert_allclose(one, other, rtol=1e-9, atol=1e-12)
-    assert one[0] == pytest.approx(np.linalg.norm(axis), abs=1e-9)
-
-
-def test_states_are_extrapolated_alike() -> None:
-    past, weights = RANDOM.normal(size=(3, 8)), np.tril(RANDOM.normal(size=(3, 3)))
-    both = np.zeros((2, 3, 8))
-    for ops, to in zip((Loops(), Reference()), both, strict=True):
-        ops.foresee(weights, past, to)
-    np.testing.assert_allclose(*both, rtol=1e-13, atol=1e-13)
-
-
-def test_states_are_extrapolated_alike_with_slopes() -> None:
-    past, weights = RANDOM.normal(size=(3, 8)), tuple(RANDOM.normal(size=(2, 2, 6)))
-    pairs = Pairs(np.array([1, 5, 0]), np.array([2, 3, 7]), np.array([1.0, 6.0, 2.0]))
-    both = np.ones((2, 2, 8))
-    for ops, to in zip((Loops(), Reference()), both, strict=True):
-        ops.foresee_pairs(weights, past, pairs, 0.3, to)
-    np.testing.assert_allclose(*both, rtol=1e-13, atol=1e-13)

@@ -12,7 +12,6 @@ from dolfinx import fem, mesh
 
 from shellmb.native.assembler import assembled_by
 from shellmb.native.expressions import values_at_states
-from shellmb.system.assembly import deferred
 from shellmb.system.assembly.functionals import functionals, functionals_of_steps
 
 # the same kernels on the same numbers; by DOLFINx in another order of operations
@@ -35,14 +34,10 @@ def changed(parts: tuple[fem.Function, fem.Function, fem.Constant], step: int) -
     c.value = 1.0 + step
 
 
-@pytest.mark.parametrize("small", [deferred.SMALL, 0])
-def test_sums_of_steps_are_those_of_each_step(parts, small, monkeypatch) -> None:
-    """Kept and found together, or found at once where too much would be kept."""
-    monkeypatch.setattr(deferred, "SMALL", small)
+def test_sums_of_steps_are_those_of_each_step(parts) -> None:
     q, v, c = parts
     sums = [[c * ufl.dot(q, q) * ufl.dx, ufl.dot(q, v) * ufl.dx], [c * ufl.dot(v, v) * ufl.dx]]
     now, later = functionals(sums, MPI.COMM_SELF), functionals_of_steps(sums, MPI.COMM_SELF, 4)
-    assert isinstance(later, deferred.BatchedValues if small else deferred.ImmediateValues)
     expected = []
     for step in (3, 1, 4, 2):
         changed(parts, step)

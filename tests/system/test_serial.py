@@ -5,7 +5,6 @@ from mpi4py import MPI  # noqa: F401  (before dolfinx)
 import numpy as np
 import pytest
 
-from shellmb.native import library as native
 from shellmb.scene import Clamped, EdgeForce, Isotropic, Rectangle, Scene, Shell
 from shellmb.simulate.simulation import Simulation
 from shellmb.system.assembly.scatter import ParallelExchange, SerialExchange
@@ -13,7 +12,6 @@ from shellmb.system.condensation.reduction import Reduction
 from shellmb.system.condensation.substitution import ParallelPasses, SerialPasses
 from shellmb.system.direct.solver import Purpose
 from shellmb.system.nullspace.directornodes import TURN
-from shellmb.system.nullspace.directors import violation
 from shellmb.system.nullspace.nodes import NodeLoops
 
 # differences are those of sums in another order
@@ -99,20 +97,6 @@ def test_a_residual_at_once(simulation) -> None:
         system.evaluate(start, system.b)
     for one, other in zip(*found, strict=True):
         assert np.array_equal(one, other) and one.any()
-
-
-@pytest.mark.parametrize("k", [1, 3])
-def test_violations_of_directors(k) -> None:
-    """Of nodes that count, the largest; what is no number wins."""
-    lib = native.cells().lib
-    reference, values = np.tile(np.eye(3)[:k].ravel(), (4, 1)), 0.1 * some(12 * k)
-    dofs, counts = np.arange(12 * k).reshape(4, 3 * k), np.array([1, 0, 1, 1], dtype=np.uint8)
-    expected = np.abs(violation(reference + values.reshape(4, -1))).max(axis=1)
-    pointers = native.longs(dofs), *map(native.doubles, (reference, values))
-    arguments = 4, k, *pointers, native.bytes_of(counts)
-    assert lib.violation(*arguments) == pytest.approx(max(expected[[0, 2, 3]]), rel=1e-14)
-    values[6 * k] = np.nan
-    assert np.isnan(lib.violation(*arguments))
 
 
 def test_exchange(simulation) -> None:

@@ -15,8 +15,7 @@ from shellmb.model.signals import Signals
 from shellmb.running.natural_modes.vibration import in_motion
 from shellmb.running.rotating.linearised import Linearised
 from shellmb.scene import Driven, Fixed, Gravity, Motor, Scene
-from shellmb.scene.control.inputs import Input
-from shellmb.scene.control.signals import Commanded
+from shellmb.scene.control.signals import Commanded, Input
 
 AXES = "xyz"
 # rotations are differentiated by central differences over this angle and twice it, rad

@@ -49,7 +49,7 @@ def about_state(
     except (SceneError, ConvergenceError) as error:
         said = re.sub("^(modes|matrices|resume): ", "linearise: ", str(error))
         if isinstance(error, ConvergenceError):
-            raise ConvergenceError(said, error.field, error.norms) from error
+            raise error.reworded(said) from error
         raise SceneError(said) from None
 
 

@@ -12,19 +12,16 @@ typedef void (*blas_gemm)(char *, char *, int *, int *, int *, double *, double 
                           int *, double *, double *, int *);
 typedef void (*lapack_getrf)(int *, int *, double *, int *, int *, int *);
 typedef void (*lapack_getri)(int *, double *, int *, int *, double *, int *, int *);
-typedef void (*lapack_gesv)(int *, int *, double *, int *, int *, double *, int *, int *);
 
 static blas_gemm gemm;
 static lapack_getrf getrf;
 static lapack_getri getri;
-static lapack_gesv gesv;
 
-void use_libraries(void *f, void *g, void *h, void *s)
+void use_libraries(void *f, void *g, void *h)
 {
     gemm = (blas_gemm)f;
     getrf = (lapack_getrf)g;
     getri = (lapack_getri)h;
-    gesv = (lapack_gesv)s;
 }
 
 /* C = beta C + alpha A B, of shapes (m, k) and (k, n), with leading dimensions */

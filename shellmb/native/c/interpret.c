@@ -14,11 +14,3 @@
         (void)permutation;                                                                         \
         interpret_of_lanes((lanes *)A, (const lanes *)w, c, k, (const lanes *)x, entity, (lanes **)custom);          \
     }
-INTERPRET(0)
-INTERPRET(1)
-INTERPRET(2)
-INTERPRET(3)
-INTERPRET(4)
-INTERPRET(5)
-INTERPRET(6)
-INTERPRET(7)

@@ -54,29 +54,22 @@ static void turn_triple(double *d, const double *change)
     nearer_triple(v, d);
 }
 
-/* Directors `d` of nodes, one or three each, after finite rotations that agree with `change` to
- * first order; nodes whose change is larger than `most` take it as it is. Returns their number. */
-int turn(int nodes, int directors, double *d, const double *change, double most)
+/* Directors `d` of a node, one or three, after a finite rotation that agrees with `change` to first
+ * order; a node whose change is larger than `most` takes it as it is. Returns whether it is. */
+static int turn(int directors, double *d, const double *change, double most)
 {
-    int far = 0, n = 3 * directors;
-    for (int node = 0; node < nodes; ++node, d += n, change += n) {
-        double square = 0.0;
-        for (int i = 0; i < n; ++i)
-            square += change[i] * change[i];
-        if (square > most * most) {
-            for (int i = 0; i < n; ++i)
-                d[i] += change[i];
-            ++far;
-        } else if (directors == 1) {
-            turn_vector(d, change);
-        } else {
-            turn_triple(d, change);
-        }
-    }
+    double square = 0.0;
+    for (int i = 0; i < 3 * directors; ++i)
+        square += change[i] * change[i];
+    int far = square > most * most;
+    for (int i = 0; far && i < 3 * directors; ++i)
+        d[i] += change[i];
+    if (!far)
+        (directors == 1 ? turn_vector : turn_triple)(d, change);
     return far;
 }
 
-/* The same in vectors of unknowns: nodes have theirs at `rows` (nodes, 3 directors), directors are
+/* The same of nodes in vectors of unknowns: they have theirs at `rows` (nodes, 3 directors), directors are
  * `reference` + unknown. What is to be subtracted from `x`, `dx`, becomes one that turns them. */
 int turn_nodes(int nodes, int directors, const int64_t *rows, const double *reference,
                const double *x, double *dx, double most)
@@ -88,27 +81,26 @@ int turn_nodes(int nodes, int directors, const int64_t *rows, const double *refe
             d[i] = reference[i] + x[rows[i]];
             change[i] = -dx[rows[i]];
         }
-        far += turn(1, directors, d, change, most);
+        far += turn(directors, d, change, most);
         for (int i = 0; i < n; ++i)
             dx[rows[i]] = x[rows[i]] - (d[i] - reference[i]);
     }
     return far;
 }
 
-/* Directors of nodes, one or three each, that are nearly orthonormal, made so in place. */
-void normalise(int nodes, int directors, double *d)
+/* Directors of a node, one or three, that are nearly orthonormal, made so in place. */
+static void normalise(int directors, double *d)
 {
-    for (int node = 0; node < nodes; ++node, d += 3 * directors) {
-        for (int step = 0; directors == 3 && step < 4; ++step) {
-            double v[9];
-            memcpy(v, d, sizeof(v));
-            nearer_triple(v, d);
-        }
-        if (directors == 3)
-            continue;
+    if (directors == 1) {
         double size = sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
         for (int i = 0; i < 3; ++i)
             d[i] /= size;
+        return;
+    }
+    for (int step = 0; step < 4; ++step) {
+        double v[9];
+        memcpy(v, d, sizeof(v));
+        nearer_triple(v, d);
     }
 }
 
@@ -121,31 +113,10 @@ void normalise_nodes(int nodes, int directors, const int64_t *rows, const double
     for (int node = 0; node < nodes; ++node, rows += n, reference += n) {
         for (int i = 0; i < n; ++i)
             d[i] = reference[i] + x[rows[i]];
-        normalise(1, directors, d);
+        normalise(directors, d);
         for (int i = 0; i < n; ++i)
             x[rows[i]] = d[i] - reference[i];
     }
-}
-
-/* Largest violation of the constraints of nodes that count, `reference` + value: lengths, halves of
- * squares as their derivatives are, and right angles. What is no number wins. */
-double violation(int nodes, int directors, const int64_t *dofs, const double *reference,
-                 const double *values, const unsigned char *counts)
-{
-    double most = 0.0, d[9];
-    int n = 3 * directors;
-    for (int node = 0; node < nodes; ++node, dofs += n, reference += n) {
-        for (int i = 0; i < n; ++i)
-            d[i] = reference[i] + values[dofs[i]];
-        for (int k = 0; counts[node] && k < n; k += 3)
-            for (int l = 0; l <= k; l += 3) {
-                double g = d[k] * d[l] + d[k + 1] * d[l + 1] + d[k + 2] * d[l + 2];
-                g = k == l ? (g - 1) / 2 : g;
-                if (!(fabs(g) <= most) && most == most)
-                    most = fabs(g);
-            }
-    }
-    return most;
 }
 
 /* Rates of orthonormal directors without what changes lengths and angles, in place. */

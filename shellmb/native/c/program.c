@@ -403,7 +403,9 @@ static void NAME(prepare)(const Rule *r, const Stage *s, int entity, int from, i
         *u++ = c[s->constant[k]];
     if (r->entity_size)
         memcpy(u, r->entity + entity * r->entity_size, sizeof(double) * r->entity_size);
-    operate_uniform(s->uniform_ops, s->uniform_code, s->uniform);
+    /* the same operations on numbers that all cells and points have */
+    double *const all[2] = {s->uniform, s->uniform};
+    operate_on_of_one(s->uniform_ops, s->uniform_code, NULL, all, s->uniform, 1);
 }
 
 /* Whether what is kept of a cell follows from other numbers than it did; these are kept then. */

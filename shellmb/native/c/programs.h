@@ -90,36 +90,3 @@ typedef struct {
     const int *constant;       /* (constants,) */
     double *seen;              /* their values, and the stamp of what follows from them, (constants + 1,) */
 } Program;
-
-void interpret_one_0(double *, const double *, const double *, const double *, const int *,
-                       const uint8_t *, void *);
-void interpret_lanes_0(double *, const double *, const double *, const double *, const int *,
-                       const uint8_t *, void *);
-void interpret_one_1(double *, const double *, const double *, const double *, const int *,
-                       const uint8_t *, void *);
-void interpret_lanes_1(double *, const double *, const double *, const double *, const int *,
-                       const uint8_t *, void *);
-void interpret_one_2(double *, const double *, const double *, const double *, const int *,
-                       const uint8_t *, void *);
-void interpret_lanes_2(double *, const double *, const double *, const double *, const int *,
-                       const uint8_t *, void *);
-void interpret_one_3(double *, const double *, const double *, const double *, const int *,
-                       const uint8_t *, void *);
-void interpret_lanes_3(double *, const double *, const double *, const double *, const int *,
-                       const uint8_t *, void *);
-void interpret_one_4(double *, const double *, const double *, const double *, const int *,
-                       const uint8_t *, void *);
-void interpret_lanes_4(double *, const double *, const double *, const double *, const int *,
-                       const uint8_t *, void *);
-void interpret_one_5(double *, const double *, const double *, const double *, const int *,
-                       const uint8_t *, void *);
-void interpret_lanes_5(double *, const double *, const double *, const double *, const int *,
-                       const uint8_t *, void *);
-void interpret_one_6(double *, const double *, const double *, const double *, const int *,
-                       const uint8_t *, void *);
-void interpret_lanes_6(double *, const double *, const double *, const double *, const int *,
-                       const uint8_t *, void *);
-void interpret_one_7(double *, const double *, const double *, const double *, const int *,
-                       const uint8_t *, void *);
-void interpret_lanes_7(double *, const double *, const double *, const double *, const int *,
-                       const uint8_t *, void *);

@@ -124,14 +124,3 @@ void hold_both(const BothSides *both, const double *u)
         give(side->evaluation, side->x);
     }
 }
-
-/* Move arrays of both sides so that their mean is that of the run. */
-void centre(int count, const int *sizes, double **own, double **above, double **below)
-{
-    for (int k = 0; k < count; ++k)
-        for (int i = 0; i < sizes[k]; ++i) {
-            double half = 0.5 * (above[k][i] - below[k][i]);
-            above[k][i] = own[k][i] + half;
-            below[k][i] = own[k][i] - half;
-        }
-}

@@ -9,19 +9,6 @@ void copy_pieces(int count, double **from, const int *sizes, double **to)
         memcpy(to[k], from[k], sizeof(double) * sizes[k]);
 }
 
-/* Jacobians over all meshes, as of `jacobian`. */
-int jacobians(int meshes, const Jacobian *of, const double *shift, double *load)
-{
-    for (const Jacobian *j = of; j < of + meshes; ++j) {
-        copy_pieces(j->pieces, j->from, j->sizes, j->to);
-        int bad = jacobian(j->cells, j->kernels, j->count, j->projection, 0, j->cells->cells,
-                           j->blocks, j->values, shift, load);
-        if (bad)
-            return bad;
-    }
-    return 0;
-}
-
 /* Weighted sums of arrays: of each the next few sources and weights. */
 void follow(int count, const int *sizes, const int *terms, double **from,
              const double *weights, double **to)
@@ -37,72 +24,6 @@ void follow(int count, const int *sizes, const int *terms, double **from,
         from += terms[k];
         weights += terms[k];
     }
-}
-
-/* What polynomials of all degrees through `states` foresee: row k of the weights (states, states),
- * lower triangular, for row k of `out` (states, n). */
-void foresee(int states, int n, const double *past, const double *weights, double *out)
-{
-    for (int degree = 0; degree < states; ++degree, out += n) {
-        const double *weight = weights + degree * states;
-        for (int i = 0; i < n; ++i)
-            out[i] = weight[0] * past[i];
-        for (int term = 1; term <= degree; ++term)
-            for (int i = 0; i < n; ++i)
-                out[i] += weight[term] * past[(int64_t)term * n + i];
-    }
-}
-
-/* What polynomials through values and slopes foresee of both: of each polynomial weights of the
- * values, then of the slopes times `dt`, (polynomials, 2 states) each. `state` and `rate` are
- * places of unknowns that belong together, the slope being so many `times` the second one, of which
- * `past` has what it is per unit of time; other places of `out`, (polynomials, n), stay. */
-void foresee_pairs(int polynomials, int states, int n, const double *past, const double *values,
-                   const double *slopes, int64_t pairs, const int64_t *state, const int64_t *rate,
-                   const double *times, double dt, double *out)
-{
-    for (int p = 0; p < polynomials; ++p, out += n, values += 2 * states, slopes += 2 * states)
-        for (int64_t i = 0; i < pairs; ++i) {
-            double at = 0.0, slope = 0.0;
-            for (int term = 0; term < states; ++term) {
-                double own = past[(int64_t)term * n + state[i]];
-                double other = times[i] * dt * past[(int64_t)term * n + rate[i]];
-                at += values[term] * own + values[states + term] * other;
-                slope += slopes[term] * own + slopes[states + term] * other;
-            }
-            out[state[i]] = at;
-            out[rate[i]] = slope / times[i];
-        }
-}
-
-/* Some rows of a table from rows of another one, which may be narrower; `width` is theirs. */
-static ALWAYS void put_rows_of(int width, const RowsToPut *p)
-{
-    for (int i = 0; i < p->count; ++i) {
-        const double *restrict from = p->values + p->from[i] * width;
-        double *restrict to = p->table + p->to[i] * p->table_width;
-        if (p->divisors) {
-            /* integers of 64 bits divide slowly */
-            const double *by = p->divisors + (int)p->from[i] / p->components * width;
-            for (int j = 0; j < width; ++j)
-                to[j] = from[j] / by[j];
-        } else {
-            for (int j = 0; j < width; ++j)
-                to[j] = from[j];
-        }
-    }
-}
-
-/* Rows of several tables; of a frame they have three and six columns. */
-void put_rows(int tables, const RowsToPut *put)
-{
-    for (const RowsToPut *p = put; p < put + tables; ++p)
-        if (p->width == 3)
-            put_rows_of(3, p);
-        else if (p->width == 6)
-            put_rows_of(6, p);
-        else
-            put_rows_of(p->width, p);
 }
 
 /* Values of unknowns to the arrays of fields; `ends` of each in what they are all together. */
@@ -121,21 +42,6 @@ void collect(int count, const int64_t *wanted, const double *local, int owned, d
     memset(b, 0, sizeof(double) * owned);
     for (int i = 0; i < count; ++i)
         b[wanted[i]] += local[i];
-}
-
-/* Sums of what local dofs add to their unknowns, and of more that comes to some of these, as local
- * dofs see them, (states, local) from (states, local) and (states, some); `sums` (owned,) to work
- * with. */
-void shared_sums(int states, int local, const int64_t *wanted, const double *values, int some,
-                 const int64_t *unknowns, const double *more, int owned, double *sums, double *out)
-{
-    for (int state = 0; state < states; ++state, values += local, more += some, out += local) {
-        collect(local, wanted, values, owned, sums);
-        for (int i = 0; i < some; ++i)
-            sums[unknowns[i]] += more[i];
-        for (int i = 0; i < local; ++i)
-            out[i] = sums[wanted[i]];
-    }
 }
 
 /* Rows of fixed unknowns: what holds them is kept in `reactions`, `x - values` takes its place. */
@@ -170,15 +76,6 @@ static void evaluate_at(const Evaluation *e, const double *x, double *b)
 void evaluate(const Evaluation *e, uintptr_t x, uintptr_t b)
 {
     evaluate_at(e, entries(x, 0), entries(b, 1));
-}
-
-/* Changes of local dofs: those with given values get these, and all others stay. */
-void to_values(int local, int count, const int64_t *dofs, const int64_t *unknowns,
-               const double *values, const double *x, double *change)
-{
-    memset(change, 0, sizeof(double) * local);
-    for (int i = 0; i < count; ++i)
-        change[dofs[i]] = values[unknowns[i]] - x[unknowns[i]];
 }
 
 /* Largest absolute value of each part, infinite if it has one that is not a number. */
@@ -324,43 +221,6 @@ void after(const Solution *s, const double *solution, const double *given, doubl
     combine(&s->multiplier, s->forces, s->change);
     for (int i = 0; i < s->owned; ++i)
         dx[i] = x[s->own[i]] + s->change[s->own[i]];
-}
-
-/* As `before`, of the transposed system, without forces of multipliers. */
-void before_transposed(const Solution *s, const double *b, double *rhs)
-{
-    for (int i = 0; i < s->local; ++i) {
-        s->b[i] = b[s->wanted[i]];
-        s->change[i] = 0.0;
-    }
-    for (int k = 0; k < s->parts; ++k)
-        reduce_transposed(s->part + k, s->b, s->change);
-    memcpy(s->reaction, b, sizeof(double) * s->owned);
-    for (int i = 0; i < s->local; ++i)
-        s->reaction[s->wanted[i]] += s->change[i];
-    distribute(&s->right, s->reaction, s->r);
-    memset(s->rest, 0, sizeof(double) * s->reduced);
-    for (int k = 0; k < s->parts; ++k)
-        if (s->part[k].projection->inner)
-            reduce_inner_transposed(s->part + k, s->r, s->rest);
-    for (int i = 0; i < s->outer; ++i)
-        rhs[i] = s->r[s->outer_numbers[i]] + s->rest[s->outer_numbers[i]];
-}
-
-/* As `after`, of the transposed system; after `before_transposed`. `x`: gets the multipliers of the
- * local dofs. */
-void after_transposed(const Solution *s, const double *solution, double *x)
-{
-    double *seen = s->seen;
-    memset(seen, 0, sizeof(double) * s->reduced);
-    for (int i = 0; i < s->outer; ++i)
-        seen[s->outer_numbers[i]] = solution[i];
-    for (int k = 0; k < s->parts; ++k)
-        if (s->part[k].projection->inner)
-            expand_inner_transposed(s->part + k, s->r, seen);
-    combine(&s->left, seen, x);
-    for (int k = 0; k < s->parts; ++k)
-        expand_transposed(s->part + k, x);
 }
 
 static int (*mat_solve)(void *, void *, void *);

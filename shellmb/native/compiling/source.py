@@ -18,6 +18,8 @@ from shellmb.native.compiling.flags import COMPILER_FLAGS
 from shellmb.native.compiling.store import writing
 
 NATIVE = Path(__file__).parents[1]
+# integrals of a form at most, and functions that interpret the program of each
+INTEGRALS, INTERPRETERS = 8, ("interpret_one", "interpret_lanes")
 # where the installation puts the library
 INSTALLED = NATIVE / f"loops{sysconfig.get_config_var('EXT_SUFFIX')}"
 
@@ -26,9 +28,12 @@ def named_source() -> tuple[str, str, str]:
     """The library's name, which tells what it is made of and for, its declarations, and its C."""
     here = NATIVE / "c"
     first = ("cells.h", "apart.c", "kernels.c", "cells.c", "passes.c")
-    last = ("bases.c", "nodes.c", "banded.c", "unknowns.c", "sums.c", "transposed.c", "sides.c")
+    last = ("bases.c", "nodes.c", "banded.c", "unknowns.c", "transposed.c", "sides.c")
     header, *others = ((here / name).read_text() for name in (*first, *last))
     header += (here / "programs.h").read_text()
+    kinds = "const double *, const double *, const double *, const int *, const uint8_t *, void *"
+    for k in range(INTEGRALS):
+        header += "".join(f"void {f}_{k}(double *, {kinds});\n" for f in INTERPRETERS)
     common, both = ((here / name).read_text() for name in ("programs.c", "program.c"))
     ends = "#undef V\n#undef NAME\n#undef FIXED\n#undef INLINED"
     inlined = "inline __attribute__((always_inline))"
@@ -37,7 +42,8 @@ def named_source() -> tuple[str, str, str]:
         both_names += f"\n#define INLINED {how}"
         others += [common, both_names, both, ends]
         common = ""
-    source = "\n".join([*others, (here / "interpret.c").read_text()])
+    each = [f"INTERPRET({k})" for k in range(INTEGRALS)]
+    source = "\n".join([*others, (here / "interpret.c").read_text(), *each])
     key = "\n".join([header, source, sys.version, *COMPILER_FLAGS])
     return f"shellmb_cells_{hashlib.sha256(key.encode()).hexdigest()[:16]}", header, source
 

@@ -19,6 +19,7 @@ from ufl import Form
 from shellmb.arrays import Bools, Int32s, Ints
 from shellmb.native import library as native
 from shellmb.native.compiling.flags import LANES
+from shellmb.native.compiling.source import INTEGRALS
 from shellmb.native.library import CArrays
 from shellmb.native.programs.building import Rule
 from shellmb.native.programs.geometry import COORDINATES
@@ -26,8 +27,6 @@ from shellmb.native.programs.graph import Unsupported
 from shellmb.native.programs.reading import Reader
 from shellmb.native.programs.tables import Tables, points_of
 
-# integrals of a form at most, as C has functions
-MOST = 8
 KIND_COUNT = len(IntegralType.__members__)
 KINDS = {"cell": IntegralType.cell, "exterior_facet": IntegralType.exterior_facet}
 # rules by the signatures of their forms: to read a form takes longer than many runs, and rules know
@@ -203,7 +202,7 @@ def summed(forms: Sequence[Form], moving: Collection[Any] = ()) -> fem.Form | No
     spaces = [argument.ufl_function_space() for argument in form.arguments()]
     if len(form.ufl_domains()) != 1:
         raise Unsupported("several meshes")
-    if len(groups) > MOST or not {kind for kind, _ in groups} <= set(KINDS):
+    if len(groups) > INTEGRALS or not {kind for kind, _ in groups} <= set(KINDS):
         raise Unsupported("so many or such integrals")
     (ufl_domain,) = form.ufl_domains()
     lib, ffi = native.cells().lib, native.cells().ffi

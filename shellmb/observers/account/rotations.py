@@ -19,8 +19,7 @@ import numpy as np
 
 from shellmb.arrays import Floats
 from shellmb.model.frames.rigid import GROUND, RigidBodies
-from shellmb.native.operations import operations
-from shellmb.observers.deferred_observer import STEPS, DeferredObserver, Row
+from shellmb.observers.deferred_observer import STEPS, Booked, DeferredObserver, Row, SharedTable
 from shellmb.observers.fields.nodal import Nodes, nodal_bodies
 from shellmb.simulate.simulation import Simulation
 
@@ -74,17 +73,18 @@ class Turn:
 
 
 class BodyRotations(DeferredObserver):
-    """Follows how all bodies of a dynamic scene turn."""
+    """Follows how all bodies of a dynamic scene turn.
+
+    Attributes:
+        turns: Rotations, by name of the body in the scene.
+    """
+
+    turns = Booked[dict[str, Turn]]()
+    remembered = ("_turns",)
 
     def __init__(self) -> None:
         super().__init__()
         self._turns: dict[str, Turn] = {}
-
-    @property
-    def turns(self) -> dict[str, Turn]:
-        """Rotations, by name of the body in the scene."""
-        self.book()
-        return self._turns
 
     def start(self, simulation: Simulation) -> None:
         """Find the nodes."""
@@ -103,10 +103,9 @@ class BodyRotations(DeferredObserver):
                 first = body.mixed.dofs["u"].reshape(-1, 3)[:, 0]
                 mine = np.flatnonzero(first < index_map.size_local).astype(np.int32)
                 self._flexible.append(_Flexible(name, Nodes(body, mine)))
-        names = [body.name for body in self._flexible]
-        for name in names + (self._rigid.names if self._rigid else []):
-            self._turns.setdefault(name, Turn())
-        followed = [*(body.name for body in self._flexible)]
+        followed = [body.name for body in self._flexible]
+        rigid = self._rigid.names if self._rigid else []
+        self._turns = {name: Turn() for name in (*followed, *rigid)} | self._turns
         followed += [self._rigid.name] if self._rigid else []
         # states at the start and at the end of a step
         problem = simulation.problem
@@ -115,11 +114,11 @@ class BodyRotations(DeferredObserver):
             name: (here.q.x.array, here.unknown[problem.last].x.array)
             for name, here in levels.items()
         }
-        # chords and sums of flexible bodies, chords of rigid ones, and changes of their state
+        # chords and sums of flexible bodies, changes of the state of rigid ones, and their chords
         self._sums = np.zeros((STEPS, len(self._flexible), 44))
-        self._chords = np.zeros((STEPS, len(self._rigid.names) if self._rigid else 0))
-        size = len(simulation.problem.state(self._rigid.name).x.array) if self._rigid else 0
+        size = len(problem.state(self._rigid.name).x.array) if self._rigid else 0
         self._changes, self._serial = np.zeros((STEPS, size)), model.comm.size == 1
+        self._chords = SharedTable(model.comm, (len(rigid),), MPI.MAX)
 
     def take_solved(self, simulation: Simulation, row: int) -> None:
         """Take what turns in the step: both of its ends are at hand."""
@@ -135,12 +134,13 @@ class BodyRotations(DeferredObserver):
                 comm.Allreduce(MPI.IN_PLACE, sums[1:])
                 sums[0] = comm.allreduce(sums[0], op=MPI.MAX)
         if self._rigid is not None:
-            changes, (start, end) = self._changes[row], self._ends[self._rigid.name]
-            np.subtract(end, start, out=changes)
-            if not self._serial:
-                # booking is not collective
-                self._chords[row] = self._rigid.chords(changes[None])
-                simulation.model.comm.Allreduce(MPI.IN_PLACE, self._chords[row], op=MPI.MAX)
+            start, end = self._ends[self._rigid.name]
+            np.subtract(end, start, out=self._changes[row])
+            self._chords.take(row, self._find_chords)
+
+    def _find_chords(self, rows: slice, chords: Floats) -> None:
+        assert self._rigid is not None
+        chords[:] = self._rigid.chords(self._changes[rows])
 
     def book_rows(self, rows: slice) -> list[Row]:
         """Add the angles of the steps."""
@@ -148,28 +148,23 @@ class BodyRotations(DeferredObserver):
         if self._turns:
             for k, body in enumerate(self._flexible):
                 turn = self._turns[body.name]
-                for (t, dt), (chord, *_), sums in zip(
-                    when, self._sums[rows, k].tolist(), self._sums[rows, k, 1:], strict=True
-                ):
-                    turn.add(_angle(chord), *fit(sums), t, dt)
-            if self._rigid is not None and self._serial:
-                self._chords[rows] = self._rigid.chords(self._changes[rows])
-            chords = self._chords[rows].T.tolist()
-            for name, each in zip(self._rigid.names if self._rigid else (), chords, strict=True):
-                self._turns[name].add_whole([_angle(chord) for chord in each], when)
+                chords = map(_angle, self._sums[rows, k, 0].tolist())
+                found = (part.tolist() for part in fit(self._sums[rows, k, 1:]))
+                for angle, mean, radius, (t, dt) in zip(chords, *found, when, strict=True):
+                    turn.add(angle, mean, radius, t, dt)
+            if self._rigid is not None:
+                every = self._chords.of(rows, self._find_chords).T.tolist()
+                for name, each in zip(self._rigid.names, every, strict=True):
+                    self._turns[name].add_whole([_angle(chord) for chord in each], when)
         return [{} for _ in when]
 
-    def kept(self) -> dict[str, Any]:
-        """Findings so far."""
-        return {name: dict(vars(turn)) for name, turn in self._turns.items()}
-
     def take_up(self, state: dict[str, Any]) -> None:
-        """Take it up."""
-        self._turns = {name: Turn(**values) for name, values in state.items()}
+        """Take up findings so far."""
+        self._turns = {name: Turn(**values) for name, values in state["turns"].items()}
 
 
 class _Flexible:
-    """Nodes of a shell or beam that this rank owns, as `sums.c` sees them.
+    """Nodes of a shell or beam that this rank owns, and their sums.
 
     Args:
         name: Name of the body.
@@ -223,14 +218,37 @@ class _Frames:
         return found
 
 
-def fit(sums: Floats) -> tuple[float, float]:
-    """Angle of a body as a whole, rad, and its radius of gyration about the axis, m.
+def fit(sums: Floats) -> tuple[Floats, Floats]:
+    """Angles of a body as a whole, rad, and its radii of gyration about the axes, m, of some steps.
 
     Args:
-        sums: Of its nodes, as from `rotation_sums` of `sums.c`, shape (43,).
+        sums: Of its nodes, as from `NodeSums.rotation_sums`, shape (k, 43).
     """
-    tangent, radius = operations().rotation(sums, TINY)
-    return 2 * math.atan(tangent / 2), radius
+    count, x, dx = sums[:, :1], sums[:, 1:4], sums[:, 4:7]
+    xx, xdx, dd, ddd = sums[:, 7:].reshape(-1, 4, 3, 3).swapaxes(0, 1)
+    over = x[:, :, None] / count[:, :, None]
+    about, moved = xx - over * x[:, None], xdx - over * dx[:, None]
+    size = np.trace(about, axis1=1, axis2=2) / count[:, 0]
+    there = size > 0
+    share = 1 / np.where(there, size, 1.0)[:, None, None]
+    # of `dr = w x r`
+    inertia = share * _inertia(about) + _inertia(dd)
+    inertia += TINY * inertia.max(axis=(1, 2), keepdims=True) * np.eye(3)
+    turned = share * moved + ddd
+    axial = (turned - turned.swapaxes(1, 2))[:, [1, 2, 0], [2, 0, 1]]
+    spin = np.zeros(x.shape)
+    spin[there] = np.linalg.solve(inertia[there], axial[there, :, None])[:, :, 0]
+    tangent = np.sqrt((spin * spin).sum(axis=1))
+    # of nodes on the axis there may be less than nothing, by round-off
+    square = np.maximum(np.vecdot(np.vecdot(_inertia(about), spin[:, None]), spin), 0.0)
+    radius = np.sqrt(square / count[:, 0]) / np.where(tangent > 0, tangent, np.inf)
+    return 2 * np.arctan(tangent / 2), radius
+
+
+def _inertia(squares: Floats) -> Floats:
+    """`sum (r.r I - r r)` of `sum r r`, shape (k, 3, 3)."""
+    trace = np.trace(squares, axis1=1, axis2=2)[:, None, None]
+    return np.asarray(trace * np.eye(3) - squares)
 
 
 def _directions(directors: int) -> int:

@@ -5,6 +5,7 @@ Maxwell branches add `sum_i s tau_i/(1 + s tau_i) K_i` to the stiffness.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
@@ -110,35 +111,29 @@ def _first(
 ) -> SLEPc.PEP:
     """The solver after the first of some attempts whose eigenvalues could be sorted."""
     failure: Exception | None = None
+    size = 2 * K.getSize()[0]
+    wanted = min(2 * count, size)
     for part, basis in attempts:
+        solver = SLEPc.PEP().create(K.getComm())
+        solver.setOperators([K, C, M])
+        solver.setProblemType(SLEPc.PEP.ProblemType.GENERAL)
+        solver.setType(SLEPc.PEP.Type.TOAR)
+        solver.setWhichEigenpairs(SLEPc.PEP.Which.TARGET_MAGNITUDE)
+        solver.setTarget(part * shift)
+        solver.setDimensions(wanted, min(max(basis * wanted, 10 * basis), size))
+        solver.setTolerances(1e-11, MOST)
         try:
-            return _solved(K, C, M, count, part * shift, basis)
+            shift_and_invert(solver)
+            solver.solve()
         except (PETSc.Error, SystemError) as error:
             # raised through Cython it may come as the cause of a SystemError
             failure = error
+        else:
+            return solver
     raise ConvergenceError(
         "modes: the eigenproblem has no solution; its matrix must be regular: look for "
         f"bodies without stiffness and mass ({failure})"
     ) from failure
-
-
-def _solved(
-    K: PETSc.Mat, C: PETSc.Mat, M: PETSc.Mat, count: int, shift: float, basis: int
-) -> SLEPc.PEP:
-    """The solver after its work, with a basis of so many times the eigenvalues wanted."""
-    solver = SLEPc.PEP().create(K.getComm())
-    solver.setOperators([K, C, M])
-    solver.setProblemType(SLEPc.PEP.ProblemType.GENERAL)
-    solver.setType(SLEPc.PEP.Type.TOAR)
-    solver.setWhichEigenpairs(SLEPc.PEP.Which.TARGET_MAGNITUDE)
-    solver.setTarget(shift)
-    size = 2 * K.getSize()[0]
-    wanted = min(2 * count, size)
-    solver.setDimensions(wanted, min(max(basis * wanted, 10 * basis), size))
-    solver.setTolerances(1e-11, MOST)
-    shift_and_invert(solver)
-    solver.solve()
-    return solver
 
 
 def _left(pair: Pair, K: PETSc.Mat, C: PETSc.Mat, M: PETSc.Mat) -> float:
@@ -149,23 +144,16 @@ def _left(pair: Pair, K: PETSc.Mat, C: PETSc.Mat, M: PETSc.Mat) -> float:
 
 def product(A: PETSc.Mat, first: Pair, second: Pair) -> complex:
     """`v^H A w` of the vectors of two pairs, for a real matrix."""
-    y = A.createVecLeft()
-    parts = []
-    for vector in (second.real, second.imaginary):
-        A.mult(vector, y)
-        parts.append(complex(first.real.dot(y), -first.imaginary.dot(y)))
-    return parts[0] + 1j * parts[1]
+    y, z = A * second.real, A * second.imaginary
+    real = first.real.dot(y) + first.imaginary.dot(z)
+    return complex(real, first.real.dot(z) - first.imaginary.dot(y))
 
 
 def turned(pair: Pair, angle: float) -> Pair:
     """The pair with its vector times `exp(i angle)`."""
-    cosine, sine = np.cos(angle), np.sin(angle)
-    real, imaginary = pair.real.copy(), pair.imaginary.copy()
-    real.scale(cosine)
-    real.axpy(-sine, pair.imaginary)
-    imaginary.scale(cosine)
-    imaginary.axpy(sine, pair.real)
-    return Pair(pair.value, real, imaginary)
+    cosine, sine = math.cos(angle), math.sin(angle)
+    real = cosine * pair.real - sine * pair.imaginary
+    return Pair(pair.value, real, cosine * pair.imaginary + sine * pair.real)
 
 
 def poles_of_one(parts: Sequence[complex], branches: Mapping[float, complex]) -> list[complex]:
@@ -279,21 +267,16 @@ class Relaxing:
         own = self.branches.items()
         stiff = [(s * t / (1 + s * t), t / (1 + s * t) ** 2, A) for t, A in own]
         terms = [(1.0, 0.0, self.K), (s, 1.0, self.C), (s**2, 2 * s, self.M), *stiff]
-        real, imaginary = self.K.copy(), self.K.copy()
-        first, second = self.K.createVecLeft(), self.K.createVecLeft()
-        real.scale(0.0)
-        imaginary.scale(0.0)
-        y = first.duplicate()
+        real, imaginary = 0.0 * self.K, 0.0 * self.K
+        first, second = 0.0 * v.real, 0.0 * v.real
         for factor, slope, A in terms:
             whole, change = complex(factor), complex(slope)
             real.axpy(whole.real, A)
             imaginary.axpy(whole.imag, A)
-            for part, on in ((v.real, change), (v.imaginary, 1j * change)):
-                A.mult(part, y)
-                first.axpy(on.real, y)
-                second.axpy(on.imag, y)
-        minus = imaginary.copy()
-        minus.scale(-1.0)
+            y, z = A * v.real, A * v.imaginary
+            first += change.real * y - change.imag * z
+            second += change.imag * y + change.real * z
+        minus = -1.0 * imaginary
         nested = PETSc.Mat().createNest([[real, minus], [imaginary, real]], comm=self.K.getComm())
         matrix = nested.convert("aij")
         b, x = matrix.createVecLeft(), matrix.createVecRight()

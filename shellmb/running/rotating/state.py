@@ -24,7 +24,7 @@ from shellmb.native.assembler import assembled_as
 from shellmb.preprocessing.bodyfields import kinematic_dofs
 from shellmb.preprocessing.checked_model import checked_model
 from shellmb.running.natural_modes.vibration import in_motion
-from shellmb.running.rotating.axis import Axis, bearing, check_steady, three
+from shellmb.running.rotating.axis import Axis, bearing, check_steady
 from shellmb.running.rotating.frame import RotatingFrame
 from shellmb.running.rotating.linearised import Linearised
 from shellmb.running.rotating.modes import RotatingModes
@@ -243,9 +243,7 @@ class MovingState(Linearised):
         if not moved < BALANCED:
             raise ConvergenceError(
                 f"modes: the state at t = {t:g} is not in balance with its accelerations (by "
-                f"{moved:.1e} of the bodies' scales); run it with a smaller tolerance or step",
-                None,
-                {},
+                f"{moved:.1e} of the bodies' scales); run it with a smaller tolerance or step"
             )
 
 
@@ -348,7 +346,7 @@ def _frame(
     """Axis and rate of the frame, and why it stands."""
     rate, axis, about = given
     held = bearing(scene) if axis is None else None
-    chosen = Axis(three("axis", axis)) if axis is not None else held
+    chosen = Axis(axis) if axis is not None else held
     omega = whole.rotation(velocity, None if chosen is None else chosen.unit)
     if held is not None:
         # the rotation about that very line
@@ -368,15 +366,15 @@ def _frame(
     unit = chosen.unit if chosen is not None else omega / size if size > 0 else np.eye(3)[2]
     own = float(rate) if rate is not None else 0.0 if still else float(unit @ omega)
     if about is not None:
-        point = three("about", about)
+        point = about
     elif held is not None:
         point = held.about
     else:
         # of what turns about an axis the centre is accelerated towards it
         pull = whole.translation(acceleration)
         away = (pull - (pull @ unit) * unit) / own**2 if own else np.zeros(3)
-        point = three("about", (whole.centre + away).tolist())
-    line = Axis(three("axis", unit.tolist()), point, KNOWN)
+        point = (whole.centre + away).tolist()
+    line = Axis(unit.tolist(), point, KNOWN)
     if own == 0:
         return line, 0.0, "nothing turns" if rate is None else "its rate is given as 0"
     try:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Sequence
-from typing import Any, Protocol
+from typing import Any
 
 from mpi4py import MPI
 
@@ -17,13 +17,8 @@ from shellmb.arrays import Floats
 from shellmb.native import library as native
 from shellmb.native.assembler import is_native
 from shellmb.native.kernels import compile_all
-from shellmb.system.assembly.deferred import (
-    BatchedValues,
-    DeferredValues,
-    ImmediateValues,
-    recording_of,
-)
-from shellmb.system.assembly.loops import FormLoop, Inputs, MeshGeometry
+from shellmb.system.assembly.deferred import DeferredValues
+from shellmb.system.assembly.loops import FormLoop, MeshGeometry
 
 
 def vector_of(mesh: Any, size: int) -> Any:
@@ -36,12 +31,8 @@ def vector_of(mesh: Any, size: int) -> Any:
     return ufl.TestFunction(fem.functionspace(mesh, ("DG", 0, (size,))))
 
 
-class Functionals(Protocol):
-    """Several sums of integrals, evaluated together as often as they are called."""
-
-    def __call__(self) -> Floats:
-        """Their values, the same on all ranks, shape (n,); overwritten by the next call."""
-        ...
+# values of several sums, the same on all ranks, shape (n,); overwritten by the next call
+Functionals = Callable[[], Floats]
 
 
 def functionals(sums: Sequence[Sequence[Form]], comm: MPI.Comm) -> Functionals:
@@ -52,7 +43,7 @@ def functionals(sums: Sequence[Sequence[Form]], comm: MPI.Comm) -> Functionals:
             `vector_of` the same size, that add up to so many numbers.
         comm: Communicator of their meshes; calls are collective.
     """
-    return LoopFunctionals(_Compiled(sums), comm) if is_native() else DolfinxFunctionals(sums, comm)
+    return (LoopFunctionals if is_native() else DolfinxFunctionals)(sums, comm)
 
 
 def functionals_of_steps(
@@ -65,18 +56,8 @@ def functionals_of_steps(
         comm: As of `functionals`.
         steps: How many steps are kept.
     """
-    if not is_native():
-        found = functionals(sums, comm)
-        return ImmediateValues(_filled(found), sum(map(_size, sums)), steps)
-    compiled = _Compiled(sums)
-    tape = recording_of(compiled.forms, steps) if comm.size == 1 else None
-    if tape is None:
-        return ImmediateValues(_filled(LoopFunctionals(compiled, comm)), compiled.size, steps)
-    return BatchedValues(tape, compiled.loops(tape), "functionals_of_states", compiled.size)
-
-
-def _filled(found: Functionals) -> Callable[[Floats], None]:
-    return lambda to: np.copyto(to, found())
+    found = functionals(sums, comm)
+    return DeferredValues(lambda to: np.copyto(to, found()), sum(map(_size, sums)), steps)
 
 
 class DolfinxFunctionals:
@@ -106,47 +87,6 @@ class DolfinxFunctionals:
         return found
 
 
-class _Compiled:
-    """Kernels of sums of integrals.
-
-    Args:
-        sums: As of `functionals`.
-
-    Attributes:
-        size: Number of values.
-        forms: All forms, compiled.
-    """
-
-    def __init__(self, sums: Sequence[Sequence[Form]]) -> None:
-        self._sums, self._ends = sums, np.cumsum([0, *map(_size, sums)], dtype=np.int32)
-        self.size = int(self._ends[-1])
-        different = {id(form): form for forms in sums for form in forms}
-        self.forms: list[fem.Form] = compile_all(list(different.values()))
-        self._kernels: dict[int, fem.Form] = dict(zip(different, self.forms, strict=True))
-
-    def loops(self, inputs: Inputs | None = None) -> list[FormLoop]:
-        """Loops over the cells of all meshes, each with its arguments as `mesh`.
-
-        Args:
-            inputs: As of `FormLoop`.
-        """
-        kernels, found = self._kernels, []
-        meshes = {id(form.mesh): form.mesh for form in self.forms}
-        places = [np.arange(*pair, dtype=np.int32) for pair in itertools.pairwise(self._ends)]
-        for key, mesh in meshes.items():
-            here = [
-                (kernels[id(form)], (number,), -1)
-                for number, forms in enumerate(self._sums)
-                for form in forms
-                if id(kernels[id(form)].mesh) == key
-            ]
-            geometry = MeshGeometry(mesh)
-            geometry.places = places
-            found.append(loop := FormLoop(geometry, here, inputs))
-            loop.bind(geometry, size=self.size)
-        return found
-
-
 class LoopFunctionals:
     """Sums of integrals by one loop in C over the cells of each mesh.
 
@@ -154,16 +94,32 @@ class LoopFunctionals:
     most of its time on small meshes.
 
     Args:
-        sums: They, compiled.
+        sums: As of `functionals`.
         comm: As of `functionals`.
     """
 
-    def __init__(self, sums: _Compiled, comm: MPI.Comm) -> None:
+    def __init__(self, sums: Sequence[Sequence[Form]], comm: MPI.Comm) -> None:
         self._comm, self._lib = comm, native.cells().lib
-        self._values = np.zeros(sums.size)
-        values = native.doubles(self._values)
+        ends = np.cumsum([0, *map(_size, sums)], dtype=np.int32)
+        self._values = np.zeros(ends[-1])
+        places = [np.arange(*pair, dtype=np.int32) for pair in itertools.pairwise(ends)]
+        different = {id(form): form for forms in sums for form in forms}
+        made = compile_all(list(different.values()))
+        kernels = dict(zip(different, made, strict=True))
         # each with the arguments of its call
-        self._loops = [(loop, (*loop.mesh, values)) for loop in sums.loops()]
+        self._loops = []
+        for key, mesh in {id(form.mesh): form.mesh for form in made}.items():
+            here = [
+                (kernels[id(form)], (number,), -1)
+                for number, forms in enumerate(sums)
+                for form in forms
+                if id(kernels[id(form)].mesh) == key
+            ]
+            geometry = MeshGeometry(mesh)
+            geometry.places = places
+            loop = FormLoop(geometry, here)
+            loop.bind(geometry, size=len(self._values))
+            self._loops.append((loop, (*loop.mesh, native.doubles(self._values))))
 
     def __call__(self) -> Floats:
         """Their values, the same on all ranks, shape (n,); overwritten by the next call."""

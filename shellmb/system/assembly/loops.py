@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from copy import copy
 from itertools import chain
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -19,6 +19,8 @@ from shellmb.native.compiling.flags import LANES
 from shellmb.native.library import CArrays, cell_dofs, side_by_side
 from shellmb.system.assembly.fields import Field
 
+# cells at a time whose matrices are kept meanwhile
+CHUNK = 64
 # a compiled form with the numbers of its row fields and of its column field, see `FormLoop`
 PlacedForm = tuple[fem.Form, tuple[int, ...], int]
 # the cells of a mesh, and linear forms over them
@@ -150,30 +152,6 @@ class MeshCells(MeshGeometry):
         return np.asarray(inner[table].all(axis=0))
 
 
-class Inputs(Protocol):
-    """Place that kernels read numbers from."""
-
-    def coefficient(self, array: Floats) -> Floats:
-        """Place for the local array of a coefficient."""
-        ...
-
-    def constants(self, form: Any) -> Floats:
-        """Place for the constants of a form of C++, one behind the other."""
-        ...
-
-
-class InPlace:
-    """Coefficients where they are, and constants beside them."""
-
-    def coefficient(self, array: Floats) -> Floats:
-        """Give the array itself."""
-        return array
-
-    def constants(self, form: Any) -> Floats:
-        """Pack them."""
-        return np.asarray(cpp.fem.pack_constants(form))
-
-
 class FormLoop:
     """Compiled forms over the cells of one mesh, as C wants them.
 
@@ -182,7 +160,6 @@ class FormLoop:
         forms: Forms with the numbers of the fields whose rows they have, and of a bilinear form its
             column field (-1 of another form), among the fields of the mesh. A scalar form has one
             row.
-        inputs: Where kernels read coefficients and constants; None: where they are.
 
     Attributes:
         count: Number of kernels.
@@ -193,11 +170,8 @@ class FormLoop:
 
     mesh: tuple[Any, Any, int]
 
-    def __init__(
-        self, cells: MeshGeometry, forms: Sequence[PlacedForm], inputs: Inputs | None = None
-    ) -> None:
-        self._forms, self._inputs = [form for form, _, _ in forms], inputs or InPlace()
-        self.pointer = CArrays()
+    def __init__(self, cells: MeshGeometry, forms: Sequence[PlacedForm]) -> None:
+        self._forms, self.pointer = [form for form, _, _ in forms], CArrays()
         self.coefficient_size = 1
         self._constants: list[tuple[Any, Floats]] = []
         found = [self._kernels(cells, *form) for form in forms]
@@ -216,10 +190,10 @@ class FormLoop:
             space = function.function_space
             assert not space.element.needs_dof_transformations
             tables.append(cell_dofs(space)[: cells.count])
-            values.append(pointer(self._inputs.coefficient(function.x.array)))
+            values.append(pointer(function.x.array))
         size = sum(table.shape[1] for table in tables)
         self.coefficient_size = max(self.coefficient_size, size)
-        constants = self._inputs.constants(bare)
+        constants = np.asarray(cpp.fem.pack_constants(bare))
         self._constants.append((bare, constants))
         rows = np.concatenate([cells.places[k] for k in row])
         columns = np.zeros(1, dtype=np.int32) if column < 0 else cells.places[column]
@@ -301,6 +275,20 @@ class FormLoop:
         """Take the values of the constants, after they changed."""
         self._lib.copy_pieces(*self.pieces)
 
+    def matrices(self, cells: MeshCells) -> Iterator[tuple[slice, Floats]]:
+        """Matrices of some cells after the others, shape (some, size, size); overwritten each time.
+
+        Args:
+            cells: The cells.
+        """
+        K, struct = np.empty((CHUNK, cells.size, cells.size)), cells.struct(self)
+        for first in range(0, cells.count, CHUNK):
+            some = slice(first, min(first + CHUNK, cells.count))
+            found = K[: some.stop - first]
+            where = struct, self.kernels, self.count, first, some.stop
+            self._lib.cell_matrices(*where, native.doubles(found))
+            yield some, found
+
 
 def _together(
     found: Sequence[Sequence[dict[str, Any]]],
@@ -354,19 +342,18 @@ class LoopResiduals:
 
     Args:
         parts: The cells of each mesh with its forms.
-        inputs: As of `FormLoop`.
 
     Attributes:
         loops: The loops over the cells of each mesh.
         meshes: Arguments of `residual` in C, of each mesh.
     """
 
-    def __init__(self, parts: Iterable[Rows], inputs: Inputs | None = None) -> None:
+    def __init__(self, parts: Iterable[Rows]) -> None:
         self._lib = native.cells().lib
         self.loops = []
         for cells, forms in parts:
             if forms:
-                self.loops.append(loop := FormLoop(cells, forms, inputs))
+                self.loops.append(loop := FormLoop(cells, forms))
                 loop.bind(cells)
         self.meshes = [loop.mesh for loop in self.loops]
 

@@ -10,13 +10,8 @@ from dolfinx import fem
 from shellmb.arrays import Floats
 from shellmb.native.assembler import is_native
 from shellmb.system.assembly.blocks import BlockSystem
-from shellmb.system.assembly.deferred import (
-    BatchedValues,
-    DeferredValues,
-    ImmediateValues,
-    recording_of,
-)
-from shellmb.system.assembly.loops import Inputs, LoopResiduals, MeshCells, PlacedForm, Rows
+from shellmb.system.assembly.deferred import DeferredValues
+from shellmb.system.assembly.loops import LoopResiduals, MeshCells, PlacedForm, Rows
 from shellmb.system.assembly.residuals import DolfinxResiduals, Residuals
 
 
@@ -83,16 +78,10 @@ def residuals_of(system: BlockSystem, number: int, forms: Sequence[fem.Form]) ->
         number: Number of the field.
         forms: Compiled residuals.
     """
-    if is_native():
-        return _loops_of(system, number, forms)
-    return DolfinxResiduals([(form, (0,)) for form in forms], [system.fields[number]], [0])
-
-
-def _loops_of(
-    system: BlockSystem, number: int, forms: Sequence[fem.Form], inputs: Inputs | None = None
-) -> LoopResiduals:
+    if not is_native():
+        return DolfinxResiduals([(form, (0,)) for form in forms], [system.fields[number]], [0])
     cells = MeshCells([system.fields[number]], [0], [system.held[number]])
-    return LoopResiduals([(cells, [(form, (0,), -1) for form in forms])], inputs)
+    return LoopResiduals([(cells, [(form, (0,), -1) for form in forms])])
 
 
 def residuals_of_steps(
@@ -106,14 +95,10 @@ def residuals_of_steps(
         forms: Compiled residuals.
         steps: How many steps are kept.
     """
-    size = system.fields[number].size_all
-    if is_native() and system.comm.size == 1 and (tape := recording_of(forms, steps)) is not None:
-        loops = _loops_of(system, number, forms, tape).loops
-        return BatchedValues(tape, loops, "residuals_of_states", size)
     residuals = residuals_of(system, number, forms)
 
     def find(to: Floats) -> None:
         residuals.refresh()
         residuals.add(to)
 
-    return ImmediateValues(find, size, steps)
+    return DeferredValues(find, system.fields[number].size_all, steps)

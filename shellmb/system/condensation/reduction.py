@@ -24,16 +24,15 @@ import numpy as np
 
 from shellmb.arrays import Floats
 from shellmb.clock import now
-from shellmb.native import library as native
 from shellmb.system.assembly.loops import LoopResiduals
 from shellmb.system.assembly.meshgroups import MeshGroup, mesh_groups
 from shellmb.system.assembly.scatter import SerialExchange
 from shellmb.system.condensation.fused_residual import FusedResidual
 from shellmb.system.condensation.matrix import reduced_matrix
-from shellmb.system.condensation.meshreduction import MeshReduction, SingularCell, check
-from shellmb.system.condensation.substitution import SerialPasses, SeveralPasses, passes
+from shellmb.system.condensation.meshreduction import MeshReduction, SingularCell
+from shellmb.system.condensation.substitution import ParallelPasses, SerialPasses, SeveralPasses
 from shellmb.system.couplings import CoupledEntries
-from shellmb.system.direct.linear import one_by_one, refresh_cost
+from shellmb.system.direct.linear import Linear
 from shellmb.system.direct.solver import DirectSolver, Purpose
 from shellmb.system.generic_values import general_position
 from shellmb.system.newton.convergence import unknown_scales
@@ -42,7 +41,7 @@ from shellmb.system.nullspace.nodes import SystemNodes
 from shellmb.system.nullspace.numbers import ReducedNumbers
 
 
-class Reduction:
+class Reduction(Linear):
     """Solves the linear systems of a block system by reduced ones.
 
     The system's residuals are assembled by the same loops from then on.
@@ -53,15 +52,12 @@ class Reduction:
 
     Attributes:
         A: The reduced matrix.
-        multipliers: Last transposed solution, of all local dofs.
     """
 
-    multipliers: Floats
+    solver: DirectSolver
 
     def __init__(self, nodes: SystemNodes, prefix: str) -> None:
-        self.system = system = nodes.system
-        self.seconds = {"jacobian": 0.0, "reduction": 0.0, "factor": 0.0, "solve": 0.0}
-        self.jacobians = 0
+        super().__init__(system := nodes.system)
         self._groups = groups = mesh_groups(system)
         system.residuals = residuals = LoopResiduals(group.residuals for group in groups)
         if isinstance(system.exchange, SerialExchange):
@@ -81,24 +77,13 @@ class Reduction:
             self._allocate(self._groups)
         scales = self.numbers.scales(unknown_scales(system))
         self.solver = DirectSolver(self.A, self._prefix, scales, values=self._matrix.values)
-        self._passes = passes(self.numbers, self.parts)
-        if isinstance(self._passes, SerialPasses):
+        structs = [part.for_solution() for part in self.parts]
+        self._transposed = ParallelPasses(self.numbers, self.parts)
+        self._passes: SerialPasses | ParallelPasses = self._transposed
+        if self.numbers.full.serial:
+            self._passes = SerialPasses(self.numbers, structs)
             self._passes.take_vectors(self._rhs, self._solution)
-        pairs = zip(self.parts, self._matrix.targets, strict=True)
-        members = [part.jacobian(values) for part, values in pairs]
-        self._lib, self._pointer = native.cells().lib, native.CArrays()
-        self._jacobians = len(members), self._pointer.many("Jacobian", members)
         self._several = SeveralPasses(self.numbers, self.parts, self.A.getSize()[0])
-
-    @property
-    def factorisations(self) -> int:
-        """Number of factorisations so far."""
-        return self.solver.factorisations
-
-    @property
-    def cost(self) -> float:
-        """Cost of a new factorisation in iterations with an old one."""
-        return refresh_cost(self.solver, self.system)
 
     @property
     def size(self) -> int:
@@ -167,9 +152,10 @@ class Reduction:
         self._load[:] = 0.0
         # what is solved for is subtracted
         shift = (-self._given, self._load) if shifted else (None, None)
-        check(self._lib.jacobians(*self._jacobians, *map(native.doubles, shift)))
+        for part, values in zip(self.parts, self._matrix.targets, strict=True):
+            part.assemble(values, *shift)
         if self._coupled is not None:
-            self._coupled.add_to(self._matrix, self._given, self._load)
+            self._matrix.add(*self._coupled.at(self._given, self._load))
         self._matrix.end()
 
     def factorise(self, purpose: Purpose = Purpose.EXACT) -> str | None:
@@ -232,7 +218,7 @@ class Reduction:
         """
         serial = isinstance(self._passes, SerialPasses)
         if len(given) == 1 or not (serial and self.solver.many):
-            return one_by_one(self, given, found)
+            return super().solve_many(given, found)
         start, shift = now(), self.numbers.correction()
         several = self._several.of(len(given))
         for passing, b, rhs in zip(several.passes, given, several.rhs, strict=True):
@@ -255,9 +241,9 @@ class Reduction:
         Args:
             b: Right-hand side.
         """
-        self._passes.before_transposed(b.array_r, self._rhs.array)
+        self._transposed.before_transposed(b.array_r, self._rhs.array)
         reason = self.solver.solve_transposed(self._rhs, self._solution)
-        self.multipliers = self._passes.after_transposed(self._solution.array_r)
+        self.multipliers = self._transposed.after_transposed(self._solution.array_r)
         return reason
 
     def follow(self) -> None:

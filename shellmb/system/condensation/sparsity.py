@@ -5,9 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from shellmb.arrays import Bools, Int32s
-
-# cells at a time when the pattern is looked for: their matrices are kept meanwhile
-CHUNK = 64
+from shellmb.system.assembly.loops import CHUNK
 
 
 class Lists:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 from petsc4py import PETSc
 
@@ -16,57 +16,10 @@ from shellmb.system.condensation.meshreduction import MeshReduction
 from shellmb.system.nullspace.numbers import ReducedNumbers
 
 
-class Passes(Protocol):
-    """Both passes; the second one belongs to the first one before it."""
-
-    def before(self, b: Floats, load: Floats | None, rhs: Floats) -> None:
-        """Fill the right-hand side of the reduced system.
-
-        Args:
-            b: Residual, entries that this rank owns.
-            load: Forces of given changes on the local dofs; None: there are none.
-            rhs: Gets the result, entries of the matrix's rows that this rank owns.
-        """
-        ...
-
-    def after(self, solution: Floats, given: Floats, dx: Floats) -> None:
-        """Fill in the solution for all unknowns.
-
-        Args:
-            solution: Of the reduced system, owned entries.
-            given: Given changes of the local dofs.
-            dx: Gets the result, owned entries.
-        """
-        ...
-
-    def before_transposed(self, b: Floats, rhs: Floats) -> None:
-        """Fill the right-hand side of the transposed reduced system; arguments as of `before`."""
-        ...
-
-    def after_transposed(self, solution: Floats) -> Floats:
-        """Multipliers of the local dofs.
-
-        Args:
-            solution: Of the reduced system, owned entries.
-        """
-        ...
-
-
-def passes(numbers: ReducedNumbers, parts: Sequence[MeshReduction]) -> Passes:
-    """Passes of a reduction: one call each where one process has all unknowns.
-
-    Args:
-        numbers: Numbers of the reduced unknowns.
-        parts: Reductions of all meshes.
-    """
-    structs = [part.for_solution() for part in parts]
-    if numbers.full.serial:
-        return SerialPasses(numbers, structs)
-    return ParallelPasses(numbers, parts)
-
-
 class ParallelPasses:
-    """Between the loops over cells the ranks tell one another what they know.
+    """Both passes of a solution; the second one belongs to the first one before it.
+
+    Between the loops over cells the ranks tell one another what they know.
 
     Args:
         numbers: Numbers of the reduced unknowns.
@@ -77,7 +30,13 @@ class ParallelPasses:
         self.numbers, self.parts = numbers, parts
 
     def before(self, b: Floats, load: Floats | None, rhs: Floats) -> None:
-        """Fill the right-hand side of the reduced system."""
+        """Fill the right-hand side of the reduced system.
+
+        Args:
+            b: Residual, entries that this rank owns.
+            load: Forces of given changes on the local dofs; None: there are none.
+            rhs: Gets the result, entries of the matrix's rows that this rank owns.
+        """
         numbers = self.numbers
         local = numbers.full.seen(b)
         change = np.zeros_like(local)
@@ -96,7 +55,13 @@ class ParallelPasses:
         rhs[:] = reduced[numbers.outer]
 
     def after(self, solution: Floats, given: Floats, dx: Floats) -> None:
-        """Fill in the solution for all unknowns."""
+        """Fill in the solution for all unknowns.
+
+        Args:
+            solution: Of the reduced system, owned entries.
+            given: Given changes of the local dofs.
+            dx: Gets the result, owned entries.
+        """
         numbers = self.numbers
         reduced = np.zeros(numbers.count)
         reduced[numbers.outer] = solution
@@ -113,7 +78,7 @@ class ParallelPasses:
         dx[:] = x[numbers.own]
 
     def before_transposed(self, b: Floats, rhs: Floats) -> None:
-        """Fill the right-hand side of the transposed reduced system."""
+        """Fill the right-hand side of the transposed reduced system; arguments as of `before`."""
         numbers = self.numbers
         local = numbers.full.seen(b)
         change = np.zeros_like(local)
@@ -127,7 +92,11 @@ class ParallelPasses:
         rhs[:] = (reduced + numbers.right.numbers.summed(rest))[numbers.outer]
 
     def after_transposed(self, solution: Floats) -> Floats:
-        """Multipliers of the local dofs."""
+        """Multipliers of the local dofs.
+
+        Args:
+            solution: Of the reduced system, owned entries.
+        """
         numbers = self.numbers
         reduced = np.zeros(numbers.count)
         reduced[numbers.outer] = solution
@@ -141,7 +110,7 @@ class ParallelPasses:
 
 
 class SerialPasses:
-    """Passes in one process, by one call of `unknowns.c` each.
+    """The same in one process, by one call of `unknowns.c` each.
 
     Args:
         numbers: Numbers of the reduced unknowns.
@@ -192,16 +161,6 @@ class SerialPasses:
     def after(self, solution: Floats, given: Floats, dx: Floats) -> None:
         """Fill in the solution for all unknowns."""
         self._lib.after(self._solution, *map(native.doubles, (solution, given, dx)))
-
-    def before_transposed(self, b: Floats, rhs: Floats) -> None:
-        """Fill the right-hand side of the transposed reduced system."""
-        self._lib.before_transposed(self._solution, native.doubles(b), native.doubles(rhs))
-
-    def after_transposed(self, solution: Floats) -> Floats:
-        """Multipliers of the local dofs."""
-        found = np.empty(self._local)
-        self._lib.after_transposed(self._solution, *map(native.doubles, (solution, found)))
-        return found
 
     def take_vectors(self, rhs: PETSc.Vec, solution: PETSc.Vec) -> None:
         """Take vectors of the reduced system, for `solve` to work with."""

@@ -13,7 +13,7 @@ import numpy as np
 
 from shellmb.arrays import Bools, Floats, Ints
 from shellmb.errors import ConvergenceError
-from shellmb.native.operations import operations
+from shellmb.native.operations import part_sizes
 from shellmb.system.assembly.blocks import BlockSystem
 from shellmb.system.assembly.fields import Part
 
@@ -47,7 +47,7 @@ class Convergence:
         other = np.isinf(bounds) & np.isfinite(self._scales) & ~idle
         weights = np.where(idle & ~np.any(other), IDLE, 1.0)
         given = self._ends, self._entries, self._scales, bounds, weights
-        self._sizes = operations().part_sizes(*given)
+        self._sizes = part_sizes(*given)
         self._serial = system.comm.size == 1
         self.begin()
 
@@ -151,7 +151,7 @@ class Convergence:
             advice: What to try; None: what helps the field.
         """
         if not self.iterations:
-            return ConvergenceError(f"Newton failed: {reason}", field=None, norms={})
+            return ConvergenceError(f"Newton failed: {reason}")
         last = self._sizes.table[1]
         part = self.parts[int(np.argmax(last))]
         return ConvergenceError(

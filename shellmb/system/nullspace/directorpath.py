@@ -27,6 +27,7 @@ from shellmb.native import library as native
 from shellmb.system.nullspace.directors import (
     any_pseudo_inverse,
     constraint,
+    null_space,
     orthonormal,
     pseudo_inverse,
     violation,
@@ -231,15 +232,15 @@ def partial_bases(path: PathDirectors, free: Bools, size: int) -> tuple[Half, Ha
     place, other = path.rate_rows()
     end, at = constraint(path.end)[0], constraint(place)[0]
     T, T_v = np.zeros((n, m)), np.zeros((n, m))
-    T[:, :size] = _null(np.concatenate([end, held]), size)
-    T_v[:, :size] = _null(np.concatenate([at, held]), size)
+    T[:, :size] = null_space(np.concatenate([end, held]), size)
+    T_v[:, :size] = null_space(np.concatenate([at, held]), size)
     along = np.zeros((n, m))
     along[free] = -any_pseudo_inverse(at[:, free]) @ (constraint(other)[0] @ T)
     G = path.force_rows()[0]
     c = len(G) // 2
     none = np.zeros_like(held)
     both = np.concatenate([G, np.block([[held, none], [none, held]])])
-    Y = _null(both, 2 * size)
+    Y = null_space(both, 2 * size)
     every = np.concatenate([free, free])
     inverse = np.zeros((2 * n, 2 * c))
     inverse[every] = any_pseudo_inverse(G[:, every])
@@ -252,9 +253,3 @@ def partial_bases(path: PathDirectors, free: Bools, size: int) -> tuple[Half, Ha
 
 def _applied(matrices: Floats, vectors: Floats) -> Floats:
     return np.asarray(np.einsum("nij,nj->ni", matrices, vectors))
-
-
-def _null(rows: Floats, size: int) -> Floats:
-    if not np.all(np.isfinite(rows)):
-        return np.full((rows.shape[1], size), np.nan)
-    return np.asarray(np.linalg.svd(rows)[2][rows.shape[1] - size :].T)

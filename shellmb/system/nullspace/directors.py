@@ -16,12 +16,22 @@ import numpy as np
 
 from shellmb.arrays import Floats
 from shellmb.native import library as native
-from shellmb.native.operations import operations
 
 # singular values of constraints below this, of directors of unit length, are none
 DEPENDENT = 1e-8
 # pairs of directors in the order of the multipliers, by number of directors
 PAIRS = {1: ((0, 0),), 3: ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))}
+
+
+def _rows(k: int) -> Floats:
+    """Derivatives of the constraints of `k` directors by these, shape (3 k, c, 3 k)."""
+    found = np.zeros((k, 3, len(PAIRS[k]), k, 3))
+    for row, (a, b) in enumerate(PAIRS[k]):
+        found[b, :, row, a, :] = found[a, :, row, b, :] = np.eye(3)
+    return found.reshape(3 * k, len(PAIRS[k]), 3 * k)
+
+
+ROWS = {3 * k: _rows(k) for k in PAIRS}
 
 
 def constraint(d: Floats) -> Floats:
@@ -33,13 +43,7 @@ def constraint(d: Floats) -> Floats:
     Returns:
         `C`, shape (n, c, 3 k) with c = 1 or 6.
     """
-    k = d.shape[1] // 3
-    C = np.zeros((len(d), len(PAIRS[k]), 3 * k))
-    for row, (a, b) in enumerate(PAIRS[k]):
-        C[:, row, 3 * a : 3 * a + 3] += d[:, 3 * b : 3 * b + 3]
-        if a != b:
-            C[:, row, 3 * b : 3 * b + 3] += d[:, 3 * a : 3 * a + 3]
-    return C
+    return np.asarray(np.tensordot(d, ROWS[d.shape[1]], 1))
 
 
 def violation(d: Floats) -> Floats:
@@ -120,8 +124,10 @@ def rotated(d: Floats, change: Floats, most: float = math.inf) -> tuple[Floats, 
     Returns:
         Directors, shape (n, 3 k), orthonormal but for those; whether there are any of those.
     """
-    out, change = np.array(d, order="C"), np.ascontiguousarray(change)
-    return out, operations().turn(out, change, most) > 0
+    far = (change * change).sum(axis=1) > most * most
+    out = (_turned_vectors if d.shape[1] == 3 else _turned_triples)(d, change)
+    out[far] = d[far] + change[far]
+    return out, bool(far.any())
 
 
 def orthonormal(d: Floats) -> Floats:
@@ -133,6 +139,32 @@ def orthonormal(d: Floats) -> Floats:
     Returns:
         Shape (n, 3 k).
     """
-    out = np.array(d, order="C")
-    operations().normalise(out)
-    return out
+    if d.shape[1] == 3:
+        return np.asarray(d / np.sqrt((d * d).sum(axis=1))[:, None])
+    v = d.reshape(-1, 3, 3)
+    for _ in range(4):
+        v = _nearer(v)
+    return v.reshape(d.shape)
+
+
+def _turned_vectors(d: Floats, change: Floats) -> Floats:
+    """Single directors turned by `r = d x change / 2`."""
+    across = change - (d * change).sum(axis=1)[:, None] * d
+    quarter = (across * across).sum(axis=1)[:, None] / 4
+    out = ((1 - quarter) * d + across) / (1 + quarter)
+    return np.asarray(out / np.sqrt((out * out).sum(axis=1))[:, None])
+
+
+def _turned_triples(d: Floats, change: Floats) -> Floats:
+    """Triples of directors turned, each of which sees two thirds of the rotation."""
+    v, change = d.reshape(-1, 3, 3), change.reshape(-1, 3, 3)
+    r = np.cross(v, change).sum(axis=1)[:, None, :] / 4
+    once = np.cross(r, v)
+    out = v + 2 / (1 + (r * r).sum(axis=2))[:, :, None] * (once + np.cross(r, once))
+    return _nearer(out).reshape(d.shape)
+
+
+def _nearer(v: Floats) -> Floats:
+    """One step of Newton's method from triples to the nearest orthonormal ones."""
+    gram = v @ v.transpose(0, 2, 1)
+    return np.asarray(1.5 * v - 0.5 * gram @ v)
