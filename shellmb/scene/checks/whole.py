@@ -33,16 +33,8 @@ from shellmb.scene.values.user_functions import finite_in_time, values_at
 from shellmb.scene.values.validate import edge_names, show
 
 # parts of a scene whose names differ within each of them, and others with names
-NAMED = (
-    "bodies",
-    "joints",
-    "drivers",
-    "force_elements",
-    "couplings",
-    "probes",
-    "reserves",
-    "controllers",
-)
+RECORDED = ("probes", "reserves", "controllers")
+NAMED = ("bodies", "joints", "drivers", "force_elements", "couplings", *RECORDED)
 ALSO_NAMED = ("potentials", "contacts", "volumes", "events")
 # what separates folders, columns and texts
 SEPARATORS = "/\\,;\"'"
