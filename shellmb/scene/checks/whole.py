@@ -163,11 +163,6 @@ def _relaxation(scene: Description) -> None:
                 f"{who}: its section varies, relaxes, and has stiffness_damping; where it relaxes "
                 "and varies, stiffness_damping must be 0"
             )
-        if scene.output.end_forces and not scene.static:
-            raise SceneError(
-                f"{who}: its section relaxes, and its forces are known as means over a step only; "
-                "output must be without end_forces"
-            )
         if not relaxed and "equilibrium" in scene.starts:
             raise SceneError(f"{who}: {_FROM_EQUILIBRIUM}")
         natural = body.natural
@@ -185,11 +180,6 @@ def _relaxation(scene: Description) -> None:
             raise SceneError(
                 f"{who}: a body that relaxes has this name, too, and columns as "
                 f"'{element.name}.relaxation.loss' are by names; it must have another name"
-            )
-        if scene.output.end_forces and not scene.static:
-            raise SceneError(
-                f"{who}: it relaxes, and what holds it is known as means over a step only; output "
-                "must be without end_forces"
             )
         if not series.relaxed and "equilibrium" in scene.starts:
             raise SceneError(f"{who}: {_FROM_EQUILIBRIUM}")
