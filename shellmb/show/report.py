@@ -118,7 +118,7 @@ def modes_card(modes: ShownModes) -> str:
 
 
 def _or_why(made: Callable[[], str]) -> str:
-    """What is made, or why this machine cannot."""
+    """A part of a page, or a sentence on why this machine cannot make it."""
     try:
         return made()
     except RunError as error:

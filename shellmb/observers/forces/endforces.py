@@ -169,5 +169,5 @@ class EndForceColumns(KeptColumns):
 
 
 def _ending(columns: Row, ending: str) -> Row:
-    """The same columns with something behind their names."""
+    """Columns with something behind their names."""
     return {f"{name}{ending}": value for name, value in columns.items()}
