@@ -188,13 +188,13 @@ class NodeGroup(Body):
 
     def gathered(self, part: str, values: Floats) -> Floats:
         """Values of a part of all items from a local array of a state, (n, size); collective."""
-        return gathered(self.nodes, values[self.mixed.dofs[part]].reshape(len(self.nodes.item), -1))
+        size = self.mixed.parts[part][1]
+        return gathered(self.nodes, values[self.mixed.dofs[part]].reshape(-1, size))
 
     def numbers(self, part: str) -> Ints:
         """Global dofs of a part in the order of the items, shape (n, size); collective."""
-        index_map, count = self.mixed.space.dofmap.index_map, len(self.nodes.item)
-        own = index_map.local_to_global(self.mixed.dofs[part]).reshape(count, -1)
-        return gathered(self.nodes, own)
+        own = self.mixed.space.dofmap.index_map.local_to_global(self.mixed.dofs[part])
+        return gathered(self.nodes, own.reshape(-1, self.mixed.parts[part][1]))
 
 
 def gathered[T: (Floats, Ints)](nodes: NodeMesh, local: T) -> T:
