@@ -11,6 +11,7 @@ from shellmb.scene.types import NONE, Finite, Listed, Positive, PositiveInt, Unt
 from shellmb.scene.values.messages import refused
 from shellmb.scene.values.validate import described, show
 
+Angle = Annotated[float, Field(gt=0, lt=90, allow_inf_nan=False)]
 Fraction = Annotated[float, Field(gt=0, lt=1, allow_inf_nan=False)]
 Growth = Annotated[float, Field(ge=1, allow_inf_nan=False)]
 
@@ -147,9 +148,6 @@ class Output:
     frames: PositiveInt | None = None
     fields: Annotated[tuple[str, ...], BeforeValidator(_fields)] = DEFAULT
     end_forces: bool = False
-
-
-Angle = Annotated[float, Field(gt=0, lt=90, allow_inf_nan=False)]
 
 
 @described("path following")

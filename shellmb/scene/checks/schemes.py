@@ -15,6 +15,8 @@ from shellmb.scene.values.messages import error_of, listed, refused, said
 from shellmb.scene.values.renamed import choice_of_today
 from shellmb.scene.values.validate import show
 
+# relative difference of values before and after a time from which on it is a jump, no round-off
+LEAP = 1e-9
 # a rotation by this is off by its square in a linear analysis: positions by half a per cent, rad
 SMALL_ANGLE = 0.1
 # times at which prescribed rotations are looked at, in parts of the run
@@ -241,10 +243,6 @@ def _check_given(scene: Description, who: str) -> None:
                 f"{who}: {what} is {start:g} at the load factor 0; it must be 0 there, because a "
                 "path starts from the unloaded structure"
             )
-
-
-# relative difference of values before and after a time from which on it is a jump, no round-off
-LEAP = 1e-9
 
 
 def check_control(scene: Description) -> None:

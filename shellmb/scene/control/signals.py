@@ -14,6 +14,11 @@ from shellmb.scene.types import Finite, Name
 from shellmb.scene.values.times import TimeFunction
 from shellmb.scene.values.validate import described, extended, show
 
+# parts of a scene in which inputs may stand
+PARTS = ("supports", "loads", "drivers", "force_elements", "controllers", "events", "locks")
+# others with functions of the user's, in which they may not
+OTHERS = ("contacts", "potentials", "couplings", "volumes", "joints", "initial", "own_bodies")
+
 
 class Signal:
     """Any of them."""
@@ -107,12 +112,6 @@ class Off(Switched):
     def __call__(self, t: float) -> float:
         """No event is on before the run."""
         return self.times(t)
-
-
-# parts of a scene in which inputs may stand
-PARTS = ("supports", "loads", "drivers", "force_elements", "controllers", "events", "locks")
-# others with functions of the user's, in which they may not
-OTHERS = ("contacts", "potentials", "couplings", "volumes", "joints", "initial", "own_bodies")
 
 
 @described("input")

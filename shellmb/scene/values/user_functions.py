@@ -14,6 +14,16 @@ from numpy.typing import NDArray
 from shellmb.errors import SceneError
 from shellmb.scene.values.messages import in_words, show
 
+# functions that are called with more than numbers, or do more than to give some
+OTHERS = {"results", "build", "energy", "strains", "terms"}
+# in place of a number that is none, or an error
+NONE = 1e300
+# positions where functions of position are tried [m], and parameters of surfaces
+POSITIONS = np.random.default_rng(1).random((3, 4))
+OfPosition = Callable[[Any], Any]
+Several = list | tuple
+# what could be made a float, and is not meant as one, by NumPy's kinds
+NO_NUMBERS = {"b": "truth values", "c": "complex numbers"}
 MUTABLE = (list, dict, set, bytearray, np.ndarray)
 
 
@@ -48,14 +58,6 @@ def on_trial(function: Any) -> Any:
         return copy.deepcopy(function)
     except Exception:
         return function
-
-
-# functions that are called with more than numbers, or do more than to give some
-OTHERS = {"results", "build", "energy", "strains", "terms"}
-# in place of a number that is none, or an error
-NONE = 1e300
-# positions where functions of position are tried [m], and parameters of surfaces
-POSITIONS = np.random.default_rng(1).random((3, 4))
 
 
 @dataclass(frozen=True)
@@ -132,12 +134,6 @@ def _arguments(function: Any) -> int:
     plain = [p for p in parameters if p.kind in (p.POSITIONAL_ONLY, p.POSITIONAL_OR_KEYWORD)]
     needed = [p for p in plain if p.default is p.empty] or plain[:1]
     return len(needed) if len(needed) <= 3 else 0
-
-
-OfPosition = Callable[[Any], Any]
-Several = list | tuple
-# what could be made a float, and is not meant as one, by NumPy's kinds
-NO_NUMBERS = {"b": "truth values", "c": "complex numbers"}
 
 
 def values_at(
