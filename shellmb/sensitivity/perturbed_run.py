@@ -55,6 +55,8 @@ class PerturbedRun:
         """Start the observers."""
         for observer in self.observers:
             observer.start(self.simulation)
+        # as in a run, those that have nothing to do are not called in steps
+        self.observers = [o for o in self.observers if not getattr(o, "idle", False)]
 
     def begin(self, t: float, dt: float) -> None:
         """Set all that acts in a step; unknowns come later; collective.

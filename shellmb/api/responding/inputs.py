@@ -100,7 +100,7 @@ def without_commands(scene: Scene, control: Mapping[str, Any] | None = None) -> 
         SceneError: If a controller moves a driver.
     """
     signals = Signals(scene)
-    samplers = [] if control is None else control["controllers"]
+    samplers = [] if control is None else control["samplers"]
     for controller, sampler in zip(scene.controllers, samplers, strict=control is not None):
         for output, value in sampler["outputs"].items():
             signals.command(0.0, (controller.name, output), value)
