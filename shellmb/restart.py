@@ -53,7 +53,9 @@ def _copied(value: Any) -> Any:
         return [v if type(v) in _CONSTANT else _copied(v) for v in value]
     if kind is np.ndarray:
         return value.tolist() if value.flags.writeable else value
-    return value.state() if isinstance(value, Restartable) else _copied(_values(value))
+    if isinstance(value, Restartable):
+        return value.state()
+    return _copied(_values(value)) if is_dataclass(value) else value
 
 
 def _values(data: Any) -> dict[str, Any]:

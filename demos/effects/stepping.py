@@ -18,7 +18,6 @@ from shellmb.accuracy.measuring.times import Stopwatch, slowest
 from shellmb.clock import now, timed_by
 from shellmb.native.kernels import watched
 from shellmb.observers.progress import ProgressReport
-from shellmb.running.directory import make_directory
 from shellmb.running.standard import StandardObservers
 from shellmb.scene import Scene
 from shellmb.simulate.simulation import BaseObserver, Observer, Simulation
@@ -126,7 +125,9 @@ class Stepping:
         group: Callable[[Mapping[str, Observer]], dict[str, Timed]] = one_by_one,
     ) -> None:
         self.simulation = Simulation(scene)
-        make_directory(folder, self.simulation.model.comm)
+        if self.simulation.model.comm.rank == 0:
+            folder.mkdir(parents=True, exist_ok=True)
+        self.simulation.model.comm.Barrier()
         self.observers = group(observers_of_run(folder))
         for observer in self.observers.values():
             observer.start(self.simulation)

@@ -185,8 +185,3 @@ class ModeShapes(FoundModes):
         from shellmb.show.report import modes_card
 
         return modes_card(self)
-
-
-def is_modes(directory: Path) -> bool:
-    """Decide whether a directory holds modes."""
-    return (directory / TABLE).is_file()

@@ -180,7 +180,8 @@ class Motion(Trials):
         for _ in range(count):
             self._advance(self.dt)
 
-    def _save(self) -> Any:
+    def state(self) -> Any:
+        """Copy of all that steps change now, for `take_up`."""
         if not self._started:
             self.start()
         return (

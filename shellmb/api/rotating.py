@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import json
 from functools import cached_property
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from shellmb.api.modeshapes import ModeShapes, Stability
@@ -120,13 +118,3 @@ class StateModes(ModeShapes, Stability):
 
     def __repr__(self) -> str:
         return f"<StateModes of '{self.described.name}' {self.verdict}, {self.directory}>"
-
-
-def is_rotating(directory: Path) -> bool:
-    """Decide whether a directory holds modes over the rate."""
-    return (directory / TABLE).is_file()
-
-
-def is_of_state(directory: Path) -> bool:
-    """Decide whether modes in a directory are about a state of a run."""
-    return "drift" in json.loads((directory / "summary.json").read_text())

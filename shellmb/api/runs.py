@@ -8,10 +8,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from shellmb.api.folders import path_of, placed
-from shellmb.api.modeshapes import ModeShapes, is_modes
+from shellmb.api.modeshapes import TABLE as MODES
+from shellmb.api.modeshapes import ModeShapes
 from shellmb.api.record import Run
 from shellmb.api.resolve_scene import requested
-from shellmb.api.rotating import RotatingModes, StateModes, is_of_state, is_rotating
+from shellmb.api.rotating import TABLE as CAMPBELL
+from shellmb.api.rotating import RotatingModes, StateModes
 from shellmb.errors import SceneError
 from shellmb.options.accuracy import ACCURACY, AccuracyOptions, take_accuracy
 from shellmb.options.described import options_of, takes
@@ -187,12 +189,13 @@ def load(directory: Path | str) -> Run | ModeShapes | RotatingModes | Sensitivit
         from shellmb.api.sensitivity.record import Sensitivities
 
         return Sensitivities(folder)
-    if is_rotating(folder):
+    if (folder / CAMPBELL).is_file():
         return RotatingModes(folder)
-    if not is_modes(folder):
+    if not (folder / MODES).is_file():
         return Run(folder)
     found = ModeShapes(folder)
-    return StateModes(folder) if is_of_state(folder) else found
+    # only those about a state of a run tell how far it moves meanwhile
+    return StateModes(folder) if "drift" in found.summary else found
 
 
 def scenes() -> dict[str, str]:

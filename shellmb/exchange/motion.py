@@ -196,7 +196,8 @@ class SceneMotion(Trials):
             )
         return nodal_values(self.simulation, body)
 
-    def _save(self) -> State:
+    def state(self) -> State:
+        """Copy of all that steps change now, for `take_up`."""
         simulation, observers = self.simulation, self._observers
         factors = simulation.problem.iteration.factors
         return simulation.arrays(), {

@@ -1,7 +1,5 @@
 """Checksums of what a run goes on with."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 from collections.abc import Mapping

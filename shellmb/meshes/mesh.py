@@ -16,11 +16,10 @@ import numpy.typing as npt
 
 from shellmb.arrays import Floats, Int32s, Ints
 from shellmb.errors import SceneError, ShellmbError
-from shellmb.meshes.edges_where import with_edges
 from shellmb.meshes.extent import check_extent
 from shellmb.meshes.raw import CELLS, RawMesh, cell_cross, vertex_count
+from shellmb.meshes.regions import with_areas, with_edges
 from shellmb.meshes.shared import Described, shared_mesh
-from shellmb.meshes.surfaces.areas import with_areas
 from shellmb.meshes.surfaces.refined import refined
 from shellmb.meshes.surfaces.structured import structured_mesh
 from shellmb.scene import MeshFile, Shell, Surface
@@ -132,7 +131,7 @@ def build_surface(shell: Shell, comm: MPI.Comm) -> SurfaceMesh:
         SceneError: On every rank alike, if the surface cannot be meshed as described.
     """
     raw = _on_first_rank(shell, comm)
-    corners = raw.x[raw.cells[:, : vertex_count(raw.cell)]]
+    corners = raw.x[raw.vertices]
     check_extent(np.abs(cell_cross(corners)).max(axis=1), "m^2", f"shell '{shell.name}'")
     mesh = _distribute(raw, comm)
     return SurfaceMesh(
@@ -171,23 +170,16 @@ def _on_first_rank(shell: Shell, comm: MPI.Comm) -> RawMesh:
 
 
 def _raw(shell: Shell) -> RawMesh:
-    raw = with_areas(_with_edges(shell), shell.areas, shell.name)
-    return refined(raw, shell.surface.refine) if isinstance(shell.surface, Meshed) else raw
-
-
-def _with_edges(shell: Shell) -> RawMesh:
-    if not isinstance(shell.surface, Meshed):
-        return structured_mesh(shell)
+    surface = shell.surface
+    if not isinstance(surface, Meshed):
+        return with_areas(structured_mesh(shell), shell.areas, shell.name)
     # gmsh takes a second to load
-    if isinstance(shell.surface, MeshFile):
-        from shellmb.meshes.surfaces.file_mesh import file_mesh
-
-        raw = file_mesh(shell)
+    if isinstance(surface, MeshFile):
+        from shellmb.meshes.surfaces.file_mesh import file_mesh as read
     else:
-        from shellmb.meshes.surfaces.gmsh_mesh import gmsh_mesh
-
-        raw = gmsh_mesh(shell)
-    return with_edges(raw, shell.surface.edges_where, shell.name)
+        from shellmb.meshes.surfaces.gmsh_mesh import gmsh_mesh as read
+    raw = with_edges(read(shell), surface.edges_where, shell.name)
+    return refined(with_areas(raw, shell.areas, shell.name), surface.refine)
 
 
 def _normal(surface: Surface) -> Callable[[Floats], Floats] | None:

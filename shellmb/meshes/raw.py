@@ -54,6 +54,11 @@ class RawMesh:
     points: dict[str, int]
     areas: dict[str, Ints] = field(default_factory=dict)
 
+    @property
+    def vertices(self) -> Ints:
+        """Vertices of each cell, shape (c, 3 or 4)."""
+        return self.cells[:, : vertex_count(self.cell)]
+
 
 def vertex_count(cell: Cell) -> int:
     """Number of vertices of a cell; they come first among its nodes."""

@@ -19,7 +19,7 @@ from mpi4py import MPI
 import dolfinx.mesh
 import numpy as np
 import ufl
-from dolfinx import cpp, fem  # type: ignore[attr-defined]
+from dolfinx import cpp, fem, la  # type: ignore[attr-defined]
 
 from shellmb.arrays import Floats, Ints
 from shellmb.meshes.lifetime import count_in
@@ -144,6 +144,20 @@ def space_on(mesh: dolfinx.mesh.Mesh, element: Any) -> fem.FunctionSpace:
     space = fem.functionspace(mesh, element)
     layouts[element] = Layout.of(space)
     return space
+
+
+def sums_at_nodes(space: fem.FunctionSpace, values: Floats) -> Floats:
+    """Sums at the nodes of what the cells around them have there, shape (nodes, size); collective.
+
+    Args:
+        space: A space with `size` unknowns at each node.
+        values: Values of this rank's cells at their nodes, shape (cells, nodes or 1, size).
+    """
+    total = fem.Function(space).x
+    np.add.at(total.array.reshape(-1, values.shape[-1]), space.dofmap.list[: len(values)], values)
+    total.scatter_reverse(la.InsertMode.add)
+    total.scatter_forward()
+    return np.array(total.array, dtype=float).reshape(-1, values.shape[-1])
 
 
 def collapsed(space: fem.FunctionSpace, part: int) -> tuple[fem.FunctionSpace, Any]:

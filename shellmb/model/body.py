@@ -290,6 +290,7 @@ class Body:
             plane or line.
         jump_parts: Parts that have equations for the jump of velocities.
         damping: Damping of its strains; None without any.
+        slowing: Rate of its damping in proportion to the mass, 1/s; None without any.
         manifold: Directors of the body.
     """
 
@@ -297,6 +298,7 @@ class Body:
     slenderness: float = 1.0
     jump_parts: frozenset[str] = frozenset()
     damping: "Damped | None" = None
+    slowing: fem.Constant | None = None
     manifold: Manifold = Manifold()
 
     def __init__(
@@ -336,7 +338,31 @@ class Body:
             dq: Virtual displacement.
             time: Time; what depends on it is averaged over a step.
         """
+        return added([self.users(mid, rates, dq, time), self._slowed(rates, dq)])
+
+    def users(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
+        """Terms that the user added; None without any. Arguments as of `applied`."""
         return None
+
+    def _slowed(self, rates: Rates | None, dq: Expr) -> Form | None:
+        """Virtual work of forces in proportion to the momentum; None without any."""
+        if self.slowing is None or rates is None:
+            return None
+        form = self.inertia(rates.chord if rates.weighed is None else rates.weighed, dq)
+        return None if form is None else -self.slowing * form
+
+
+def same_everywhere(mixed: MixedSpace, part: str, body: str, dofs: Sequence[int]) -> NodeLink:
+    """Link of a part, on all cells, to one and the same unknown of another body.
+
+    Args:
+        mixed: Space with the part.
+        part: Its name.
+        body: The other body.
+        dofs: Global dofs in its space.
+    """
+    rows = mixed.dofs[part]
+    return NodeLink(rows, body, np.tile(np.asarray(dofs, np.int64), len(rows) // len(dofs)))
 
 
 def strain_energy(body: Body, q: Expr) -> Form | None:

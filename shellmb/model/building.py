@@ -82,7 +82,7 @@ def build_meshed(scene: Scene, comm: MPI.Comm) -> Meshed:
     found = Meshed(shells, beams, kinks, lines)
     doubt_thickness(comm, found.all.values())
     doubt_slits(comm, shells)
-    doubt_units(comm, scene, shells, beams)
+    doubt_units(comm, scene, found.all.values())
     doubt_natural(comm, scene.t_end or 1.0, found.all)
     return found
 

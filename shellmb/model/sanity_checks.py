@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Hashable, Iterable, Iterator, Mapping
 from itertools import combinations
-from typing import Any, NamedTuple
+from typing import Any
 
 from mpi4py import MPI
 
@@ -169,30 +169,7 @@ GIGA, GRAMS = 0.1, (1e9, 1.5e11)
 FLOWS, FALLS = 10.0, 100.0
 
 
-class _Size(NamedTuple):
-    """Material and size of a body.
-
-    Args:
-        body: Its description.
-        E: Young's modulus, or stiffness over thickness.
-        density: Mass per volume.
-        thickness: Thickness.
-        length: Length.
-    """
-
-    body: Any
-    E: float
-    density: float
-    thickness: float
-    length: float
-
-
-def doubt_units(
-    comm: MPI.Comm,
-    scene: Scene,
-    shells: Mapping[str, ShellModel],
-    beams: Mapping[str, BeamModel],
-) -> None:
+def doubt_units(comm: MPI.Comm, scene: Scene, bodies: Iterable[ShellModel | BeamModel]) -> None:
     """Warn of moduli, densities and loads that do not fit one another.
 
     The units are those that the scene names, or those that gravity tells. Without both only pairs
@@ -201,32 +178,19 @@ def doubt_units(
     Args:
         comm: Communicator.
         scene: The scene.
-        shells: Shells by name.
-        beams: Beams by name.
+        bodies: Shells and beams.
     """
-    if comm.rank != 0:
-        return
-    for size in _sizes(shells, beams):
-        sentence = _by_waves(scene, size) or _by_loads(scene, size)
+    for body in bodies if comm.rank == 0 else ():
+        if body.material is None:
+            continue
+        E, density = body.material
+        sentence = _by_waves(scene, E, density) or _by_loads(scene, body, E, density)
         if sentence:
-            warn(f"{said(size.body)}: {sentence}, so check the units")
+            warn(f"{said(body.described)}: {sentence}, so check the units")
 
 
-def _sizes(shells: Mapping[str, ShellModel], beams: Mapping[str, BeamModel]) -> Iterator[_Size]:
-    for shell in shells.values():
-        sizes, section = shell.section.sizes, shell.shell.section
-        E = getattr(section, "E", None) or sizes.stiffness / sizes.thickness
-        density = sizes.mass / sizes.thickness
-        yield _Size(shell.shell, E, density, sizes.thickness, shell.surface_mesh.length)
-    for beam in beams.values():
-        own: Any = beam.beam.section
-        if hasattr(own, "E"):
-            yield _Size(beam.beam, own.E, own.density, own.size, float(beam.domain.length))
-
-
-def _by_waves(scene: Scene, size: _Size) -> str:
+def _by_waves(scene: Scene, E: float, density: float) -> str:
     """Doubt a modulus with a density; empty: none."""
-    E, density = size.E, size.density
     # what is at rest has the same equilibrium with any density
     if scene.static or not density > 0:
         return ""
@@ -276,9 +240,10 @@ def _scale(scene: Scene) -> tuple[str, str] | None:
     return None
 
 
-def _by_loads(scene: Scene, size: _Size) -> str:
+def _by_loads(scene: Scene, of: ShellModel | BeamModel, E: float, density: float) -> str:
     """Doubt loads that would stretch a body by a multiple of itself; empty: none."""
-    body, E, density, h, length = size
+    body: Any = of.described
+    (_, h), length = of.extent, float(of.domain.length)
     width = h if body.label == "beam" else length
     for load in scene.loads:
         # where all is linear, loads have any size

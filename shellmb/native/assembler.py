@@ -6,12 +6,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from functools import wraps
-from typing import Any, Literal, Protocol
-
-from mpi4py import MPI as _MPI  # noqa: F401  (before petsc4py)
-from petsc4py import PETSc
-
-from shellmb.arrays import Floats
+from typing import Any, Literal
 
 Assembler = Literal["native", "reference"]
 
@@ -59,58 +54,3 @@ def assembled_as[**P, R](
         return call
 
     return decorate
-
-
-class PartSizes(Protocol):
-    """Sizes of the parts of all unknowns, and changes relative to them.
-
-    Attributes:
-        table: Changes of all parts, and their sizes, which give way to relative changes; shape
-            (2, parts).
-        found: Largest relative change, how far the largest motion went relative to its scale,
-            whether one reached its bound, and the largest relative change by its weight.
-    """
-
-    table: Floats
-    found: Floats
-
-    def largest(self, values: Floats, out: Floats) -> None:
-        """Largest absolute value of each part of vectors, infinite if one is no number.
-
-        Args:
-            values: The vectors, shape (k, n) or (n,).
-            out: Gets them, shape (k, parts) or (parts,).
-        """
-        ...
-
-    def judge(self, x: PETSc.Vec, dx: PETSc.Vec) -> None:
-        """Fill table and `found` from unknowns and their changes, all in one process."""
-        ...
-
-    def relate(self) -> None:
-        """Fill `found` from the table."""
-        ...
-
-    def relative(self, sizes: Floats, changes: Floats) -> Floats:
-        """Largest relative changes of bounded parts and of others for rows of `changes`, (k, 2)."""
-        ...
-
-
-class Shares(Protocol):
-    """Largest share of changes of parts of unknowns in their sizes.
-
-    Attributes:
-        table: Changes and sizes of all parts, shape (2, parts).
-        struct: For C, what it knows; of no use to others.
-    """
-
-    table: Floats
-    struct: Any
-
-    def fill(self, change: Floats, whole: Floats) -> None:
-        """Fill the table from unknowns and their changes."""
-        ...
-
-    def largest(self) -> float:
-        """Largest share of what the table holds; infinite if something in it is no number."""
-        ...

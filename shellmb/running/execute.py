@@ -32,10 +32,9 @@ from shellmb.errors import (
 from shellmb.files.locks import is_temporary
 from shellmb.native.assembler import assembled_as
 from shellmb.observers.account.energy import EnergyAccount
-from shellmb.observers.control import control_summary
+from shellmb.observers.columns import points_and_events
 from shellmb.observers.files.checkpoint import Saved
 from shellmb.observers.files.described import describe
-from shellmb.observers.path import path_points
 from shellmb.observers.summary import summarise, write_json
 from shellmb.running.directory import claimed, written
 from shellmb.running.error_origin import in_words, user_frame
@@ -244,7 +243,7 @@ def _result(
     rows = standard.sources.history.rows
     found = (*before, *(cautions(standard.watches, simulation) if rows else ()))
     summary = summarise(simulation, standard.sources, wall, failed)
-    summary |= path_points(simulation) | control_summary(simulation)
+    summary |= points_and_events(simulation)
     summary |= {"warnings": [c.to_dict() for c in found]}
     energy = standard.sources.energy
     return RunResult(simulation.scene, simulation, rows, summary, energy, directory, found, measure)

@@ -1,7 +1,5 @@
 """Parts of a scene's description, each checked by itself; `Scene` checks the whole."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import KW_ONLY
 from typing import Annotated, Any, Literal

@@ -1,7 +1,5 @@
 """Fields over bodies: names, components, units, and which bodies have them."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 XYZ, PLANE, SHEAR = ("x", "y", "z"), ("11", "22", "12"), ("13", "23")

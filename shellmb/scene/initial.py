@@ -1,7 +1,5 @@
 """Initial velocities, and states to start from."""
 
-from __future__ import annotations
-
 import os
 from typing import Annotated, Any
 

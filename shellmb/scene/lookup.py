@@ -1,7 +1,5 @@
 """Bodies, joints and coordinates to which parts of a scene refer."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from shellmb.errors import SceneError

@@ -1,7 +1,5 @@
 """Records of a run at single points."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Annotated, Any, Literal
 

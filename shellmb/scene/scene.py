@@ -21,7 +21,7 @@ from shellmb.scene.multibody.joints import Joint
 from shellmb.scene.probes import Probe
 from shellmb.scene.schemes import DISSIPATIVE, is_static
 from shellmb.scene.shells.shell import Shell, divided, refined_times
-from shellmb.scene.values.messages import listed
+from shellmb.scene.values.messages import error_of, listed
 from shellmb.scene.values.models import model_of
 from shellmb.scene.values.validate import extended, show
 
@@ -212,10 +212,7 @@ class Scene(Description):
     def _divided(self, names: set[str], times: int) -> Scene:
         """The scene with more elements along each side of some shells and beams."""
         if times < 1 or times != int(times):
-            raise SceneError(
-                f"scene '{self.name}': divide is {show(times)}; it must be a whole number, 1 or "
-                "more"
-            )
+            raise error_of(self, f"divide is {show(times)}; it must be a whole number, 1 or more")
         shells = tuple(divided(s, times) if s.name in names else s for s in self.shells)
         beams = tuple(
             replace(b, elements=times * b.elements) if b.name in names else b for b in self.beams

@@ -1,7 +1,5 @@
 """Settings of the solver, the steps, the output, and of static paths that are followed."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 from typing import Annotated, Any, Literal
 

@@ -1,7 +1,5 @@
 """Units of a scene, for labels only: numbers are in whatever consistent units a user takes."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 # derived units that have names of their own, by those of length, mass and time

@@ -2,8 +2,7 @@
 
 A scheme is data and a few small functions; it knows no bodies, only their functions at the start
 of a step and the unknown functions of its stages. A new scheme is one class with the members of
-`Scheme`, of which `defaults.Defaults` has those that most schemes share, and, to be tested, one
-line in `registry.py`.
+`Scheme` that have no default, and, to be tested, one line in `registry.py`.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -253,8 +252,8 @@ class StepForms(Protocol):
         ...
 
 
-class Scheme(Protocol):
-    """Protocol of a time scheme.
+class Scheme:
+    """A time scheme; what schemes with one unknown state, at the end of a step, need not write.
 
     Attributes:
         name: Short name, for results and messages.
@@ -279,38 +278,50 @@ class Scheme(Protocol):
         pieces: Straight pieces of a step, for contact between shells; None: not supported.
     """
 
+    scaled: tuple[str, ...] = ()
+    slopes: tuple[float, float] = (0.0, 0.0)
+    balance: tuple[str, ...] = (END,)
+    linear: bool = False
+    jumps: bool = False
+    name: str
+    dynamic: bool
+    stages: tuple[str, ...]
+    rates: tuple[str, ...]
+
     @property
-    def name(self) -> str: ...  # noqa: D102
+    def title(self) -> str:
+        """Description in words."""
+        raise AttributeError("title")
+
     @property
-    def title(self) -> str: ...  # noqa: D102
+    def order(self) -> int:
+        """Order of accuracy in time."""
+        raise AttributeError("order")
+
     @property
-    def order(self) -> int: ...  # noqa: D102
+    def conserves(self) -> frozenset[str]:
+        """What it conserves."""
+        raise AttributeError("conserves")
+
     @property
-    def dynamic(self) -> bool: ...  # noqa: D102
+    def accelerations(self) -> tuple[str, ...]:
+        """All rates but the velocities."""
+        return tuple(rate for rate in getattr(self, "rates", ()) if rate != "v")
+
     @property
-    def stages(self) -> tuple[str, ...]: ...  # noqa: D102
+    def pieces(self) -> Pieces | None:
+        """None: which straight pieces the step is made of is not known."""
+        return None
+
     @property
-    def rates(self) -> tuple[str, ...]: ...  # noqa: D102
+    def rotations(self) -> Rotations:
+        """Accuracy for rotating bodies: that of linear paths."""
+        return LINEAR_PATH
+
     @property
-    def accelerations(self) -> tuple[str, ...]: ...  # noqa: D102
-    @property
-    def scaled(self) -> tuple[str, ...]: ...  # noqa: D102
-    @property
-    def slopes(self) -> tuple[float, float]: ...  # noqa: D102
-    @property
-    def balance(self) -> tuple[str, ...]: ...  # noqa: D102
-    @property
-    def conserves(self) -> frozenset[str]: ...  # noqa: D102
-    @property
-    def linear(self) -> bool: ...  # noqa: D102
-    @property
-    def jumps(self) -> bool: ...  # noqa: D102
-    @property
-    def rotations(self) -> Rotations: ...  # noqa: D102
-    @property
-    def local_error(self) -> LocalError: ...  # noqa: D102
-    @property
-    def pieces(self) -> Pieces | None: ...  # noqa: D102
+    def local_error(self) -> LocalError:
+        """Error of one step: that of the mid-point rule, if nothing else is known."""
+        return LocalError(3, 1 / 12) if getattr(self, "order", 2) > 1 else LocalError(2, 1 / 2)
 
     def forms(self, body: Body, levels: Levels, dt: fem.Constant) -> StepForms:
         """Residuals of one body in a step.
@@ -320,28 +331,32 @@ class Scheme(Protocol):
             levels: Its functions.
             dt: Length of the step.
         """
-        ...
+        raise NotImplementedError
 
     def expand(self, levels: Levels, dt: fem.Constant) -> dict[str, Stage]:
         """Stages in terms of the functions of one body."""
-        ...
+        raise NotImplementedError
 
     def jump(self, levels: Levels, dt: fem.Constant) -> JumpStage | None:
-        """Row of the unknown jump of velocities; None for schemes without."""
-        ...
+        """Row of the unknown jump of velocities; None: velocities do not jump."""
+        return None
 
     def load_weight(self, stage: str, tau: float) -> float:
-        """Weight in the stage's load average of the load at the time t + tau dt."""
-        ...
+        """Weight in the stage's load average of the load at the time t + tau dt.
+
+        It is that of the mean over the step, or of the only value that acts
+        (`residual.stage_forms`).
+        """
+        return 1.0
 
     def prescribed(
         self, stage: str, motion: Motion, t: float, dt: float, rates: Mapping[str, Values]
     ) -> Values:
         """Values at a stage of dofs with a prescribed motion; `rates` are theirs at the start.
 
-        For the stage "b" their jump of velocities.
+        They are those at the end of the step. For the stage "b" their jump of velocities.
         """
-        ...
+        return motion(t + dt)
 
     def advance(
         self,
@@ -352,31 +367,33 @@ class Scheme(Protocol):
         tangent: Tangent,
     ) -> dict[str, Values]:
         """Rates at the end of the step; `tangent` is that of `Levels` for arrays."""
-        ...
+        raise NotImplementedError
 
     def moved(
         self, q: Any, scaled: Mapping[str, Any], unknown: Mapping[str, Any]
     ) -> dict[str, Any]:
         """Displacement on which the forces of each row do work in a step, as arrays or expressions.
 
+        It is the step; work of forces at its end is of first order.
+
         Args:
             q: State at the start.
             scaled: As of `Levels`.
             unknown: States of the stages.
         """
-        ...
+        return {END: unknown[END] - q}
 
     def first_guess(self, stage: str, q: Values, scaled: Mapping[str, Values]) -> Values | float:
-        """Values of a stage's unknown state before a step; arguments as of `moved`."""
-        ...
+        """Values of a stage's unknown state before a step: those at its start; as of `moved`."""
+        return q
 
     def resultants(self, start: Values, unknown: Mapping[str, Values]) -> Values:
         """Resultants of the state at the end from those at the start and of the stages."""
-        ...
+        return unknown[END]
 
     def dissipation(self) -> tuple[float, str | None]:
         """Factor alpha of eq. (33) and the stage whose jump from the start counts; (0, None)."""
-        ...
+        return 0.0, None
 
 
 def has_energy_law(scheme: Scheme) -> bool:

@@ -13,7 +13,6 @@ import numpy as np
 from dolfinx import fem
 
 from shellmb.forms.steps.path import Holding, Path, PathRow
-from shellmb.model.body import Body
 from shellmb.schemes.base import (
     END,
     Levels,
@@ -21,14 +20,12 @@ from shellmb.schemes.base import (
     Motion,
     Rotations,
     Stage,
-    StepForms,
     Values,
     end_velocity,
 )
-from shellmb.schemes.defaults import Defaults
 from shellmb.schemes.notation import D, De, H, MomentWeights, PathPage, lin, quad, x, y, z
 from shellmb.schemes.pieces import START, START_RATE, Pieces, halves
-from shellmb.schemes.residuals.pathforms import PathForms
+from shellmb.schemes.residuals.pathforms import PathScheme
 
 # unknown velocities at the end, times the step
 RATE = "v"
@@ -84,7 +81,7 @@ LEAST_ALPHA = 0.1
 
 
 @dataclass(frozen=True)
-class QuadraticInTime(Defaults):
+class QuadraticInTime(PathScheme):
     """State and velocity quadratic over a step, stresses linear, eqs. (Q1)-(Q5).
 
     Unknown are the state and the velocity at the end of a step, `q_f` and `h v_f`. Energy is kept
@@ -152,10 +149,6 @@ class QuadraticInTime(Defaults):
     def expand(self, levels: Levels, dt: fem.Constant) -> dict[str, Stage]:
         """Rows are no sub-intervals here: see `forms`."""
         return {}
-
-    def forms(self, body: Body, levels: Levels, dt: fem.Constant) -> StepForms:
-        """Residuals of one body in the rows P0 and P1."""
-        return PathForms(body, self, levels, dt)
 
     @property
     def pieces(self) -> Pieces | None:

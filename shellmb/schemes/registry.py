@@ -59,10 +59,10 @@ def completed(scheme: Named) -> Scheme:
         SceneError: If it has states in between and not what they need.
     """
     kind, whole = type(scheme), cast(Any, scheme)
-    if not issubclass(kind, Defaults):
+    if not issubclass(kind, Scheme):
         whole = object.__new__(type(kind.__name__, (kind, Defaults), {}))
         whole.__dict__.update(vars(scheme))
-    missing = [m for m in BETWEEN if getattr(type(whole), m) is getattr(Defaults, m)]
+    missing = [m for m in BETWEEN if getattr(type(whole), m) is getattr(Scheme, m)]
     if missing and (*whole.stages,) != (END,):
         raise SceneError(
             f"scheme '{whole.name}' has the unknown states {listed(whole.stages)}; it must also "

@@ -64,7 +64,7 @@ class SceneCopy:
                     f"scene '{scene.name}': an earlier run has changed {', '.join(names)}, which "
                     f"the function {function.__qualname__} reads from outside, and this run "
                     "starts with the changed values; keep the memory of a law in its state or in "
-                    "an object",
+                    "an object"
                 )
 
     @property
@@ -115,7 +115,7 @@ class SceneCopy:
         except Exception as error:
             warn(
                 f"scene '{self._name}': {path} is or holds a {kind.__name__} that cannot be copied "
-                f"({error}); the next run of this scene starts with what this run changes in it",
+                f"({error}); the next run of this scene starts with what this run changes in it"
             )
             return value
 

@@ -16,7 +16,7 @@ from mpi4py import MPI
 import numpy as np
 import numpy.typing as npt
 
-from shellmb.arrays import Floats, Int32s, Ints
+from shellmb.arrays import Floats, Ints
 
 
 @dataclass(frozen=True)
@@ -216,11 +216,10 @@ class CoupledEntries:
                 here = np.flatnonzero((row >= 0) & (column >= 0))
                 yield p, q, here, row[here].astype(np.int32), column[here].astype(np.int32)
 
-    def add_to(self, matrix: Adding, given: Floats, load: Floats) -> None:
-        """Add all entries; collective.
+    def at(self, given: Floats, load: Floats) -> Entries:
+        """All entries; places may repeat; collective.
 
         Args:
-            matrix: Takes them.
             given: Given changes of the local dofs.
             load: Gets their forces, on the local dofs.
         """
@@ -232,13 +231,5 @@ class CoupledEntries:
         for p, q, here, row, column in self._in_matrix(found.rows, found.columns):
             shares = by_row[found.rows[here], p] * by_column[found.columns[here], q]
             entries.append((row, column, shares * found.values[here]))
-        matrix.add(*(np.concatenate(some) for some in zip(*entries, strict=True)))
         load -= self._coupled.times(found, given)
-
-
-class Adding(Protocol):
-    """A matrix to which entries are added."""
-
-    def add(self, rows: Int32s, columns: Int32s, values: Floats) -> None:
-        """Add entries whose places it has; places may repeat."""
-        ...
+        return Entries(*(np.concatenate(some) for some in zip(*entries, strict=True)))

@@ -8,7 +8,7 @@ import numpy as np
 
 from shellmb.native.assembler import is_native
 from shellmb.system.assembly.blocks import BlockSystem
-from shellmb.system.assembly.loops import FormLoop
+from shellmb.system.assembly.loops import FormLoop, MeshCells
 from shellmb.system.assembly.meshgroups import mesh_groups
 
 
@@ -23,7 +23,7 @@ class Products:
 
     def __init__(self, system: BlockSystem) -> None:
         self._system = system
-        self._loops = None
+        self._loops: list[tuple[MeshCells, FormLoop]] | None = None
         if is_native():
             groups = mesh_groups(system)
             self._loops = [(g.cells, FormLoop(g.cells, g.jacobians())) for g in groups]

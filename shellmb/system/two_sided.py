@@ -15,8 +15,8 @@ import numpy as np
 
 from shellmb.arrays import Floats
 from shellmb.native import library as native
-from shellmb.native.assembler import Shares
 from shellmb.native.library import CArrays
+from shellmb.native.operations import Shares
 from shellmb.system.assembly.blocks import BlockSystem
 
 # that C works with
@@ -78,71 +78,19 @@ class Kind(IntEnum):
     SUM = 3
 
 
-class TwoSided(Protocol):
-    """Scenes whose unknowns are those of the run, and `d` more and less.
+class TwoSided:
+    """Scenes whose unknowns are those of the run, and `d` more and less, on any number of ranks.
+
+    Args:
+        sides: As of `two_sided`, as all others.
+        u: Unknowns of the run.
+        sizes: Compares changes.
+        distance: Relative distance.
 
     Attributes:
         d: Half the difference of the unknowns.
         is_one: Whether one call of C does an update.
     """
-
-    d: Floats
-    is_one: bool
-
-    def keep(self) -> None:
-        """Make `d` keep the constraints of both sides to first order."""
-        ...
-
-    def rest(self, kind: Kind, rest: PETSc.Vec) -> None:
-        """Find a difference of residuals.
-
-        Args:
-            kind: Which one.
-            rest: Gets it over twice the distance.
-        """
-        ...
-
-    def move(self, change: PETSc.Vec, taken: bool = True) -> float:
-        """Take a change from `d`; its size relative to that of `d`; collective.
-
-        Args:
-            change: The change over the distance.
-            taken: Whether it is taken, and not only compared.
-        """
-        ...
-
-    def update(self, kind: Kind, taken: bool, solution: tuple[Any, ...]) -> float:
-        """Do both, with the solution between them, in one call where there `is_one`.
-
-        Args:
-            kind: As of `rest`.
-            taken: As of `move`.
-            solution: For C, a solution.
-        """
-        ...
-
-    def hold(self) -> None:
-        """Give the fields of both sides their unknowns."""
-        ...
-
-
-def two_sided(sides: tuple[Side, Side], u: Floats, sizes: Sizes, distance: float) -> TwoSided:
-    """Make both sides of a run.
-
-    Args:
-        sides: The scenes above and below.
-        u: Unknowns of the run, whose values change.
-        sizes: Compares changes of `d` with it.
-        distance: Relative distance of the sides from the run. Right-hand sides and solutions are
-            of the size of the unknowns by it: what the run corrects by the way is round-off of
-            these.
-    """
-    plain = all(side.at_once for side in sides)
-    return (SerialTwoSided if plain else GeneralTwoSided)(sides, u, sizes, distance)
-
-
-class GeneralTwoSided:
-    """Both sides of any scene on any number of ranks; arguments as of `two_sided`."""
 
     is_one = False
 
@@ -158,7 +106,12 @@ class GeneralTwoSided:
         self.d[:] = 0.5 * (above.project(self._u + self.d) - below.project(self._u - self.d))
 
     def rest(self, kind: Kind, rest: PETSc.Vec) -> None:
-        """Find a difference of residuals."""
+        """Find a difference of residuals.
+
+        Args:
+            kind: Which one.
+            rest: Gets it over twice the distance.
+        """
         above = self._sides[0].residual(self._u + self.d)
         if kind is Kind.ABOVE:
             found = 2.0 * above
@@ -173,14 +126,25 @@ class GeneralTwoSided:
         rest.array[:] = self._factor * found
 
     def move(self, change: PETSc.Vec, taken: bool = True) -> float:
-        """Take a change from `d`; its relative size."""
+        """Take a change from `d`; its size relative to that of `d`; collective.
+
+        Args:
+            change: The change over the distance.
+            taken: Whether it is taken, and not only compared.
+        """
         moved = self._distance * change.array_r
         if taken:
             self.d -= moved
         return self._sizes.relative(moved, self.d)
 
     def update(self, kind: Kind, taken: bool, solution: tuple[Any, ...]) -> float:
-        """No call does this."""
+        """Do both, with the solution between them, in one call where there `is_one`.
+
+        Args:
+            kind: As of `rest`.
+            taken: As of `move`.
+            solution: For C, a solution.
+        """
         raise NotImplementedError
 
     def hold(self) -> None:
@@ -190,7 +154,7 @@ class GeneralTwoSided:
         below.hold(self._u - self.d)
 
 
-class SerialTwoSided:
+class SerialTwoSided(TwoSided):
     """Both sides in one process; arguments as of `two_sided`."""
 
     is_one = True
@@ -246,3 +210,18 @@ class SerialTwoSided:
     def hold(self) -> None:
         """Give the fields of both sides their unknowns."""
         self._lib.hold_both(*self._where)
+
+
+def two_sided(sides: tuple[Side, Side], u: Floats, sizes: Sizes, distance: float) -> TwoSided:
+    """Make both sides of a run.
+
+    Args:
+        sides: The scenes above and below.
+        u: Unknowns of the run, whose values change.
+        sizes: Compares changes of `d` with it.
+        distance: Relative distance of the sides from the run. Right-hand sides and solutions are
+            of the size of the unknowns by it: what the run corrects by the way is round-off of
+            these.
+    """
+    plain = all(side.at_once for side in sides)
+    return (SerialTwoSided if plain else TwoSided)(sides, u, sizes, distance)

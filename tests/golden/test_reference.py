@@ -17,8 +17,7 @@ import numpy as np
 import pytest
 
 from shellmb.native import kernels, library
-from shellmb.native.assembler import PartSizes
-from shellmb.native.operations import LoopPartSizes
+from shellmb.native.operations import LoopPartSizes, PartSizes
 from shellmb.native.reference import ReferencePartSizes
 from shellmb.running.execute import execute
 from shellmb.running.natural_modes.vibration import natural_modes

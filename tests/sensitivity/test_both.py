@@ -16,7 +16,7 @@ from shellmb.sensitivity.perturbed_run import PerturbedRun
 from shellmb.sensitivity.sizes import Sizes
 from shellmb.sensitivity.tangent import Pair, Tangents
 from shellmb.simulate.simulation import Simulation
-from shellmb.system.two_sided import GeneralTwoSided, Kind, SerialTwoSided, TwoSided
+from shellmb.system.two_sided import Kind, SerialTwoSided, TwoSided
 from tests.sensitivity import scenes
 
 # round-off of unknowns over their distance, which is 1e-5 of them, is 1e-11: 3e-12 was seen
@@ -57,7 +57,7 @@ def test_calls_of_c_are_those_of_numpy(
     d = STEP * np.random.default_rng(0).standard_normal(len(u)) + pair.both.d
     d[system.fixed] = 0.0
     found = []
-    for make_both in (SerialTwoSided, GeneralTwoSided):
+    for make_both in (SerialTwoSided, TwoSided):
         both: TwoSided = make_both(pair.sides, u, sizes, STEP)
         both.d[:] = d
         rest, change, every = system.x.duplicate(), system.x.duplicate(), []

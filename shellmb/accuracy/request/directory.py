@@ -229,7 +229,7 @@ def _from_half(scene: Scene, wanted: Target, out: Path, how: Running) -> tuple[S
     writes, kind = how.comm.rank == 0, ModeSearch if wanted.modes else Search
     half = coarser(scene, wanted.body)
     if half is not None:
-        search = kind(half, wanted, Store(out, writes, "half"), how)
+        search = kind(half, wanted, Store(out, how.comm, "half"), how)
         try:
             return search, search.run()
         except UnknownQuantity:
@@ -240,7 +240,7 @@ def _from_half(scene: Scene, wanted: Target, out: Path, how: Running) -> tuple[S
             if writes:
                 shutil.rmtree(out / LEVELS, ignore_errors=True)
             how.comm.Barrier()
-    search = kind(scene, wanted, Store(out, writes), how)
+    search = kind(scene, wanted, Store(out, how.comm), how)
     return search, search.run()
 
 

@@ -17,7 +17,6 @@ from shellmb.model.joints.joints import JointGroup
 from shellmb.model.locations.nodes import local_nodes
 from shellmb.model.sections.branches import branches_of
 from shellmb.observers.fields.modal import modal_members
-from shellmb.observers.fields.nodal import Nodes
 from shellmb.observers.fields.resultants import RESULTANTS, Resultants, has_resultants
 from shellmb.observers.forces.joints import Span, column_names, joints_of, parts_of
 from shellmb.observers.probes import places_of, plain_spot
@@ -81,8 +80,7 @@ def _probe(state: Linearised, probe: Probe, times: Sequence[float]) -> Output:
             at = local_nodes(body, cast(Any, place), who)
             every += weight * _resultant(state, body, at, probe, times)
             continue
-        name, found, arms = plain_spot(simulation, given.name, place, who)
-        nodes = cast(Nodes, found)
+        name, nodes, arms = plain_spot(simulation, given.name, place, who)
         u, w = (_numbers(state, name)[dofs] for dofs in nodes.dofs)
         share = weight / len(u)
         D = nodes.values(_function(state, name).x.array).directors

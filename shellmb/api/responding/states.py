@@ -61,8 +61,9 @@ def _steady(scene: Scene, chosen: LinearOptions) -> Made:
     comm, loaded, rate = MPI.COMM_SELF, chosen.at == "equilibrium", chosen.rate
     changed, inputs = with_inputs(scene)
     if loaded and not rate:
-        check_state(scene, "")
-        still = equilibrium(without_commands(scene), comm)
+        held = without_commands(scene)
+        check_state(held, "")
+        still = equilibrium(held, comm)
         still.run()
         moving = MovingState(changed, still.arrays(), still.state(), comm, 0.0)
         return moving, inputs, "the static equilibrium"
@@ -86,9 +87,9 @@ def _of_run(scene: Scene, chosen: LinearOptions) -> Made:
     comm, run = MPI.COMM_SELF, None if chosen.state is None else Path(chosen.state)
     time = float(chosen.at) if chosen.timed else None  # type: ignore[arg-type]
     meant = state_of_run(scene, run, time, comm)
-    check_state(scene, meant.scheme)
-    changed, inputs = with_inputs(scene)
+    check_state(without_commands(scene), meant.scheme)
     arrays, counters = meant.reach(comm)
+    changed, inputs = with_inputs(scene, counters["control"])
     frame = {"rate": chosen.rate, "axis": chosen.axis, "about": chosen.about}
     state = MovingState(changed, arrays, counters, comm, **frame)  # type: ignore[arg-type]
     seen = f"in a frame that turns by {state.rate:g} rad/s" if state.rate else "in space"

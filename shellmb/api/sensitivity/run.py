@@ -87,10 +87,17 @@ def sensitivities(
     """
     made = differentiated(scene, values, **options)
     chosen = parameters_of(made, parameters, scales)
-    if columns not in COLUMNS:
-        raise SceneError(f"sensitivities: columns is '{columns}'; it must be 'all' or 'probes'")
+    for name, given, known in (("columns", columns, COLUMNS), ("at", at, AT)):
+        if given not in known:
+            raise SceneError(
+                f"sensitivities: {name} is '{given}'; it must be '{known[0]}' or '{known[1]}'"
+            )
     base = made.base()
-    _refuse(base, at)
+    if at != "length" and base.path is None:
+        raise SceneError(
+            f"sensitivities: at is '{at}', and scene '{base.name}' follows no static path; leave "
+            "it out"
+        )
     if base.controllers or base.all_events:
         # their sensors may read any column
         fields, columns = fields and columns == "all", "all"
@@ -123,21 +130,6 @@ def sensitivities(
         )
     world.Barrier()
     return place.held_by(Sensitivities(directory, computed))
-
-
-def _refuse(scene: Scene, at: str) -> None:
-    """Refuse what has no derivatives here.
-
-    Raises:
-        SceneError: If `at` is of no use; says what to do.
-    """
-    if at not in AT:
-        raise SceneError(f"sensitivities: at is '{at}'; it must be 'length' or 'load'")
-    if at != "length" and scene.path is None:
-        raise SceneError(
-            f"sensitivities: at is '{at}', and scene '{scene.name}' follows no static path; leave "
-            "it out"
-        )
 
 
 def _check_room(run: Simulation, made: int, count: int) -> None:

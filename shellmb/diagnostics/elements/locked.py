@@ -14,7 +14,6 @@ from shellmb.diagnostics.elements.locking import (
     Mesh,
     Roughness,
     excess,
-    places,
     why,
 )
 from shellmb.diagnostics.elements.sampled import EVERY, Sampled
@@ -42,8 +41,8 @@ class Locked(Sampled):
 
     def start(self, simulation: Simulation) -> None:
         """Find the shells whose meshes are distorted; the others cost nothing more."""
-        meshes = {name: places(body) for name, body in simulation.model.shells.items()}
-        self._meshes = {name: mesh for name, mesh in meshes.items() if mesh is not None}
+        meshes = {name: Mesh(body) for name, body in simulation.model.shells.items()}
+        self._meshes = {name: mesh for name, mesh in meshes.items() if mesh.distorted}
         self.idle = not self._meshes
 
     def _look(self, simulation: Simulation) -> None:
@@ -96,8 +95,8 @@ def locked_modes(
     """
     said = []
     for name, body in model.shells.items():
-        mesh = places(body)
-        if mesh is None:
+        mesh = Mesh(body)
+        if not mesh.distorted:
             continue
         d = body.node_directors()[:, 0]
         if mesh.proneness(d if state is None else d + state(name)) < PRONE:

@@ -10,12 +10,12 @@ from scipy.sparse.csgraph import connected_components
 
 from shellmb.arrays import Floats, Ints
 from shellmb.errors import SceneError, warn
-from shellmb.meshes.edges_where import true_at
 from shellmb.meshes.files.file_content import KINDS, FileContent
 from shellmb.meshes.files.gaps import gaps
 from shellmb.meshes.files.joined import doubles, empty, joined
 from shellmb.meshes.files.kinds import cut, of_one_order
 from shellmb.meshes.raw import FACETS, Cell, RawMesh, facets, shown, vertex_count
+from shellmb.meshes.regions import true_at
 from shellmb.meshes.surfaces.orient import oriented
 from shellmb.scene import Hyperelastic, Isotropic, Shell, Wrinkling
 from shellmb.scene.lookup import listed
@@ -353,7 +353,7 @@ def _say_gaps(raw: RawMesh, surface: Meshed, who: str) -> None:
 
 def _say_pieces(raw: RawMesh, who: str) -> None:
     """Name the pieces of a mesh that nothing in it joins, or that meet in single nodes only."""
-    corners = raw.cells[:, : vertex_count(raw.cell)]
+    corners = raw.vertices
     every = facets(raw.cells, raw.cell).reshape(-1, 2)
     count = len(raw.cells)
     _, side = np.unique(every, axis=0, return_inverse=True)

@@ -130,18 +130,13 @@ def _mesh(gmsh: Any, shell: Shell) -> None:
                 model.mesh.generate(2)
             except Exception as error:
                 # as of faces that close on themselves
+                who = f"shell '{shell.name}': gmsh makes no quadrilaterals on these faces ({error})"
                 if shell.cell is not None:
-                    raise SceneError(
-                        f"shell '{shell.name}': gmsh makes no quadrilaterals on these faces "
-                        f"({error}); cell must be 'tri'"
-                    ) from error
+                    raise SceneError(f"{who}; cell must be 'tri'") from error
                 model.mesh.clear()
                 gmsh.option.setNumber("Mesh.RecombineAll", 0)
                 model.mesh.generate(2)
-                warn(
-                    f"shell '{shell.name}': gmsh makes no quadrilaterals on these faces "
-                    f"({error}); it has triangles, as with cell='tri'"
-                )
+                warn(f"{who}; it has triangles, as with cell='tri'")
     from_file = isinstance(shell.surface, GmshFile)
     order = shell.geometry_order or (None if from_file and meshed else 2)
     if order is not None:

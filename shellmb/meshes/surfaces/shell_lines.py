@@ -17,6 +17,7 @@ from shellmb.errors import SceneError
 from shellmb.meshes.curve_mesh import LineMesh, line_mesh_from_nodes
 from shellmb.meshes.mesh import SurfaceMesh
 from shellmb.meshes.spaces import MixedSpace
+from shellmb.meshes.surfaces.structured import EDGES
 from shellmb.scene.beams.curves import AlongEdge, AlongLine, Curve
 from shellmb.scene.shells.surfaces import Surface
 
@@ -25,13 +26,6 @@ __all__ = ["ShellLine", "shell_line"]
 # nodes closer to a line than this fraction of the shell's length are on it
 ON_LINE = 1e-6
 
-# edge of a surface with a map -> parameters (xi, eta) at its beginning, and the one that grows
-EDGES = {
-    "left": ((0.0, 0.0), 1),
-    "right": ((1.0, 0.0), 1),
-    "bottom": ((0.0, 0.0), 0),
-    "top": ((0.0, 1.0), 0),
-}
 
 # parts of a shell that live at its nodes
 NODAL = ("u", "w", "lam")

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
+from typing import Any
 
 from mpi4py import MPI
 
@@ -28,7 +29,7 @@ from shellmb.forms.steps.mixed import Interval
 from shellmb.forms.steps.path import Step
 from shellmb.meshes.curve_mesh import LineMesh, build_line
 from shellmb.meshes.spaces import NO_PARTS, beam_space
-from shellmb.model.body import LoadFactors, PartScale, Rates, added
+from shellmb.model.body import LoadFactors, PartScale, Rates
 from shellmb.model.frames.frame import EVERYWHERE, FRAME, FloatingFrame, FrameBody, identified
 from shellmb.model.massless import TimedLoads
 from shellmb.model.sections.branches import (
@@ -36,13 +37,12 @@ from shellmb.model.sections.branches import (
     MaxwellBranches,
     Resisting,
     StrainDamping,
-    mass_damping,
     slowing,
 )
 from shellmb.model.sections.natural import Distributed, NaturalStress
 from shellmb.model.sections.section import SLACK, line_rules, over_line
 from shellmb.model.sections.strains import Integrate, Strains
-from shellmb.model.shells.positions import interpolated
+from shellmb.model.shells.positions import field_of
 from shellmb.model.user_forms import virtual_work
 from shellmb.scene import (
     Beam,
@@ -223,7 +223,7 @@ class BeamModel(FrameBody):
             inert = moved if beam.rotary_inertia else FrameMass(mass.m)
             self.masses = ((inert, self.rules.nodes),)
             self.inertialess = "lam" not in self.jump_parts
-        self._slowing = slowing(beam.section, line)
+        self.slowing = slowing(beam.section, line)
         viscous = bind_beam_damping(beam, self.section.formulation, line)
         if viscous is not None:
             on = Resisting(viscous, self.strain, self.integrate)
@@ -264,13 +264,19 @@ class BeamModel(FrameBody):
         """Small dimension of the body in words, and its size, m."""
         return "size of its section", self.beam.section.size
 
-    def natural_faces(self) -> Iterator[tuple[float, float, float]]:
+    @property
+    def material(self) -> tuple[float, float] | None:
+        """Young's modulus and density; None where only stiffness and mass are given."""
+        section: Any = self.beam.section
+        return (section.E, section.density) if hasattr(section, "E") else None
+
+    def natural_faces(self) -> list[tuple[float, float, float]]:
         """Natural strains 11, 22 and 2*12 at both faces, for a factor of one."""
         given, half = self.beam.natural, self.beam.section.size / 2
         assert given is not None
         twist, *bent = given.curvature
-        for side in (-1.0, 1.0):
-            yield given.extension + side * half * math.hypot(*bent), 0.0, half * twist
+        bend = half * math.hypot(*bent)
+        return [(given.extension + side * bend, 0.0, half * twist) for side in (-1.0, 1.0)]
 
     @property
     def force_size(self) -> float:
@@ -348,16 +354,8 @@ class BeamModel(FrameBody):
         e = fem.Constant(domain, values)
         C = _effective(self.beam, self._static)
         stress = fem.Constant(domain, C @ values)
-        return NaturalStress(
-            e,
-            (stress,),
-            stress,
-            self.strain,
-            self.integrate,
-            given.time,
-            fem.Constant(domain, 0.0),
-            fem.Constant(domain, 0.0),
-        )
+        factors = given.time, fem.Constant(domain, 0.0), fem.Constant(domain, 0.0)
+        return NaturalStress(e, (stress,), stress, self.strain, self.integrate, *factors)
 
     def mean_resultants(self, step: Step) -> Expr:
         """Resultants as means over a step that is quadratic in time."""
@@ -381,11 +379,9 @@ class BeamModel(FrameBody):
             case BeamNaturalStrain():
                 assert self.natural is not None
                 return self.natural.work(mid, dq)
-            case LineForce() if callable(load.force):
-                force = interpolated(load.force, self.mixed, 3, f"{load.label}: force")
-                return load_forms.dead_force(force, du) * rules.full
             case LineForce():
-                return load_forms.dead_force(constant(load.force), du) * rules.full
+                force = field_of(load.force, self.mixed, 3, f"{load.label}: force")
+                return load_forms.dead_force(force, du) * rules.full
             case FollowerLineForce():
                 components = constant(load.components)
                 return load_forms.follower_frame_force(components, d, du) * rules.full
@@ -395,11 +391,6 @@ class BeamModel(FrameBody):
                 moved, _ = momenta(du, dw, self.weight)
                 return load_forms.dead_force(constant(load.acceleration), moved) * rules.nodes
         raise NotImplementedError(f"no form for {type(load).__name__}")
-
-    def applied(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
-        """The user's terms at the mid-point, and what damps in proportion to the mass."""
-        forms = [self.users(mid, rates, dq, time), mass_damping(self, self._slowing, rates, dq)]
-        return added(forms)
 
     def users(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
         """Terms that the user added; None without any."""

@@ -41,9 +41,7 @@ class _Edge:
 
     def end(self, k: int) -> End:
         """A node as a place."""
-        dofs = {part: self.nodes.dofs[part][k] for part in ("u", "w")}
-        x = self.nodes.x[k]
-        return End(self.shell.name, self.shell.name, dofs, x, self.nodes.directors[k], x)
+        return self.nodes.end(k, self.shell.name)
 
     def check_directors(self, joint: EdgeHinge) -> None:
         """Check that directors are across the edge.

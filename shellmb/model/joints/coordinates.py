@@ -13,7 +13,7 @@ from ufl.core.expr import Expr
 from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.forms.constraints import coordinates as forms
-from shellmb.forms.constraints.angle_work import angle_rate, turned
+from shellmb.forms.constraints.coordinates import angle_rate, turned
 from shellmb.forms.constraints.joints import Place
 from shellmb.forms.constraints.velocity_jump import VelocityJump
 from shellmb.forms.steps.discrete import variation
@@ -361,5 +361,5 @@ def coordinate_groups(
 
 
 def scalar_targets(coordinates: Sequence[Coordinate]) -> Targets:
-    """What a scalar part of a group is of coordinates, one for each of its items."""
+    """Unknowns of coordinates that a scalar part of a group is, one for each of its items."""
     return [c.group.name for c in coordinates], np.array([[c.target] for c in coordinates])

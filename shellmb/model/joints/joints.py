@@ -1,9 +1,8 @@
 """Joints of a scene as groups of constraints: all of one kind share a mesh and its kernels.
 
-Edges and areas of shells welded to a frame: eq. (35) at each of their nodes; and regions.
-
-Each node stays where it is in the frame of a rigid body, of the ground or of a beam's node, and so
-does its director. What all of them carry adds up to one force and moment of the joint.
+Edges and areas of shells are welded to a frame by eq. (35) at each of their nodes: it stays where
+it is in the frame of a rigid body, of the ground or of a beam's node, and so does its director.
+What all of them carry adds up to one force and moment of the joint.
 """
 
 from __future__ import annotations
@@ -398,8 +397,7 @@ def _bind_region(joint: Weld, region: str, body: Meshed, find: FindEnd) -> list[
     nodes = shared_nodes(body, region, joint.said)
     found: list[BoundJoint] = []
     for k, (x, director) in enumerate(zip(nodes.x, nodes.directors, strict=True)):
-        dofs = {part: nodes.dofs[part][k] for part in ("u", "w")}
-        ends = (replace(frame, point=x), End(body.name, body.name, dofs, x, director, x))
+        ends = (replace(frame, point=x), nodes.end(k, body.name))
         axes = np.array([frame_about(director[0]) if len(director) else np.eye(3)] * 2)
         kind = "shell revolute" if len(director) else "fixed point"
         found.append(BoundNode(joint, kind, ends, axes, center=frame.point))

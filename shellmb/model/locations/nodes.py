@@ -59,6 +59,16 @@ class Nodes:
         """Reference director of a shell, shape (n, 3); of none without directors."""
         return np.asarray(self.directors[:, :1].reshape(-1, 3))
 
+    def repeated(self, each: int) -> Nodes:
+        """Each node so many times, one after the other."""
+        dofs = {part: np.repeat(rows, each, axis=0) for part, rows in self.dofs.items()}
+        return Nodes(np.repeat(self.x, each, axis=0), dofs, np.repeat(self.directors, each, axis=0))
+
+    def end(self, k: int, body: str, point: Floats | None = None) -> End:
+        """A node as a place on a body, perhaps with a point off it."""
+        dofs, x = {part: self.dofs[part][k] for part in ("u", "w")}, self.x[k]
+        return End(body, body, dofs, x, self.directors[k], x if point is None else point)
+
 
 def local_nodes(body: Meshed, where: Place | None, who: str) -> Int32s:
     """Local numbers (owned and ghost) of the nodes at a place; they count nodes, not dofs.
@@ -375,9 +385,8 @@ class Finder:
                 f"{who}: there are {len(nodes.x)} nodes of '{body.name}' at '{node}'; give a "
                 "single point"
             )
-        dofs = {part: nodes.dofs[part][0] for part in ("u", "w")}
         point = nodes.x[0]
         if isinstance(where, Offset):
             arm = arm_components(where.by, nodes.directors[0], who, f"'{body.name}'")
             point = point + arm @ nodes.directors[0]
-        return End(body.name, body.name, dofs, nodes.x[0], nodes.directors[0], point)
+        return nodes.end(0, body.name, point)

@@ -118,10 +118,7 @@ def points_on(body: MeshedBody, on: Any, who: str) -> Points:
         SceneError: If there is no such place.
     """
     nodes = shared_nodes(body, on, who)
-    ends = [
-        End(body.name, body.name, {part: nodes.dofs[part][k] for part in ("u", "w")}, x, d, x)
-        for k, (x, d) in enumerate(zip(nodes.x, nodes.directors, strict=True))
-    ]
+    ends = [nodes.end(k, body.name) for k in range(len(nodes.x))]
     measures = _measures(body, on, who)
     if measures is None:
         return Points(ends, np.ones(len(ends)))

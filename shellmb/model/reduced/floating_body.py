@@ -26,7 +26,6 @@ from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
 
 import numpy as np
 import ufl
-from dolfinx import fem
 from ufl import Form
 from ufl.core.expr import Expr
 
@@ -38,13 +37,13 @@ from shellmb.forms.measure import linear
 from shellmb.forms.state import Layout
 from shellmb.forms.steps.damping import ViscousModes
 from shellmb.meshes.nodes import NodeMesh, constant_vector
-from shellmb.model.body import Elastic, LoadFactors, PartScale, Rates
+from shellmb.model.body import Elastic, LoadFactors, PartScale
 from shellmb.model.joints.constraints import ConstraintGroup
 from shellmb.model.locations.ends import End
 from shellmb.model.massless import NodeGroup, NodeLoads, Scale, Targets
 from shellmb.model.potentials.exact import LinearSprings
 from shellmb.model.reduced.data import ModalBody, amplitudes
-from shellmb.model.sections.branches import Resisting, StrainDamping, mass_damping
+from shellmb.model.sections.branches import Resisting, StrainDamping
 
 # couplings of modes below this share of what they have by themselves are round-off: with one time
 # for all strains there are none
@@ -226,8 +225,7 @@ class InertiaPoints(OnArms):
         super().__init__("inertia", body, {"w1": 9}, table, scale)
         # the directors are those of the frame, and their rates count here, too
         self.kinematic = frozenset({"u", "w1"})
-        rate = data.slowing
-        self._slowing = fem.Constant(self.nodes.mesh, rate) if rate else None
+        self.slowing = self.constant(data.slowing) if data.slowing else None
 
     def _violation(self, q: Expr) -> Expr:
         parts = forms.components(self.table, 0, amplitudes(self.layout, q))
@@ -257,10 +255,6 @@ class InertiaPoints(OnArms):
         work = ufl.dot(h, self.layout.part(dq, "u"))
         work += sum(ufl.dot(a, b) for a, b in zip(g, self._directors(dq), strict=True))
         return work * self.dx
-
-    def applied(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
-        """Damping in proportion to the mass."""
-        return mass_damping(self, self._slowing, rates, dq)
 
     def momentum(self, v: Expr, axis: Expr) -> Form | None:
         """None: the modes have none."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property, partial, reduce
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 from mpi4py import MPI
 
@@ -23,7 +23,7 @@ from shellmb.forms.steps.damping import Resistance, Straining, at_state, taken
 from shellmb.forms.steps.path import Rows, moment_of
 from shellmb.forms.steps.relaxation import Branch
 from shellmb.meshes.shared import space_on
-from shellmb.model.body import Rates, Term
+from shellmb.model.body import Term
 from shellmb.model.sections.strains import path_terms
 from shellmb.model.sections.strains import together as joined
 from shellmb.native.expressions import compiled_expression
@@ -110,31 +110,6 @@ def slowing(section: Section | BeamSection, mesh: Any) -> fem.Constant | None:
     """Rate of a section's damping in proportion to its mass, 1/s; None without any."""
     rate = float(section.mass_damping)
     return fem.Constant(mesh, rate) if rate else None
-
-
-class Inert(Protocol):
-    """A body with mass."""
-
-    def inertia(self, rate: Expr, dq: Expr) -> Form | None:
-        """Virtual work of the inertia forces."""
-        ...
-
-
-def mass_damping(
-    body: Inert, rate: fem.Constant | None, rates: Rates | None, dq: Expr
-) -> Form | None:
-    """Virtual work of forces in proportion to the momentum; None without any.
-
-    Args:
-        body: The body.
-        rate: Of the proportion, 1/s; None: none.
-        rates: Velocities; None in statics.
-        dq: Virtual displacement.
-    """
-    if rate is None or rates is None:
-        return None
-    form = body.inertia(rates.chord if rates.weighed is None else rates.weighed, dq)
-    return None if form is None else -rate * form
 
 
 # relaxation time [s], and whether the branch is relaxed at the start
@@ -227,6 +202,16 @@ class MaxwellBranches:
         for group in self._groups:
             yield from group.stresses(q, change)
 
+    def held(self, q: fem.Function, dq: Expr) -> Form:
+        """Work of the stresses that `follow` takes, of the accepted state."""
+        found = [group.held(q, dq) for group in self._groups]
+        return sum(found[1:], found[0])
+
+    def follow(self) -> None:
+        """Take the stresses of the accepted state."""
+        for group in self._groups:
+            group.follow()
+
     def prepare(self, dt: float) -> None:
         """Set the numbers of a step of a length [s]."""
         for group in self._groups:
@@ -306,6 +291,7 @@ class _Group:
         self._nodes = at_nodes.dofmap.list[self._cells][..., None] * self._size
         self._nodes = self._nodes + np.arange(self._size)
         self._given = fem.Function(at_nodes), fem.Function(at_nodes)
+        self._now = fem.Function(at_nodes)
         weights = fem.assemble_vector(compiled(ufl.TestFunction(self.space)[0] * fading.dx))
         weighed = weights.array[self._dofs[:own, :, 0]]
         C = self._at_points(self._section.matrix())[:own]
@@ -381,8 +367,19 @@ class _Group:
             course.renew(along.rows, course.rows(mixture, self._given).rows)
         self._dt = dt
         for function, shares in zip(self._given, self._shares, strict=True):
-            at = (shares @ self.values)[self._dofs]
-            function.x.array[self._nodes] = np.einsum("np,cpi->cni", self._through, at)
+            self._mix(function, shares)
+
+    def _mix(self, function: fem.Function, shares: Floats) -> None:
+        """Give a function shares of the strains of all branches."""
+        at = (shares @ self.values)[self._dofs]
+        function.x.array[self._nodes] = np.einsum("np,cpi->cni", self._through, at)
+
+    def held(self, q: fem.Function, dq: Expr) -> Form:
+        stress = self._section.stress(self._now)[0]
+        return ufl.inner(stress, self._strain.change(q, dq)) * self._dx
+
+    def follow(self) -> None:
+        self._mix(self._now, self._factors)
 
     def _solved(self) -> tuple[Floats, Floats, Floats, Floats]:
         """Mean, first moment, bow and change of the springs' strains over the step just solved."""

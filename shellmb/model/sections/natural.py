@@ -1,7 +1,5 @@
 """Strains that a body has without stress: what they add to its forces, and their sizes.
 
-Strains that a body has without stress: what they add to its forces, energy and resultants.
-
 With `e - theta e*` in place of the strain `e` of a linear section the forces are those of `e` less
 `theta S*`, `S* = C e*`: a stress that is given, and that acts on the same strains, at the same
 points. So it is a load, of which the schemes take means and work as of any other, and the mixed
@@ -23,10 +21,10 @@ from ufl import Form
 from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats
-from shellmb.barrier import first_found
 from shellmb.errors import SceneError, warn
 from shellmb.forms.measure import Measure
 from shellmb.model.body import TimeFunction
+from shellmb.model.shells.positions import on_all
 from shellmb.scene import BeamNaturalStrain, NaturalStrain
 from shellmb.scene.loads.loads import Load
 from shellmb.scene.lookup import said
@@ -95,13 +93,7 @@ def doubt_natural(comm: MPI.Comm, t_end: float, bodies: Mapping[str, Any]) -> No
         body = model.described
         if body.natural is None:
             continue
-        try:
-            extremes, failed = [_principal(*face) for face in model.natural_faces()], None
-        except SceneError as error:
-            extremes, failed = [], error
-        failed = first_found(comm, failed)
-        if failed is not None:
-            raise failed
+        extremes = [_principal(*face) for face in on_all(comm, model.natural_faces)]
         found = np.concatenate([np.concatenate(each) for each in comm.allgather(extremes)])
         factors = _factors(body.natural.time, t_end, f"natural strain of {said(body)}: time")
         low, high = (f(np.outer(factors, found), initial=0.0) for f in (np.min, np.max))

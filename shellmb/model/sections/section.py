@@ -1,7 +1,5 @@
 """A section bound to a mesh: its rules, its coefficients, and weights by the size of elements.
 
-Coefficients of forms from a shell's section: numbers, or fields where it varies.
-
 A section that varies is evaluated at points of each element: on quadrilaterals at the Gauss points
 of the rule that a coefficient is used with, where its field has its nodes, and on triangles at the
 middle. So stiffness and mass are positive wherever forms are integrated, and what jumps at an edge
@@ -27,8 +25,6 @@ from ufl import Form
 from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats
-from shellmb.barrier import first_found
-from shellmb.errors import SceneError
 from shellmb.forms.materials import tension_field
 from shellmb.forms.shell import Mass, ShellStrains
 from shellmb.forms.steps.mixed import Formulation, LinearMixed, LinearOwn
@@ -36,6 +32,7 @@ from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed, Quadratic
 from shellmb.forms.tying import Tying
 from shellmb.meshes.shared import space_on
 from shellmb.meshes.tying import cell_squares, shell_forces
+from shellmb.model.shells.positions import on_all
 from shellmb.model.user_forms import resists_all, written
 from shellmb.native.kernels import compiled
 from shellmb.scene import Hyperelastic, LinearSection, Shell, Wrinkling
@@ -224,16 +221,8 @@ class SectionFields:
         if not self._section.functions:
             return self._section.generic
         if rule not in self._layups:
-            x, failed, found = self._points(rule), None, None
-            try:
-                found = self._section.at(np.moveaxis(x, -1, 0), self._who)
-            except SceneError as error:
-                failed = error
-            # what one rank finds all of them tell
-            failed = first_found(self._domain.comm, failed)
-            if failed is not None:
-                raise failed
-            assert found is not None
+            x = np.moveaxis(self._points(rule), -1, 0)
+            found = on_all(self._domain.comm, lambda: self._section.at(x, self._who))
             self._layups[rule] = found
         return self._layups[rule]
 

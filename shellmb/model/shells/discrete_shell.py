@@ -1,6 +1,6 @@
 """A shell bound to mesh, space, section, rules of its integrals, and kinematics."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property, partial
 from typing import Any
@@ -26,6 +26,7 @@ from shellmb.meshes.spaces import NO_PARTS, shell_space
 from shellmb.meshes.tying import cell_directions, cell_squares, shell_forces
 from shellmb.model.body import Body, PartScale
 from shellmb.model.frames.frame import DirectorConstraint, FloatingFrame, directors_held
+from shellmb.model.sections.branches import slowing
 from shellmb.model.sections.natural import Distributed, NaturalStress
 from shellmb.model.sections.section import (
     bind_mass,
@@ -36,7 +37,7 @@ from shellmb.model.sections.section import (
 )
 from shellmb.model.sections.strains import Integrate
 from shellmb.model.shells.compatible import forces_of
-from shellmb.model.shells.positions import direction_1, interpolated
+from shellmb.model.shells.positions import direction_1, field_of
 from shellmb.model.user_forms import components
 from shellmb.scene import Shell
 from shellmb.scene.loads.loads import Gravity
@@ -95,7 +96,7 @@ class DiscreteShell(Body):
         every = replace(shell, rotary_inertia=True, eccentric_inertia=True)
         self.mass_of_section = bind_mass(every, domain) if weighed else None
         self.mass = bind_mass(shell, domain) if dynamic else None
-        self._loads = loads
+        self._loads, self.slowing = loads, slowing(shell.section, domain)
         self.kinematic = frozenset({"u", "w"})
         # set where joints tie the shell's velocities to those of other bodies
         self.slenderness = slenderness = self.section.sizes.thickness / surface_mesh.length
@@ -126,7 +127,14 @@ class DiscreteShell(Body):
         """Small dimension of the body in words, and its size, m."""
         return "thickness", self.section.sizes.thickness
 
-    def natural_faces(self) -> Iterator[Floats]:
+    @property
+    def material(self) -> tuple[float, float]:
+        """Young's modulus, or stiffness over thickness, and density."""
+        sizes = self.section.sizes
+        E = getattr(self.shell.section, "E", None) or sizes.stiffness / sizes.thickness
+        return E, sizes.mass / sizes.thickness
+
+    def natural_faces(self) -> list[Floats]:
         """Natural strains 11, 22 and 2*12 at both faces, for a factor of one."""
         X, half, parts = self.mixed.nodes("u").T, self.section.sizes.thickness / 2, []
         for name in ("membrane", "curvature"):
@@ -134,8 +142,7 @@ class DiscreteShell(Body):
             who = f"natural strain of shell '{self.name}': {name}"
             fixed = None if callable(given) else np.reshape(given, (3, 1))
             parts.append(values_at(given, X, 3, who) if fixed is None else fixed)
-        for side in (-1.0, 1.0):
-            yield parts[0] + side * half * parts[1]
+        return [parts[0] + side * half * parts[1] for side in (-1.0, 1.0)]
 
     @property
     def force_size(self) -> float:
@@ -208,12 +215,8 @@ class DiscreteShell(Body):
         domain, formulation = self.mixed.space.mesh, self.section.formulation
         parts: list[Expr] = []
         for name in ("membrane", "curvature"):
-            value = getattr(given, name)
             who = f"natural strain of shell '{self.name}': {name}"
-            if callable(value):
-                parts.append(interpolated(value, self.mixed, 3, who))
-            else:
-                parts.append(fem.Constant(domain, np.asarray(value, dtype=float)))
+            parts.append(field_of(getattr(given, name), self.mixed, 3, who))
         membrane = parts[0] if self.shell.stretching else ufl.as_vector([0, 0, 0])
         e = ufl.as_vector([*membrane, *parts[1], 0.0, 0.0])
         factors: tuple[Any, ...] = given.time, *(fem.Constant(domain, 0.0) for _ in range(2))

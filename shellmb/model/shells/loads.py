@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import numpy as np
 import ufl
-from dolfinx import fem
 from ufl import Form
 from ufl.core.expr import Expr
 
@@ -12,7 +10,7 @@ from shellmb.forms import loads as forms
 from shellmb.forms.surface import Surface
 from shellmb.model.sections.natural import Distributed
 from shellmb.model.shells.discrete_shell import DiscreteShell
-from shellmb.model.shells.positions import interpolated
+from shellmb.model.shells.positions import field_of
 from shellmb.scene.loads.loads import (
     EdgeForce,
     EdgeMoment,
@@ -41,10 +39,7 @@ def load_work(body: DiscreteShell, load: Distributed, mid: Expr, dq: Expr) -> Fo
 
     def given(name: str, size: int = 3) -> Expr:
         """A constant, or a function of the position interpolated once."""
-        value = getattr(load, name)
-        if callable(value):
-            return interpolated(value, body.mixed, size, f"{load.label}: {name}")
-        return fem.Constant(body.mixed.space.mesh, np.asarray(value, dtype=float))
+        return field_of(getattr(load, name), body.mixed, size, f"{load.label}: {name}")
 
     match load:
         case SurfaceForce():

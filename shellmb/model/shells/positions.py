@@ -1,5 +1,8 @@
 """Functions of the position as fields on nodes, and the material 1-direction of a shell."""
 
+from collections.abc import Callable
+from typing import Any
+
 from mpi4py import MPI
 
 import numpy as np
@@ -14,6 +17,27 @@ from shellmb.meshes.shared import space_on
 from shellmb.meshes.spaces import MixedSpace
 from shellmb.scene import Hyperelastic, Isotropic, Shell, Wrinkling
 from shellmb.scene.values.user_functions import OfPosition, values_at
+
+
+def on_all[T](comm: MPI.Comm, make: Callable[[], T]) -> T:
+    """Return what each rank makes; collective.
+
+    Args:
+        comm: The ranks.
+        make: Makes it, and may fail on some ranks only.
+
+    Raises:
+        SceneError: On all ranks, that of the first one that fails.
+    """
+    made, failed = [], None
+    try:
+        made.append(make())
+    except SceneError as error:
+        failed = error
+    failed = first_found(comm, failed)
+    if failed is not None:
+        raise failed
+    return made[0]
 
 
 def interpolated(function: OfPosition, mixed: MixedSpace, size: int, who: str) -> fem.Function:
@@ -33,16 +57,20 @@ def interpolated(function: OfPosition, mixed: MixedSpace, size: int, who: str) -
     space = mixed.subspaces["u"]
     if size == 1:
         space = space_on(space.mesh, space.ufl_element().sub_elements[0])
-    field, failed = fem.Function(space, name=who), None
-    try:
+    field = fem.Function(space, name=who)
+
+    def interpolate() -> None:
         field.interpolate(lambda x: values_at(function, x, size, who))
-    except SceneError as error:
-        failed = error
-    # what one rank finds at its nodes all of them tell
-    failed = first_found(space.mesh.comm, failed)
-    if failed is not None:
-        raise failed
+
+    on_all(space.mesh.comm, interpolate)
     return field
+
+
+def field_of(value: Any, mixed: MixedSpace, size: int, who: str) -> fem.Constant | fem.Function:
+    """A constant, or a function of the position interpolated; arguments as of `interpolated`."""
+    if callable(value):
+        return interpolated(value, mixed, size, who)
+    return fem.Constant(mixed.space.mesh, np.asarray(value, dtype=float))
 
 
 # angle to the normal below which a direction has no useful projection on the surface, degrees: the

@@ -25,11 +25,11 @@ from shellmb.forms.steps.mixed import Interval
 from shellmb.forms.steps.path import Step
 from shellmb.forms.terms import Point
 from shellmb.meshes.mesh import SurfaceMesh
-from shellmb.model.body import Constraint, LoadFactors, Manifold, Rates, added, largest
+from shellmb.model.body import Constraint, LoadFactors, Manifold, Rates, largest
 from shellmb.model.frames.frame import EVERYWHERE, FRAME, FloatingFrame, identified
 from shellmb.model.joints.constraints import Constraints
 from shellmb.model.massless import TimedLoads
-from shellmb.model.sections.branches import MaxwellBranches, StrainDamping, mass_damping, slowing
+from shellmb.model.sections.branches import MaxwellBranches, StrainDamping
 from shellmb.model.sections.natural import Distributed
 from shellmb.model.sections.section import Arm, Rules, mass_arm
 from shellmb.model.sections.strains import HyperelasticStrains, Strains
@@ -156,11 +156,6 @@ class ShellModel(DiscreteShell):
         timed = [(load.time, load) for load in loads]
         return TimedLoads(self.mixed.space.mesh, timed, partial(load_work, self))
 
-    def applied(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
-        """The user's terms at the mid-point, and what damps in proportion to the mass."""
-        forms = [self.users(mid, rates, dq, time), mass_damping(self, self._slowing, rates, dq)]
-        return added(forms)
-
     @cached_property
     def damping(self) -> StrainDamping | None:  # type: ignore[override]
         """Damping of its strains; None without any."""
@@ -169,10 +164,6 @@ class ShellModel(DiscreteShell):
     def branches(self) -> MaxwellBranches | None:
         """New Maxwell branches of its section; None without any."""
         return maxwell_branches(self)
-
-    @cached_property
-    def _slowing(self) -> fem.Constant | None:
-        return slowing(self.shell.section, self.mixed.space.mesh)
 
     def users(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
         """Terms that the user added; None without any."""

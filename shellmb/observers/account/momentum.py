@@ -20,7 +20,7 @@ from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats
 from shellmb.observers.account.energy import EnergyAccount, present
-from shellmb.observers.deferred_observer import STEPS, DeferredObserver, Row
+from shellmb.observers.deferred_observer import STEPS, Booked, DeferredObserver, Row
 from shellmb.observers.forces.impulse import Impulse
 from shellmb.simulate.simulation import Simulation
 from shellmb.system.assembly.deferred import DeferredValues
@@ -43,8 +43,12 @@ class Momentum(DeferredObserver):
 
     Args:
         account: The energy balance, for the scale of a momentum that is zero.
+
+    Attributes:
+        drift: Largest drift so far, in the units of `values`; empty in statics.
     """
 
+    drift = Booked[Row]()
     remembered = ("_initial", "_drift", "_largest", "_gross")
 
     def __init__(self, account: EnergyAccount) -> None:
@@ -66,12 +70,6 @@ class Momentum(DeferredObserver):
         """Momenta by their `KINDS`, kg m/s and kg m^2/s, each of shape (3,)."""
         self.book()
         return dict(zip(KINDS, self._now_vectors.copy(), strict=True)) if self._drift else {}
-
-    @property
-    def drift(self) -> dict[str, float]:
-        """Largest drift so far, in the units of `values`; empty in statics."""
-        self.book()
-        return self._drift
 
     def start(self, simulation: Simulation) -> None:
         """Make the functionals and take the initial momenta."""

@@ -1,7 +1,5 @@
 """Beams, and how they are glued to shells."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any, Literal
 
@@ -12,7 +10,7 @@ from shellmb.errors import SceneError
 from shellmb.scene.beams.curves import Curve
 from shellmb.scene.beams.sections import BeamSection
 from shellmb.scene.types import NONE, Axis, Listed, Name, PositiveInt
-from shellmb.scene.values.messages import refused
+from shellmb.scene.values.messages import error_of, refused
 from shellmb.scene.values.models import BodyModel, Deforming
 from shellmb.scene.values.natural import BeamNaturalStrain
 from shellmb.scene.values.validate import described, show, unit_vector
@@ -69,9 +67,8 @@ class Beam(Deforming):
                 is given where the shell tells it.
         """
         if self.natural is not None and not self.exact:
-            raise SceneError(
-                f"beam '{self.name}': natural is given, and its model is {show(self.model)}; it "
-                "must be 'exact'"
+            raise error_of(
+                self, f"natural is given, and its model is {show(self.model)}; it must be 'exact'"
             )
         if self.natural is not None and self.natural.extension and not self.stretching:
             raise SceneError(

@@ -4,8 +4,6 @@ Every curve has a parameter ``xi`` in [0, 1] and the named points ``start`` (xi 
 (xi = 1); a closed one has ``start`` only.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import field
@@ -17,8 +15,9 @@ from numpy.typing import NDArray
 
 from shellmb.errors import SceneError
 from shellmb.scene.types import Axis, Finite, Name, Spot, Vec3
-from shellmb.scene.values.messages import refused
-from shellmb.scene.values.validate import described, in_words, show, unit_vector
+from shellmb.scene.values.messages import check_differ, refused
+from shellmb.scene.values.user_functions import points_by
+from shellmb.scene.values.validate import described, show, unit_vector
 
 type Points = NDArray[np.float64]
 
@@ -104,8 +103,7 @@ class Line(Curve):
         Raises:
             SceneError: If both ends coincide.
         """
-        if self.start == self.end:
-            raise SceneError(f"line: start and end are both {show(self.start)}; they must differ")
+        check_differ(self, "start", "end")
 
     def position(self, xi: Points) -> Points:
         """Reference positions, shape (3, n)."""
@@ -251,21 +249,8 @@ class ParametricCurve(Curve):
             SceneError: If the function returns another shape or a number that is not finite.
         """
         xi = np.atleast_1d(np.asarray(xi, dtype=float))
-        try:
-            x = np.asarray(self.function(xi), dtype=float)
-        except (TypeError, ValueError) as error:
-            raise SceneError(
-                f"parametric curve: function fails ({in_words(error)}); it must give (3, "
-                f"{xi.size}) numbers for {xi.size} points"
-            ) from error
-        if x.shape != (3, xi.size):
-            raise SceneError(
-                f"parametric curve: function returns an array of shape {x.shape} for {xi.size} "
-                f"points; it must be (3, {xi.size})"
-            )
-        if not np.isfinite(x).all():
-            raise SceneError("parametric curve: function returns a number that is not finite")
-        return x
+        right = f"it must give (3, {xi.size}) numbers for {xi.size} points"
+        return points_by("parametric curve: function", right, self.function, xi)
 
 
 @described("curve along an edge")
@@ -303,7 +288,4 @@ class AlongLine(Curve):
         Raises:
             SceneError: If both ends coincide.
         """
-        if self.start == self.end:
-            raise SceneError(
-                f"curve along a line: start and end are both {show(self.start)}; they must differ"
-            )
+        check_differ(self, "start", "end")

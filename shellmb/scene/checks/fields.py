@@ -1,7 +1,5 @@
 """Check that the fields that a scene asks for are those of its bodies."""
 
-from __future__ import annotations
-
 from shellmb.errors import SceneError
 from shellmb.scene.beams.beam import Beam
 from shellmb.scene.description import Body, Description
@@ -11,7 +9,7 @@ from shellmb.scene.shells.laminate import Laminate
 from shellmb.scene.shells.sections import LinearSection
 from shellmb.scene.shells.shell import Shell
 from shellmb.scene.shells.strength import CRITERIA
-from shellmb.scene.values.messages import listed, said
+from shellmb.scene.values.messages import error_of, listed, said
 
 # what there has to be for a field, in words
 OWNERS = {
@@ -76,15 +74,12 @@ def check_fields(scene: Description) -> None:
         there.add("joint")
     for name in scene.output.fields:
         if name in JUDGED and not scene.reserves:
-            raise SceneError(
-                f"scene '{scene.name}': output: fields has '{name}'; the scene must have a Reserve"
-            )
+            raise error_of(scene, f"output: fields has '{name}'; the scene must have a Reserve")
         if has_field(name, there):
             continue
         owners = " or ".join(OWNERS[kind] for kind in OWNERS if kind in FIELDS[name].bodies)
-        raise SceneError(
-            f"scene '{scene.name}': output: fields has '{name}'; it must be left out, as there is "
-            f"no {owners}"
+        raise error_of(
+            scene, f"output: fields has '{name}'; it must be left out, as there is no {owners}"
         )
 
 

@@ -1,7 +1,5 @@
 """Checks that nothing is requested that would have no effect, or twice the effect."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 
@@ -17,7 +15,7 @@ from shellmb.scene.lookup import bodies_of, coordinates_of
 from shellmb.scene.multibody.own_bodies import UserBody
 from shellmb.scene.multibody.rigid import RigidBody
 from shellmb.scene.schemes import DISSIPATIVE
-from shellmb.scene.values.messages import listed, refused, said
+from shellmb.scene.values.messages import error_of, listed, refused, said
 from shellmb.scene.values.user_functions import on_trial
 from shellmb.scene.values.validate import show
 
@@ -135,9 +133,8 @@ def _steps(scene: Description) -> None:
         raise refused(scene, "dt", f"it must be at most t_end, which is {show(scene.t_end)}")
     least = scene.step_control.min_dt
     if least is not None and least > scene.dt * (1 + ROUND_OFF):
-        raise SceneError(
-            f"scene '{scene.name}': min_dt is {show(least)}; it must be at most dt, which is "
-            f"{show(scene.dt)}"
+        raise error_of(
+            scene, f"min_dt is {show(least)}; it must be at most dt, which is {show(scene.dt)}"
         )
 
 

@@ -1,7 +1,5 @@
 """Names of edges, points and times that a scene speaks of, tried against what there is."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from shellmb.errors import SceneError

@@ -1,7 +1,5 @@
 """Checks of what connects bodies, moves joints, and holds or loads the whole."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 
@@ -41,7 +39,7 @@ from shellmb.scene.multibody.rolling import Contact, Rolling
 from shellmb.scene.probes import MOTIONS
 from shellmb.scene.shells.sections import LinearSection
 from shellmb.scene.shells.shell import Shell
-from shellmb.scene.values.messages import listed, said
+from shellmb.scene.values.messages import error_of, listed, said
 from shellmb.scene.values.user_functions import finite_in_time
 from shellmb.scene.values.validate import show
 
@@ -97,14 +95,11 @@ def _joint(scene: Description, joint: Joint) -> None:
                 f"{said(second)}: {known}, because its nodes carry no moment"
             )
     if isinstance(joint, ShellRevolute) and not isinstance(second, Shell):
-        raise SceneError(
-            f"{joint.said}: second is {_end_said(second)}; it must be a shell, or use Weld"
-        )
+        raise error_of(joint, f"second is {_end_said(second)}; it must be a shell, or use Weld")
     if joint.at is None:
         if not isinstance(first, RigidBody):
-            raise SceneError(
-                f"{joint.said}: at is missing; it must be given where the first body is "
-                f"{_end_said(first)}"
+            raise error_of(
+                joint, f"at is missing; it must be given where the first body is {_end_said(first)}"
             )
     else:
         _end(scene, joint.first, joint.at, joint.said)
@@ -112,25 +107,17 @@ def _joint(scene: Description, joint: Joint) -> None:
     if joint.second_at is not None and joint.second_at not in along:
         _end(scene, joint.second, joint.second_at, joint.said)
     elif isinstance(joint, Distance):
-        raise SceneError(
-            f"{joint.said}: second_at is missing; it must be the other end of the distance"
-        )
+        raise error_of(joint, "second_at is missing; it must be the other end of the distance")
     elif isinstance(joint, Rolling) and not isinstance(second, RigidBody):
         raise SceneError(
             f"{joint.said}: second_at is missing; it must be the centre of the wheel where the "
             f"second body is {_end_said(second)}"
         )
-    if isinstance(joint, Distance) and joint.length is None and joint.second_at == joint.at:
-        raise SceneError(
-            f"{joint.said}: at and second_at are both {show(joint.at)}; they must differ where no "
-            "length is given"
-        )
-    if isinstance(joint, Distance) and callable(joint.length):
-        if joint.second_at == joint.at:
-            raise SceneError(
-                f"{joint.said}: at and second_at are both {show(joint.at)}; they must differ where "
-                "length is a function of time"
-            )
+    if isinstance(joint, Distance) and joint.second_at == joint.at:
+        if joint.length is None or joint.given:
+            where = "length is a function of time" if joint.given else "no length is given"
+            both = f"at and second_at are both {show(joint.at)}"
+            raise error_of(joint, f"{both}; they must differ where {where}")
     _within_time(scene, joint.active, f"{joint.said}: active")
     if isinstance(joint, Contact) and scene.static:
         raise SceneError(
@@ -319,24 +306,18 @@ def _quantity(scene: Description, probe: Any) -> None:
     if q == "director" and isinstance(body, UserBody):
         raise SceneError(f"{said(probe)}: quantity is 'director'; {said(body)} has none")
     if isinstance(probe.at, Offset) and q not in MOTIONS:
-        raise SceneError(
-            f"{said(probe)}: quantity is {show(q)} and at an Offset; at must be a node"
-        )
+        raise error_of(probe, f"quantity is {show(q)} and at an Offset; at must be a node")
     if q in ("membrane", "bending", "shear") and not isinstance(body, Shell):
         needed = "a shell; of a beam record force and moment"
     elif q == "shear" and probe.component == 2:
-        raise SceneError(
-            f"{said(probe)}: component is 2; it must be 0 (13), 1 (23) or 'norm' for the shear"
-        )
+        raise error_of(probe, "component is 2; it must be 0 (13), 1 (23) or 'norm' for the shear")
     elif q in ("rotation", "angular_velocity") and _frameless(body):
         needed = "a beam or a rigid body; of a shell record the director"
     elif q in ("force", "moment") and not isinstance(body, Beam):
         needed = "a beam; of a shell record membrane, bending and shear"
     else:
         return
-    raise SceneError(
-        f"{said(probe)}: quantity is {show(q)} and the body {said(body)}; it must be {needed}"
-    )
+    raise error_of(probe, f"quantity is {show(q)} and the body {said(body)}; it must be {needed}")
 
 
 def _frame(scene: Description, probe: Any) -> None:
@@ -350,9 +331,8 @@ def _frame(scene: Description, probe: Any) -> None:
     if probe.frame_at is not None:
         check_point(body, probe.frame_at, f"{said(probe)}: frame_at")
     elif isinstance(body, Beam) and body.nodal:
-        raise SceneError(
-            f"{said(probe)}: frame_at is missing; it must be the node of {said(body)} whose frame "
-            "it is"
+        raise error_of(
+            probe, f"frame_at is missing; it must be the node of {said(body)} whose frame it is"
         )
 
 

@@ -1,7 +1,5 @@
 """Checks of potentials and contacts: where they act, and under which schemes."""
 
-from __future__ import annotations
-
 from collections import Counter
 from itertools import combinations
 from typing import Any

@@ -1,7 +1,5 @@
 """Checks of what schemes can follow: small displacements, paths of equilibria, step control."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 from typing import Any
@@ -13,7 +11,7 @@ from shellmb.scene.description import Description
 from shellmb.scene.loads.supports import Driven, Fixed, at_rest, moves
 from shellmb.scene.multibody.rolling import Contact
 from shellmb.scene.schemes import DISSIPATIVE, SCHEMES, Traits
-from shellmb.scene.values.messages import listed, refused, said
+from shellmb.scene.values.messages import error_of, listed, refused, said
 from shellmb.scene.values.renamed import choice_of_today
 from shellmb.scene.values.validate import show
 
@@ -53,9 +51,7 @@ def _scheme(scene: Description) -> None:
         has_jump = "j" in getattr(scheme, "stages", ())
     for what in ("dt", "t_end"):
         if getattr(scene, what) is None:
-            raise SceneError(
-                f"scene '{scene.name}': {what} is missing; scheme '{scene.scheme_name}' needs it"
-            )
+            raise error_of(scene, f"{what} is missing; scheme '{scene.scheme_name}' needs it")
     if scene.step_control.jump_tolerance is not None and not has_jump:
         raise SceneError(
             f"scene '{scene.name}': jump_tolerance is {show(scene.step_control.jump_tolerance)}; "

@@ -1,7 +1,5 @@
 """Checks of sensors, controllers, events, and of what they act on."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Iterator
 from typing import Any
@@ -59,11 +57,8 @@ def check_signals(scene: Description) -> None:
     for signal, who in _signals(scene):
         _known(scene, signal, who)
     for lock in scene.locks:
-        if lock.switch is not None and lock.switch not in names:
-            raise SceneError(
-                f"lock of joint '{lock.joint}': there is no event '{lock.switch}'; the scene has "
-                f"{listed(names) or 'none'}"
-            )
+        if lock.switch is not None:
+            _event(scene, lock.switch, f"lock of joint '{lock.joint}'")
     if scene.controllers or scene.all_events:
         _scheme(scene)
     for controller in scene.controllers:
@@ -123,12 +118,7 @@ def _moves_on(item: Any) -> None:
 def _known(scene: Description, signal: Any, who: str) -> None:
     """Check that what a signal is of is there."""
     if isinstance(signal, Switched):
-        events = [event.name for event in scene.all_events]
-        if signal.event not in events:
-            raise SceneError(
-                f"{who}: there is no event '{signal.event}'; the scene has "
-                f"{listed(events) or 'none'}"
-            )
+        _event(scene, signal.event, who)
         return
     assert isinstance(signal, Commanded)
     found = [c for c in scene.controllers if c.name == signal.controller]
@@ -147,6 +137,13 @@ def _known(scene: Description, signal: Any, who: str) -> None:
             f"{who}: controller '{signal.controller}' has no output '{signal.output}'; it has "
             f"{listed(outputs)}"
         )
+
+
+def _event(scene: Description, name: str, who: str) -> None:
+    names = dict.fromkeys(event.name for event in scene.all_events)
+    if name not in names:
+        known = listed(names) or "none"
+        raise SceneError(f"{who}: there is no event '{name}'; the scene has {known}")
 
 
 def _scheme(scene: Description) -> None:

@@ -1,7 +1,5 @@
 """Checks of a scene that concern several of its parts; all of them before DOLFINx is imported."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Iterator
 from itertools import combinations
@@ -29,22 +27,14 @@ from shellmb.scene.multibody.rolling import Contact
 from shellmb.scene.probes import Probe
 from shellmb.scene.shells.sections import LinearSection
 from shellmb.scene.shells.shell import Join, Shell
-from shellmb.scene.values.messages import kind_of, listed, said
+from shellmb.scene.values.messages import error_of, kind_of, listed, said
 from shellmb.scene.values.models import Modal
 from shellmb.scene.values.user_functions import finite_in_time, values_at
 from shellmb.scene.values.validate import edge_names, show
 
 # parts of a scene whose names differ within each of them, and others with names
-NAMED = (
-    "bodies",
-    "joints",
-    "drivers",
-    "force_elements",
-    "couplings",
-    "probes",
-    "reserves",
-    "controllers",
-)
+RECORDED = ("probes", "reserves", "controllers")
+NAMED = ("bodies", "joints", "drivers", "force_elements", "couplings", *RECORDED)
 ALSO_NAMED = ("potentials", "contacts", "volumes", "events")
 # what separates folders, columns and texts
 SEPARATORS = "/\\,;\"'"
@@ -100,9 +90,8 @@ def check_names(scene: Description) -> None:
         stem = body.name.replace(" ", "_")
         if stem in RESERVED or stem in files:
             other = f"that of '{files[stem]}'" if stem in files else "that of all of them"
-            raise SceneError(
-                f"{said(body)}: its files would be called '{stem}', as {other}; it must have "
-                "another name"
+            raise error_of(
+                body, f"its files would be called '{stem}', as {other}; it must have another name"
             )
         files[stem] = body.name
     columns: tuple[Any, ...] = (*scene.probes, *scene.reserves)
@@ -130,9 +119,7 @@ def _wrong(name: str) -> str:
 
 def _names(scene: Description) -> None:
     if not scene.bodies:
-        raise SceneError(
-            f"scene '{scene.name}': it has no bodies; it must have a shell, a beam or a rigid body"
-        )
+        raise error_of(scene, "it has no bodies; it must have a shell, a beam or a rigid body")
     for body in scene.bodies:
         if body.name == GROUND:
             raise SceneError(
@@ -176,11 +163,6 @@ def _relaxation(scene: Description) -> None:
                 f"{who}: its section varies, relaxes, and has stiffness_damping; where it relaxes "
                 "and varies, stiffness_damping must be 0"
             )
-        if scene.output.end_forces and not scene.static:
-            raise SceneError(
-                f"{who}: its section relaxes, and its forces are known as means over a step only; "
-                "output must be without end_forces"
-            )
         if not relaxed and "equilibrium" in scene.starts:
             raise SceneError(f"{who}: {_FROM_EQUILIBRIUM}")
         natural = body.natural
@@ -198,11 +180,6 @@ def _relaxation(scene: Description) -> None:
             raise SceneError(
                 f"{who}: a body that relaxes has this name, too, and columns as "
                 f"'{element.name}.relaxation.loss' are by names; it must have another name"
-            )
-        if scene.output.end_forces and not scene.static:
-            raise SceneError(
-                f"{who}: it relaxes, and what holds it is known as means over a step only; output "
-                "must be without end_forces"
             )
         if not series.relaxed and "equilibrium" in scene.starts:
             raise SceneError(f"{who}: {_FROM_EQUILIBRIUM}")

@@ -1,7 +1,5 @@
 """Controllers: laws in plain Python with a memory, which read sensors and give commands."""
 
-from __future__ import annotations
-
 import copy
 import math
 from collections.abc import Callable

@@ -5,8 +5,6 @@ it begins. Inputs are data: a partner sets them by name (`shellmb.exchange`), a 
 nothing, and a run without a partner has their defaults.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import fields, is_dataclass
 from typing import Any
@@ -14,32 +12,16 @@ from typing import Any
 from shellmb.errors import SceneError
 from shellmb.scene.types import Finite, Name
 from shellmb.scene.values.times import TimeFunction
-from shellmb.scene.values.validate import described, show
+from shellmb.scene.values.validate import described, extended, show
 
 
 class Signal:
     """Any of them."""
 
 
+@described("commanded signal")
 class Commanded(Signal):
     """One that a controller gives.
-
-    Attributes:
-        controller: Name of the controller.
-        output: Name of its output; None: its only one.
-    """
-
-    controller: str
-    output: str | None
-
-    def __call__(self, t: float) -> float:
-        """Nothing is commanded before the run."""
-        return 0.0
-
-
-@described("command")
-class Command(Commanded):
-    """A controller's output, constant between samples, that commands a motor or a load.
 
     Args:
         controller: Name of the controller.
@@ -49,8 +31,22 @@ class Command(Commanded):
     controller: Name
     output: Name | None = None
 
+    def __call__(self, t: float) -> float:
+        """Nothing is commanded before the run."""
+        return 0.0
 
-@described("commanded acceleration")
+
+@extended("command")
+class Command(Commanded):
+    """A controller's output, constant between samples, that commands a motor or a load.
+
+    Args:
+        controller: Name of the controller.
+        output: Name of its output; None: its only one.
+    """
+
+
+@extended("commanded acceleration")
 class Acceleration(Commanded):
     """A driven coordinate whose second derivative is a controller's output, constant in between.
 
@@ -62,20 +58,18 @@ class Acceleration(Commanded):
         output: Name of its output; None: its only one.
     """
 
-    controller: Name
-    output: Name | None = None
 
-
+@described("switched signal")
 class Switched(Signal):
     """One that an event switches.
 
-    Attributes:
+    Args:
         event: Name of the event.
         time: The function of time that it multiplies; None: 1.
     """
 
-    event: str
-    time: TimeFunction | None
+    event: Name
+    time: TimeFunction | None = None
 
     def times(self, t: float) -> float:
         """The switched factor at the time ``t`` [s]."""
@@ -87,7 +81,7 @@ class Switched(Signal):
         return getattr(self.time, "corners", ())
 
 
-@described("switch on")
+@extended("switch on")
 class On(Switched):
     """0 until an event goes on, 1 while it is on.
 
@@ -96,15 +90,12 @@ class On(Switched):
         time: A function of time in place of 1.
     """
 
-    event: Name
-    time: TimeFunction | None = None
-
     def __call__(self, t: float) -> float:
         """No event is on before the run."""
         return 0.0
 
 
-@described("switch off")
+@extended("switch off")
 class Off(Switched):
     """1 until an event goes on, 0 while it is on.
 
@@ -112,9 +103,6 @@ class Off(Switched):
         event: Name of the event.
         time: A function of time in place of 1.
     """
-
-    event: Name
-    time: TimeFunction | None = None
 
     def __call__(self, t: float) -> float:
         """No event is on before the run."""

@@ -4,8 +4,6 @@ The directors d1, d2, d3 are those of a beam's section, d1 along it, or the axes
 dead load keeps its direction, a follower load turns with the directors.
 """
 
-from __future__ import annotations
-
 from shellmb.scene.loads.loads import Load, PointLoad
 from shellmb.scene.multibody.offsets import Point
 from shellmb.scene.types import Name, Vec3

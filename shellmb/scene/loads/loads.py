@@ -9,8 +9,6 @@ follower load turns with the convected basis E1, E2, E3 of the deformed shell, w
 material 1-direction, the one across it, and the normal.
 """
 
-from __future__ import annotations
-
 from typing import Any, ClassVar
 
 from shellmb.scene.multibody.offsets import Point

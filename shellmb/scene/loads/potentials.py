@@ -1,7 +1,5 @@
 """Potentials of the place of bodies, and volumes that shells enclose, filled with gas or fluid."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import field
 from typing import Any

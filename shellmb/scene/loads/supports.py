@@ -8,8 +8,6 @@ edge's, except where a support goes along an edge (``HardSupport``). ``Clamped``
 joints to the ground.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any, ClassVar
 

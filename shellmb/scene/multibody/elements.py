@@ -5,8 +5,6 @@ to its first, about or along the joint's axis, right-handed, and begins as zero;
 whole turns.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import field
@@ -20,7 +18,7 @@ from shellmb.scene.control.signals import Command, Input
 from shellmb.scene.multibody.offsets import Point
 from shellmb.scene.types import NOTHING, Finite, Name, NonNegative, OneWindowOrMore, Positive
 from shellmb.scene.values.damping import Prony
-from shellmb.scene.values.messages import said
+from shellmb.scene.values.messages import check_differ, error_of, said
 from shellmb.scene.values.times import TimeFunction
 from shellmb.scene.values.validate import described, show
 
@@ -51,10 +49,7 @@ class Driver:
             SceneError: If there is neither a rotation nor a translation.
         """
         if not self.given:
-            raise SceneError(
-                f"driver '{self.name}': neither rotation nor translation is given; give one at "
-                "least"
-            )
+            raise error_of(self, "neither rotation nor translation is given; give one at least")
 
     @property
     def coordinates(self) -> tuple[Coordinate, ...]:
@@ -187,10 +182,7 @@ class PointElement(Element):
         Raises:
             SceneError: If both are on one body.
         """
-        if self.first == self.second:
-            raise SceneError(
-                f"{said(self)}: first and second are both '{self.first}'; they must be two bodies"
-            )
+        check_differ(self, "first", "second", "they must be two bodies")
         super().__post_init__()
 
 

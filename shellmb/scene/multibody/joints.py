@@ -9,20 +9,16 @@ reference configuration, in the scene's axes. A joint may have a mass, which bot
 halves, and may act in windows ``(start, end)`` of time only.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import KW_ONLY, field
 from typing import Any, ClassVar
 
-import numpy as np
-
 from shellmb.errors import SceneError
 from shellmb.scene.multibody.offsets import Point
 from shellmb.scene.types import NONE, Axis, Finite, Listed, Name, NonNegative, Positive, Windows
-from shellmb.scene.values.messages import refused
+from shellmb.scene.values.messages import check_differ, refused
 from shellmb.scene.values.times import TimeFunction
-from shellmb.scene.values.validate import described, show, unit_vector
+from shellmb.scene.values.validate import described, frame, show
 
 GROUND = "ground"
 
@@ -70,10 +66,7 @@ class Joint:
         Raises:
             SceneError: If both are the same.
         """
-        if self.first == self.second:
-            raise SceneError(
-                f"{self.said}: first and second are both {show(self.first)}; they must differ"
-            )
+        check_differ(self, "first", "second")
 
     @property
     def said(self) -> str:
@@ -126,13 +119,7 @@ class Universal(Joint):
             SceneError: If they are not perpendicular.
         """
         super().__post_init__()
-        a = unit_vector(self.axis, f"{self.said}: axis")
-        b = unit_vector(self.second_axis, f"{self.said}: second_axis")
-        if abs(float(np.dot(a, b))) > 1e-9:
-            raise SceneError(
-                f"{self.said}: axis {show(self.axis)} and second_axis {show(self.second_axis)} "
-                "are not perpendicular; they must be"
-            )
+        frame(self.said, "axis", self.axis, "second_axis", self.second_axis)
 
 
 @described("cylindrical joint")

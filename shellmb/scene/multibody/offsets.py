@@ -1,7 +1,5 @@
 """Points off a node, at the end of a rigid arm."""
 
-from __future__ import annotations
-
 from typing import Annotated, Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Bodies of a user's own in scenes: what a scene knows of them, which has no DOLFINx."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from typing import Any, ClassVar
 

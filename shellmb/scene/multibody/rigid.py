@@ -1,7 +1,5 @@
 """Rigid bodies."""
 
-from __future__ import annotations
-
 import os
 from dataclasses import field
 from functools import cached_property
@@ -14,7 +12,7 @@ from pydantic import BeforeValidator
 
 from shellmb.errors import SceneError
 from shellmb.scene.types import NONE, Listed, Matrix3, Name, NonNegative, Vec3, numbers, vector
-from shellmb.scene.values.messages import refused
+from shellmb.scene.values.messages import error_of, refused
 from shellmb.scene.values.validate import described, show
 
 type Matrix = NDArray[np.float64]
@@ -140,9 +138,8 @@ class RigidBody:
         principal = np.linalg.eigvalsh(J)
         said = ", ".join(f"{p:.6g}" for p in principal)
         if principal[0] < -1e-9 * size:
-            raise SceneError(
-                f"rigid body '{self.name}': inertia has the principal moments {said}; none of "
-                "them must be negative"
+            raise error_of(
+                self, f"inertia has the principal moments {said}; none of them must be negative"
             )
         if principal[2] - principal[0] - principal[1] > 1e-9 * size:
             raise SceneError(
@@ -210,9 +207,8 @@ class RigidBody:
         local = {"origin": (0.0, 0.0, 0.0), "center": self.com, **self.points}
         if (point or "origin") not in local:
             known = ", ".join(f"'{n}'" for n in local)
-            raise SceneError(
-                f"rigid body '{self.name}': there is no point '{point}'; its points are {known}, "
-                "or give coordinates"
+            raise error_of(
+                self, f"there is no point '{point}'; its points are {known}, or give coordinates"
             )
         return np.asarray(self.position) + self.axes @ np.asarray(local[point or "origin"])
 

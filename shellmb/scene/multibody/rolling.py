@@ -1,7 +1,5 @@
 """Rolling and blades: joints that forbid velocities and not positions."""
 
-from __future__ import annotations
-
 from dataclasses import field
 
 import numpy as np

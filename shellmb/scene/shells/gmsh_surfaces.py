@@ -5,8 +5,6 @@ are named by where they lie: ``edges_where={"root": lambda x: x[0] < 1e-6}`` tak
 boundary for which a vectorised function of positions (3, n) is true at both ends and in the middle.
 """
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable, Mapping
 from dataclasses import field

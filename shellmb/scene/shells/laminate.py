@@ -8,7 +8,6 @@ from dataclasses import KW_ONLY, replace
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import BeforeValidator
 
 from shellmb.errors import SceneError, warn
@@ -16,7 +15,7 @@ from shellmb.scene.shells import lamination
 from shellmb.scene.shells.lamination import Layer, Layup
 from shellmb.scene.shells.sections import FiniteAt, LinearSection, PositiveAt, Value, check_stable
 from shellmb.scene.shells.strength import Strength
-from shellmb.scene.types import Finite, Listed, NonNegative, Positive, number
+from shellmb.scene.types import Finite, Listed, NonNegative, Positive, number_or_nan
 from shellmb.scene.values.damping import Prony, ShellTimes
 from shellmb.scene.values.natural import NaturalStrain
 from shellmb.scene.values.validate import described, show
@@ -259,8 +258,8 @@ def thermal_strain(
     for layer, given, low, high in zip(layup.layers, several, z, z[1:], strict=False):
         along, *across = given if isinstance(given, Sequence | np.ndarray) else [given]
         two = [_finite("expansions", part) for part in (along, *(across or [along]))]
-        own = np.array(two)
-        stress = layer.plane @ _turned(own, float(layer.angle))
+        # along and across the fibres, as strains 11, 22, 2*12 of the shell's axes
+        stress = layer.plane @ lamination.strain_turn(-layer.angle) @ (*two, 0.0)
         first, second, third = ((high**k - low**k) / k for k in (1, 2, 3))
         forces += stress * (temperature * first + gradient * second)
         moments += stress * (temperature * second + gradient * third)
@@ -270,17 +269,7 @@ def thermal_strain(
 
 
 def _finite(name: str, value: Any) -> float:
-    try:
-        found = number(value)
-    except (TypeError, ValueError):
-        found = float("nan")
+    found = number_or_nan(value)
     if not np.isfinite(found):
         raise SceneError(f"thermal strain: {name} is {show(value)}; it must be a finite number")
     return found
-
-
-def _turned(own: NDArray[np.float64], degrees: float) -> NDArray[np.float64]:
-    """Expansions along and across the fibres as strains 11, 22, 2*12 of the shell's axes."""
-    c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
-    a, b = own
-    return np.array([a * c * c + b * s * s, a * s * s + b * c * c, 2 * (a - b) * c * s])

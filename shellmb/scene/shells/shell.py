@@ -1,7 +1,5 @@
 """Shells, the joins between them, and shells with finer meshes."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import field, replace
 from typing import Annotated, Any, Literal
@@ -13,7 +11,7 @@ from shellmb.scene.shells.gmsh_surfaces import CAD, GmshFile, Meshed, OfFile
 from shellmb.scene.shells.sections import LinearSection, Section, Wrinkling
 from shellmb.scene.shells.surfaces import Surface
 from shellmb.scene.types import NONE, Edge, Listed, Name, PositiveInt, Untrue, Vec3
-from shellmb.scene.values.messages import refused
+from shellmb.scene.values.messages import check_differ, error_of, refused
 from shellmb.scene.values.models import BodyModel, Deforming
 from shellmb.scene.values.natural import NaturalStrain
 from shellmb.scene.values.user_functions import OfPosition
@@ -90,9 +88,7 @@ class Shell(Deforming):
             SceneError: On triangles, if the degree is not 2.
         """
         if cell == "tri" and self.degree != 2:
-            raise SceneError(
-                f"shell '{self.name}': degree is {self.degree}; it must be 2 on triangles"
-            )
+            raise error_of(self, f"degree is {self.degree}; it must be 2 on triangles")
 
     def __post_init__(self) -> None:
         """Check what concerns several parameters.
@@ -185,10 +181,7 @@ class Join:
         Raises:
             SceneError: If both are the same.
         """
-        if self.first == self.second:
-            raise SceneError(
-                f"join: first and second are both {show(self.first)}; they must be two shells"
-            )
+        check_differ(self, "first", "second", "they must be two shells")
 
 
 def refined_times(shell: Shell) -> int | None:

@@ -6,8 +6,6 @@ that is `a R^2 + b R = 1` with quadratic `a` and linear `b`, its positive root g
 `1/R = (b + sqrt(b^2 + 4a))/2`, which is zero without load.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import KW_ONLY, dataclass
 from typing import Annotated, Any

@@ -5,8 +5,6 @@ Every surface has parameters ``xi`` and ``eta`` in [0, 1]. Its edges are ``left`
 ``left-bottom`` and so on. A surface that closes or has a pole has fewer of them.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from functools import cached_property
@@ -18,7 +16,8 @@ from pydantic import AfterValidator
 
 from shellmb.errors import SceneError
 from shellmb.scene.types import Finite, Positive, Vec3
-from shellmb.scene.values.validate import described, in_words, show, unit_vector
+from shellmb.scene.values.user_functions import points_by
+from shellmb.scene.values.validate import described, frame, show
 
 type Points = NDArray[np.float64]
 
@@ -51,16 +50,6 @@ class Surface:
     def normal(self, x: Points) -> Points | None:
         """Exact unit normals, shape (3, n), at positions (3, n) on it; None where unknown."""
         return None
-
-
-def frame(what: str, first: str, a: Vec3, second: str, b: Vec3) -> tuple[Any, Any, Any]:
-    """Orthonormal axes from two vectors that have to be perpendicular."""
-    e1, e2 = unit_vector(a, f"{what}: {first}"), unit_vector(b, f"{what}: {second}")
-    if abs(e1 @ e2) > 1e-9:
-        raise SceneError(
-            f"{what}: {first} {show(a)} and {second} {show(b)} are not perpendicular; they must be"
-        )
-    return e1, e2, np.cross(e1, e2)
 
 
 @described("rectangle")
@@ -127,21 +116,8 @@ class Parametric(Surface):
         Raises:
             SceneError: If the map fails, returns another shape or a number that is not finite.
         """
-        try:
-            x = np.asarray(self.map(xi, eta), dtype=float)
-        except (Exception, SystemExit) as error:
-            raise SceneError(
-                f"parametric surface: map fails ({in_words(error)}); it must be written for arrays "
-                "xi and eta"
-            ) from error
-        if x.shape != (3, xi.size):
-            raise SceneError(
-                f"parametric surface: map returns an array of shape {x.shape} for {xi.size} "
-                f"points; it must be (3, {xi.size})"
-            )
-        if not np.isfinite(x).all():
-            raise SceneError("parametric surface: map returns a number that is not finite")
-        return x
+        right = "it must be written for arrays xi and eta"
+        return points_by("parametric surface: map", right, self.map, xi, eta)
 
 
 def _angles(value: tuple[float, float]) -> tuple[float, float]:

@@ -1,7 +1,5 @@
 """Pydantic's errors as one plain sentence: who, which parameter, its value, what would be right."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import fields
 from typing import Any, get_args
@@ -46,6 +44,16 @@ def in_words(error: BaseException) -> str:
     return text if isinstance(error, TypeError | ValueError) else f"{type(error).__name__}: {text}"
 
 
+def error_of(part: Any, text: str) -> SceneError:
+    """Error about a part of a scene, which it names first.
+
+    Args:
+        part: The part.
+        text: Says what is wrong, and what would be right.
+    """
+    return SceneError(f"{said(part)}: {text}")
+
+
 def refused(part: Any, name: str, right: str) -> SceneError:
     """Error about one parameter of a part of a scene, with its value.
 
@@ -54,7 +62,24 @@ def refused(part: Any, name: str, right: str) -> SceneError:
         name: Name of the parameter.
         right: Says what would be right.
     """
-    return SceneError(f"{said(part)}: {name} is {show(getattr(part, name))}; {right}")
+    return error_of(part, f"{name} is {show(getattr(part, name))}; {right}")
+
+
+def check_differ(part: Any, first: str, second: str, right: str = "they must differ") -> None:
+    """Refuse two equal parameters of a part of a scene.
+
+    Args:
+        part: The part.
+        first: Name of one parameter.
+        second: Name of the other.
+        right: Says what would be right.
+
+    Raises:
+        SceneError: If they are equal.
+    """
+    if getattr(part, first) == getattr(part, second):
+        both = f"{first} and {second} are both {show(getattr(part, first))}"
+        raise error_of(part, f"{both}; {right}")
 
 
 UNKNOWN = "unexpected_keyword_argument"

@@ -1,7 +1,5 @@
 """Models of a body: exact, in few modes about a moving frame, or rigid."""
 
-from __future__ import annotations
-
 from typing import Annotated, Literal
 
 from pydantic import BeforeValidator

@@ -1,7 +1,5 @@
 """Strains that a body has without stress: heat, swelling, shrinkage, prestress."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Annotated, Any
 

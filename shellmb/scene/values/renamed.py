@@ -3,8 +3,6 @@
 `docs/reference/vocabulary.md` lists them, and the rules that the names of today follow.
 """
 
-from __future__ import annotations
-
 from collections.abc import Collection, Mapping
 from typing import Any
 

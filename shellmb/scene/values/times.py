@@ -4,8 +4,6 @@ These know their ``corners``, the times [s] at which they or their rates jump. A
 user's may have such an attribute, too.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 

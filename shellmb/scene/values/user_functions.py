@@ -1,7 +1,5 @@
 """Functions of the user's: their values at positions and times, copies, and trials of them."""
 
-from __future__ import annotations
-
 import copy
 import inspect
 import types
@@ -189,6 +187,34 @@ def values_at(
             "make random numbers once, outside of it and with a seed"
         )
     return value
+
+
+def points_by(
+    who: str, right: str, function: Callable[..., Any], *parameters: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Positions of a curve or a surface of the user's, shape (3, n).
+
+    Args:
+        who: What messages call the function.
+        right: Says what it must be.
+        function: The function.
+        parameters: What it is of, each of shape (n,).
+
+    Raises:
+        SceneError: If it fails, or gives another shape or a number that is not finite.
+    """
+    size = parameters[0].size
+    try:
+        x = np.asarray(function(*parameters), dtype=float)
+    except (Exception, SystemExit) as error:
+        raise SceneError(f"{who} fails ({in_words(error)}); {right}") from error
+    if x.shape != (3, size):
+        raise SceneError(
+            f"{who} returns an array of shape {x.shape} for {size} points; it must be (3, {size})"
+        )
+    if not np.isfinite(x).all():
+        raise SceneError(f"{who} returns a number that is not finite")
+    return x
 
 
 def check_sign(

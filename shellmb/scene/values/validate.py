@@ -1,7 +1,5 @@
 """Checked frozen dataclasses."""
 
-from __future__ import annotations
-
 import functools
 from collections.abc import Callable, Sequence
 from dataclasses import field, fields
@@ -44,6 +42,18 @@ def unit_vector(v: Sequence[float], what: str) -> np.ndarray:
     if not norm > 0:
         raise SceneError(f"{what} is {show(v)}; it must have a length greater than 0")
     return a / norm
+
+
+def frame(
+    what: str, first: str, a: Sequence[float], second: str, b: Sequence[float]
+) -> tuple[Any, Any, Any]:
+    """Orthonormal axes from two vectors that have to be perpendicular."""
+    e1, e2 = unit_vector(a, f"{what}: {first}"), unit_vector(b, f"{what}: {second}")
+    if abs(e1 @ e2) > 1e-9:
+        raise SceneError(
+            f"{what}: {first} {show(a)} and {second} {show(b)} are not perpendicular; they must be"
+        )
+    return e1, e2, np.cross(e1, e2)
 
 
 def _plainly(made: Any, name: str, value: Any) -> Any:

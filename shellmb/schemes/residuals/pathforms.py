@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import cached_property
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 import ufl
@@ -14,7 +14,7 @@ from ufl.core.expr import Expr
 from shellmb.forms.steps.path import Path, Step
 from shellmb.model.body import Body, Dofs, Rates, kinetic_energy
 from shellmb.model.sections.branches import Course, branches_of
-from shellmb.schemes.base import END, Levels, Resulting, Scheme, Tangent, Values
+from shellmb.schemes.base import END, Levels, Resulting, Scheme, StepForms, Tangent, Values
 from shellmb.schemes.notation import PathPage
 from shellmb.schemes.residuals.forces import bow_energy, path_forces, path_term
 from shellmb.schemes.residuals.pathpoints import at_points, of_general_strains
@@ -24,27 +24,32 @@ from shellmb.schemes.residuals.strainrates import Mixed, over_path, renew
 from shellmb.schemes.residuals.weights import path_pairs
 
 
-class PathScheme(Scheme, Protocol):
-    """A scheme that is quadratic in time."""
+class PathScheme(Scheme):
+    """A scheme that is quadratic in time.
 
-    @property
-    def alpha(self) -> float:
-        """Dissipation."""
-        ...
+    Attributes:
+        alpha: Dissipation.
+    """
+
+    alpha: float
 
     @property
     def page(self) -> PathPage:
         """Equations of the page."""
-        ...
+        raise NotImplementedError
 
     @property
     def rolling(self) -> Instants:
         """Instants at which bodies turn as fast along their paths as by their velocities."""
-        ...
+        raise NotImplementedError
 
     def path(self, q: Any, scaled: Mapping[str, Any], unknown: Mapping[str, Any]) -> Path:
         """The path of a step; arguments as of `Scheme.moved`."""
-        ...
+        raise NotImplementedError
+
+    def forms(self, body: Body, levels: Levels, dt: fem.Constant) -> StepForms:
+        """Residuals of one body in the rows P0 and P1."""
+        return PathForms(body, self, levels, dt)
 
 
 class PathForms:

@@ -9,7 +9,7 @@ The matrix itself is not assembled: its transposed product is a pass of `Transpo
 from __future__ import annotations
 
 from functools import cached_property
-from typing import Any, Protocol
+from typing import Any
 
 from mpi4py import MPI
 from petsc4py import PETSc
@@ -20,6 +20,7 @@ from shellmb.arrays import Floats, Ints
 from shellmb.errors import ConvergenceError
 from shellmb.sensitivity.adjoint.transposed import Transposed
 from shellmb.system.assembly.blocks import BlockSystem
+from shellmb.system.direct.linear import Linear
 from shellmb.system.direct.solver import Purpose
 
 # error at which the iteration ends, of each part of the multipliers relative to its largest one;
@@ -32,31 +33,6 @@ USELESS, STALLED = 1e-8, 0.5
 SOFT = 0.3
 # iterations with old factors, and with new ones
 PATIENCE, MOST = 12, 40
-
-
-class Transposable(Protocol):
-    """Solves transposed linear systems.
-
-    Attributes:
-        multipliers: Last solution, one number for each local dof of all fields.
-    """
-
-    multipliers: Floats
-
-    @property
-    def cost(self) -> float: ...  # noqa: D102
-
-    def factorise(self, purpose: Purpose = Purpose.EXACT) -> str | None:
-        """Assemble and factorise at the state that the fields hold; returns why that failed."""
-        ...
-
-    def follow(self) -> None:
-        """Take tangent spaces at the state that the fields hold, without new factors."""
-        ...
-
-    def solve_transposed(self, b: PETSc.Vec) -> str | None:
-        """Solve `J^T x = b` with the last factors; returns why that failed."""
-        ...
 
 
 class Multipliers:
@@ -79,7 +55,7 @@ class Multipliers:
         self,
         system: BlockSystem,
         transposed: Transposed,
-        linear: Transposable,
+        linear: Linear,
         ready: bool,
         tolerance: float = TOLERANCE,
     ) -> None:

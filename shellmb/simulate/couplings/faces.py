@@ -142,8 +142,7 @@ class FacesCoupling:
         self._count = self._slots + contact.arms.size
         listed = [*((part.body, part.dofs) for part in self._sides), (holder, self._sides[0].turns)]
         self.dofs = joined(
-            comm,
-            [dofs.shifted(offsets[body, s]) for s in self._stages for body, dofs in listed],
+            comm, [dofs.shifted(offsets[body, s]) for s in self._stages for body, dofs in listed]
         )
         self._wider = 0.0
         self.candidates = contact.candidates(contact.y, contact.x)

@@ -19,6 +19,7 @@ from shellmb.model.model import Model
 from shellmb.preprocessing.bodyfields import (
     NONE,
     body_field,
+    dofs_of,
     kinematic_dofs,
     parts_of,
     without_jump,
@@ -60,10 +61,7 @@ class VelocityProjection:
             self.functions[body.name] = unknown
             test = ufl.TestFunction(space)
             at, v = levels[body.name].reference or levels[body.name], levels[body.name].rates["v"]
-            rows = (
-                body.inertia(unknown - v, test),
-                velocity_constraint(body, unknown, at.q, test),
-            )
+            rows = (body.inertia(unknown - v, test), velocity_constraint(body, unknown, at.q, test))
             parts, without = parts_of(body, "velocity of {}", ()), without_jump(body)
             row = [added(rows)]
             fields.append(body_field(body, unknown, row, numbers, parts, without=without))
@@ -122,9 +120,8 @@ class VelocityProjection:
             body = self._bodies[name]
             # places of joints, too, which have no velocities of their own; velocities without
             # equations are those that nothing ties: they stay
-            moving = [d.ravel() for p, d in body.mixed.dofs.items() if p not in FORCES]
             idle = np.concatenate([NONE, *without_jump(body)])
-            dofs = np.setdiff1d(np.concatenate([NONE, *moving]), idle)
+            dofs = np.setdiff1d(dofs_of(body, body.mixed.dofs.keys() - {*FORCES}), idle)
             found[name] = self._levels[name].rates["v"].x.array.copy()
             found[name][dofs] = unknown.x.array[dofs]
         return found

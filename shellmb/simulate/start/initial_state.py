@@ -74,7 +74,7 @@ def _(start: FromRun, problem: Problem, scene: Scene) -> bool:
     if known is None and scene.joints:
         warn(
             f"{who}: its {HISTORY}, which counts whole turns of joints, is missing or cannot be "
-            "read; rotations that its state does not have begin within half a turn",
+            "read; rotations that its state does not have begin within half a turn"
         )
     problem.counted = known or {}
     problem.controlled = taken_up(problem.model.signals, scene, stored, who)

@@ -1,8 +1,8 @@
 """Functions that follow the unknown ones, in one call of `unknowns.c`."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
@@ -12,15 +12,7 @@ from shellmb.native.library import CArrays
 from shellmb.system.assembly.fields import DependentFunctions
 
 
-class Follow(Protocol):
-    """Gives functions that follow others their values."""
-
-    def __call__(self) -> None:
-        """Take the values of their sources."""
-        ...
-
-
-def following(followers: Sequence[DependentFunctions]) -> Follow:
+def following(followers: Sequence[DependentFunctions]) -> Callable[[], None]:
     """Make what gives functions that follow others their values.
 
     Args:

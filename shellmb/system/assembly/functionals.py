@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
-from typing import Any, Protocol
+from collections.abc import Callable, Sequence
+from typing import Any
 
 from mpi4py import MPI
 
@@ -31,12 +31,8 @@ def vector_of(mesh: Any, size: int) -> Any:
     return ufl.TestFunction(fem.functionspace(mesh, ("DG", 0, (size,))))
 
 
-class Functionals(Protocol):
-    """Several sums of integrals, evaluated together as often as they are called."""
-
-    def __call__(self) -> Floats:
-        """Their values, the same on all ranks, shape (n,); overwritten by the next call."""
-        ...
+# values of several sums, the same on all ranks, shape (n,); overwritten by the next call
+Functionals = Callable[[], Floats]
 
 
 def functionals(sums: Sequence[Sequence[Form]], comm: MPI.Comm) -> Functionals:

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from functools import cached_property
-from typing import Protocol
 
 import numpy as np
 from dolfinx import fem
@@ -10,21 +9,10 @@ from dolfinx import fem
 from shellmb.arrays import Floats, Ints
 from shellmb.native.library import cell_dofs
 from shellmb.system.assembly.fields import Field
+from shellmb.system.assembly.loops import LoopResiduals
 
 # a compiled residual with the numbers of the fields whose rows it has
 RowForm = tuple[fem.Form, tuple[int, ...]]
-
-
-class Residuals(Protocol):
-    """Assembles the residuals of all fields."""
-
-    def add(self, local: Floats) -> None:
-        """Add them to the concatenated local arrays."""
-        ...
-
-    def refresh(self) -> None:
-        """Take the values of constants, after they changed."""
-        ...
 
 
 class DolfinxResiduals:
@@ -66,4 +54,8 @@ class DolfinxResiduals:
             local[places] += fem.assemble_vector(form).array
 
     def refresh(self) -> None:
-        """Keep nothing."""
+        """Take nothing: DOLFINx does at each assembly."""
+
+
+# what assembles the residuals of all fields
+Residuals = DolfinxResiduals | LoopResiduals

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
-from typing import Protocol
 
 from mpi4py import MPI as _MPI  # noqa: F401  (before petsc4py)
 from petsc4py import PETSc
@@ -17,58 +16,16 @@ from shellmb.native.assembler import is_native
 from shellmb.system.assembly.numbering import Numbering
 
 
-class Exchange(Protocol):
-    """Between a vector of unknowns and what this rank sees of them.
+class ParallelExchange:
+    """Between a vector of unknowns and what this rank sees of them: PETSc tells the ranks.
+
+    Args:
+        numbering: Unknowns of the local dofs.
+        arrays: Arrays of the fields.
+        x: A vector of unknowns.
 
     Attributes:
         local: One number for each local dof of all fields, concatenated; to work with.
-    """
-
-    local: Floats
-
-    def look(self, x: PETSc.Vec) -> None:
-        """Fill `local` with the values of unknowns, those of ghosts and linked dofs included."""
-        ...
-
-    def spread(self, x: PETSc.Vec) -> None:
-        """Copy values of unknowns into the fields' arrays, ghosts and linked dofs included."""
-        ...
-
-    def collect(self, b: PETSc.Vec) -> None:
-        """Sums over all dofs and ranks of what `local` adds to each unknown."""
-        ...
-
-    def shared(self, local: Floats, unknowns: Ints, more: Floats) -> Floats:
-        """Sums at each unknown as local dofs see them, of several states, shape (k, local dofs).
-
-        Args:
-            local: What local dofs add, shape (k, local dofs).
-            unknowns: Some of the unknowns that this rank owns.
-            more: What comes on top there, shape (k, n).
-        """
-        ...
-
-
-def exchange(numbering: Numbering, arrays: Sequence[Floats], x: PETSc.Vec) -> Exchange:
-    """Make that of a system: loops in C where one process has all unknowns.
-
-    Args:
-        numbering: Unknowns of the local dofs.
-        arrays: Arrays of the fields.
-        x: A vector of unknowns.
-    """
-    if is_native() and x.getComm().size == 1:
-        return SerialExchange(numbering, arrays)
-    return ParallelExchange(numbering, arrays, x)
-
-
-class ParallelExchange:
-    """PETSc tells the ranks what they need.
-
-    Args:
-        numbering: Unknowns of the local dofs.
-        arrays: Arrays of the fields.
-        x: A vector of unknowns.
     """
 
     def __init__(self, numbering: Numbering, arrays: Sequence[Floats], x: PETSc.Vec) -> None:
@@ -81,12 +38,12 @@ class ParallelExchange:
         self._sums = x.duplicate()
 
     def look(self, x: PETSc.Vec) -> None:
-        """Fill `local` with the values of unknowns."""
+        """Fill `local` with the values of unknowns, those of ghosts and linked dofs included."""
         forward = PETSc.ScatterMode.FORWARD
         self._scatter.scatter(x, self._vector, PETSc.InsertMode.INSERT, forward)
 
     def spread(self, x: PETSc.Vec) -> None:
-        """Copy values of unknowns into the fields' arrays."""
+        """Copy values of unknowns into the fields' arrays, ghosts and linked dofs included."""
         self.look(x)
         for array, (first, last) in zip(
             self._arrays, itertools.pairwise(self._offsets), strict=True
@@ -94,13 +51,19 @@ class ParallelExchange:
             array[:] = self.local[first:last]
 
     def collect(self, b: PETSc.Vec) -> None:
-        """Sums of what `local` adds to each unknown."""
+        """Sums over all dofs and ranks of what `local` adds to each unknown."""
         b.set(0.0)
         reverse = PETSc.ScatterMode.REVERSE
         self._scatter.scatter(self._vector, b, PETSc.InsertMode.ADD, reverse)
 
     def shared(self, local: Floats, unknowns: Ints, more: Floats) -> Floats:
-        """Sums at each unknown as local dofs see them."""
+        """Sums at each unknown as local dofs see them, of several states, shape (k, local dofs).
+
+        Args:
+            local: What local dofs add, shape (k, local dofs).
+            unknowns: Some of the unknowns that this rank owns.
+            more: What comes on top there, shape (k, n).
+        """
         found = np.empty(local.shape)
         for row, values, given in zip(found, local, more, strict=True):
             self.local[:] = values
@@ -159,3 +122,19 @@ class SerialExchange:
             sums[unknowns] += given
             row[:] = sums[self._wanted]
         return found
+
+
+Exchange = SerialExchange | ParallelExchange
+
+
+def exchange(numbering: Numbering, arrays: Sequence[Floats], x: PETSc.Vec) -> Exchange:
+    """Make that of a system: loops in C where one process has all unknowns.
+
+    Args:
+        numbering: Unknowns of the local dofs.
+        arrays: Arrays of the fields.
+        x: A vector of unknowns.
+    """
+    if is_native() and x.getComm().size == 1:
+        return SerialExchange(numbering, arrays)
+    return ParallelExchange(numbering, arrays, x)

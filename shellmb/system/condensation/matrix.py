@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 from mpi4py import MPI
 from petsc4py import PETSc
@@ -35,48 +35,6 @@ class Pattern(NamedTuple):
         return [0, *itertools.accumulate(len(rows) for rows in self.rows)]
 
 
-class ReducedMatrix(Protocol):
-    """A matrix that is filled part by part.
-
-    Attributes:
-        A: The matrix.
-        targets: What the parts fill, in their order.
-        values: Its entries, where one process has all of them.
-    """
-
-    A: PETSc.Mat
-    targets: list[Floats]
-    values: Floats | None
-
-    def end(self) -> None:
-        """After the last part."""
-        ...
-
-    def add(self, rows: Int32s, columns: Int32s, values: Floats) -> None:
-        """Add entries of couplings, behind those of the last part."""
-        ...
-
-
-def reduced_matrix(
-    numbers: ReducedNumbers, parts: Sequence[MeshReduction], coupled: CoupledEntries | None
-) -> ReducedMatrix:
-    """A matrix with the entries of all parts and a full diagonal: multipliers of joints have none.
-
-    Args:
-        numbers: Numbers of the reduced unknowns, and tangent spaces in general position.
-        parts: Reductions of all meshes.
-        coupled: Entries of couplings; None: there are none.
-    """
-    entries = [part.find_pattern() for part in parts]
-    owned = len(numbers.outer)
-    diagonal = (numbers.first_outer + np.arange(owned)).astype(np.int32)
-    more = [] if coupled is None else [(coupled.rows, coupled.columns)]
-    rows = [*(r for r, _ in (*entries, *more)), diagonal]
-    columns = [*(c for _, c in (*entries, *more)), diagonal]
-    make = CsrMatrix if numbers.full.serial else CooMatrix
-    return make(numbers.full.comm, Pattern(owned, rows, columns), parts)
-
-
 class CooMatrix:
     """Entries go to a list, and PETSc adds them up on the ranks that own them.
 
@@ -84,6 +42,11 @@ class CooMatrix:
         comm: Communicator.
         pattern: Its entries.
         parts: Reductions of all meshes.
+
+    Attributes:
+        A: The matrix.
+        targets: What the parts fill, in their order.
+        values: Its entries, where one process has all of them.
     """
 
     def __init__(self, comm: MPI.Comm, pattern: Pattern, parts: Sequence[MeshReduction]) -> None:
@@ -108,10 +71,10 @@ class CooMatrix:
         """Add them up."""
         self.A.setValuesCOO(self._listed)
 
-    def _keys(self, rows: Int32s, columns: Int32s) -> Ints:
+    def _keys(self, rows: Ints | Int32s, columns: Ints | Int32s) -> Ints:
         return rows.astype(np.int64) * self._columns + columns
 
-    def add(self, rows: Int32s, columns: Int32s, values: Floats) -> None:
+    def add(self, rows: Ints, columns: Ints, values: Floats) -> None:
         """Add entries of couplings.
 
         Raises:
@@ -162,7 +125,7 @@ class CsrMatrix:
         """Tell PETSc."""
         self.A.stateIncrease()
 
-    def add(self, rows: Int32s, columns: Int32s, values: Floats) -> None:
+    def add(self, rows: Ints, columns: Ints, values: Floats) -> None:
         """Add entries of couplings.
 
         Raises:
@@ -172,6 +135,29 @@ class CsrMatrix:
         self.values[self._lonely] = 0.0
         places = _found(self._keys, rows.astype(np.int64) * self._owned + columns)
         self.values += np.bincount(places, values, len(self.values))
+
+
+ReducedMatrix = CsrMatrix | CooMatrix
+
+
+def reduced_matrix(
+    numbers: ReducedNumbers, parts: Sequence[MeshReduction], coupled: CoupledEntries | None
+) -> ReducedMatrix:
+    """A matrix with the entries of all parts and a full diagonal: multipliers of joints have none.
+
+    Args:
+        numbers: Numbers of the reduced unknowns, and tangent spaces in general position.
+        parts: Reductions of all meshes.
+        coupled: Entries of couplings; None: there are none.
+    """
+    entries = [part.find_pattern() for part in parts]
+    owned = len(numbers.outer)
+    diagonal = (numbers.first_outer + np.arange(owned)).astype(np.int32)
+    more = [] if coupled is None else [(coupled.rows, coupled.columns)]
+    rows = [*(r for r, _ in (*entries, *more)), diagonal]
+    columns = [*(c for _, c in (*entries, *more)), diagonal]
+    make = CsrMatrix if numbers.full.serial else CooMatrix
+    return make(numbers.full.comm, Pattern(owned, rows, columns), parts)
 
 
 def _found(known: Ints, keys: Ints) -> Ints:

@@ -32,7 +32,7 @@ from shellmb.system.condensation.matrix import reduced_matrix
 from shellmb.system.condensation.meshreduction import MeshReduction, SingularCell
 from shellmb.system.condensation.substitution import ParallelPasses, SerialPasses, SeveralPasses
 from shellmb.system.couplings import CoupledEntries
-from shellmb.system.direct.linear import one_by_one, refresh_cost
+from shellmb.system.direct.linear import Linear
 from shellmb.system.direct.solver import DirectSolver, Purpose
 from shellmb.system.generic_values import general_position
 from shellmb.system.newton.convergence import unknown_scales
@@ -41,7 +41,7 @@ from shellmb.system.nullspace.nodes import SystemNodes
 from shellmb.system.nullspace.numbers import ReducedNumbers
 
 
-class Reduction:
+class Reduction(Linear):
     """Solves the linear systems of a block system by reduced ones.
 
     The system's residuals are assembled by the same loops from then on.
@@ -52,15 +52,12 @@ class Reduction:
 
     Attributes:
         A: The reduced matrix.
-        multipliers: Last transposed solution, of all local dofs.
     """
 
-    multipliers: Floats
+    solver: DirectSolver
 
     def __init__(self, nodes: SystemNodes, prefix: str) -> None:
-        self.system = system = nodes.system
-        self.seconds = {"jacobian": 0.0, "reduction": 0.0, "factor": 0.0, "solve": 0.0}
-        self.jacobians = 0
+        super().__init__(system := nodes.system)
         self._groups = groups = mesh_groups(system)
         system.residuals = residuals = LoopResiduals(group.residuals for group in groups)
         if isinstance(system.exchange, SerialExchange):
@@ -87,16 +84,6 @@ class Reduction:
             self._passes = SerialPasses(self.numbers, structs)
             self._passes.take_vectors(self._rhs, self._solution)
         self._several = SeveralPasses(self.numbers, self.parts, self.A.getSize()[0])
-
-    @property
-    def factorisations(self) -> int:
-        """Number of factorisations so far."""
-        return self.solver.factorisations
-
-    @property
-    def cost(self) -> float:
-        """Cost of a new factorisation in iterations with an old one."""
-        return refresh_cost(self.solver, self.system)
 
     @property
     def size(self) -> int:
@@ -168,7 +155,7 @@ class Reduction:
         for part, values in zip(self.parts, self._matrix.targets, strict=True):
             part.assemble(values, *shift)
         if self._coupled is not None:
-            self._coupled.add_to(self._matrix, self._given, self._load)
+            self._matrix.add(*self._coupled.at(self._given, self._load))
         self._matrix.end()
 
     def factorise(self, purpose: Purpose = Purpose.EXACT) -> str | None:
@@ -231,7 +218,7 @@ class Reduction:
         """
         serial = isinstance(self._passes, SerialPasses)
         if len(given) == 1 or not (serial and self.solver.many):
-            return one_by_one(self, given, found)
+            return super().solve_many(given, found)
         start, shift = now(), self.numbers.correction()
         several = self._several.of(len(given))
         for passing, b, rhs in zip(several.passes, given, several.rhs, strict=True):

@@ -15,7 +15,7 @@ from shellmb.system.assembly.blocks import BlockSystem
 from shellmb.system.direct.linear import Linear, Unreduced
 from shellmb.system.direct.solver import Factors, Purpose
 from shellmb.system.newton.convergence import Convergence
-from shellmb.system.newton.refactorisation import REFRESH, Full, Refresh
+from shellmb.system.newton.refactorisation import REFRESH, Refresh
 from shellmb.system.newton.roundoff import RoundOff
 from shellmb.system.nullspace.nodes import SystemNodes
 
@@ -83,7 +83,7 @@ class Iteration:
         self.convergence = Convergence(system)
         self.roundoff = RoundOff(system, self.convergence)
         self._refresh: Refresh = REFRESH[settings.newton]()
-        self._full = Full()
+        self._full = Refresh()
         self.lags = self._refresh.purpose is not Purpose.ONE
         self.refresh = self._refresh
         self.guessed = False

@@ -11,7 +11,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass, field
-from typing import Protocol
 
 from shellmb.system.direct.solver import Purpose
 
@@ -50,8 +49,8 @@ LEFT = 1e-9
 NOTHING: Hashable = object()
 
 
-class Refresh(Protocol):
-    """Decides when to factorise, and when an iteration has converged.
+class Refresh:
+    """Decides when to factorise, and when an iteration has converged: here in each iteration.
 
     Attributes:
         purpose: What factorisations are for: those of one exact solution are not kept.
@@ -59,21 +58,19 @@ class Refresh(Protocol):
         exact: Whether one update is known to be the solution.
     """
 
-    purpose: Purpose
-    lasts: bool
-    exact: bool
+    purpose = Purpose.ONE
+    lasts = False
+    exact = False
 
     def begin(self, key: Hashable) -> None:
         """A new solution; another `key` than before means that the system is another one."""
-        ...
 
     def forget(self) -> None:
         """The factorisation is of no use any more."""
-        ...
 
     def wanted(self) -> bool:
         """Decide whether to factorise before the next update."""
-        ...
+        return True
 
     def factorised(self, cost: float) -> None:
         """The Jacobian of the current state was factorised.
@@ -81,10 +78,9 @@ class Refresh(Protocol):
         Args:
             cost: What that costs, in iterations with an old factorisation.
         """
-        ...
 
     def converged(self, update: float, moved: float, weighted: float, tolerance: float) -> bool:
-        """Record an update; whether the iteration may end.
+        """Record an update; whether the iteration may end: convergence is quadratic.
 
         Args:
             update: Its size, relative to those of the parts.
@@ -92,40 +88,10 @@ class Refresh(Protocol):
             weighted: Its size if parts count by their weights.
             tolerance: Size at which the iteration ends where convergence is quadratic.
         """
-        ...
-
-    def settled(self) -> None:
-        """The iteration ends for another reason: its updates are round-off."""
-        ...
-
-
-@dataclass
-class Full:
-    """A factorisation in each iteration."""
-
-    purpose: Purpose = Purpose.ONE
-    lasts: bool = False
-    exact: bool = False
-
-    def begin(self, key: Hashable) -> None:
-        """Remember nothing."""
-
-    def forget(self) -> None:
-        """Keep nothing."""
-
-    def wanted(self) -> bool:
-        """Always."""
-        return True
-
-    def factorised(self, cost: float) -> None:
-        """Remember nothing."""
-
-    def converged(self, update: float, moved: float, weighted: float, tolerance: float) -> bool:
-        """Test by the update: convergence is quadratic."""
         return update <= tolerance
 
     def settled(self) -> None:
-        """Remember nothing."""
+        """The iteration ends for another reason: its updates are round-off."""
 
 
 @dataclass
@@ -172,13 +138,11 @@ class _Beginning:
 
 
 @dataclass
-class Modified:
+class Modified(Refresh):
     """One factorisation in each solution, and more where that one does not contract."""
 
+    purpose = Purpose.LAGGED
     keep: bool = False
-    purpose: Purpose = Purpose.LAGGED
-    lasts: bool = False
-    exact: bool = False
     _key: Hashable = field(default=None, init=False)
     _exists: bool = field(default=False, init=False)
     _updates: list[float] = field(default_factory=list, init=False)
@@ -315,7 +279,7 @@ class Modified:
 
 
 @dataclass
-class Once:
+class Once(Refresh):
     """A factorisation for as long as the system is the same one: all are linear.
 
     Args:
@@ -324,10 +288,9 @@ class Once:
             and costs as much as the first.
     """
 
+    purpose = Purpose.EXACT
+    lasts = True
     trusting: bool = False
-    purpose: Purpose = Purpose.EXACT
-    lasts: bool = True
-    exact: bool = False
     _key: Hashable = field(default=NOTHING, init=False)
     _wanted: bool = field(default=True, init=False)
     _updates: int = field(default=0, init=False)
@@ -361,9 +324,6 @@ class Once:
         self.exact = self.trusting and done and (self.exact or found)
         return done
 
-    def settled(self) -> None:
-        """Remember nothing."""
-
 
 def automatic() -> Modified:
     """A factorisation is kept over iterations and steps as long as it pays."""
@@ -376,7 +336,7 @@ def trusting() -> Once:
 
 
 REFRESH: dict[str, Callable[[], Refresh]] = {
-    "full": Full,
+    "full": Refresh,
     "modified": Modified,
     "auto": automatic,
     "linear full": Once,
