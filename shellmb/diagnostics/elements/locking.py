@@ -9,7 +9,7 @@ resultants jump between elements, while true ones are smooth on any mesh that is
 energy of what they differ by from their means at the nodes (O. C. Zienkiewicz and J. Z. Zhu, Int.
 J. Numer. Meth. Engng 24 (1987) 337-357), as a share `s` of the strain energy, is what the body is
 too stiff by, `s / (1 - 3 s / 2)`: the body wrinkles to lessen it. Measured (`docs/limits.md`):
-beyond a fifth this is a lower bound, as means are those of a body that is constrained.
+beyond a fifth the body may be far stiffer, as means are those of a body that is constrained.
 
 A body that is inextensible is the end of this: its forces have no energy, and what they
 would have with the stiffness of the section is a multiple of what is in bending.
@@ -64,7 +64,7 @@ class Excess(NamedTuple):
     @property
     def said(self) -> str:
         """In words."""
-        return f"{'at least ' if self.least else ''}about {100 * self.value:.0f} %"
+        return f"about {100 * self.value:.0f} %{' or far more' if self.least else ''}"
 
 
 def excess(body: ShellModel, share: float) -> Excess:
