@@ -62,7 +62,7 @@ class ConvergenceError(ShellmbError):
         self.norms = norms or {}
 
     def reworded(self, message: str) -> ConvergenceError:
-        """The same error with another text.
+        """Error like this one with another text.
 
         Args:
             message: The text.
