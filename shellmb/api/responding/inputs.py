@@ -15,8 +15,7 @@ from shellmb.model.signals import Signals
 from shellmb.running.natural_modes.vibration import in_motion
 from shellmb.running.rotating.linearised import Linearised
 from shellmb.scene import Driven, Fixed, Gravity, Motor, Scene
-from shellmb.scene.control.inputs import Input
-from shellmb.scene.control.signals import Commanded
+from shellmb.scene.control.signals import Commanded, Input
 
 AXES = "xyz"
 # rotations are differentiated by central differences over this angle and twice it, rad
@@ -66,7 +65,7 @@ class Perturbation:
 
 
 class Commanding(Perturbation):
-    """What a motor is commanded, with a number that is added to it.
+    """Command of a motor with a number that is added to it.
 
     Args:
         command: An input.
