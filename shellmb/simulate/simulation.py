@@ -372,7 +372,8 @@ class Simulation(Restartable):
 
     def arrays(self) -> Arrays:
         """State of all bodies on this rank, by name: what a restart needs."""
-        return {name: array.copy() for name, array in self.live().items()} | self.past()
+        now = {name: array.copy() for name, array in self.live().items()}
+        return now | separated(self.whole_state())[0]
 
     def _kept(self) -> Iterator[StateArrays]:
         """Arrays of each space that a state consists of, with the space and a name."""
@@ -409,15 +410,6 @@ class Simulation(Restartable):
                 if values is not None:
                     found[key] = values
         return found
-
-    def past(self) -> Arrays:
-        """The other part of it, of earlier steps, which nothing changes."""
-        return arrays_of(self._past(), PAST)
-
-    def _past(self) -> dict[str, Any]:
-        """What is known of earlier steps, arrays among it."""
-        couplings = {str(k): each.state() for k, each in enumerate(self.problem.couplings)}
-        return {"steps": self.stepping.state(), "couplings": couplings}
 
     def restore(  # type: ignore[override]
         self, arrays: Arrays, state: dict[str, Any]
@@ -470,8 +462,23 @@ class Simulation(Restartable):
 
     def state(self) -> dict[str, Any]:
         """Counters and step size, for a restart."""
+        return separated(self.whole_state())[1]
+
+    def whole_state(self) -> dict[str, Any]:
+        """Both `state` and the arrays of earlier steps, which nothing changes."""
+        couplings = {str(k): each.state() for k, each in enumerate(self.problem.couplings)}
         return super().state() | {
             "switches": self.model.mechanism.switches.state(),
-            "past": without_arrays(self._past()),
+            "past": {"steps": self.stepping.state(), "couplings": couplings},
             "control": self.control.state(),
         }
+
+
+def separated(state: dict[str, Any]) -> tuple[Arrays, dict[str, Any]]:
+    """Arrays of earlier steps by name, and what JSON knows.
+
+    Args:
+        state: As from `Simulation.whole_state`.
+    """
+    past = state["past"]
+    return arrays_of(past, PAST), state | {"past": without_arrays(past)}

@@ -17,7 +17,7 @@ from shellmb.files.checksums import add_checksum, checksum
 from shellmb.files.writing import drafted, make_folder, write_text
 from shellmb.observers.deferred_observer import DeferredObserver
 from shellmb.scene.fingerprint import Fingerprint, fingerprint
-from shellmb.simulate.simulation import BaseObserver, Observer, Simulation
+from shellmb.simulate.simulation import BaseObserver, Observer, Simulation, separated
 
 Arrays = dict[str, Floats]
 
@@ -115,7 +115,7 @@ class Checkpoint(BaseObserver):
         observers = self._still | {name: o.state() for name, o in self._acting.items()}
         counts = {name: o.count for name, o in self._later.items()}
         # in one go, as Ctrl-C may come at any moment
-        self._last = arrays | simulation.past(), simulation.state(), observers, counts
+        self._last = arrays, simulation.whole_state(), observers, counts
         self._pending = True
 
     def accepted(self, simulation: Simulation) -> None:
@@ -134,7 +134,8 @@ class Checkpoint(BaseObserver):
             self._write()
 
     def _write(self) -> None:
-        arrays, simulation, observers, counts = self._last
+        arrays, whole, observers, counts = self._last
+        past, simulation = separated(whole)
         observers = observers | {n: self._later[n].state_at(c) for n, c in counts.items()}
         observers = {name: observers[name] for name in self._names}
         for written in self._files.values():
@@ -142,7 +143,7 @@ class Checkpoint(BaseObserver):
         stem = f"step-{simulation['step']:08d}"
         file = self._folder / f"{stem}-rank{self._comm.rank}.npz"
         with drafted(file) as part:
-            np.savez(part, allow_pickle=False, **arrays)
+            np.savez(part, allow_pickle=False, **arrays, **past)
         checksums = self._comm.gather(checksum(file.read_bytes()))
         if self._comm.rank == 0:
             counted = {name: w.sealed(observers[name]) for name, w in self._files.items()}
