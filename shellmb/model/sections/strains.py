@@ -149,7 +149,7 @@ class HyperelasticStrains(Strains):
         return None
 
     def _over(self, step: Step) -> NonlinearPath:
-        return NonlinearPath(self.section, self.layout, self.strain, step.states, step.points)
+        return NonlinearPath(self.section, self.layout, self.strain, step)
 
     def _general(self, step: Step, states: Sequence[Expr]) -> GeneralPath:
         return GeneralPath(self.section, self.layout, self.strain, step, states)

@@ -81,7 +81,7 @@ class PathForms:
         pairs = [path_pairs(page, alpha, k) for k in (0, 1)]
         rows = both_rows(*common, pairs, unknown, page.strains(1.0))
         points = at_points(page, *common, alpha, unknown)
-        self.step = Step(self.path, rows, points, of_general_strains(page, self._mesh, alpha))
+        self.step = Step(self.path, rows, points, of_general_strains(self._mesh))
 
     @cached_property
     def stages(self) -> dict[str, StageForms]:
