@@ -129,6 +129,13 @@ def _end(app: Any, exception: Exception | None) -> None:
         (Path(app.outdir) / ".unfinished").unlink(missing_ok=True)
 
 
+def _inside(app: Any, what: str, name: str, obj: Any, skip: bool, options: Any) -> bool | None:
+    """Leave out what modules of the scene have for one another: it is not in `shellmb.scene`."""
+    scene = importlib.import_module("shellmb.scene")
+    of_scene = str(getattr(obj, "__module__", "")).startswith("shellmb.scene.")
+    return True if what == "module" and of_scene and name not in scene.__all__ else None
+
+
 def setup(app: Any) -> None:
     """Hooks of Sphinx."""
     _begin(app)
@@ -136,5 +143,6 @@ def setup(app: Any) -> None:
     app.extensions["sphinx-mathjax-offline"].parallel_read_safe = True
     app.connect("build-finished", _end)
     app.connect("builder-inited", _commands)
+    app.connect("autodoc-skip-member", _inside)
     app.connect("autodoc-process-docstring", _markdown, priority=100)
     app.connect("object-description-transform", _types, priority=400)

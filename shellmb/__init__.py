@@ -26,7 +26,7 @@ _API = {
     "LinearSystem": "shellmb.api.responding.system",
     "response": "shellmb.api.responding.respond",
     "Response": "shellmb.api.responding.response",
-    "shock_spectrum": "shellmb.api.responding.shock",
+    "shock_spectrum": "shellmb.api.responding.curves",
     "study": "shellmb.api.studies",
     "load": "shellmb.api.runs",
     "resume": "shellmb.api.runs",
@@ -52,16 +52,14 @@ _API = {
     "fit": "shellmb.api.fitting.fit",
     "Fit": "shellmb.api.fitting.fitted",
     "rank": "shellmb.api.fitting.rank",
+    "ControlError": "shellmb.errors",
+    "ConvergenceError": "shellmb.errors",
+    "RunError": "shellmb.errors",
+    "SceneError": "shellmb.errors",
+    "ShellmbError": "shellmb.errors",
+    "ShellmbWarning": "shellmb.errors",
 }
 _PACKAGES = ("errors", "forms", "scene")
-_ERRORS = (
-    "ControlError",
-    "ConvergenceError",
-    "RunError",
-    "SceneError",
-    "ShellmbError",
-    "ShellmbWarning",
-)
 
 
 isolate()
@@ -74,7 +72,7 @@ def __getattr__(name: str) -> Any:
         return importlib.import_module(f"shellmb.{name}")
     if name in _API:
         return getattr(importlib.import_module(_API[name]), name)
-    scene = importlib.import_module("shellmb.errors" if name in _ERRORS else "shellmb.scene")
+    scene = importlib.import_module("shellmb.scene")
     if name in scene.__all__:
         return getattr(scene, name)
     raise AttributeError(f"module 'shellmb' has no attribute '{name}'; see dir(shellmb)")
@@ -82,4 +80,4 @@ def __getattr__(name: str) -> Any:
 
 def __dir__() -> list[str]:
     scene = importlib.import_module("shellmb.scene")
-    return sorted({"__version__", *_API, *_PACKAGES, *_ERRORS, *scene.__all__})
+    return sorted({"__version__", *_API, *_PACKAGES, *scene.__all__})

@@ -18,10 +18,10 @@ from shellmb.api.modal import modes as modes
 from shellmb.api.modeshapes import ModeShapes as ModeShapes
 from shellmb.api.motion import Motion as Motion
 from shellmb.api.record import Run as Run
+from shellmb.api.responding.curves import shock_spectrum as shock_spectrum
 from shellmb.api.responding.linearise import linearise as linearise
 from shellmb.api.responding.respond import response as response
 from shellmb.api.responding.response import Response as Response
-from shellmb.api.responding.shock import shock_spectrum as shock_spectrum
 from shellmb.api.responding.system import LinearSystem as LinearSystem
 from shellmb.api.rotating import RotatingModes as RotatingModes
 from shellmb.api.rotating import StateModes as StateModes

@@ -7,18 +7,6 @@ import os
 import warnings
 from collections.abc import Iterator
 
-__all__ = [
-    "ControlError",
-    "ConvergenceError",
-    "RunError",
-    "SceneError",
-    "ShellmbError",
-    "ShellmbWarning",
-    "Stopped",
-    "petsc_in_words",
-    "warn",
-]
-
 
 class ShellmbError(Exception):
     """Base of every error that a user of shellmb can cause and mend."""
@@ -72,6 +60,14 @@ class ConvergenceError(ShellmbError):
         super().__init__(message)
         self.field = field
         self.norms = norms or {}
+
+    def reworded(self, message: str) -> ConvergenceError:
+        """The same error with another text.
+
+        Args:
+            message: The text.
+        """
+        return ConvergenceError(message, self.field, self.norms)
 
 
 class TooFewModesError(ConvergenceError):

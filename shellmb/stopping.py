@@ -1,7 +1,5 @@
 """Signals that end a process: taken up between two steps where a run goes on, at once elsewhere."""
 
-from __future__ import annotations
-
 import os
 import signal
 import sys

@@ -9,7 +9,7 @@ from functools import partial
 from itertools import count
 from statistics import median
 
-from shellmb.accuracy.measuring.times import in_turn
+from shellmb.demos.effects.stepping import in_turn
 from shellmb.errors import ShellmbError
 from shellmb.running.execute import RunResult, execute
 from shellmb.running.results import Results

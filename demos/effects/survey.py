@@ -9,12 +9,12 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
-from shellmb.accuracy.measuring.stepping import WARM, Stepping, free, observer_shares, scratch
-from shellmb.accuracy.measuring.times import in_turn, shares
 from shellmb.demos.effects.catalogue.registry import EFFECTS
 from shellmb.demos.effects.count import Count, count, count_bodies
 from shellmb.demos.effects.effect import Effect
+from shellmb.demos.effects.stepping import WARM, Stepping, in_turn, observer_shares, scratch, shares
 from shellmb.errors import ConvergenceError, SceneError
+from shellmb.meshes.lifetime import free
 from shellmb.scene import Scene
 
 

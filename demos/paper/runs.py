@@ -11,8 +11,9 @@ from mpi4py import MPI
 import pandas as pd
 
 from demos.paper.example import FinishedRun, Run
-from shellmb.accuracy.measuring.stepping import free
 from shellmb.errors import ConvergenceError, SceneError
+from shellmb.files.reading import Damaged, read_json
+from shellmb.meshes.lifetime import free
 from shellmb.observers.history import read_history
 from shellmb.observers.progress import ProgressReport
 from shellmb.options.run import Options
@@ -20,7 +21,6 @@ from shellmb.running.execute import INTERRUPTED, execute
 from shellmb.running.request import REQUEST, Request, read_request
 from shellmb.running.resuming.resume import resume
 from shellmb.running.standard import HISTORY, SUMMARY
-from shellmb.running.tables import Damaged, read_table
 from shellmb.scene import Scene
 
 State = Literal["new", "stopped", "finished"]
@@ -95,7 +95,7 @@ def _state(run: Run, request: Request, directory: Path) -> State:
 
 def _summary(directory: Path) -> dict[str, Any]:
     try:
-        return read_table(directory / SUMMARY)
+        return read_json(directory / SUMMARY)
     except Damaged as error:
         raise SceneError(
             f"figures: {error}; remove it, and it is made again from the state"

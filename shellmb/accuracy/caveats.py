@@ -12,7 +12,7 @@ from shellmb.accuracy.estimates import RATIO
 from shellmb.accuracy.run_record import RunRecord, difference
 from shellmb.accuracy.studies.quantity import Quantity, parse_quantity
 from shellmb.scene import Scene
-from shellmb.scene.shells.divided import refined_times
+from shellmb.scene.shells.shell import refined_times
 
 # a difference between companions of so many times the quantity: nothing is resolved
 UNRESOLVED = 0.5

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
 from shellmb.errors import SceneError
 from shellmb.scene import Scene, Shell
-from shellmb.scene.checks.control import corners
+from shellmb.scene.checks.schemes import corners
 from shellmb.scene.loads.loads import PointLoad
 from shellmb.scene.probes import RESULTANTS
-from shellmb.scene.shells.divided import refined_times
+from shellmb.scene.shells.shell import refined_times
 from shellmb.scene.values.models import Modal
 
 # tolerances by which steps are chosen go with this power of what would be the step
@@ -70,7 +71,7 @@ class Change:
         if self.mesh != 1:
             scene = scene.with_options(divide=self.mesh, body=self.body)
         if self.coarser != 1:
-            scene = _with_fewer(scene, self.coarser, self.body)
+            scene = with_fewer(scene, self.coarser, self.body)
         if self.degree is not None:
             scene = scene.with_options(degree=self.degree, body=self.body)  # type: ignore[arg-type]
         if self.stiffness != 1.0:
@@ -173,16 +174,20 @@ def has_resultants(scene: Scene) -> bool:
     return any(probe.quantity in RESULTANTS for probe in scene.probes)
 
 
-def _with_fewer(scene: Scene, times: int, body: str | None) -> Scene:
+def with_fewer(scene: Scene, times: int, body: str | None) -> Scene:
     """The scene with one element along each side in place of several.
+
+    Args:
+        scene: The scene.
+        times: So many.
+        body: The only body that gets them; None: all.
 
     Raises:
         SceneError: If a mesh comes from a file, or its numbers of elements are no multiples.
     """
     chosen = [b for b in scene.meshed if body in (None, b.name)]
-    sides = [n for b in chosen for n in (b.mesh if isinstance(b, Shell) else (b.elements,))]
     files = [b for b in chosen if isinstance(b, Shell) and refined_times(b) is not None]
-    if files or any(n % times for n in sides):
+    if files or any(n % times for n in sides_of(chosen)):
         raise SceneError(f"no mesh has 1/{times} of the elements")
 
     def fewer(b: Any) -> Any:
@@ -197,17 +202,25 @@ def _with_fewer(scene: Scene, times: int, body: str | None) -> Scene:
     )
 
 
+def sides_of(bodies: Iterable[Any]) -> list[int]:
+    """Numbers of elements along the sides of shells, and along beams."""
+    return [n for b in bodies for n in (b.mesh if isinstance(b, Shell) else (b.elements,))]
+
+
 def is_reduced(scene: Scene) -> bool:
     """Decide whether a body deforms in modes, or by small strains about a frame.
 
     Args:
         scene: The scene.
     """
-    return any(b.model == "floating-frame" or isinstance(b.model, Modal) for b in scene.meshed)
+    return bool(_reduced(scene))
 
 
 def _exact(scene: Scene) -> Scene:
-    for body in scene.meshed:
-        if body.model == "floating-frame" or isinstance(body.model, Modal):
-            scene = scene.with_options(model="exact", body=body.name)
+    for body in _reduced(scene):
+        scene = scene.with_options(model="exact", body=body.name)
     return scene
+
+
+def _reduced(scene: Scene) -> list[Any]:
+    return [b for b in scene.meshed if b.model == "floating-frame" or isinstance(b.model, Modal)]

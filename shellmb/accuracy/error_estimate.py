@@ -5,9 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from math import isfinite
+from pathlib import Path
 from typing import Any
 
+from mpi4py import MPI
+
 from shellmb.accuracy.estimates import Estimate
+from shellmb.observers.summary import write_json
+from shellmb.running.directory import written
+from shellmb.running.standard import SUMMARY
 
 
 @dataclass(frozen=True)
@@ -66,6 +72,20 @@ class Errors:
             "probes": {k: f.to_dict() for k, f in self.probes.items()},
             "remarks": list(self.remarks),
         }
+
+
+def write_summary(summary: dict[str, Any], out: Path | None, comm: MPI.Comm) -> None:
+    """Write the summary of a run, or of modes, again; collective.
+
+    Args:
+        summary: The summary.
+        out: Directory of the run; None: nothing is written.
+        comm: Communicator of the run.
+    """
+    if out is not None and comm.rank == 0:
+        with written(out, comm):
+            write_json(out / SUMMARY, summary)
+    comm.Barrier()
 
 
 def _finite(value: float) -> float | None:

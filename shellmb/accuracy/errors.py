@@ -27,7 +27,7 @@ from shellmb.accuracy.companions import (
     is_reduced,
     prefers_degree,
 )
-from shellmb.accuracy.error_estimate import ErrorEstimate, Errors
+from shellmb.accuracy.error_estimate import ErrorEstimate, Errors, write_summary
 from shellmb.accuracy.estimates import (
     CAUTION,
     NONE,
@@ -42,13 +42,9 @@ from shellmb.accuracy.family import Family
 from shellmb.accuracy.repeat import Beginning
 from shellmb.accuracy.run_record import RunRecord, difference
 from shellmb.accuracy.studies.quantity import Quantity
+from shellmb.accuracy.unresolved_vibration import damped
 from shellmb.barrier import arrive
-from shellmb.observers.summary import write_json
-from shellmb.running.directory import written
 from shellmb.running.execute import RunResult, execute
-from shellmb.running.request import Request
-from shellmb.running.results import Results
-from shellmb.running.standard import SUMMARY
 from shellmb.scene import Scene
 from shellmb.simulate.simulation import Observer
 
@@ -115,9 +111,9 @@ class Companions:
                 step = self._result(quantity, order, resolved)
             # schemes of order 2 damp slow motions, too, so their companions do not agree
             if quantity.norm in CERTAIN and order > 2 and degree_of(scene) is not None:
-                damped = self.mine.damped(quantity.name)
-                if damped > step.error > 0:
-                    step = replace(step, error=damped, damped=True)
+                taken = damped(self.mine.history, quantity.name)
+                if taken > step.error > 0:
+                    step = replace(step, error=taken, damped=True)
             parts["step"] = step
         for name, pair in self.others.items():
             away = None if pair is None else difference(pair[0], pair[1], quantity)
@@ -381,10 +377,7 @@ def write_errors(summary: dict[str, Any], out: Path | None, comm: MPI.Comm, foun
     plain = found.to_dict()
     summary["results"] = plain.pop("results")
     summary["errors"] = plain
-    if out is not None and comm.rank == 0:
-        with written(out, comm):
-            write_json(out / SUMMARY, summary)
-    comm.Barrier()
+    write_summary(summary, out, comm)
 
 
 def execute_with_errors(
@@ -392,22 +385,13 @@ def execute_with_errors(
     out: Path | str | None = None,
     observers: Sequence[Observer] = (),
     *,
-    comm: MPI.Comm = MPI.COMM_WORLD,
     pictures: bool = True,
-    request: Request | None = None,
-    results: Results | None = None,
+    **how: Any,
 ) -> RunResult:
     """Run a scene and estimate its errors; arguments and errors as of `execute`."""
     begin = Beginning()
-    run = execute(
-        scene,
-        out,
-        [*observers, begin],
-        comm=comm,
-        pictures=False,
-        request=request,
-        results=results,
-    )
+    run = execute(scene, out, [*observers, begin], pictures=False, **how)
+    comm = run.simulation.model.comm
     add_errors(run, begin)
     if pictures and run.out is not None and comm.rank == 0:
         from shellmb.show.pictures import budget_of, draw_directory

@@ -11,10 +11,10 @@ from typing import Any
 from mpi4py import MPI
 
 from shellmb.accuracy.companions import Change
-from shellmb.accuracy.measuring.stepping import free
 from shellmb.accuracy.repeat import Beginning, Steps, kept, run_again
 from shellmb.accuracy.run_record import RunRecord, keep
 from shellmb.errors import ShellmbError, Stopped
+from shellmb.meshes.lifetime import free
 from shellmb.running.execute import Companion, RunResult, execute
 from shellmb.running.request import Request
 from shellmb.running.results import Results

@@ -11,15 +11,12 @@ from mpi4py import MPI
 
 from shellmb.accuracy.caveats import of_own
 from shellmb.accuracy.companions import Change, degree_of, is_reduced, prefers_degree
-from shellmb.accuracy.error_estimate import ErrorEstimate
+from shellmb.accuracy.error_estimate import ErrorEstimate, write_summary
 from shellmb.accuracy.estimates import NONE, Estimate, mesh_error, model_error
 from shellmb.errors import ShellmbError, Stopped
-from shellmb.observers.summary import write_json
-from shellmb.running.directory import written
 from shellmb.running.natural_modes.vibration import Modes
 from shellmb.running.results import measured
 from shellmb.running.rotating.loaded import modes_at_rest
-from shellmb.running.standard import SUMMARY
 from shellmb.scene import Scene
 
 # relative error up to which elements follow the waves of a mode, and the share of it that higher
@@ -79,10 +76,7 @@ def write_mode_errors(
     plain = {name: each.to_dict() for name, each in found.items()}
     summary["results"] = {name: plain.pop(name) for name in summary["results"]}
     summary["errors"] = {"modes": plain, "remarks": list(remarks)}
-    if comm.rank == 0:
-        with written(directory, comm):
-            write_json(directory / SUMMARY, summary)
-    comm.Barrier()
+    write_summary(summary, directory, comm)
 
 
 def mode_errors(

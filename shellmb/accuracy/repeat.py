@@ -8,11 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from mpi4py import MPI
-
-from shellmb.running.execute import Companion, RunResult, execute
-from shellmb.running.request import Request
-from shellmb.running.results import Results
+from shellmb.running.execute import RunResult, execute
 from shellmb.scene import Scene
 from shellmb.simulate.simulation import BaseObserver, Observer, Simulation
 from shellmb.simulate.stepping import Arrays
@@ -89,11 +85,7 @@ def run_again(
     clock: Steps,
     out: Path | None = None,
     observers: Sequence[Observer] = (),
-    *,
-    comm: MPI.Comm,
-    request: Request | None = None,
-    results: Results | None = None,
-    companion: Companion | None = None,
+    **how: Any,
 ) -> RunResult:
     """Run a scene with other steps on the simulation of a run.
 
@@ -103,25 +95,14 @@ def run_again(
         clock: Times its steps.
         out: Directory to write; None: nothing is written.
         observers: More observers.
-        comm: Communicator; the call is collective.
-        request: How the scene was requested.
-        results: Gives its results; None: those of the scene.
-        companion: What is measured of it; None: everything.
+        **how: As of `execute`.
 
     Raises:
         ConvergenceError: If a step fails.
         RunError: If `results` fails.
     """
-    assert begin.simulation is not None
-    begin.simulation.begin_again(scene, begin.arrays, begin.counters)
-    return execute(
-        scene,
-        out,
-        [*observers, clock],
-        comm=comm,
-        pictures=False,
-        request=request,
-        results=results,
-        simulation=begin.simulation,
-        companion=companion,
-    )
+    simulation = begin.simulation
+    assert simulation is not None
+    simulation.begin_again(scene, begin.arrays, begin.counters)
+    own = [*observers, clock]
+    return execute(scene, out, own, pictures=False, simulation=simulation, **how)

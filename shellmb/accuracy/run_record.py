@@ -11,7 +11,7 @@ import numpy as np
 
 from shellmb.accuracy.studies.quantity import Quantity
 from shellmb.accuracy.studies.runner import means_of
-from shellmb.accuracy.unresolved_vibration import alternating, damped
+from shellmb.accuracy.unresolved_vibration import alternating
 from shellmb.errors import SceneError
 from shellmb.running.execute import RunResult
 from shellmb.running.results import plain_results
@@ -89,14 +89,6 @@ class RunRecord:
         """
         taken = self.take(Quantity(name, "l2"))
         return alternating(np.array(taken["t"]), np.array(taken["y"]))
-
-    def damped(self, name: str) -> float:
-        """Error of a curve by vibrations that the scheme has taken out of it.
-
-        Args:
-            name: Its column.
-        """
-        return damped(self.history, name)
 
     def columns(self, scene: Scene) -> list[str]:
         """Columns of the history that belong to probes.

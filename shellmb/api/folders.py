@@ -6,6 +6,7 @@ import atexit
 import shutil
 import tempfile
 import weakref
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -24,37 +25,54 @@ def path_of(given: Any) -> Path:
     return Path(getattr(given, "directory", given))
 
 
-def place(out: Path | str | None, comm: MPI.Comm) -> tuple[Path, bool]:
-    """Directory of a run, and whether it is a temporary one; collective.
+@dataclass(frozen=True)
+class Place:
+    """Directory of a run.
 
     Args:
-        out: As given.
-        comm: Communicator.
+        directory: It.
+        comm: Communicator of the run.
+        temporary: Whether it goes with what holds it.
     """
+
+    directory: Path
+    comm: MPI.Comm
+    temporary: bool
+
+    def held_by[T](self, found: T) -> T:
+        """Return what was found; a temporary directory goes when no rank uses it any more.
+
+        A run is read when it is requested, on each rank by itself: the last one removes it.
+
+        Args:
+            found: The run.
+        """
+        if self.temporary:
+            weakref.finalize(found, _let_go, self.directory, self.comm.rank)
+        return found
+
+
+def placed(out: Path | str | None, comm: MPI.Comm | None) -> Place:
+    """Directory of a run; collective.
+
+    Args:
+        out: As given; None: a temporary one.
+        comm: Communicator; None: all ranks.
+    """
+    from mpi4py import MPI
+
+    world = MPI.COMM_WORLD if comm is None else comm
     if out is not None:
-        return path_of(out), False
+        return Place(path_of(out), world, False)
     made = None
-    if comm.rank == 0:
+    if world.rank == 0:
         made = Path(tempfile.mkdtemp(prefix="shellmb-"))
-        for rank in range(comm.size):
+        for rank in range(world.size):
             (made / HELD.format(rank=rank)).touch()
-    directory = Path(comm.bcast(made), "run")
+    directory = Path(world.bcast(made), "run")
     # also where the run fails, and nobody holds it
-    atexit.register(_let_go, directory, comm.rank)
-    return directory, True
-
-
-def gone_with(owner: object, directory: Path, rank: int) -> None:
-    """Remove a temporary directory when no rank uses its run any more.
-
-    A run is read when it is requested, on each rank by itself: the last one removes it.
-
-    Args:
-        owner: The run.
-        directory: Its directory.
-        rank: That of this process.
-    """
-    weakref.finalize(owner, _let_go, directory, rank)
+    atexit.register(_let_go, directory, world.rank)
+    return Place(directory, world, True)
 
 
 def _let_go(directory: Path, rank: int) -> None:

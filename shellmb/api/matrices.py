@@ -10,8 +10,9 @@ import numpy as np
 import scipy.sparse as sp
 
 from shellmb.api.resolve_scene import requested
+from shellmb.api.responding.poles import lowest_modes
 from shellmb.api.responding.reduction import unknowns_of
-from shellmb.api.responding.system import LinearSystem, StateSpace, lowest_modes
+from shellmb.api.responding.system import LinearSystem, StateSpace
 from shellmb.arrays import Floats, Ints
 from shellmb.errors import SceneError
 from shellmb.options.described import options_of, takes
@@ -40,6 +41,8 @@ class Matrices:
         K: Stiffness matrix.
         basis: What each coordinate does to the unknowns of the system, sparse, shape (unknowns, n).
         scene: The scene.
+        branches: What relaxes: stiffness of Maxwell branches by relaxation time [s]. At the angular
+            frequency `w` the sum of `i w tau/(1 + i w tau) branches[tau]` is added to `K`.
     """
 
     M: sp.csr_array
@@ -49,6 +52,7 @@ class Matrices:
     scene: Scene
     _model: Model
     _numbers: dict[str, Ints]
+    branches: dict[float, sp.csr_array]
 
     @property
     def size(self) -> int:
@@ -120,24 +124,26 @@ class Matrices:
         Raises:
             SceneError: If a row has another length, or there are not so many modes.
         """
-        rows = {"inputs": inputs, "outputs": outputs}
-        unit = np.eye(self.size)
-        given = {}
-        for name, value in rows.items():
-            given[name] = unit if value is None else np.atleast_2d(np.asarray(value, dtype=float))
-            if given[name].shape[1] != self.size:
-                raise SceneError(
-                    f"matrices: {name} have {given[name].shape[1]} columns; they must have "
-                    f"{self.size}, one for each coordinate"
-                )
-        F, Y = given["inputs"].T, given["outputs"]
+        F, Y = self._rows("inputs", inputs).T, self._rows("outputs", outputs)
         none = (np.zeros_like(F), np.zeros_like(Y), np.zeros((len(Y), F.shape[1])))
-        orders = (F, *none[:1] * 2), (Y, *none[1:2] * 2), none[2:] * 3
+        more = 2 + len(self.branches)
+        orders = (F, *none[:1] * more), (Y, *none[1:2] * more), none[2:] * (1 + more)
         outs, ins = (tuple(map(str, range(n))) for n in none[2].shape)
         whole = LinearSystem(
-            self.M, self.C, self.K, *orders, np.zeros((2, *none[2].shape)), ins, outs
+            *(self.M, self.C, self.K, *orders, np.zeros((2, *none[2].shape)), ins, outs),
+            times=tuple(self.branches),
+            branches=tuple(self.branches.values()),
         )
         return whole.state_space(modes)
+
+    def _rows(self, name: str, given: Any) -> Floats:
+        found = np.eye(self.size) if given is None else np.atleast_2d(np.asarray(given, float))
+        if found.shape[1] != self.size:
+            raise SceneError(
+                f"matrices: {name} have {found.shape[1]} columns; they must have {self.size}, one "
+                "for each coordinate"
+            )
+        return found
 
 
 @takes(*options_of(Options, *ELEMENTS))
@@ -163,7 +169,6 @@ def matrices(
     from mpi4py import MPI
 
     from shellmb.running.rotating.axis import Axis
-    from shellmb.running.rotating.linearised import refuse_relaxation
     from shellmb.running.rotating.steady import SteadyRotation
 
     if MPI.COMM_WORLD.size > 1:
@@ -172,10 +177,11 @@ def matrices(
         )
     wanted = requested(scene, parameters, **elements).scene
     state = SteadyRotation(wanted, Axis((0.0, 0.0, 1.0)), MPI.COMM_SELF, loaded)
-    refuse_relaxation(state.model)
     state.go(0.0)
-    found = unknowns_of(state, state.matrices()).free()
+    branches = state.branches()
+    found = unknowns_of(state, (*state.matrices(), *branches.values())).free()
     names = {body.name: k for k, body in enumerate(state.model.bodies)}
     numbers = {name: state.system.numbering.by_field[k] for name, k in names.items()}
     of = found.M, found.C, found.K, found.basis
-    return Matrices(*of, wanted, state.model, numbers)
+    relaxing = dict(zip(branches, found.branches, strict=True))
+    return Matrices(*of, wanted, state.model, numbers, relaxing)

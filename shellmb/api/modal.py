@@ -24,20 +24,21 @@ if TYPE_CHECKING:
 
 @overload
 def modes(
+    scene: Run, out: Path | str | None = None, count: int = 6, **options: Any
+) -> StateModes: ...
+@overload
+def modes(
     scene: Scene | str,
     out: Path | str | None = None,
     count: int = 6,
-    loaded: bool = False,
     *,
-    rates: None = None,
-    buckling: bool = False,
-    parameters: Mapping[str, Any] | None = None,
-    pictures: bool | None = None,
-    comm: MPI.Comm | None = None,
-    **elements: Any,
-) -> ModeShapes: ...
-
-
+    state: Run | Path | str,
+    **options: Any,
+) -> StateModes: ...
+@overload
+def modes(
+    scene: Scene | str, out: Path | str | None = None, count: int = 6, *, at: float, **options: Any
+) -> StateModes: ...
 @overload
 def modes(
     scene: Scene | str,
@@ -46,65 +47,18 @@ def modes(
     loaded: bool = False,
     *,
     rates: Sequence[float],
-    axis: Sequence[float] | None = None,
-    about: Sequence[float] | None = None,
-    parameters: Mapping[str, Any] | None = None,
-    pictures: bool | None = None,
-    comm: MPI.Comm | None = None,
-    **elements: Any,
+    **options: Any,
 ) -> RotatingModes: ...
-
-
 @overload
 def modes(
     scene: Scene | str,
     out: Path | str | None = None,
     count: int = 6,
+    loaded: bool = False,
     *,
-    state: Run | Path | str,
-    at: float | None = None,
-    rates: Sequence[float] | None = None,
-    axis: Sequence[float] | None = None,
-    about: Sequence[float] | None = None,
-    parameters: Mapping[str, Any] | None = None,
-    pictures: bool | None = None,
-    comm: MPI.Comm | None = None,
-    **elements: Any,
-) -> StateModes: ...
-
-
-@overload
-def modes(
-    scene: Scene | str,
-    out: Path | str | None = None,
-    count: int = 6,
-    *,
-    at: float,
-    rates: Sequence[float] | None = None,
-    axis: Sequence[float] | None = None,
-    about: Sequence[float] | None = None,
-    parameters: Mapping[str, Any] | None = None,
-    pictures: bool | None = None,
-    comm: MPI.Comm | None = None,
-    **elements: Any,
-) -> StateModes: ...
-
-
-@overload
-def modes(
-    scene: Run,
-    out: Path | str | None = None,
-    count: int = 6,
-    *,
-    at: float | None = None,
-    rates: Sequence[float] | None = None,
-    axis: Sequence[float] | None = None,
-    about: Sequence[float] | None = None,
-    pictures: bool | None = None,
-    comm: MPI.Comm | None = None,
-) -> StateModes: ...
-
-
+    rates: None = None,
+    **options: Any,
+) -> ModeShapes: ...
 @takes(
     *options_of(ModesOptions),
     *options_of(Options, *ELEMENTS, "errors"),
@@ -138,9 +92,7 @@ def modes(
         SceneError: If a body has no mass, or the scene is impossible.
         ConvergenceError: If the static state or the modes do not converge.
     """
-    from mpi4py import MPI
-
-    from shellmb.api.folders import gone_with, place
+    from shellmb.api.folders import placed
     from shellmb.running.natural_modes.run import find_modes
     from shellmb.running.request import scene_of_run
 
@@ -154,10 +106,11 @@ def modes(
         chosen.check_errors()
     wanted = requested(scene, parameters, **options)
     chosen.check()
-    world = MPI.COMM_WORLD if comm is None else comm
-    directory, temporary = place(out, world)
+    place = placed(out, comm)
+    directory, world = place.directory, place.comm
     measure = wanted.module.mode_results if wanted.module is not None else None
     draw = out is not None if pictures is None else pictures
+    how: Any = {"comm": world, "pictures": draw}
     frame = (chosen.axis, chosen.about)
     made: ModeShapes | RotatingModes | StateModes
     if accuracy is not None:
@@ -166,28 +119,24 @@ def modes(
         from shellmb.accuracy.request.target import wanted_of
 
         of = replace(wanted_of(accuracy), modes=True, loaded=loaded, count=count)
-        how = Running(world, request=wanted.request, mode_results=measure)
-        run_to_accuracy(wanted.scene, of, directory, how, draw)
+        running = Running(world, request=wanted.request, mode_results=measure)
+        run_to_accuracy(wanted.scene, of, directory, running, draw)
         made = ModeShapes(directory)
     elif chosen.buckling:
         from shellmb.running.natural_modes.run import find_buckling
 
-        buckled = find_buckling(wanted.scene, directory, count, comm=world, pictures=draw)
-        made = ModeShapes(directory, buckled)
+        made = ModeShapes(directory, find_buckling(wanted.scene, directory, count, **how))
     elif chosen.moving:
         from shellmb.running.rotating.files import find_state_modes
 
         state: Any = chosen.state
         run = state.directory if isinstance(state, Run) else state
         steady = (run, count, chosen.rates, *frame)
-        about = find_state_modes(
-            wanted.scene, directory, *steady, at=chosen.at, comm=world, pictures=draw
-        )
+        about = find_state_modes(wanted.scene, directory, *steady, at=chosen.at, **how)
         made = StateModes(directory, about)
     elif chosen.rates is None:
-        found, summary = find_modes(
-            wanted.scene, directory, count, loaded, results=measure, comm=world, pictures=draw
-        )
+        here = (wanted.scene, directory, count, loaded)
+        found, summary = find_modes(*here, results=measure, **how)
         if wanted.scene.errors:
             from shellmb.accuracy.modes import add_mode_errors
 
@@ -196,19 +145,8 @@ def modes(
     else:
         from shellmb.running.rotating.files import find_campbell
 
-        over, _ = find_campbell(
-            wanted.scene,
-            directory,
-            chosen.rates,
-            count,
-            loaded,
-            *frame,
-            results=measure,
-            comm=world,
-            pictures=draw,
-        )
+        turning = (chosen.rates, count, loaded, *frame)
+        over, _ = find_campbell(wanted.scene, directory, *turning, results=measure, **how)
         made = RotatingModes(directory, over)
     world.Barrier()
-    if temporary:
-        gone_with(made, directory, world.rank)
-    return made
+    return place.held_by(made)

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from shellmb.api.record import read_accuracy
+from shellmb.files.reading import read_json
 from shellmb.observers.files.described import Described, read_described
 from shellmb.running.results import plain_results
 from shellmb.show.fields import Fields
@@ -23,7 +23,38 @@ if TYPE_CHECKING:
 TABLE = "modes.csv"
 
 
-class ModeShapes:
+class FoundModes:
+    """Modes in their directory.
+
+    Args:
+        directory: The directory.
+        computed: What was found in this process; None of modes that are read back.
+    """
+
+    def __init__(self, directory: Path | str, computed: Any = None) -> None:
+        self.directory, self.computed = Path(directory), computed
+
+    @cached_property
+    def summary(self) -> dict[str, Any]:
+        """Content of `summary.json`."""
+        return read_json(self.directory / "summary.json")
+
+
+class Stability(FoundModes):
+    """Modes that tell whether what they are about is stable."""
+
+    @property
+    def stable(self) -> bool:
+        """Decide whether no mode grows."""
+        return bool(self.summary["stable"])
+
+    @property
+    def verdict(self) -> str:
+        """The stability as a sentence, which names the first mode that grows."""
+        return str(self.summary["verdict"])
+
+
+class ModeShapes(FoundModes):
     """Modes of vibration or of linear buckling in their directory, lowest first.
 
     Args:
@@ -42,14 +73,8 @@ class ModeShapes:
     def __init__(
         self, directory: Path | str, computed: Modes | AboutState | BucklingModes | None = None
     ) -> None:
-        self.directory, self.computed = Path(directory), computed
+        super().__init__(directory, computed)
         self.described: Described = read_described(self.directory)
-
-    @cached_property
-    def summary(self) -> dict[str, Any]:
-        """Content of `summary.json`."""
-        found: dict[str, Any] = json.loads((self.directory / "summary.json").read_text())
-        return found
 
     @property
     def frequencies(self) -> list[float]:
@@ -160,8 +185,3 @@ class ModeShapes:
         from shellmb.show.report import modes_card
 
         return modes_card(self)
-
-
-def is_modes(directory: Path) -> bool:
-    """Decide whether a directory holds modes."""
-    return (directory / TABLE).is_file()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from types import SimpleNamespace
 from typing import Any, Literal, cast
 
 from mpi4py import MPI
@@ -28,31 +29,17 @@ from shellmb.simulate.stepsize.target_times import Count
 
 
 @dataclass(frozen=True)
-class _Settings:
-    """Values that a problem asks of a scene."""
-
-    solver: Solver
-    t_end: float | None = None
-
-
-@dataclass(frozen=True)
-class _Switches:
-    key: tuple[Any, ...] = ()
-
-
-@dataclass(frozen=True)
-class _Mechanism:
-    switches: _Switches = _Switches()
-
-
-@dataclass(frozen=True)
 class _Bodies:
     """Values that a problem and the energy balance ask of a model."""
 
     comm: MPI.Comm
     bodies: list[Body]
-    scene: _Settings
-    mechanism: _Mechanism = _Mechanism()
+    # settings of its solver, and no end
+    scene: Any
+    # of which nothing switches
+    mechanism: Any = field(
+        default_factory=lambda: SimpleNamespace(switches=SimpleNamespace(key=()))
+    )
     potentials: list[Body] = field(default_factory=list)
     meshed: dict[str, Body] = field(default_factory=dict)
     faces: tuple[Any, ...] = ()
@@ -68,11 +55,6 @@ class _Bodies:
     def coupled(self, body: Body) -> bool:
         """Decide whether constraints tie the velocity jump of a body: it is unknown then."""
         return bool(body.constraints)
-
-
-@dataclass(frozen=True)
-class _Last:
-    dt: float
 
 
 class Motion(Trials):
@@ -125,7 +107,7 @@ class Motion(Trials):
             raise SceneError(
                 f"a motion has the bodies {names}; it must have some, each with a name of its own"
             )
-        settings = _Settings(Solver(tolerance=tolerance, newton=newton))
+        settings = SimpleNamespace(solver=Solver(tolerance=tolerance, newton=newton), t_end=None)
         every: list[Any] = list(bodies)
         self.model = cast(Model, _Bodies(bodies[0].space.mesh.comm, every, settings))
         self.scheme = make_scheme(scheme, dissipation(scheme, alpha))
@@ -135,7 +117,7 @@ class Motion(Trials):
             )
         self.problem = Problem(self.model, self.scheme)
         self.dt, self.time, self._count = dt, 0.0, Count()
-        self.last: _Last | None = None
+        self.last: Any = None
         self.account = EnergyAccount()
         self._bodies, self._started = {body.name: body for body in bodies}, False
         self._momenta: dict[str, dict[Any, Any]] = {}
@@ -198,23 +180,24 @@ class Motion(Trials):
         for _ in range(count):
             self._advance(self.dt)
 
-    def _save(self) -> Any:
+    def state(self) -> Any:
+        """Copy of all that steps change now, for `take_up`."""
         if not self._started:
             self.start()
-        predictor = self.problem.predictor
         return (
             {name: array.copy() for name, array in self._live().items()},
-            (predictor.arrays(), predictor.state()),
+            self.problem.predictor.state(),
             self.account.state(),
             (self.time, self._count.state(), self.last),
             self.problem.iteration.factors,
         )
 
     def _restore(self, saved: Any) -> None:
-        arrays, (past, guesses), account, (self.time, count, self.last), factors = saved
+        arrays, guesses, account, (self.time, count, self.last), factors = saved
         for name, array in self._live().items():
             array[:] = arrays[name]
-        self.problem.predictor.restore(past, guesses, self.problem.switches)
+        self.problem.predictor.restore(guesses)
+        self.problem.predictor.key = self.problem.switches
         self.account.restore(account)
         self._count.restore(count)
         self.problem.iteration.forget(factors)
@@ -225,7 +208,7 @@ class Motion(Trials):
     def _advance(self, dt: float) -> None:
         self.problem.prepare(self.time, dt)
         self.problem.solve(dt)
-        self.last = _Last(dt)
+        self.last = SimpleNamespace(dt=dt)
         self.account.solved(self)  # type: ignore[arg-type]
         self.problem.accept(dt)
         self.time = self._count.after(self.time, dt)

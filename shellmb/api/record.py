@@ -11,11 +11,10 @@ from typing import TYPE_CHECKING, Any, Literal, TypedDict
 from pydantic import TypeAdapter, ValidationError
 
 from shellmb.errors import SceneError
-from shellmb.files.reading import read_json
+from shellmb.files.reading import first_error, read_json
 from shellmb.observers.files.described import Described, read_described
 from shellmb.options.accuracy import ACCURACY
 from shellmb.running.results import plain_results
-from shellmb.running.tables import first_error
 from shellmb.scene import Scene
 from shellmb.scene.lookup import listed
 from shellmb.show.fields import Fields
@@ -26,6 +25,7 @@ if TYPE_CHECKING:
     import pyvista as pv
 
     from shellmb.running.execute import RunResult
+    from shellmb.show.space.scenery import Showing
     from shellmb.show.space.views import Appearance
 
 
@@ -247,8 +247,15 @@ class Run:
         """
         from shellmb.show.space.scenery import still
 
+        return still(self._showing(t, field, component, appearance))
+
+    def _showing(
+        self, t: float | None, field: str | None, component: Any, appearance: dict[str, Any]
+    ) -> Showing:
+        from shellmb.show.space.scenery import showing
+
         look = _appearance(appearance)
-        return still(self.fields, self.described, t, field, component, look)
+        return showing(self.fields, self.described, [t], field, component, appearance=look)
 
     def animate(
         self,
@@ -297,12 +304,12 @@ class Run:
         from shellmb.observers.progress import in_notebook
         from shellmb.show.space.scenery import show
 
+        what = self._showing(t, field, component, appearance)
         if in_notebook():
             from shellmb.show.space.web import in_cell
 
-            at, look = [self.fields.nearest(t)], _appearance(appearance)
-            return in_cell(self.fields, self.described, at, field, component, None, look)
-        return show(self.fields, self.described, t, field, component, _appearance(appearance))
+            return in_cell(what)
+        return show(what)
 
     def draw(
         self, folder: Path | str | None = None, curves: str = "png", **appearance: Any

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import json
 from functools import cached_property
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from shellmb.api.modeshapes import ModeShapes
+from shellmb.api.modeshapes import ModeShapes, Stability
 from shellmb.errors import SceneError
 
 if TYPE_CHECKING:
@@ -16,12 +14,11 @@ if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.figure import Figure
 
-    from shellmb.running.rotating.campbell import Campbell
 
 TABLE = "campbell.csv"
 
 
-class RotatingModes:
+class RotatingModes(Stability):
     """Modes at several rates of rotation in their directory.
 
     Args:
@@ -34,29 +31,10 @@ class RotatingModes:
             were read back.
     """
 
-    def __init__(self, directory: Path | str, computed: Campbell | None = None) -> None:
-        self.directory, self.computed = Path(directory), computed
-
-    @cached_property
-    def summary(self) -> dict[str, Any]:
-        """Content of `summary.json`."""
-        found: dict[str, Any] = json.loads((self.directory / "summary.json").read_text())
-        return found
-
     @property
     def rates(self) -> list[float]:
         """The rates, rad/s."""
         return list(self.summary["rates_rad_per_s"])
-
-    @property
-    def stable(self) -> bool:
-        """Decide whether no mode grows at any rate."""
-        return bool(self.summary["stable"])
-
-    @property
-    def verdict(self) -> str:
-        """The stability as a sentence, which names the first mode that grows."""
-        return str(self.summary["verdict"])
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -117,7 +95,7 @@ class RotatingModes:
         return campbell_card(self, self.plot())
 
 
-class StateModes(ModeShapes):
+class StateModes(ModeShapes, Stability):
     """Modes about a state of a run in their directory, as seen from a frame that turns along.
 
     `frequencies` are damped ones; `table` has growth, damping ratio and whirl of each mode.
@@ -138,25 +116,5 @@ class StateModes(ModeShapes):
         """Distance that the state moves during one radian of its slowest mode, in lengths."""
         return float(self.summary["drift"])
 
-    @property
-    def stable(self) -> bool:
-        """Decide whether no mode grows."""
-        return bool(self.summary["stable"])
-
-    @property
-    def verdict(self) -> str:
-        """The stability as a sentence, which names the first mode that grows."""
-        return str(self.summary["verdict"])
-
     def __repr__(self) -> str:
         return f"<StateModes of '{self.described.name}' {self.verdict}, {self.directory}>"
-
-
-def is_rotating(directory: Path) -> bool:
-    """Decide whether a directory holds modes over the rate."""
-    return (directory / TABLE).is_file()
-
-
-def is_of_state(directory: Path) -> bool:
-    """Decide whether modes in a directory are about a state of a run."""
-    return "drift" in json.loads((directory / "summary.json").read_text())

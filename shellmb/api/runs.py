@@ -7,11 +7,13 @@ from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from shellmb.api.folders import gone_with, path_of, place
-from shellmb.api.modeshapes import ModeShapes, is_modes
+from shellmb.api.folders import path_of, placed
+from shellmb.api.modeshapes import TABLE as MODES
+from shellmb.api.modeshapes import ModeShapes
 from shellmb.api.record import Run
 from shellmb.api.resolve_scene import requested
-from shellmb.api.rotating import RotatingModes, StateModes, is_of_state, is_rotating
+from shellmb.api.rotating import TABLE as CAMPBELL
+from shellmb.api.rotating import RotatingModes, StateModes
 from shellmb.errors import SceneError
 from shellmb.options.accuracy import ACCURACY, AccuracyOptions, take_accuracy
 from shellmb.options.described import options_of, takes
@@ -63,10 +65,7 @@ def run(
     """
     accuracy = take_accuracy(options)
     wanted = requested(scene, parameters, **options)
-    from mpi4py import MPI
-
-    world = MPI.COMM_WORLD if comm is None else comm
-    directory, temporary = place(out, world)
+    place = placed(out, comm)
     from shellmb.observers.progress import ProgressReport, is_watched
 
     shown = is_watched() if progress is None else progress
@@ -79,41 +78,35 @@ def run(
         from shellmb.accuracy.request.search import Running
         from shellmb.accuracy.request.target import UnknownQuantity, frequency_number, wanted_of
 
-        tell = print if shown and world.rank == 0 else _nothing
-        how = Running(world, wanted.results, wanted.request, observers, tell, modes=False)
+        tell = print if shown and place.comm.rank == 0 else _nothing
+        how = Running(place.comm, wanted.results, wanted.request, observers, tell, modes=False)
         of = wanted_of(accuracy)
         try:
-            outcome = run_to_accuracy(wanted.scene, of, directory, how, draw)
+            outcome = run_to_accuracy(wanted.scene, of, place.directory, how, draw)
         except UnknownQuantity as error:
             if frequency_number(of.of) is None:
                 raise
             raise SceneError(
                 f"{error}; natural frequencies come from modes(scene, accuracy=..., of='{of.of}')"
             ) from None
-        found = Run(directory, outcome.run)
-        if temporary:
-            gone_with(found, directory, world.rank)
-        return found
+        return place.held_by(Run(place.directory, outcome.run))
     run_it: Any
     if wanted.scene.errors:
         from shellmb.accuracy.errors import execute_with_errors as run_it
     else:
         from shellmb.running.execute import execute as run_it
-    with report.building(wanted.scene.name, world.rank) if shown else nullcontext():
+    with report.building(wanted.scene.name, place.comm.rank) if shown else nullcontext():
         computed = run_it(
             wanted.scene,
-            directory,
+            place.directory,
             observers,
-            comm=world,
+            comm=place.comm,
             pictures=draw,
             request=wanted.request,
             results=wanted.results,
         )
-    world.Barrier()
-    found = Run(computed.out or directory, computed)
-    if temporary:
-        gone_with(found, directory, world.rank)
-    return found
+    place.comm.Barrier()
+    return place.held_by(Run(computed.out or place.directory, computed))
 
 
 def _nothing(text: str) -> None:
@@ -150,17 +143,16 @@ def resume(
     from shellmb.running.resuming.resume import resume as go_on
 
     world = MPI.COMM_WORLD if comm is None else comm
-    out, named = path_of(out), isinstance(scene, str)
-    if not (scene is None or named or isinstance(scene, Scene)):
+    out = path_of(out)
+    if not (scene is None or isinstance(scene, str | Scene)):
         raise SceneError(
             f"resume: scene is a {type(scene).__name__}; it must be the Scene of the run, or the "
             "path of its Python file"
         )
+    given, file = (None, scene) if isinstance(scene, str) else (scene, None)
     if (out / ACCURACY).is_file():
-        from shellmb.accuracy.request.resume import resume_request
+        from shellmb.accuracy.request.directory import resume_request
 
-        given = scene if isinstance(scene, Scene) else None
-        file = scene if isinstance(scene, str) else None
         found = resume_request(
             out, given, file, trust, world, pictures=pictures, observers=observers
         )
@@ -170,8 +162,8 @@ def resume(
         observers,
         comm=world,
         pictures=pictures,
-        scene=scene if isinstance(scene, Scene) else None,
-        scene_file=scene if named else None,  # type: ignore[arg-type]
+        scene=given,
+        scene_file=file,
         trust=trust,
     )
     world.Barrier()
@@ -197,12 +189,13 @@ def load(directory: Path | str) -> Run | ModeShapes | RotatingModes | Sensitivit
         from shellmb.api.sensitivity.record import Sensitivities
 
         return Sensitivities(folder)
-    if is_rotating(folder):
+    if (folder / CAMPBELL).is_file():
         return RotatingModes(folder)
-    if not is_modes(folder):
+    if not (folder / MODES).is_file():
         return Run(folder)
     found = ModeShapes(folder)
-    return StateModes(folder) if is_of_state(folder) else found
+    # only those about a state of a run tell how far it moves meanwhile
+    return StateModes(folder) if "drift" in found.summary else found
 
 
 def scenes() -> dict[str, str]:

@@ -9,6 +9,7 @@ import json
 import multiprocessing
 import os
 import pickle
+import shutil
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import BrokenExecutor, Executor, ProcessPoolExecutor, as_completed
 from pathlib import Path
@@ -89,15 +90,10 @@ def sweep(
             )
     if folder is not None:
         _claim(folder, _about(scene, measure, chosen))
-    rows: dict[int, dict[str, Any]] = {}
-    jobs: dict[int, Path | None] = {}
-    for number, case in enumerate(cases):
-        place = None if folder is None else folder / _name(case)
-        done = None if place is None else _finished(place)
-        if done is not None:
-            rows[number] = done
-        else:
-            jobs[number] = place
+    places = [None if folder is None else folder / _name(case) for case in cases]
+    done = {n: _finished(place) for n, place in enumerate(places) if place is not None}
+    rows = {n: row for n, row in done.items() if row is not None}
+    jobs = [n for n in range(len(cases)) if n not in rows]
     if jobs:
         own = executor is None
         if own:
@@ -105,8 +101,8 @@ def sweep(
         workers = executor or _processes(len(jobs))
         try:
             running = {
-                workers.submit(run_case, scene, cases[n], place, measure, chosen): n
-                for n, place in jobs.items()
+                workers.submit(run_case, scene, cases[n], places[n], measure, chosen): n
+                for n in jobs
             }
             for future in as_completed(running):
                 rows[running[future]] = future.result()
@@ -145,7 +141,8 @@ def run_case(
     row: dict[str, Any] = {"failed": ""}
     try:
         if place is not None and place.exists():
-            _clear(place)
+            # what a case that was stopped, or failed, has left
+            shutil.rmtree(place)
         made, named = (
             (scene, case)
             if isinstance(scene, str)
@@ -278,13 +275,6 @@ def _finished(place: Path) -> dict[str, Any] | None:
         # stopped while it was written
         return None
     return None if row["failed"] else row
-
-
-def _clear(place: Path) -> None:
-    """Remove what a case that was stopped, or failed, has left."""
-    import shutil
-
-    shutil.rmtree(place)
 
 
 def _check_sendable(**things: Any) -> None:

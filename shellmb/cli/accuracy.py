@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from shellmb.cli.failures import first_rank, run_check, tell
-from shellmb.cli.options import default_directory, requested
 from shellmb.cli.report import announce, print_mode_errors, print_summary, say
 
 if TYPE_CHECKING:
     from shellmb.accuracy.request.target import Target
-    from shellmb.options.accuracy import RequestedAccuracy
     from shellmb.running.loader import SceneModule
     from shellmb.running.request import Request
     from shellmb.scene import Scene
@@ -63,46 +60,6 @@ def run_accurately(
 
         run_check(module.check, plain_results(read_json(directory / "summary.json")))
     return outcome
-
-
-def modes_accurately(
-    scene: str,
-    parameters: list[str] | None,
-    elements: dict[str, Any],
-    accuracy: RequestedAccuracy,
-    out: Path | None,
-    count: int,
-    loaded: bool,
-    no_pictures: bool,
-    quiet: bool,
-    check: bool,
-) -> Any:
-    """Find modes of a scene until an error is met, and print what came of it.
-
-    Args:
-        scene: Name of the scene, or its file.
-        parameters: Values of its parameters as text.
-        elements: Options of the mesh.
-        accuracy: The accuracy that is requested.
-        out: Directory to write; None: one of the scene's name.
-        count: Number of modes.
-        loaded: Whether they are about the static equilibrium.
-        no_pictures: Whether no pictures are drawn.
-        quiet: Whether nothing is printed.
-        check: Whether the scene's reference values must be met.
-    """
-    from mpi4py import MPI
-
-    from shellmb.accuracy.request.target import wanted_of
-
-    request = requested(scene, parameters, **elements)
-    built, module = request.build()
-    if check:
-        module.require_check(module.mode_results, "mode_results(modes)")
-    wanted = replace(wanted_of(accuracy), modes=True, loaded=loaded, count=count)
-    directory = MPI.COMM_WORLD.bcast(out or default_directory(f"{module.name}-modes-accuracy"))
-    how = {"quiet": quiet, "pictures": not no_pictures, "check": check}
-    return run_accurately(built, module, request, wanted, directory, **how)
 
 
 def print_accuracy(directory: Path) -> None:

@@ -1,7 +1,5 @@
 """Commands whose cases only a checkout has: what compares shellmb with others is not installed."""
 
-from __future__ import annotations
-
 import importlib
 from types import ModuleType
 

@@ -1,7 +1,5 @@
 """The command `shellmb effects`."""
 
-from __future__ import annotations
-
 from typing import Annotated, Any
 
 import typer

@@ -1,7 +1,5 @@
 """Errors as one sentence and an exit code; everything printed by one rank only."""
 
-from __future__ import annotations
-
 import functools
 import os
 import signal

@@ -1,7 +1,5 @@
 """The commands. What is heavy is imported only when a command needs it."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
@@ -207,7 +205,7 @@ def resume(
     if (directory / ACCURACY).is_file():
         from mpi4py import MPI
 
-        from shellmb.accuracy.request.resume import resume_request
+        from shellmb.accuracy.request.directory import resume_request
         from shellmb.cli.accuracy import print_accuracy
 
         announce(built.name, quiet)
@@ -271,10 +269,19 @@ def modes(
     if accuracy is not None or elements["errors"]:
         chosen.check_errors()
     if accuracy is not None:
-        from shellmb.cli.accuracy import modes_accurately
+        from mpi4py import MPI
 
-        how = (accuracy, out, count, chosen.loaded, no_pictures, quiet, check)
-        return modes_accurately(scene, parameters, elements, *how)
+        from shellmb.accuracy.request.target import wanted_of
+        from shellmb.cli.accuracy import run_accurately
+
+        request = requested(scene, parameters, **elements)
+        built, module = request.build()
+        if check:
+            module.require_check(module.mode_results, "mode_results(modes)")
+        wanted = replace(wanted_of(accuracy), modes=True, loaded=chosen.loaded, count=count)
+        directory = MPI.COMM_WORLD.bcast(out or default_directory(f"{module.name}-modes-accuracy"))
+        how = {"quiet": quiet, "pictures": not no_pictures, "check": check}
+        return run_accurately(built, module, request, wanted, directory, **how)
     built, module, state = requested_run(
         scene, chosen.state, chosen.at is not None, parameters, elements
     )

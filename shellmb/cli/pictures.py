@@ -1,7 +1,5 @@
 """The commands `shellmb plot`, `shellmb view` and `shellmb report`: a run that is there, shown."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated, Any
 

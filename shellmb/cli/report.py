@@ -107,10 +107,9 @@ def print_state_modes(about: StateModes, directory: Path) -> None:
         directory: Where everything about them is.
     """
     found = about.modes
-    rows = []
-    for k, value in enumerate(found.values):
-        size = "rigid" if k < found.rigid else f"{found.frequencies[k]:.6g}"
-        rows.append((str(k + 1), size, f"{value.real:.4g}", f"{found.damping[k]:.4g}"))
+    sizes = ["rigid"] * found.rigid + [f"{f:.6g}" for f in found.frequencies[found.rigid :]]
+    numbers = enumerate(zip(sizes, found.values, found.damping, strict=True), start=1)
+    rows = [(str(k), size, f"{v.real:.4g}", f"{damping:.4g}") for k, (size, v, damping) in numbers]
     _print_columns(("mode", "frequency [Hz]", "growth [1/s]", "damping ratio"), rows)
     say(about.verdict)
     say(f"drift: {about.drift:.3g} of the scene's length")
@@ -125,30 +124,18 @@ def print_modes(found: Modes, directory: Path, errors: Mapping[str, Any] | None 
         errors: Frequencies with their errors by "f1", "f2", ..., and results.
         directory: Where everything about them is.
     """
-    grows = bool(found.growth.any())
-    known = errors or {}
-    numbered = {f"f{k}" for k in range(1, len(found.frequencies) + 1)}
-    shown = [
-        with_error(known[name].to_dict()) if name in known else f"{frequency:.6g}"
-        for name, frequency in ((f"f{k}", f) for k, f in enumerate(found.frequencies, start=1))
-    ]
-    rows = [
-        (
-            str(k + 1),
-            "rigid" if k < found.rigid else shown[k],
-            *([f"{growth:.4g}"] if grows else []),
-        )
-        for k, growth in enumerate(found.growth)
-    ]
-    _print_columns(("mode", "frequency [Hz]", *(["growth [1/s]"] if grows else [])), rows)
+    others = {name: with_error(each.to_dict()) for name, each in (errors or {}).items()}
+    columns = 3 if found.growth.any() else 2
+    rows = []
+    for k, (frequency, growth) in enumerate(zip(found.frequencies, found.growth, strict=True)):
+        shown = others.pop(f"f{k + 1}", f"{frequency:.6g}")
+        rows.append((str(k + 1), "rigid" if k < found.rigid else shown, f"{growth:.4g}")[:columns])
+    _print_columns(("mode", "frequency [Hz]", "growth [1/s]")[:columns], rows)
     if found.rigid:
         say(f"rigid: motions that no support or spring resists, {found.rigid} of them")
-    for name, each in known.items():
-        if name not in numbered:
-            say(f"{name}: {with_error(each.to_dict())}")
-    for warning in found.warnings:
-        say(f"warning: {warning}")
-    say(f"written to {directory}")
+    for name, each in others.items():
+        say(f"{name}: {each}")
+    _print_end(found.warnings, directory)
 
 
 def print_mode_errors(summary: Mapping[str, Any]) -> None:
@@ -180,9 +167,7 @@ def print_sensitivities(found: Sensitivities) -> None:
             for row in found.rows(p.name)
         ]
         _print_columns(("", "value", f"by {p.name}", "% for 1 %"), rows)
-    for warning in found.warnings:
-        say(f"warning: {warning}")
-    say(f"written to {found.directory}")
+    _print_end(found.warnings, found.directory)
 
 
 def print_buckling(found: BucklingModes, directory: Path) -> None:
@@ -196,7 +181,11 @@ def print_buckling(found: BucklingModes, directory: Path) -> None:
     _print_columns(("mode", "load factor"), rows)
     if found.negative is not None:
         say(f"under the opposite load: {-found.negative:.6g}")
-    for warning in found.warnings:
+    _print_end(found.warnings, directory)
+
+
+def _print_end(warnings: Iterable[str], directory: Path) -> None:
+    for warning in warnings:
         say(f"warning: {warning}")
     say(f"written to {directory}")
 

@@ -6,7 +6,7 @@ import warnings
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
-from typing import Any, Protocol
+from typing import Any, ClassVar
 
 from mpi4py import MPI
 
@@ -15,7 +15,7 @@ from shellmb.observers.summary import Sources
 from shellmb.scene.lookup import said
 from shellmb.schemes.base import Scheme, has_energy_law
 from shellmb.schemes.registry import SCHEMES
-from shellmb.simulate.simulation import Observer, Simulation
+from shellmb.simulate.simulation import BaseObserver, Simulation
 
 # what warns of a scene before it runs
 SETUP = "setup"
@@ -46,24 +46,37 @@ class RunWarning:
         return asdict(self)
 
 
-class Watch(Observer, Protocol):
+class Watch(BaseObserver):
     """Watches one thing over a run. What it finds is the same on all ranks.
 
-    A new one is a class with these members, made from the observers of a run, and a line in
-    `registry.WATCHES`. It asks the scheme for what it declares, never for its name.
+    A new one is a class with a name and its cautions, and a line in `registry.WATCHES`. It asks the
+    scheme for what it declares, never for its name.
+
+    Args:
+        sources: The observers of the run.
 
     Attributes:
         name: Its name in `summary.json`.
     """
 
-    @property
-    def name(self) -> str: ...  # noqa: D102
+    name: ClassVar[str] = ""
 
-    def __init__(self, sources: Sources) -> None: ...
+    def __init__(self, sources: Sources) -> None:
+        self.sources = sources
+        self._begin()
+
+    def _begin(self) -> None:
+        """Set what is kept over the run, before it starts or goes on."""
 
     def cautions(self, simulation: Simulation) -> Iterator[RunWarning]:
         """Warnings about the run so far; none where it does not apply."""
-        ...
+        raise NotImplementedError
+
+    def caution(
+        self, body: str | None, value: float | None, bound: float | None, says: str
+    ) -> RunWarning:
+        """A warning of this watch; arguments as of `RunWarning`."""
+        return RunWarning(self.name, body, value, bound, says)
 
 
 def setup_warnings(sentences: Iterable[str]) -> tuple[RunWarning, ...]:

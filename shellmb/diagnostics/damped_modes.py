@@ -6,25 +6,21 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from shellmb.diagnostics.base import STIFFENED, RunWarning, said_of
+from shellmb.diagnostics.base import STIFFENED, RunWarning, Watch, said_of
 from shellmb.observers.fields.modal import ModalState
-from shellmb.observers.summary import Sources
-from shellmb.simulate.simulation import BaseObserver, Simulation
+from shellmb.simulate.simulation import Simulation
 
 
-class DampedModes(BaseObserver):
+class DampedModes(Watch):
     """Watches what bodies in modes do not relax by.
 
     What strains of one kind resist by their rates the full body shifts to others; its modes cannot.
-
-    Args:
-        sources: The observers of the run.
     """
 
     name = "damped modes"
     remembered = ("_largest",)
 
-    def __init__(self, sources: Sources) -> None:
+    def _begin(self) -> None:
         # by body the largest of the products below, and when
         self._largest: dict[str, tuple[Sequence[float], float]] = {}
 
@@ -54,16 +50,13 @@ class DampedModes(BaseObserver):
         for name, (products, when) in self._largest.items():
             share = _share(*products)
             if share > STIFFENED:
-                yield RunWarning(
-                    self.name,
-                    name,
-                    share,
-                    STIFFENED,
+                says = (
                     f"{said_of(simulation, name)} is reduced to modes, and its strains have "
                     "several times of damping: it would relax in shapes that no mode has, and "
                     f"what it resists with is off by about {share:.1%}, at t = {when:g}; use one "
-                    "time for all strains, or model='floating-frame'",
+                    "time for all strains, or model='floating-frame'"
                 )
+                yield self.caution(name, share, STIFFENED, says)
 
 
 def _share(energy: float, fast: float, damped: float, relaxing: float) -> float:

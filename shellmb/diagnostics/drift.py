@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from shellmb.diagnostics.base import RunWarning, remedies, said_of
+from shellmb.diagnostics.base import RunWarning, Watch, remedies, said_of
 from shellmb.observers.account.momentum import KINDS
-from shellmb.observers.summary import Sources
-from shellmb.simulate.simulation import BaseObserver, Simulation
+from shellmb.simulate.simulation import Simulation
 
 # what a scheme conserves it keeps as well as Newton's method solves, which over 100 000 steps adds
 # up to some 1e-9; of what it does not conserve, one per cent is an error that shows in results
@@ -17,24 +16,17 @@ CONSERVED, OTHERS = 1e-6, 1e-2
 ROTATION = 10.0
 
 
-class Drift(BaseObserver):
-    """Watches the balances of both momenta.
-
-    Args:
-        sources: The observers of the run.
-    """
+class Drift(Watch):
+    """Watches the balances of both momenta."""
 
     name = "drift"
 
-    def __init__(self, sources: Sources) -> None:
-        self._momentum, self._rotations = sources.momentum, sources.rotations
-
     def cautions(self, simulation: Simulation) -> Iterator[RunWarning]:
         """Decide whether drifts are out of proportion; rotations that may be why are named."""
-        turns = self._rotations.turns
+        turns = self.sources.rotations.turns
         most = max(turns, key=lambda name: turns[name].largest, default=None)
         for kind, which in KINDS.items():
-            drift = self._momentum.relative_drift(kind)
+            drift = self.sources.momentum.relative_drift(kind)
             bound = CONSERVED if kind in simulation.scheme.conserves else OTHERS
             if drift is None or drift <= bound:
                 continue

@@ -22,12 +22,10 @@ from shellmb.diagnostics.forces.undetermined import Undetermined
 from shellmb.diagnostics.forces.unresolved import Unresolved
 from shellmb.diagnostics.large_turns import LargeTurns
 from shellmb.diagnostics.small_displacements import LinearBodies, ReducedBodies, SmallDisplacements
-from shellmb.diagnostics.statics.limit_points import LimitPoints
-from shellmb.diagnostics.statics.path_end import PathEnd
+from shellmb.diagnostics.statics.paths import LimitPoints, PathEnd
 from shellmb.diagnostics.statics.stability import Unstable
 from shellmb.diagnostics.step_error import StepErrors
 from shellmb.diagnostics.stiff_spin import StiffSpin
-from shellmb.observers.summary import Sources
 from shellmb.simulate.simulation import Simulation
 
 # what is nearest to the cause comes first
@@ -58,15 +56,6 @@ WATCHES: tuple[type[Watch], ...] = (
     Dissipation,
     EnergyLaw,
 )
-
-
-def watches(sources: Sources) -> list[Watch]:
-    """One of each.
-
-    Args:
-        sources: The observers of the run.
-    """
-    return [kind(sources) for kind in WATCHES]
 
 
 def cautions(watching: Sequence[Watch], simulation: Simulation) -> list[RunWarning]:

@@ -9,20 +9,19 @@ from mpi4py import MPI
 import numpy as np
 
 from shellmb.arrays import Floats
-from shellmb.diagnostics.base import STIFFENED, RunWarning, said_of
+from shellmb.diagnostics.base import STIFFENED, RunWarning, Watch, said_of
 from shellmb.model.body import strain_energy
 from shellmb.model.frames.rigid import RigidBodies
 from shellmb.observers.account.energy import present
 from shellmb.observers.fields.modal import ModalState
 from shellmb.observers.fields.nodal import nodal_bodies
-from shellmb.observers.summary import Sources
 from shellmb.preprocessing.modal.geometric_stiffness import GeometricStiffness
 from shellmb.preprocessing.modal.lowest import lowest_frequency
 from shellmb.preprocessing.modal.stretched import Parts, stiffening
 from shellmb.preprocessing.modal.tangent import bending_scale
-from shellmb.scene.checks.linear import SMALL_ANGLE
+from shellmb.scene.checks.schemes import SMALL_ANGLE
 from shellmb.scene.schemes import SIMPLEST
-from shellmb.simulate.simulation import BaseObserver, Simulation
+from shellmb.simulate.simulation import Simulation
 from shellmb.system.assembly.functionals import functionals
 
 # energy of bending below this share of all of it is round-off
@@ -34,17 +33,13 @@ CANTILEVER = 3.516
 COMPRESSED = 0.5
 
 
-class SmallDisplacements(BaseObserver):
-    """Watches the directors of all bodies where forms are linearised.
-
-    Args:
-        sources: The observers of the run.
-    """
+class SmallDisplacements(Watch):
+    """Watches the directors of all bodies where forms are linearised."""
 
     name = "small displacements"
     remembered = ("_largest",)
 
-    def __init__(self, sources: Sources) -> None:
+    def _begin(self) -> None:
         # by body of the system the largest change of a director on this rank, and when
         self._largest: dict[str, tuple[float, float]] = {}
 
@@ -70,36 +65,30 @@ class SmallDisplacements(BaseObserver):
             if largest > SMALL_ANGLE:
                 rigid = isinstance(body, RigidBodies)
                 name = None if rigid else body.name
-                yield RunWarning(
-                    self.name,
-                    name,
-                    largest,
-                    SMALL_ANGLE,
+                says = (
                     f"{said_of(simulation, body.name)} {'turn' if rigid else 'turns'} by "
                     f"{largest:.2g} rad, at t = {when:g}; with scheme "
                     f"'{simulation.scheme.name}' displacements are small, up to {SMALL_ANGLE:g} "
                     "rad: its results are of the size of the square of that off; use --scheme "
-                    f"{SIMPLEST if simulation.scheme.dynamic else 'static'}",
+                    f"{SIMPLEST if simulation.scheme.dynamic else 'static'}"
                 )
+                yield self.caution(name, largest, SMALL_ANGLE, says)
 
 
-class _AboutFrames(BaseObserver):
+class _AboutFrames(Watch):
     """Watches bodies whose displacements are small about a frame: what these do not know.
 
     That is how far directors turn there, and stiffness by forces that act already: what forces
     along the body would do on squares of rotations, beside its energy of bending. In a body that
     spins at a rate `w` fibres under tension are stiffer, and what is off the axis is drawn
     outwards: by about `m w^2` either way, beside the stiffness `m w_1^2` of the lowest mode.
-
-    Args:
-        sources: The observers of the run.
     """
 
     # what is said of such a body, and who does not know of forces
     name, said, blind = "", "", ""
     remembered = ("_largest",)
 
-    def __init__(self, sources: Sources) -> None:
+    def _begin(self) -> None:
         # largest rotation about the frame on this rank [rad], largest spin [rad/s], energy that is
         # left out, energy of bending and strain energy [J]; by name of the body, with the time
         # and compression in statics, over what buckles a cantilever
@@ -143,11 +132,8 @@ class _AboutFrames(BaseObserver):
     def _energies(self, name: str, found: Floats, energy: float, shape: Floats, t: float) -> None:
         """Note what is left out, the energy of stretching, the strain energy and its state."""
         left, stretching, squares = map(float, found)
-        for kind, size in (
-            ("left out", left),
-            ("bending", energy - stretching),
-            ("energy", energy),
-        ):
+        sizes = {"left out": left, "bending": energy - stretching, "energy": energy}
+        for kind, size in sizes.items():
             self._note(kind, name, size, t)
         if energy > self._shapes.get(name, (0.0,))[0]:
             self._shapes[name] = energy, squares, np.array(shape)
@@ -160,51 +146,42 @@ class _AboutFrames(BaseObserver):
         """Cautions of a body that bends too far, or by forces along it; collective."""
         turn, when = self._worst(simulation, "turns", name)
         if turn > SMALL_ANGLE:
-            yield RunWarning(
-                self.name,
-                name,
-                turn,
-                SMALL_ANGLE,
+            says = (
                 f"{said_of(simulation, name)} {self.said} and turns by {turn:.2g} rad relative to "
                 f"its frame, at t = {when:g}; rotations there are small, up to {SMALL_ANGLE:g} "
-                "rad: its results are of the size of the square of that off; use model='exact'",
+                "rad: its results are of the size of the square of that off; use model='exact'"
             )
+            yield self.caution(name, turn, SMALL_ANGLE, says)
         left, when = self._worst(simulation, "left out", name)
         energy, _ = self._worst(simulation, "energy", name)
         bending = max(self._worst(simulation, "bending", name)[0], STRAIGHT * energy)
         if left > STIFFENED * bending:
-            yield self._stiffer(
-                simulation,
-                name,
-                left / bending,
+            how = (
                 f"forces along it would do {left:.2g} J on squares of its rotations, at "
                 f"t = {when:g}, {left / bending:.1%} of its largest energy of bending: they would "
-                "change its stiffness by about as much",
+                "change its stiffness by about as much"
             )
+            yield self._stiffer(simulation, name, left / bending, how)
         elif (share := self._worst(simulation, "compression", name)[0]) > COMPRESSED:
-            yield self._stiffer(
-                simulation,
-                name,
-                share,
+            how = (
                 f"forces along it reach {share:.2g} of what buckles it with one end clamped: they "
-                "would soften it, also where unstable directions are counted",
+                "would soften it, also where unstable directions are counted"
             )
+            yield self._stiffer(simulation, name, share, how)
         share, when = self._stretched(simulation, name)
         if share > STIFFENED:
-            yield self._stiffer(
-                simulation,
-                name,
-                share,
+            how = (
                 "squares of its displacements would make it stiffer by about "
                 f"{share:.1%}, at t = {when:g}, as they stretch it between its supports or where "
-                "it bends in two directions",
+                "it bends in two directions"
             )
+            yield self._stiffer(simulation, name, share, how)
 
     def _stiffer(self, simulation: Simulation, name: str, share: float, how: str) -> RunWarning:
         """That a body's stiffness is off by a share, which small strains do not know."""
         who = f"{said_of(simulation, name)} {self.said}"
         says = f"{who} and {how}, and {self.blind} not know that; use model='exact'"
-        return RunWarning(self.name, name, share, STIFFENED, says)
+        return self.caution(name, share, STIFFENED, says)
 
     def _stretched(self, simulation: Simulation, name: str) -> tuple[float, float]:
         """By what share a body is stiffer as it is stretched, and when; collective."""
@@ -227,14 +204,12 @@ class _AboutFrames(BaseObserver):
         spin, when = self._worst(simulation, "spins", name)
         share = (spin / lowest) ** 2
         if share > STIFFENED:
-            yield self._stiffer(
-                simulation,
-                name,
-                share,
+            how = (
                 f"spins at {spin:.3g} rad/s, at t = {when:g}, {spin / lowest:.2g} of its lowest "
                 f"frequency {of}, {lowest:.3g} rad/s: centrifugal forces would change its "
-                f"stiffness by about {share:.0%}",
+                f"stiffness by about {share:.0%}"
             )
+            yield self._stiffer(simulation, name, share, how)
 
 
 class ReducedBodies(_AboutFrames):

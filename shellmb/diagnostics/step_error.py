@@ -8,9 +8,8 @@ from mpi4py import MPI
 
 import numpy as np
 
-from shellmb.diagnostics.base import RunWarning
-from shellmb.observers.summary import Sources
-from shellmb.simulate.simulation import BaseObserver, Simulation
+from shellmb.diagnostics.base import RunWarning, Watch
+from shellmb.simulate.simulation import Simulation
 from shellmb.simulate.stepsize.tolerance import ErrorSize
 
 # a motion smaller than so many step errors is not known to a tenth of it
@@ -20,17 +19,13 @@ KNOWN = 10.0
 ADDED = 2.0
 
 
-class StepErrors(BaseObserver):
-    """Watches for steps that could not be small enough, and for motions too small to be controlled.
-
-    Args:
-        sources: The observers of the run.
-    """
+class StepErrors(Watch):
+    """Watches for steps that could not be small enough, and motions too small to be controlled."""
 
     name = "step error"
     remembered = ("_reach",)
 
-    def __init__(self, sources: Sources) -> None:
+    def _begin(self) -> None:
         self._reach = 0.0
 
     def start(self, simulation: Simulation) -> None:
@@ -60,26 +55,20 @@ class StepErrors(BaseObserver):
                 else f"no step may be below min_dt = {size.smallest:.2g} s: use a smaller one, or "
                 "a larger step_error"
             )
-            yield RunWarning(
-                self.name,
-                None,
-                size.worst,
-                wanted,
+            says = (
                 f"{size.coarse} steps are off by up to {size.worst:.2g}, more than step_error="
-                f"{wanted:g}; {why}",
+                f"{wanted:g}; {why}"
             )
+            yield self.caution(None, size.worst, wanted, says)
         yield from self._added(simulation, size)
         reach = simulation.model.comm.allreduce(self._reach, op=MPI.MAX)
         if simulation.step and reach < KNOWN * wanted:
-            yield RunWarning(
-                self.name,
-                None,
-                reach,
-                KNOWN * wanted,
+            says = (
                 f"all bodies move by less than {reach:.1e} of their size: step_error={wanted:g}, "
                 "which is relative to it, says little about their motion; use one of "
-                f"about {1e-2 * reach:.0e}",
+                f"about {1e-2 * reach:.0e}"
             )
+            yield self.caution(None, reach, KNOWN * wanted, says)
 
     def _added(self, simulation: Simulation, size: ErrorSize) -> Iterator[RunWarning]:
         """The step error is for each radian of the motion: what that makes of all of it."""
@@ -97,12 +86,9 @@ class StepErrors(BaseObserver):
         if slows:
             wanted += f", of {allowed**2 / (found + size.lag):.0e} where something spins"
         radians = "a radian" if size.radians == 1 else f"{size.radians:.1f} radians"
-        yield RunWarning(
-            self.name,
-            None,
-            found,
-            ADDED * allowed,
+        says = (
             f"the errors of {simulation.step} steps may add up to {found:.1e} of the size of "
             f"bodies{behind}: step_error={allowed:g} is for {radians} of motion; for "
-            f"errors of {allowed:g} in all use one of {wanted}",
+            f"errors of {allowed:g} in all use one of {wanted}"
         )
+        yield self.caution(None, found, ADDED * allowed, says)

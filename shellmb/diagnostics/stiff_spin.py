@@ -16,28 +16,22 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from shellmb.diagnostics.base import RunWarning, remedies, said_of
+from shellmb.diagnostics.base import RunWarning, Watch, remedies, said_of
 from shellmb.observers.account.sizes import stiffness_of
-from shellmb.observers.summary import Sources
-from shellmb.simulate.simulation import BaseObserver, Simulation
+from shellmb.simulate.simulation import Simulation
 
 HALF_STIFF = 40.0
 # as of a drift that shows (`drift.OTHERS`)
 BOUND = 1e-2
 
 
-class StiffSpin(BaseObserver):
-    """Adds up what shells and beams lose of their spin, as far as the scheme says that they do.
-
-    Args:
-        sources: The observers of the run.
-    """
+class StiffSpin(Watch):
+    """Adds up what shells and beams lose of their spin, as far as the scheme says that they do."""
 
     name = "stiff spin"
     remembered = ("_dissipated",)
 
-    def __init__(self, sources: Sources) -> None:
-        self._rotations = sources.rotations
+    def _begin(self) -> None:
         self._dissipated: dict[str, float] = {}
         self._speed: dict[str, float] = {}
 
@@ -46,7 +40,7 @@ class StiffSpin(BaseObserver):
         self._speed = {
             name: stiffness_of(body).wave_speed
             for name, body in simulation.model.meshed.items()
-            if name in self._rotations.turns
+            if name in self.sources.rotations.turns
         }
         for name in self._speed:
             self._dissipated.setdefault(name, 0.0)
@@ -57,7 +51,7 @@ class StiffSpin(BaseObserver):
         """Add the step."""
         assert simulation.last is not None
         for name, speed in self._speed.items():
-            turn = self._rotations.turns[name]
+            turn = self.sources.rotations.turns[name]
             if turn.radius > 0 and speed > 0:
                 soft = turn.radius / (speed * simulation.last.dt)
                 self._dissipated[name] += self._loss * turn.mean**2 / (1 + HALF_STIFF * soft**2)
@@ -67,18 +61,15 @@ class StiffSpin(BaseObserver):
         for name, dissipated in self._dissipated.items():
             if dissipated <= BOUND:
                 continue
-            turn = self._rotations.turns[name]
+            turn = self.sources.rotations.turns[name]
             # what it loses in each step adds up by and by
             share = 1 - float(np.exp(-dissipated))
             step = f"a step of about {turn.dt * BOUND / dissipated:.1g} s"
-            yield RunWarning(
-                self.name,
-                name,
-                share,
-                BOUND,
+            says = (
                 f"{said_of(simulation, name)} is stiff for its step of {turn.dt:.2g} s and turns "
                 f"by {turn.total:.2g} rad in all, up to {turn.largest:.2g} rad in a step: "
                 f"{simulation.scheme.title} changes its spin, or what drives it, by about "
                 f"{share:.0%}, and forces along it are wrong, even in sign; use "
-                f"{remedies(simulation.scheme, "model='rigid'", step)}",
+                f"{remedies(simulation.scheme, "model='rigid'", step)}"
             )
+            yield self.caution(name, share, BOUND, says)

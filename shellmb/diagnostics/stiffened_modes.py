@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 from mpi4py import MPI
 
@@ -34,17 +34,6 @@ class Motion(NamedTuple):
     number: int
     energy: float
     parts: Sequence[Parts]
-
-
-class _Small(Protocol):
-    """A body with small strains about a frame, in a loaded state."""
-
-    name: str
-    said: str
-
-    def left_out(self, mode: Parts) -> float:
-        """Energy that forces along it do on squares of a mode's rotations, J; collective."""
-        ...
 
 
 class _Linear:
@@ -117,7 +106,9 @@ def stiffened_modes(model: Model, state: Parts, modes: Sequence[Motion]) -> list
         state: The loaded state that modes are about.
         modes: The elastic modes.
     """
-    bodies: list[_Small] = [_Linear(model, b, state) for b in model.meshed.values() if b.ties]
+    bodies: list[_Linear | _Reduced] = [
+        _Linear(model, b, state) for b in model.meshed.values() if b.ties
+    ]
     bodies += [_Reduced(model, data, state) for data in model.modal]
     said = []
     for body in bodies if modes else ():

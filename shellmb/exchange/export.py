@@ -17,7 +17,7 @@ from shellmb.exchange.motion import SceneMotion
 from shellmb.exchange.slave import KINDS, PACKAGES, TIME
 from shellmb.running.loader import SceneModule, is_file_name, load
 from shellmb.scene import Scene
-from shellmb.scene.control.inputs import named_inputs
+from shellmb.scene.control.signals import named_inputs
 from shellmb.scene.units import parse_units
 from shellmb.scene.values.validate import show
 from shellmb.show.plots import ENERGIES, QUANTITIES

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections import UserDict
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
@@ -18,7 +19,7 @@ from shellmb.observers.fields.nodal import NodalValues, nodal_bodies, nodal_valu
 from shellmb.observers.history import Measuring, check_columns
 from shellmb.running.standard import StandardObservers
 from shellmb.scene import Scene
-from shellmb.scene.control.inputs import Input, named_inputs
+from shellmb.scene.control.signals import Input, inputs_of, named_inputs
 from shellmb.scene.lookup import listed
 from shellmb.scene.values.validate import show
 from shellmb.simulate.simulation import Observer, Simulation
@@ -44,7 +45,7 @@ class Inputs(UserDict[str, float]):
     """
 
     def __init__(self, known: Mapping[str, list[Input]]) -> None:
-        self.data = {name: some[0].default for name, some in known.items()}
+        self.data = {name: some[0].line[3] for name, some in known.items()}
 
     def __missing__(self, name: str) -> float:
         raise SceneError(f"there is no input '{name}'; the scene has {listed(self.data) or 'none'}")
@@ -55,6 +56,32 @@ class Inputs(UserDict[str, float]):
         if isinstance(value, bool) or not number or not math.isfinite(value):
             raise SceneError(f"input '{name}': it is {show(value)}; it must be a finite number")
         self.data[name] = float(value)
+
+
+@contextmanager
+def _begun(scene: Scene, start: Mapping[str, float]) -> Iterator[None]:
+    """Let the inputs of a scene have values at all times, while a simulation copies it.
+
+    Raises:
+        SceneError: If a value is none, or moves what stands in the scene.
+    """
+    known = named_inputs(scene)
+    values = Inputs(known)
+    values.update(start)
+    for one in inputs_of((scene.supports, scene.drivers)):
+        if values[one.name] != one.default:
+            raise SceneError(
+                f"input '{one.name}': it starts with {show(values[one.name])}, and moves a support "
+                f"or driver, which would jump; it must start with {show(one.default)}"
+            )
+    every = [(one, one.line) for some in known.values() for one in some]
+    try:
+        for one, _ in every:
+            one.take(0.0, 0.0, values[one.name], values[one.name])
+        yield
+    finally:
+        for one, line in every:
+            one.take(*line)
 
 
 class Outputs(dict[str, float]):
@@ -81,6 +108,7 @@ class SceneMotion(Trials):
     Args:
         scene: The scene; a partner may set each `sm.Input` in it.
         comm: Communicator; None: all ranks, which call everything together.
+        start: Values that inputs have from the start on, by name, in place of their defaults.
 
     Attributes:
         inputs: Values of the inputs at the end of the next trial; they stay until they are set.
@@ -90,7 +118,13 @@ class SceneMotion(Trials):
         SceneError: If the scene is impossible, static, or has laws that cannot be taken back.
     """
 
-    def __init__(self, scene: Scene, *, comm: MPI.Comm | None = None) -> None:
+    def __init__(
+        self,
+        scene: Scene,
+        *,
+        comm: MPI.Comm | None = None,
+        start: Mapping[str, float] | None = None,
+    ) -> None:
         if not isinstance(scene, Scene):
             raise SceneError(f"SceneMotion: scene is {show(scene)}; it must be a Scene")
         if scene.static:
@@ -100,7 +134,8 @@ class SceneMotion(Trials):
             )
         from mpi4py import MPI
 
-        self.simulation = Simulation(scene, MPI.COMM_WORLD if comm is None else comm)
+        with _begun(scene, start or {}):
+            self.simulation = Simulation(scene, MPI.COMM_WORLD if comm is None else comm)
         if not self.simulation.repeatable:
             raise SceneError(
                 f"scene '{scene.name}': one of its functions may keep a memory of its own (an "
@@ -161,7 +196,8 @@ class SceneMotion(Trials):
             )
         return nodal_values(self.simulation, body)
 
-    def _save(self) -> State:
+    def state(self) -> State:
+        """Copy of all that steps change now, for `take_up`."""
         simulation, observers = self.simulation, self._observers
         factors = simulation.problem.iteration.factors
         return simulation.arrays(), {

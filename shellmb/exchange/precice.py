@@ -12,7 +12,7 @@ from shellmb.arrays import Floats, Ints
 from shellmb.errors import SceneError
 from shellmb.exchange.motion import SceneMotion
 from shellmb.scene import Scene
-from shellmb.scene.control.inputs import Input
+from shellmb.scene.control.signals import Input
 from shellmb.scene.loads.loads import PointForce
 
 

@@ -2,16 +2,26 @@
 
 from __future__ import annotations
 
+import atexit
+import ctypes
 import importlib
+import io
+import json
+import os
+import sys
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 from xml.etree.ElementTree import Element, SubElement
 
+import numpy as np
+
 from shellmb.errors import SceneError, ShellmbError
 from shellmb.exchange.motion import SceneMotion
-from shellmb.exchange.states import from_bytes, to_bytes
+from shellmb.files.checksums import as_list
 from shellmb.running.loader import load, scene_of
+from shellmb.scene.control.signals import inputs_of
 
 # packages of both versions of FMI, and how they call kinds of variables
 PACKAGES = {2: "pythonfmu", 3: "pythonfmu3"}
@@ -20,6 +30,10 @@ KINDS = {
     3: {float: "Float64", int: "Int32", bool: "Boolean", str: "String"},
 }
 TIME = "time"
+# name of what is no array in the bytes of a state
+REST = "rest"
+# libraries of FMUs that let go of Python as it ends
+_ENDING: set[Path] = set()
 
 
 def slave(version: int, described: Mapping[str, Any]) -> type:
@@ -40,6 +54,7 @@ def slave(version: int, described: Mapping[str, Any]) -> type:
 
         def __init__(self, **how: Any) -> None:
             super().__init__(**how)
+            _end_in_order(self.resources)
             self.description = described["description"]
             times = {"start_time": 0.0, "stop_time": described["t_end"]}
             self.default_experiment = package.DefaultExperiment(**times, step_size=described["dt"])
@@ -86,7 +101,11 @@ def slave(version: int, described: Mapping[str, Any]) -> type:
                 scene = described["scene"]
                 name = str(Path(self.resources, scene)) if scene.endswith(".py") else scene
                 make, who = load(name).module.scene, f"scene '{scene}'"
-                self._motion = SceneMotion(scene_of(make, self._parameters, who, "scene()"))
+                made = scene_of(make, self._parameters, who, "scene()")
+                # what is moved would jump: it moves over the first step
+                moved = {one.name for one in inputs_of((made.supports, made.drivers))}
+                start = {k: v for k, v in self._values.items() if k not in moved}
+                self._motion = SceneMotion(made, start=start)
             return self._motion
 
         def exit_initialization_mode(self) -> None:
@@ -139,3 +158,47 @@ def slave(version: int, described: Mapping[str, Any]) -> type:
             return root
 
     return Slave
+
+
+def to_bytes(state: Any) -> bytes:
+    """Bytes of a state of a `SceneMotion`.
+
+    Args:
+        state: As from its `state`.
+    """
+    arrays, rest = state
+    plain = json.dumps(rest, default=as_list).encode()
+    file, text = io.BytesIO(), np.frombuffer(plain, dtype=np.uint8)
+    found: dict[str, Any] = {REST: text, **{f"/{name}": array for name, array in arrays.items()}}
+    np.savez(file, **found)
+    return file.getvalue()
+
+
+def from_bytes(given: bytes) -> Any:
+    """A state again.
+
+    Args:
+        given: As from `to_bytes`.
+    """
+    with np.load(io.BytesIO(given)) as found:
+        arrays = {name.removeprefix("/"): found[name] for name in found.files if name != REST}
+        return arrays, json.loads(found[REST].tobytes())
+
+
+def _end_in_order(resources: str | None) -> None:
+    """Let libraries of FMUs let go of Python as it ends.
+
+    They do so by a destructor of the library, which at the end of a process runs after those of its
+    variables, and would free once more what these have freed: "corrupted double-linked list".
+
+    Args:
+        resources: Folder of the FMU's resources; None: it is being made.
+    """
+    mode = getattr(os, "RTLD_NOLOAD", None)
+    # where there are no arguments Python is the library's own, which ends it
+    if resources is None or mode is None or not sys.orig_argv:
+        return
+    for path in set(Path(resources).parent.glob("binaries/*/*.so")) - _ENDING:
+        with suppress(OSError, AttributeError):
+            atexit.register(ctypes.CDLL(str(path), mode | os.RTLD_NOW).finalizePythonInterpreter)
+            _ENDING.add(path)

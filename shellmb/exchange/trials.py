@@ -37,7 +37,7 @@ class Trials:
         if isinstance(dt, bool) or not isinstance(dt, int | float) or not 0 < dt < math.inf:
             raise SceneError(f"trial: dt is {show(dt)}; it must be finite and greater than 0")
         if self._saved is None:
-            self._saved = self._save()
+            self._saved = self.state()
         self._tried = False
         self._restore(self._saved)
         try:
@@ -67,8 +67,8 @@ class Trials:
         self._tried = False
 
     def state(self) -> Any:
-        """Copy of the present state, for `take_up`."""
-        return self._save()
+        """Copy of all that steps change now, for `take_up`."""
+        raise NotImplementedError
 
     def take_up(self, state: Any) -> None:
         """Be at a state again, as often as wanted, bit for bit.
@@ -82,10 +82,6 @@ class Trials:
     def _need_trial(self, what: str) -> None:
         if not self._tried:
             raise SceneError(f"{what}: there is no trial; call trial(dt) first, which must succeed")
-
-    def _save(self) -> Any:
-        """Copy all that steps change."""
-        raise NotImplementedError
 
     def _restore(self, saved: Any) -> None:
         """Take up what was saved, which may be done again."""

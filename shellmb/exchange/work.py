@@ -9,7 +9,7 @@ from mpi4py import MPI
 import numpy as np
 
 from shellmb.observers.account.energy import present, work_forms
-from shellmb.scene.control.inputs import Input, inputs_of
+from shellmb.scene.control.signals import Input, inputs_of
 from shellmb.simulate.simulation import BaseObserver, Simulation
 from shellmb.system.assembly.functionals import functionals
 

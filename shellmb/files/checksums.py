@@ -1,7 +1,5 @@
 """Checksums of what a run goes on with."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 from collections.abc import Mapping
@@ -20,6 +18,15 @@ def checksum(content: bytes) -> str:
     return hashlib.sha256(content).hexdigest()
 
 
+def as_list(array: Any) -> Any:
+    """An array for JSON.
+
+    Args:
+        array: It.
+    """
+    return array.tolist()
+
+
 def add_checksum(values: Mapping[str, Any]) -> dict[str, Any]:
     """Values of a JSON file with their checksum.
 
@@ -27,7 +34,7 @@ def add_checksum(values: Mapping[str, Any]) -> dict[str, Any]:
         values: Plain values; a checksum among them does not count.
     """
     plain = {name: value for name, value in values.items() if name != CHECKSUM}
-    text = json.dumps(plain, sort_keys=True)
+    text = json.dumps(plain, sort_keys=True, default=as_list)
     return {**plain, CHECKSUM: checksum(text.encode())}
 
 

@@ -4,10 +4,12 @@ VTK believes sizes and offsets, and a file that was cut or spoilt ends the proce
 a checksum of itself, in a comment behind its first line, and what VTK gets is compared with it.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
+from typing import Any
 
+import numpy as np
+import numpy.typing as npt
+from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonDataModel import vtkUnstructuredGrid
 from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
 
@@ -26,11 +28,12 @@ def seal_grid(content: bytes) -> bytes:
     return b"\n".join((first, f"<!-- sha256 {checksum(first + rest)} -->".encode(), rest))
 
 
-def read_grid(file: Path) -> vtkUnstructuredGrid:
-    """The grid of a state, with all its arrays.
+def read_grid(file: Path, only: str | None = None) -> vtkUnstructuredGrid:
+    """The grid of a state.
 
     Args:
         file: Its file.
+        only: Name of the one array at its nodes that is read; None: all, with those of its cells.
 
     Raises:
         SceneError: If it is damaged.
@@ -38,8 +41,24 @@ def read_grid(file: Path) -> vtkUnstructuredGrid:
     check_grid(file)
     reader = vtkXMLUnstructuredGridReader()
     reader.SetFileName(str(file))
+    reader.UpdateInformation()
+    if only is not None:
+        for arrays in (reader.GetCellDataArraySelection(), reader.GetPointDataArraySelection()):
+            arrays.DisableAllArrays()
+        reader.GetPointDataArraySelection().EnableArray(only)
     reader.Update()
     return reader.GetOutput()
+
+
+def numbers(array: Any) -> npt.NDArray[Any]:
+    """The numbers of one of VTK's arrays, where they are."""
+    return np.asarray(vtk_to_numpy(array))  # type: ignore[no-untyped-call]
+
+
+def components(array: Any) -> tuple[str, ...]:
+    """Names of the components of one of VTK's arrays, or their numbers; none of a scalar."""
+    count = array.GetNumberOfComponents()
+    return tuple(array.GetComponentName(k) or str(k + 1) for k in range(count if count > 1 else 0))
 
 
 def check_grid(file: Path) -> None:

@@ -1,7 +1,5 @@
 """Locks between processes that end with the process, however it ends, and say who holds them."""
 
-from __future__ import annotations
-
 import os
 import platform
 from contextlib import suppress

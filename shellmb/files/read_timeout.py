@@ -1,7 +1,5 @@
 """Time limit of readers of others, which wait for ever for what a cut file does not have."""
 
-from __future__ import annotations
-
 import ctypes
 import threading
 from collections.abc import Iterator

@@ -11,14 +11,21 @@ import os
 import stat
 import zipfile
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from shellmb.errors import SceneError
 
+if TYPE_CHECKING:
+    from pydantic import ValidationError
+
 # part of the memory that one file may take, and what a file of JSON may be long [bytes]
 SHARE, JSON = 0.25, 200_000_000
+
+
+class Damaged(SceneError):
+    """A file that is not what was written, or cannot be read; the text says which and how."""
 
 
 def check_file(file: Path, most: float | None = None) -> None:
@@ -29,16 +36,16 @@ def check_file(file: Path, most: float | None = None) -> None:
         most: How long it may be, bytes; None: a part of this machine's memory.
 
     Raises:
-        SceneError: If it is no such file.
+        Damaged: If it is no such file.
         OSError: If it is not there.
     """
     found = file.stat()
     if not stat.S_ISREG(found.st_mode):
-        raise SceneError(f"{file} is damaged (it is no file, but a folder, a device or a pipe)")
+        raise Damaged(f"{file} is damaged (it is no file, but a folder, a device or a pipe)")
     memory = SHARE * os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
     limit = memory if most is None else min(most, memory)
     if found.st_size > limit:
-        raise SceneError(
+        raise Damaged(
             f"{file} is damaged (it has {found.st_size:.3g} bytes, and at most {limit:.3g} are "
             "read)"
         )
@@ -52,13 +59,13 @@ def read_bytes(file: Path, most: float | None = None) -> bytes:
         most: How long it may be, bytes; None: a part of this machine's memory.
 
     Raises:
-        SceneError: If it is no file, too long, or cannot be read.
+        Damaged: If it is no file, too long, or cannot be read.
     """
     try:
         check_file(file, most)
         return file.read_bytes()
     except OSError as error:
-        raise SceneError(f"{file} cannot be read ({error.strerror})") from None
+        raise Damaged(f"{file} cannot be read ({error.strerror})") from None
 
 
 def read_json(file: Path) -> dict[str, Any]:
@@ -68,14 +75,14 @@ def read_json(file: Path) -> dict[str, Any]:
         file: The file.
 
     Raises:
-        SceneError: If it is no such file.
+        Damaged: If it is no such file.
     """
     try:
         values = json.loads(read_bytes(file, JSON))
     except (ValueError, RecursionError) as error:
-        raise SceneError(f"{file} is damaged ({error})") from None
+        raise Damaged(f"{file} is damaged ({error})") from None
     if not isinstance(values, dict):
-        raise SceneError(f"{file} is damaged (it holds no table)")
+        raise Damaged(f"{file} is damaged (it holds no table)")
     return values
 
 
@@ -89,19 +96,17 @@ def unpacked(file: Path, content: bytes) -> dict[str, Any]:
         content: Its content.
 
     Raises:
-        SceneError: If it holds no arrays, or some of their numbers are not finite.
+        Damaged: If it holds no arrays, or some of their numbers are not finite.
     """
     try:
         with np.load(io.BytesIO(content), allow_pickle=False) as archive:
             check_archive(archive.zip, len(content))
             arrays = {key: archive[key] for key in archive.files}
     except (ValueError, OSError, zipfile.BadZipFile) as error:
-        raise SceneError(f"{file} is damaged ({error})") from None
+        raise Damaged(f"{file} is damaged ({error})") from None
     for key, array in arrays.items():
         if array.dtype.kind in "fc" and not np.isfinite(array).all():
-            raise SceneError(
-                f"{file} is damaged (its array '{key}' has a value that is not finite)"
-            )
+            raise Damaged(f"{file} is damaged (its array '{key}' has a value that is not finite)")
     return arrays
 
 
@@ -120,3 +125,14 @@ def check_archive(archive: zipfile.ZipFile, packed: int) -> None:
         sum(i.file_size for i in items) > packed
     ):
         raise ValueError("its arrays are not as long as it says")
+
+
+def first_error(error: ValidationError) -> str:
+    """First error of a file, from pydantic's report.
+
+    Args:
+        error: It.
+    """
+    first = error.errors(include_url=False)[0]
+    where = ".".join(map(str, first["loc"]))
+    return f"{where}: {first['msg']}" if where else str(first["msg"])

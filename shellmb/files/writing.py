@@ -5,8 +5,6 @@ file of the user's. So a file is written under a name of its own and takes its p
 stood there, a file or a link, is replaced, and what a link points to is left alone.
 """
 
-from __future__ import annotations
-
 import os
 import stat
 import uuid

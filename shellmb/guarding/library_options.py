@@ -6,8 +6,6 @@ is in the user's home, and in variables of the environment. matplotlib's file of
 changes pictures only, and is left out where we draw (`shellmb.observers.drawing`).
 """
 
-from __future__ import annotations
-
 import importlib.abc
 import importlib.machinery
 import importlib.util

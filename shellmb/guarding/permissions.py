@@ -1,7 +1,5 @@
 """Permissions of files: who but the user and root may write them."""
 
-from __future__ import annotations
-
 import errno
 import grp
 import os

@@ -1,7 +1,5 @@
 """Signals that end a process, and native code in which their handlers must not raise."""
 
-from __future__ import annotations
-
 import signal
 import threading
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """Standard streams of a command that are closed, full, or read by nobody any more."""
 
-from __future__ import annotations
-
 import os
 import sys
 from collections.abc import Callable

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from mpi4py import MPI
 
@@ -11,12 +11,13 @@ import basix
 import basix.ufl
 import dolfinx.mesh
 import numpy as np
-from dolfinx import cpp, fem  # type: ignore[attr-defined]
+from dolfinx import fem
 
 from shellmb.arrays import Floats, Ints
 from shellmb.errors import SceneError
 from shellmb.meshes.extent import check_extent
-from shellmb.meshes.shared import Described, shared_mesh
+from shellmb.meshes.raw import interval_nodes
+from shellmb.meshes.shared import line_mesh
 from shellmb.scene.beams.curves import Curve
 
 __all__ = ["LineMesh", "build_line", "line_mesh_from_nodes"]
@@ -112,7 +113,7 @@ def build_line(
     # element is right to the order 2 k with these
     order = 1 if curve.straight else degree
     ends = np.arange(elements)[:, None]
-    xi = np.append(((ends + _element_nodes(degree)[:-1]) / elements).ravel(), 1.0)
+    xi = np.append(((ends + interval_nodes(degree)[:-1]) / elements).ravel(), 1.0)
     x = curve.position(xi if order == degree else np.linspace(0, 1, elements + 1)).T
     check_extent(np.abs(np.diff(x, axis=0)).max(axis=1), "m", f"beam '{name}'")
     tangents = _unit(curve.tangent(xi).T)
@@ -165,7 +166,7 @@ def line_mesh_from_nodes(
     if closed:
         x = np.vstack([x, x[:1]])
     elements = (len(x) - 1) // order
-    local = _element_nodes(degree)
+    local = interval_nodes(degree)
     slope = _shape_slopes(order, local)
     cells = order * np.arange(elements)[:, None] + np.arange(order + 1)
     directions = _unit(np.einsum("ja,eai->eji", slope, x[cells]))
@@ -209,43 +210,16 @@ def _line_mesh(
     if closed:
         x = x[:-1]
         cells %= len(x)
-    element = basix.ufl.element(
-        "Lagrange",
-        "interval",
-        order,
-        lagrange_variant=basix.LagrangeVariant.gll_warped,
-        shape=(3,),
-    )
-    mine = np.array_split(cells, comm.size)[comm.rank]
-
-    def stay(comm: Any, nparts: Any, cell_types: Any, cells_in: Any) -> Any:
-        own = np.full(len(mine), comm.rank, dtype=np.int32)
-        return cpp.graph.AdjacencyList_int32(own, np.arange(len(mine) + 1, dtype=np.int32))
-
-    mesh = shared_mesh(
-        Described(comm, element, cells, x),
-        lambda e: dolfinx.mesh.create_mesh(
-            comm, mine, e, x if comm.rank == 0 else x[:0], partitioner=stay
-        ),
-    )
+    variant = basix.LagrangeVariant.gll_warped
+    element = basix.ufl.element("P", "interval", order, lagrange_variant=variant, shape=(3,))
+    mesh = line_mesh(comm, element, cells, x)
     mesh.topology.create_connectivity(0, 1)
     return LineMesh(name, mesh, points, length, triads, degree)
 
 
-def _element_nodes(degree: int) -> Floats:
-    """Nodes of the Lagrange element on [0, 1] from its start to its end, shape (degree + 1,)."""
-    element = basix.create_element(
-        basix.ElementFamily.P,
-        basix.CellType.interval,
-        degree,
-        basix.LagrangeVariant.gll_warped,
-    )
-    return np.sort(np.asarray(element.points)[:, 0])
-
-
 def _shape_slopes(order: int, s: Floats) -> Floats:
     """Derivatives at `s` of the Lagrange polynomials on [0, 1], (n, order + 1)."""
-    powers = np.linalg.inv(np.vander(_element_nodes(order), increasing=True))
+    powers = np.linalg.inv(np.vander(interval_nodes(order), increasing=True))
     return np.asarray(
         np.stack([j * s ** (j - 1) for j in range(1, order + 1)], axis=1) @ powers[1:]
     )

@@ -2,11 +2,12 @@
 
 import basix
 import numpy as np
-from dolfinx import fem, la
+from dolfinx import fem
 
 from shellmb.errors import SceneError
 from shellmb.meshes.mesh import SurfaceMesh
 from shellmb.meshes.raw import shown
+from shellmb.meshes.shared import sums_at_nodes
 
 # angle between the director of a fold and the normals beside it beyond which it is refused,
 # degrees: the end of a bracket of two squares of 8x8 quadrilaterals moves by 1.002 of what it
@@ -148,13 +149,7 @@ def _mean_normals(
     """Sum of the unit normals of the cells around each node by their angles, shape (nodes, 3)."""
     size = np.linalg.norm(normals, axis=2)
     unit = normals / np.where(size > 0, size, np.inf)[..., None]
-    total = la.vector(nodal.dofmap.index_map, nodal.dofmap.index_map_bs)
-    sums = total.array.reshape(-1, 3)
-    weighted = _angles(nodal, tangents)[..., None] * unit
-    np.add.at(sums, nodal.dofmap.list[: len(normals)], weighted)
-    total.scatter_reverse(la.InsertMode.add)
-    total.scatter_forward()
-    return np.asarray(total.array.reshape(-1, 3))
+    return sums_at_nodes(nodal, _angles(nodal, tangents)[..., None] * unit)
 
 
 def _angles(nodal: fem.FunctionSpace, tangents: np.ndarray) -> np.ndarray:

@@ -19,22 +19,14 @@ from mpi4py import MPI
 MOST, MORE = 40, 10
 
 
-class _LiveMeshes:
+class _LiveMeshes(weakref.WeakSet[Any]):
     """The meshes of this process.
 
     Attributes:
-        meshes: Those that are there.
         most: Number of them from which on unused ones are looked for.
     """
 
-    def __init__(self) -> None:
-        self.meshes: list[weakref.ref[Any]] = []
-        self.most = MOST
-
-    def count(self) -> int:
-        """Number of meshes that are there."""
-        self.meshes = [mesh for mesh in self.meshes if mesh() is not None]
-        return len(self.meshes)
+    most = MOST
 
 
 _MESHES = _LiveMeshes()
@@ -42,7 +34,7 @@ _MESHES = _LiveMeshes()
 
 def count_in(mesh: Any) -> None:
     """Count a new mesh."""
-    _MESHES.meshes.append(weakref.ref(mesh))
+    _MESHES.add(mesh)
 
 
 def make_room(comm: MPI.Comm) -> None:
@@ -51,10 +43,16 @@ def make_room(comm: MPI.Comm) -> None:
     Args:
         comm: Communicator.
     """
-    if comm.allreduce(_MESHES.count(), op=MPI.MAX) >= _MESHES.most:
+    if comm.allreduce(len(_MESHES), op=MPI.MAX) >= _MESHES.most:
         gc.collect()
         # those that are in use are no reason to look again for each new one
-        _MESHES.most = MORE + comm.allreduce(_MESHES.count(), op=MPI.MAX)
+        _MESHES.most = MORE + comm.allreduce(len(_MESHES), op=MPI.MAX)
+
+
+def free(comm: MPI.Comm = MPI.COMM_WORLD) -> None:
+    """Free the meshes and matrices that nothing refers to any more, on all ranks together."""
+    gc.collect()
+    comm.Barrier()
 
 
 @contextmanager

@@ -14,21 +14,18 @@ import dolfinx.mesh
 import numpy as np
 import numpy.typing as npt
 
-from shellmb.arrays import Floats, Int32s
+from shellmb.arrays import Floats, Int32s, Ints
 from shellmb.errors import SceneError, ShellmbError
-from shellmb.meshes.edges_where import with_edges
 from shellmb.meshes.extent import check_extent
-from shellmb.meshes.raw import RawMesh, cell_cross, vertex_count
+from shellmb.meshes.raw import CELLS, RawMesh, cell_cross, vertex_count
+from shellmb.meshes.regions import with_areas, with_edges
 from shellmb.meshes.shared import Described, shared_mesh
-from shellmb.meshes.surfaces.areas import with_areas
 from shellmb.meshes.surfaces.refined import refined
 from shellmb.meshes.surfaces.structured import structured_mesh
 from shellmb.scene import MeshFile, Shell, Surface
 from shellmb.scene.shells.gmsh_surfaces import Meshed
 
 __all__ = ["SurfaceMesh", "build_surface"]
-
-CELL_NAMES = {"quad": "quadrilateral", "tri": "triangle"}
 
 
 @dataclass(frozen=True)
@@ -134,7 +131,7 @@ def build_surface(shell: Shell, comm: MPI.Comm) -> SurfaceMesh:
         SceneError: On every rank alike, if the surface cannot be meshed as described.
     """
     raw = _on_first_rank(shell, comm)
-    corners = raw.x[raw.cells[:, : vertex_count(raw.cell)]]
+    corners = raw.x[raw.vertices]
     check_extent(np.abs(cell_cross(corners)).max(axis=1), "m^2", f"shell '{shell.name}'")
     mesh = _distribute(raw, comm)
     return SurfaceMesh(
@@ -173,23 +170,16 @@ def _on_first_rank(shell: Shell, comm: MPI.Comm) -> RawMesh:
 
 
 def _raw(shell: Shell) -> RawMesh:
-    raw = with_areas(_with_edges(shell), shell.areas, shell.name)
-    return refined(raw, shell.surface.refine) if isinstance(shell.surface, Meshed) else raw
-
-
-def _with_edges(shell: Shell) -> RawMesh:
-    if not isinstance(shell.surface, Meshed):
-        return structured_mesh(shell)
+    surface = shell.surface
+    if not isinstance(surface, Meshed):
+        return with_areas(structured_mesh(shell), shell.areas, shell.name)
     # gmsh takes a second to load
-    if isinstance(shell.surface, MeshFile):
-        from shellmb.meshes.surfaces.file_mesh import file_mesh
-
-        raw = file_mesh(shell)
+    if isinstance(surface, MeshFile):
+        from shellmb.meshes.surfaces.file_mesh import file_mesh as read
     else:
-        from shellmb.meshes.surfaces.gmsh_mesh import gmsh_mesh
-
-        raw = gmsh_mesh(shell)
-    return with_edges(raw, shell.surface.edges_where, shell.name)
+        from shellmb.meshes.surfaces.gmsh_mesh import gmsh_mesh as read
+    raw = with_edges(read(shell), surface.edges_where, shell.name)
+    return refined(with_areas(raw, shell.areas, shell.name), surface.refine)
 
 
 def _normal(surface: Surface) -> Callable[[Floats], Floats] | None:
@@ -204,13 +194,8 @@ def _normal(surface: Surface) -> Callable[[Floats], Floats] | None:
 
 
 def _distribute(raw: RawMesh, comm: MPI.Comm) -> dolfinx.mesh.Mesh:
-    element = basix.ufl.element(
-        "Lagrange",
-        CELL_NAMES[raw.cell],
-        raw.order,
-        lagrange_variant=basix.LagrangeVariant.equispaced,
-        shape=(3,),
-    )
+    variant = basix.LagrangeVariant.equispaced
+    element = basix.ufl.element("P", CELLS[raw.cell], raw.order, variant, shape=(3,))
     first = comm.rank == 0
     partitioner: Any = None
     if comm.size > 1:
@@ -231,31 +216,33 @@ def _distribute(raw: RawMesh, comm: MPI.Comm) -> dolfinx.mesh.Mesh:
     return mesh
 
 
-def _local_edges(raw: RawMesh, mesh: dolfinx.mesh.Mesh) -> dict[str, Int32s]:
-    """Facets by the input numbers of their vertices: no communication, the same on every rank."""
-    index = mesh.topology.index_map(1)
+def _entities(mesh: dolfinx.mesh.Mesh, dim: int) -> tuple[Int32s, Ints]:
+    """Local facets or vertices (owned and ghost), and the input numbers of their vertices.
+
+    By these they are found without communication, the same on every rank.
+    """
+    index = mesh.topology.index_map(dim)
     every = np.arange(index.size_local + index.num_ghosts, dtype=np.int32)
     if not len(every):
-        return {name: every for name in raw.edges}
-    nodes = dolfinx.mesh.entities_to_geometry(mesh, 1, every)[:, :2]
-    pairs = np.sort(mesh.geometry.input_global_indices[nodes], axis=1)
-    count = len(raw.x)
-    keys = pairs[:, 0] * count + pairs[:, 1]
+        return every, np.zeros((0, dim + 1), dtype=np.int64)
+    nodes = dolfinx.mesh.entities_to_geometry(mesh, dim, every)[:, : dim + 1]
+    return every, mesh.geometry.input_global_indices[nodes]
+
+
+def _local_edges(raw: RawMesh, mesh: dolfinx.mesh.Mesh) -> dict[str, Int32s]:
+    """Facets of the named edges."""
+    every, pairs = _entities(mesh, 1)
+    key = np.array([len(raw.x), 1])
+    keys = np.sort(pairs, axis=1) @ key
     return {
-        name: every[np.isin(keys, np.sort(edge, axis=1) @ np.array([count, 1]))]
-        for name, edge in raw.edges.items()
+        name: every[np.isin(keys, np.sort(edge, axis=1) @ key)] for name, edge in raw.edges.items()
     }
 
 
 def _local_vertices(raw: RawMesh, mesh: dolfinx.mesh.Mesh) -> dict[str, Int32s]:
-    """Vertices of the named points by the input numbers of their nodes, as edges are found."""
-    index = mesh.topology.index_map(0)
-    every = np.arange(index.size_local + index.num_ghosts, dtype=np.int32)
-    if not len(every):
-        return {name: every for name in raw.points}
-    nodes = dolfinx.mesh.entities_to_geometry(mesh, 0, every)[:, 0]
-    numbers = mesh.geometry.input_global_indices[nodes]
-    return {name: every[numbers == node] for name, node in raw.points.items()}
+    """Vertices at the named points."""
+    every, numbers = _entities(mesh, 0)
+    return {name: every[numbers[:, 0] == node] for name, node in raw.points.items()}
 
 
 def _signs(raw: RawMesh, mesh: dolfinx.mesh.Mesh) -> npt.NDArray[np.int8]:

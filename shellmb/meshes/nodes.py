@@ -17,10 +17,10 @@ from mpi4py import MPI
 import basix
 import basix.ufl
 import numpy as np
-from dolfinx import cpp, fem, mesh  # type: ignore[attr-defined]
+from dolfinx import fem, mesh
 
 from shellmb.arrays import Floats, Ints
-from shellmb.meshes.shared import Described, shared_mesh, space_on
+from shellmb.meshes.shared import line_mesh, space_on
 from shellmb.meshes.spaces import MixedSpace, mixed_space
 
 
@@ -45,21 +45,12 @@ def node_mesh(comm: MPI.Comm, count: int) -> NodeMesh:
         comm: Communicator.
         count: Number of nodes (or pairs of nodes), at least one.
     """
-    mine = np.array_split(np.arange(count), comm.size)[comm.rank].astype(np.int64)
     # disconnected intervals: each has its own two vertices
     cells = np.arange(2 * count, dtype=np.int64).reshape(-1, 2)
     x = np.zeros((2 * count, 3))
     x[:, 0] = np.arange(2 * count)
     element = basix.ufl.element("Lagrange", "interval", 1, shape=(3,))
-
-    def keep(comm, nparts, cell_types, cells_in):  # type: ignore[no-untyped-def]
-        own = np.full(len(mine), comm.rank, dtype=np.int32)
-        return cpp.graph.AdjacencyList_int32(own, np.arange(len(mine) + 1, dtype=np.int32))
-
-    domain = shared_mesh(
-        Described(comm, element, cells, x),
-        lambda e: mesh.create_mesh(comm, cells[mine], e, x[cells[mine].ravel()], partitioner=keep),
-    )
+    domain = line_mesh(comm, element, cells, x)
     # the coordinate tells which node a cell stands for, wherever the cell went
     start = domain.geometry.x[domain.geometry.dofmaps[0]].reshape(-1, 2, 3)[:, :, 0].min(axis=1)
     return NodeMesh(domain, np.rint(start / 2).astype(np.int64))

@@ -5,14 +5,27 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Literal
 
+import basix
 import numpy as np
 
 from shellmb.arrays import Floats, Ints
 
-__all__ = ["RawMesh", "boundary_facets", "cell_cross", "facets", "shown", "vertex_count"]
+__all__ = [
+    "RawMesh",
+    "boundary_facets",
+    "box",
+    "cell_cross",
+    "facets",
+    "geometry_element",
+    "interval_nodes",
+    "shape_functions",
+    "shown",
+    "vertex_count",
+]
 
 type Cell = Literal["quad", "tri"]
 
+CELLS = {"quad": basix.CellType.quadrilateral, "tri": basix.CellType.triangle}
 # vertices of the edges of a cell in the order of basix, and so of the nodes in their middles
 FACETS = {"quad": ((0, 1), (0, 2), (1, 3), (2, 3)), "tri": ((1, 2), (0, 2), (0, 1))}
 
@@ -40,6 +53,11 @@ class RawMesh:
     edges: dict[str, Ints]
     points: dict[str, int]
     areas: dict[str, Ints] = field(default_factory=dict)
+
+    @property
+    def vertices(self) -> Ints:
+        """Vertices of each cell, shape (c, 3 or 4)."""
+        return self.cells[:, : vertex_count(self.cell)]
 
 
 def vertex_count(cell: Cell) -> int:
@@ -72,6 +90,36 @@ def cell_cross(corners: Floats) -> Floats:
         along = corners[:, 1] - corners[:, 0] + corners[:, 3] - corners[:, 2]
         across = corners[:, 2] - corners[:, 0] + corners[:, 3] - corners[:, 1]
     return np.cross(along, across)
+
+
+def geometry_element(cell: Cell, order: int) -> basix.finite_element.FiniteElement:
+    """Element of the geometry."""
+    variant = basix.LagrangeVariant.equispaced
+    return basix.create_element(basix.ElementFamily.P, CELLS[cell], order, variant)
+
+
+def shape_functions(cell: Cell, order: int, places: Floats) -> Floats:
+    """Shape functions of the geometry at places in a cell, shape (places, nodes).
+
+    Args:
+        cell: Its type.
+        order: Order of the geometry.
+        places: Places in the reference cell, shape (places, 2).
+    """
+    return np.asarray(geometry_element(cell, order).tabulate(0, places))[0, :, :, 0]
+
+
+def interval_nodes(degree: int) -> Floats:
+    """Nodes of lines' elements on [0, 1] from end to end, which are Lobatto's points."""
+    variant = basix.LagrangeVariant.gll_warped
+    element = basix.create_element(basix.ElementFamily.P, basix.CellType.interval, degree, variant)
+    return np.sort(np.asarray(element.points)[:, 0])
+
+
+def box(x: Floats) -> str:
+    """The box around positions, shape (n, 3), as messages have it."""
+    ends = zip(x.min(axis=0), x.max(axis=0), strict=True)
+    return ", ".join(f"{low:.4g} to {high:.4g}" for low, high in ends)
 
 
 def shown(point: Floats, size: float) -> str:

@@ -19,7 +19,7 @@ from mpi4py import MPI
 import dolfinx.mesh
 import numpy as np
 import ufl
-from dolfinx import fem
+from dolfinx import cpp, fem, la  # type: ignore[attr-defined]
 
 from shellmb.arrays import Floats, Ints
 from shellmb.meshes.lifetime import count_in
@@ -108,6 +108,29 @@ def shared_mesh(
     return mesh
 
 
+def line_mesh(comm: MPI.Comm, element: Any, cells: Ints, x: Floats) -> dolfinx.mesh.Mesh:
+    """Mesh of intervals, shared out over the ranks in their order; some ranks may get none.
+
+    Args:
+        comm: Communicator.
+        element: Element of the coordinates.
+        cells: Nodes of all intervals.
+        x: Positions of all nodes, shape (n, 3), m.
+    """
+    mine = np.array_split(cells, comm.size)[comm.rank]
+
+    def stay(comm: Any, nparts: Any, cell_types: Any, cells_in: Any) -> Any:
+        own = np.full(len(mine), comm.rank, dtype=np.int32)
+        return cpp.graph.AdjacencyList_int32(own, np.arange(len(mine) + 1, dtype=np.int32))
+
+    return shared_mesh(
+        Described(comm, element, cells, x),
+        lambda e: dolfinx.mesh.create_mesh(
+            comm, mine, e, x if comm.rank == 0 else x[:0], partitioner=stay
+        ),
+    )
+
+
 def space_on(mesh: dolfinx.mesh.Mesh, element: Any) -> fem.FunctionSpace:
     """A function space whose unknowns are numbered once for all meshes with these cells.
 
@@ -121,6 +144,20 @@ def space_on(mesh: dolfinx.mesh.Mesh, element: Any) -> fem.FunctionSpace:
     space = fem.functionspace(mesh, element)
     layouts[element] = Layout.of(space)
     return space
+
+
+def sums_at_nodes(space: fem.FunctionSpace, values: Floats) -> Floats:
+    """Sums at the nodes of what the cells around them have there, shape (nodes, size); collective.
+
+    Args:
+        space: A space with `size` unknowns at each node.
+        values: Values of this rank's cells at their nodes, shape (cells, nodes or 1, size).
+    """
+    total = fem.Function(space).x
+    np.add.at(total.array.reshape(-1, values.shape[-1]), space.dofmap.list[: len(values)], values)
+    total.scatter_reverse(la.InsertMode.add)
+    total.scatter_forward()
+    return np.array(total.array, dtype=float).reshape(-1, values.shape[-1])
 
 
 def collapsed(space: fem.FunctionSpace, part: int) -> tuple[fem.FunctionSpace, Any]:

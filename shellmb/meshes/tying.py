@@ -36,6 +36,7 @@ from basix import CellType
 from dolfinx import mesh
 
 from shellmb.arrays import Floats
+from shellmb.meshes.raw import interval_nodes
 
 # An element of Basix, whose class has no public name
 Element = Any
@@ -127,18 +128,9 @@ def _gauss(n: int) -> tuple[Floats, Floats]:
     return points[:, 0], weights
 
 
-def _lobatto(n: int) -> Floats:
-    """Points from edge to edge, in ascending order."""
-    element = basix.create_element(
-        basix.ElementFamily.P, CellType.interval, n - 1, basix.LagrangeVariant.gll_warped
-    )
-    points: Floats = np.asarray(element.points)
-    return np.sort(points[:, 0])
-
-
 def _quadrilateral(degree: int) -> Forces:
     k = degree
-    (inner, weights), edges = _gauss(k), _lobatto(k + 1)
+    (inner, weights), edges = _gauss(k), interval_nodes(k)
     membrane, shear, rules = [], [], []
     for number, lines in enumerate(((inner, edges), (edges, inner))):
         points = _grid(*lines)

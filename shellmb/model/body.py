@@ -195,15 +195,15 @@ class Elastic(Protocol):
 
     def interval_term(self, sub: SubInterval, dq: Expr, trial: Expr) -> Term | None:
         """Virtual work over a sub-interval by kernels that know no scheme; None: `interval`."""
-        ...
+        return None
 
     def row(self, step: Step, k: int, dq: Expr) -> Form | None:
         """Virtual work in row P0 or P1 of a step quadratic in time; None: as `path_term`."""
-        ...
+        return None
 
     def path_term(self, step: Step, tests: Sequence[Expr], trial: Expr) -> Term | None:
         """Virtual work in both rows of such a step, with derivatives; None: as `row`."""
-        ...
+        return None
 
     def bow(self, step: Step, held: Expr) -> Form | None:
         """Energy of the bow of the measures, `bow.C bow/2` of eq. (Q5), J.
@@ -268,53 +268,63 @@ class Manifold:
     tangent_back: Callable[[Values, Values, Values], tuple[Values, Values]] = _same_back
 
 
-class Body(Protocol):
+class Body:
     """A body of the model: what it consists of at a state. It knows no scheme.
 
-    Shells, groups of joints and loads at points are bodies alike.
+    Shells, groups of joints and loads at points are bodies alike. Here it is one without mass and
+    elasticity.
+
+    Args:
+        name: Its name in the system.
+        mixed: Space of its states.
+        parts: Sizes of values.
+        links: Dofs that are those of other bodies.
+
+    Attributes:
+        fixed: Dofs whose values are given.
+        kinematic: Parts that have velocities.
+        slenderness: Thickness over length: how much stiffer than bending the body is in its own
+            plane or line.
+        jump_parts: Parts that have equations for the jump of velocities.
+        damping: Damping of its strains; None without any.
+        slowing: Rate of its damping in proportion to the mass, 1/s; None without any.
+        manifold: Directors of the body.
     """
 
-    name: str
-    mixed: MixedSpace
-    parts: tuple[PartScale, ...]
-    fixed: list[FixedDofs]
-    links: tuple[NodeLink, ...]
-    kinematic: frozenset[str]  # parts that have velocities
-    # thickness over length: how much stiffer than bending the body is in its own plane or line
-    slenderness: float
+    kinematic: frozenset[str] = frozenset()
+    slenderness: float = 1.0
+    jump_parts: frozenset[str] = frozenset()
+    damping: "Damped | None" = None
+    slowing: fem.Constant | None = None
+    manifold: Manifold = Manifold()
+
+    def __init__(
+        self,
+        name: str,
+        mixed: MixedSpace,
+        parts: tuple[PartScale, ...] = (),
+        links: tuple[NodeLink, ...] = (),
+    ) -> None:
+        self.name, self.mixed, self.parts, self.links = name, mixed, parts, links
+        self.fixed: list[FixedDofs] = []
 
     @property
     def elastic(self) -> Sequence[Elastic]:
         """Measures with their sections."""
-        ...
+        return ()
 
     @property
     def constraints(self) -> Sequence[Constraint]:
         """Constraints of the body."""
-        ...
-
-    @property
-    def damping(self) -> "Damped | None":
-        """Damping of its strains; None without any."""
-        ...
-
-    @property
-    def manifold(self) -> Manifold:
-        """Directors of the body."""
-        ...
-
-    @property
-    def jump_parts(self) -> frozenset[str]:
-        """Parts that have equations for the jump of velocities."""
-        ...
+        return ()
 
     def inertia(self, rate: Expr, dq: Expr) -> Form | None:
         """Virtual work of the inertia forces for the acceleration `rate`; None if massless."""
-        ...
+        return None
 
     def loads(self) -> LoadFactors | None:
         """A new set of the body's loads, for one stage; None without loads."""
-        ...
+        return None
 
     def applied(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
         """Virtual work of what is neither elastic nor inertial; None without any.
@@ -325,7 +335,18 @@ class Body(Protocol):
             dq: Virtual displacement.
             time: Time; what depends on it is averaged over a step.
         """
-        ...
+        return added([self.users(mid, rates, dq, time), self._slowed(rates, dq)])
+
+    def users(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
+        """Terms that the user added; None without any. Arguments as of `applied`."""
+        return None
+
+    def _slowed(self, rates: Rates | None, dq: Expr) -> Form | None:
+        """Virtual work of forces in proportion to the momentum; None without any."""
+        if self.slowing is None or rates is None:
+            return None
+        form = self.inertia(rates.chord if rates.weighed is None else rates.weighed, dq)
+        return None if form is None else -self.slowing * form
 
 
 def strain_energy(body: Body, q: Expr) -> Form | None:

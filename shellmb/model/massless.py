@@ -1,59 +1,207 @@
-"""Base of bodies without mass and elasticity."""
+"""Base of bodies at nodes of others, and loads with the time factors of one stage.
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+Parts of a body on a node mesh may be unknowns of other bodies: the paper's Boolean identification.
+"""
 
-from dolfinx import fem
+from collections.abc import Callable, Collection, Mapping, Sequence
+from types import MappingProxyType
+from typing import Any, NamedTuple, Protocol
+
+from mpi4py import MPI
+
+import numpy as np
+import ufl
+from dolfinx import fem, mesh
 from ufl import Form
 from ufl.core.expr import Expr
 
-from shellmb.meshes.spaces import MixedSpace
+from shellmb.arrays import Floats, Ints
+from shellmb.forms.state import Layout
+from shellmb.meshes.nodes import NodeMesh, constant_vector, node_mesh, node_space, set_constants
 from shellmb.model.body import (
-    Constraint,
-    Damped,
-    Elastic,
-    FixedDofs,
-    LoadFactors,
-    Manifold,
+    Body,
     NodeLink,
     PartScale,
-    Rates,
+    TimeFunction,
+    added,
 )
 
+Average = Callable[[TimeFunction | None], float]
 
-@dataclass
-class Massless:
-    """Base of bodies without mass and elasticity."""
 
-    name: str
-    mixed: MixedSpace
-    parts: tuple[PartScale, ...]
-    links: tuple[NodeLink, ...]
-    fixed: list[FixedDofs] = field(default_factory=list)
-    kinematic: frozenset[str] = frozenset()
-    slenderness: float = 1.0
-    jump_parts: frozenset[str] = frozenset()
-    damping: Damped | None = None
-    manifold: Manifold = Manifold()  # noqa: RUF009 (frozen)
+class TimedLoads[T]:
+    """Loads of a body, each multiplied by a factor that the scheme sets.
+
+    Args:
+        domain: Mesh of the body.
+        loads: The loads, each with its function of time.
+        work: Virtual work of a load for a factor of one, at a configuration in a direction.
+    """
+
+    def __init__(
+        self,
+        domain: mesh.Mesh,
+        loads: Sequence[tuple[TimeFunction | None, T]],
+        work: Callable[[T, Expr, Expr], Form],
+    ) -> None:
+        self._loads, self._work = loads, work
+        self._factors = [fem.Constant(domain, 0.0) for _ in loads]
+
+    def update(self, average: Average) -> None:
+        """Set the factors from the loads' time functions."""
+        for (time, _), factor in zip(self._loads, self._factors, strict=True):
+            factor.value = average(time)  # type: ignore[assignment]
+
+    def virtual_work(self, mid: Expr, dq: Expr) -> Form | None:
+        """Virtual work of all loads at the configuration `mid` in the direction `dq`."""
+        pairs = zip(self._loads, self._factors, strict=True)
+        return added(factor * self._work(load, mid, dq) for (_, load), factor in pairs)
+
+
+class NodeLoads:
+    """Loads at a node each, multiplied by factors that the scheme sets.
+
+    Args:
+        nodes: Their node mesh.
+        values: The loads, shape (n, size).
+        times: Their functions of time.
+        work: Virtual work of loads at a configuration in a direction.
+    """
+
+    def __init__(
+        self,
+        nodes: NodeMesh,
+        values: Floats,
+        times: Sequence[TimeFunction | None],
+        work: Callable[[Expr, Expr, Expr], Expr],
+    ) -> None:
+        self._nodes, self._values, self._times, self._work = nodes, values, times, work
+        self._loads = constant_vector(nodes, 0 * values, "loads")
+
+    def update(self, average: Average) -> None:
+        """Set the loads from their time functions."""
+        factors = np.array([average(time) for time in self._times])
+        set_constants(self._loads, self._nodes, factors[:, None] * self._values)
+
+    def virtual_work(self, mid: Expr, dq: Expr) -> Form | None:
+        """Virtual work of the loads at the configuration `mid`."""
+        return self._work(self._loads, mid, dq) * ufl.dx(self._nodes.mesh)
+
+
+class Scale(NamedTuple):
+    """Communicator of a model, and the sizes that its constraints are relative to.
+
+    Args:
+        comm: Communicator.
+        force: Size of forces, the unit of multipliers, N.
+        length: Size of the scene, m.
+    """
+
+    comm: MPI.Comm
+    force: float
+    length: float
+
+    def of(
+        self, count: int, directions: Collection[int]
+    ) -> tuple[float | list[float], float | list[float]]:
+        """Sizes of forces and of violations of constraints: one number where all are of a kind.
+
+        The work of a multiplier of size one is the same for all of them.
+
+        Args:
+            count: Number of constraints.
+            directions: Which hold directions; others hold positions.
+        """
+        sizes = [1.0 if k in directions else self.length for k in range(count)]
+        couple = self.force * self.length
+        if 0 < len(directions) < count:
+            return [couple / size for size in sizes], sizes
+        return couple / sizes[0], sizes[0]
+
+
+# names of the bodies of some items, and global dofs there, one row for each
+Targets = tuple[Sequence[str], Ints]
+NONE: Mapping[str, Any] = MappingProxyType({})
+
+
+class Places(Protocol):
+    """Places of the items of a group, whose unknowns are those of bodies."""
 
     @property
-    def elastic(self) -> Sequence[Elastic]:
-        """No elastic parts."""
-        return ()
+    def targets(self) -> Mapping[str, Targets]:
+        """Parts of the group's space with what they are of the bodies."""
+        ...
 
-    @property
-    def constraints(self) -> Sequence[Constraint]:
-        """No constraints."""
-        return ()
+    def bind(self, nodes: NodeMesh) -> None:
+        """Take the group's node mesh, with one node for each place."""
+        ...
 
-    def inertia(self, rate: Expr, dq: Expr) -> Form | None:
-        """No inertia."""
-        return None
 
-    def loads(self) -> LoadFactors | None:
-        """No loads."""
-        return None
+class NodeGroup(Body):
+    """A body on a node mesh, with one node for each of its items.
 
-    def applied(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
-        """No added terms."""
-        return None
+    Args:
+        name: Name in the system.
+        comm: Communicator.
+        count: Number of items.
+        targets: Parts of its space that are unknowns of other bodies.
+        own: Sizes of the parts that are its own, by name.
+        places: Places of its items, with parts that are unknowns of other bodies, too.
+        parts: Sizes of values, as of `Body`.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        comm: MPI.Comm,
+        count: int,
+        targets: Mapping[str, Targets] = NONE,
+        own: Mapping[str, int] = NONE,
+        places: Sequence[Places] = (),
+        parts: tuple[PartScale, ...] = (),
+    ) -> None:
+        self.nodes = nodes = node_mesh(comm, count)
+        wanted = dict(targets)
+        for place in places:
+            wanted |= place.targets
+            place.bind(nodes)
+        sizes = {part: dofs.shape[1] for part, (_, dofs) in wanted.items()}
+        mixed, links = node_space(nodes, {**sizes, **own}), []
+        for part, (bodies, dofs) in wanted.items():
+            rows = mixed.dofs[part].reshape(-1, sizes[part])
+            owner, there = np.array(bodies)[nodes.item], dofs[nodes.item]
+            # the same bodies on all ranks
+            for body in dict.fromkeys(bodies):
+                mine = owner == body
+                links.append(NodeLink(rows[mine].ravel(), body, there[mine].ravel()))
+        super().__init__(name, mixed, parts, tuple(links))
+        self.layout, self.dx = Layout(mixed.parts), ufl.dx(nodes.mesh)
+
+    def per_item(self, values: Any, name: str) -> fem.Function:
+        """A function with values of its own at each item, shape (n, ...)."""
+        rows = np.array(values, dtype=float)
+        return constant_vector(self.nodes, rows.reshape(len(rows), -1), name)
+
+    def constant(self, value: float | Floats) -> fem.Constant:
+        """A Constant on its mesh."""
+        return fem.Constant(self.nodes.mesh, np.asarray(value, dtype=float))
+
+    def gathered(self, part: str, values: Floats) -> Floats:
+        """Values of a part of all items from a local array of a state, (n, size); collective."""
+        return gathered(self.nodes, values[self.mixed.dofs[part]].reshape(len(self.nodes.item), -1))
+
+    def numbers(self, part: str) -> Ints:
+        """Global dofs of a part in the order of the items, shape (n, size); collective."""
+        index_map, count = self.mixed.space.dofmap.index_map, len(self.nodes.item)
+        own = index_map.local_to_global(self.mixed.dofs[part]).reshape(count, -1)
+        return gathered(self.nodes, own)
+
+
+def gathered[T: (Floats, Ints)](nodes: NodeMesh, local: T) -> T:
+    """Values of all items from those of the local cells, shape (cells, ...); collective."""
+    domain = nodes.mesh
+    mine = domain.topology.index_map(1).size_local
+    found = np.zeros((domain.topology.index_map(1).size_global, *local.shape[1:]), local.dtype)
+    found[nodes.item[:mine]] = local[:mine]
+    domain.comm.Allreduce(MPI.IN_PLACE, found)
+    return found

@@ -12,37 +12,36 @@ import numpy as np
 from shellmb.arrays import Floats, Ints
 from shellmb.meshes.lifetime import make_room
 from shellmb.model.body import Body
-from shellmb.model.building.constraints import check_turnable, hold
-from shellmb.model.building.links import resolve_links
-from shellmb.model.building.meshed import build_meshed
-from shellmb.model.building.nodes import (
+from shellmb.model.building import (
+    build_meshed,
     build_rigid,
+    check_turnable,
     force_unit,
+    hold,
     rigid_places,
     scene_length,
     scene_points,
 )
 from shellmb.model.frames.beam import BeamModel
-from shellmb.model.frames.glue import glue_beams
 from shellmb.model.frames.rigid import GROUND, RigidBodies
 from shellmb.model.frames.rigid_from_mesh import RigidMeshes, rigidified
 from shellmb.model.joints.constraints import ConstraintGroup
 from shellmb.model.joints.mechanism import Mechanism, build_mechanism
-from shellmb.model.locations.finder import Finder
-from shellmb.model.locations.unjoined import doubt_unjoined
-from shellmb.model.potentials.build import potential_groups
-from shellmb.model.potentials.group import PotentialGroup
+from shellmb.model.locations.nodes import Finder
+from shellmb.model.massless import Scale
+from shellmb.model.potentials.contact import PotentialGroup, potential_groups
 from shellmb.model.potentials.volume import Filling, Volume, enclosed_volumes
 from shellmb.model.reduced.data import ModalBody
 from shellmb.model.reduced.modal import modal_bodies, modal_points
-from shellmb.model.sanity_checks import check_probes
-from shellmb.model.shell_contact.build import faces_contacts
-from shellmb.model.shell_contact.faces import FacesContact
+from shellmb.model.sanity_checks import check_probes, doubt_unjoined
+from shellmb.model.shell_contact.faces import FacesContact, faces_contacts
+from shellmb.model.shells.joins import glue_beams
 from shellmb.model.shells.shell import ShellModel
 from shellmb.model.signals import Signals
-from shellmb.model.supports.loads_without_effect import refuse_idle_loads
-from shellmb.model.supports.nodal import NodalConstraint
 from shellmb.model.supports.pointloads import point_loads
+from shellmb.model.supports.prescribed import NodalConstraint
+from shellmb.model.supports.supports import refuse_idle_loads
+from shellmb.model.unknowns import resolve_links
 from shellmb.model.user_bodies.placed import PlacedBody, build_own_bodies
 from shellmb.scene import Scene
 from shellmb.scene.multibody.rolling import Contact
@@ -198,19 +197,20 @@ def build_model(
         length = scene_length(scene, places, rigid_meshes, modal)
     if force is None:
         force = force_unit(scene, meshed, placed, length)
+    scale = Scale(comm, force, length)
 
-    rigid = build_rigid(scene, comm, force, length)
+    rigid = build_rigid(scene, scale)
     bodies: list[Body] = [*shells.values(), *beams.values(), *own.values()]
     bodies += [] if rigid is None else [rigid]
     bodies += kinks
-    bodies += [] if rigid is None else modal_bodies(comm, modal, rigid, dynamic, force, length)
+    bodies += [] if rigid is None else modal_bodies(scale, modal, rigid, dynamic)
 
     planes, prescribed = hold(scene, comm, meshed, places)
     refuse_idle_loads(scene, meshed.all, prescribed)
     find = Finder(places, rigid_places(scene, rigid))
     bodies += [*planes, *glue_beams(scene, comm, beams, shells, lines)]
     hinged: dict[str, Any] = {**shells, **placed}
-    mechanism = build_mechanism(scene, comm, find, hinged, force, length, signals)
+    mechanism = build_mechanism(scene, scale, find, hinged, signals)
     check_turnable(scene, mechanism, meshed.all)
     bodies += mechanism.bodies
 
@@ -219,7 +219,7 @@ def build_model(
     potentials = potential_groups(described, comm, find, *meshes, touched, length)
     bodies += potentials
 
-    volumes = enclosed_volumes(scene, comm, shells, prescribed, force, length)
+    volumes = enclosed_volumes(scene, scale, shells, prescribed)
     bodies += [body for volume in volumes for body in volume.bodies]
 
     resolve_links(bodies, comm)

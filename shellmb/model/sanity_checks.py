@@ -1,9 +1,11 @@
-"""Warnings if a model is hardly what is meant: sizes, shapes, and where probes are."""
+"""Warnings if a model is hardly what is meant: sizes, units, shapes, edges that nothing joins."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+import math
+from collections.abc import Hashable, Iterable, Iterator, Mapping
+from itertools import combinations
+from typing import Any
 
 from mpi4py import MPI
 
@@ -12,19 +14,26 @@ import numpy as np
 import ufl
 from dolfinx import fem
 
+from shellmb.arrays import Bools, Floats
 from shellmb.errors import SceneError, warn
 from shellmb.forms import frame as frame_forms
 from shellmb.forms.surface import along
-from shellmb.model.locations.nodes import local_point, said_point
-from shellmb.model.locations.surrounding import is_point, surrounding
+from shellmb.model.frames.beam import BeamModel
+from shellmb.model.locations.nodes import (
+    ON_NODE,
+    is_point,
+    local_nodes,
+    local_point,
+    said_point,
+    surrounding,
+)
+from shellmb.model.shells.shell import ShellModel
 from shellmb.native.expressions import compiled_expression
+from shellmb.scene import Contact, EdgeForce, Gravity, PointForce, Pressure, Scene, SurfaceForce
 from shellmb.scene.lookup import said
-
-if TYPE_CHECKING:
-    from shellmb.model.frames.beam import BeamModel
-    from shellmb.model.shells.shell import ShellModel
-    from shellmb.scene import Scene
-
+from shellmb.scene.multibody.joints import GROUND, EdgeHinge
+from shellmb.scene.units import parse_units
+from shellmb.scene.values.validate import edge_names
 
 # part of an area or length by which an element has collapsed
 COLLAPSED = 1e-3
@@ -32,31 +41,19 @@ COLLAPSED = 1e-3
 SAME = 1e-6
 
 
-def doubt_thickness(
-    comm: MPI.Comm, shells: Mapping[str, ShellModel], beams: Mapping[str, BeamModel]
-) -> None:
+def doubt_thickness(comm: MPI.Comm, bodies: Iterable[ShellModel | BeamModel]) -> None:
     """Warn of shells thicker and beams wider than they are long: mostly mistakes of units.
 
     Args:
         comm: Communicator.
-        shells: Shells by name.
-        beams: Beams by name.
+        bodies: Shells and beams.
     """
-    if comm.rank != 0:
-        return
-    sizes = [
-        (shell.shell, "thickness", shell.section.sizes.thickness, shell.surface_mesh.length)
-        for shell in shells.values()
-    ]
-    sizes += [
-        (beam.beam, "size of its section", beam.beam.section.size, beam.domain.length)  # type: ignore[misc]
-        for beam in beams.values()
-    ]
-    for body, what, size, length in sizes:
+    for body in bodies if comm.rank == 0 else ():
+        (what, size), length = body.extent, body.domain.length
         if size > length:
             warn(
-                f"{said(body)}: the {what} is {size:.4g} m and it is {length:.4g} m long; the "
-                "theory is for thin bodies, so check the units",
+                f"{said(body.described)}: the {what} is {size:.4g} m and it is {length:.4g} m "
+                "long; the theory is for thin bodies, so check the units",
             )
 
 
@@ -147,3 +144,293 @@ def refuse_folded(body: ShellModel | BeamModel, q: fem.Function, who: str) -> No
             "must be greater than 0 everywhere: the shape must not map to a point or line, fold, "
             "or turn over without rotation="
         )
+
+
+# in m, kg and s
+LENGTHS = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "km": 1e3, "um": 1e-6, "in": 0.0254, "ft": 0.3048}
+TIMES = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "min": 60.0, "h": 3600.0}
+# gravity of the earth by the units of length and time that it tells
+EARTH = {9.81: ("m", "s"), 981.0: ("cm", "s"), 9810.0: ("mm", "s"), 9.81e-3: ("mm", "ms")}
+# speeds of waves in solids, from soft gels to diamond and to bodies that are made nearly
+# rigid, m/s; where only gravity tells the units, bodies may be softer
+SLOWEST, SOFTEST, FASTEST = 1.0, 0.1, 1e6
+# metals by Young's modulus in GPa and density in kg/m^3
+METALS = (
+    (185.0, 240.0, 7500.0, 8200.0),
+    (62.0, 82.0, 2550.0, 2900.0),
+    (95.0, 130.0, 4300.0, 4700.0),
+)
+# Pa, kPa, MPa, GPa and dyn/cm^2 in a GPa, and which densities belong to them, per kg/m^3
+MODULI = {1e9: (1.0,), 1e6: (1e-3, 1e-9), 1e3: (1e-12, 1e-6), 1.0: (1e-9,), 1e10: (1e-3,)}
+DENSITIES = (1.0, 1e-3, 1e-6, 1e-9, 1e-12)
+# E over density of moduli in GPa with kg/m^3 at most, and of moduli in Pa with g/cm^3
+GIGA, GRAMS = 0.1, (1e9, 1.5e11)
+# strains of loads beyond which nothing is left of a body's shape, and of weight
+FLOWS, FALLS = 10.0, 100.0
+
+
+def doubt_units(comm: MPI.Comm, scene: Scene, bodies: Iterable[ShellModel | BeamModel]) -> None:
+    """Warn of moduli, densities and loads that do not fit one another.
+
+    The units are those that the scene names, or those that gravity tells. Without both only pairs
+    that are known in no consistent system are doubted: a scene may be without units.
+
+    Args:
+        comm: Communicator.
+        scene: The scene.
+        bodies: Shells and beams.
+    """
+    for body in bodies if comm.rank == 0 else ():
+        if body.material is None:
+            continue
+        E, density = body.material
+        sentence = _by_waves(scene, E, density) or _by_loads(scene, body, E, density)
+        if sentence:
+            warn(f"{said(body.described)}: {sentence}, so check the units")
+
+
+def _by_waves(scene: Scene, E: float, density: float) -> str:
+    """Doubt a modulus with a density; empty: none."""
+    # what is at rest has the same equilibrium with any density
+    if scene.static or not density > 0:
+        return ""
+    pair, scale = f"E = {E:.4g} and density = {density:.4g}", _scale(scene)
+    if scale is not None:
+        length, time = scale
+        speed = math.sqrt(E / density) * LENGTHS[length] / TIMES[time]
+        named = scene.units is not None
+        # what has nearly no mass may be meant, where no units are named
+        if speed < (SLOWEST if named else SOFTEST) or (named and speed > FASTEST):
+            return (
+                f"by {pair} waves run at {speed:.3g} m/s, where {length} and {time} are the units "
+                "of length and time as the scene or gravity says; in solids they run at 1 to "
+                "20000 m/s"
+            )
+        if named:
+            return ""
+    for low, high, light, heavy in METALS:
+        for modulus, right in MODULI.items():
+            for unit in DENSITIES:
+                metal = low * modulus <= E <= high * modulus and light <= density / unit <= heavy
+                if metal and unit not in right:
+                    return (
+                        f"{pair} are those of a metal ({E / modulus:.4g} GPa and "
+                        f"{density / unit:.4g} kg/m^3) in units that do not belong together, as "
+                        "GPa or MPa with kg/m^3, or Pa with g/cm^3"
+                    )
+    giga = 500 <= density <= 25e3 and E / density < GIGA and E >= 1e-3
+    grams = 0.5 <= density <= 25 and E >= 1e9 and GRAMS[0] <= E / density <= GRAMS[1]
+    if giga or grams:
+        units = "GPa with kg/m^3" if giga else "Pa with g/cm^3"
+        return f"by {pair} waves run at {math.sqrt(E / density):.3g}, as with {units}"
+    return ""
+
+
+def _scale(scene: Scene) -> tuple[str, str] | None:
+    """Units of length and time that a scene tells by their names or by gravity."""
+    names = parse_units(scene.units).names
+    if names and names[0] in LENGTHS and names[2] in TIMES:
+        return names[0], names[2]
+    for load in scene.loads:
+        if isinstance(load, Gravity):
+            g = math.hypot(*load.acceleration)
+            for earth, units in EARTH.items():
+                if abs(g / earth - 1) < 0.01:
+                    return units
+    return None
+
+
+def _by_loads(scene: Scene, of: ShellModel | BeamModel, E: float, density: float) -> str:
+    """Doubt loads that would stretch a body by a multiple of itself; empty: none."""
+    body: Any = of.described
+    (_, h), length = of.extent, float(of.domain.length)
+    width = h if body.label == "beam" else length
+    for load in scene.loads:
+        # where all is linear, loads have any size
+        if scene.linear or body not in scene.bodies_of(load):
+            continue
+        if isinstance(load, Gravity):
+            stress = density * math.hypot(*load.acceleration) * length
+        elif isinstance(load, PointForce):
+            stress = math.hypot(*load.force) / (h * width)
+        elif isinstance(load, EdgeForce) and not callable(load.force):
+            stress = math.hypot(*load.force) / h
+        elif isinstance(load, SurfaceForce) and not callable(load.force):
+            stress = math.hypot(*load.force) * length / h
+        elif isinstance(load, Pressure) and not callable(load.p):
+            stress = abs(load.p) * length / h
+        else:
+            continue
+        if stress > (FALLS if isinstance(load, Gravity) else FLOWS) * E:
+            return (
+                f"{said(load)} causes stresses of about {stress:.3g}, {stress / E:.3g} times E = "
+                f"{E:.4g}"
+            )
+    return ""
+
+
+type Sets = dict[Hashable, Hashable]
+
+
+def doubt_unjoined(scene: Scene, comm: MPI.Comm, meshes: Mapping[str, Any]) -> None:
+    """Warn of shells with an edge on another shell that nothing connects there; collective.
+
+    What moves against one another may touch: shells that joints, springs, contacts or glued beams
+    connect, directly or by other bodies, are not meant, nor are edges that are both supported.
+
+    Args:
+        scene: The scene as it is described.
+        comm: Communicator.
+        meshes: Shells and beams by name, those that are rigid among them.
+    """
+    shells = {n: _Shell(m) for n, m in meshes.items() if isinstance(m, ShellModel)}
+    if comm.rank != 0 or len(shells) < 2:
+        return
+    at_edges, joined, linked, pairs = _connections(scene)
+    held = {
+        (body.name, edge)
+        for support in scene.supports
+        for body in scene.bodies_of(support)
+        for edge in _named(getattr(support, "at", None))
+    }
+    for a, b in combinations(shells, 2):
+        apart = _end(joined, a) != _end(joined, b) and _end(linked, a) == _end(linked, b)
+        if frozenset({a, b}) in pairs or apart:
+            continue
+        for one, other in ((a, b), (b, a)):
+            found = next(_touching(one, shells[one], other, shells[other], at_edges, held), None)
+            if found is not None:
+                mine, theirs = found
+                there = f"and '{theirs}'" if theirs else f"of '{one}'"
+                how = (
+                    f"Join({one!r}, {other!r}, {mine!r}, {theirs!r}), an EdgeHinge"
+                    if theirs
+                    else f"a Join along edges, for which '{other}' must be split there"
+                )
+                warn(
+                    f"shells '{one}' and '{other}' touch along '{mine}' {there}, and nothing "
+                    f"connects them there; connect them, as by {how}, another joint or a Contact, "
+                    "or leave a gap"
+                )
+                break
+
+
+class _Shell:
+    """Nodes of a shell and of its edges, of all ranks; collective.
+
+    Args:
+        model: The shell.
+    """
+
+    def __init__(self, model: ShellModel) -> None:
+        self.close = 2 * ON_NODE * model.surface_mesh.length
+        every = model.mixed.nodes("u")
+        owned = np.arange(len(every)) < model.mixed.subspaces["u"].dofmap.index_map.size_local
+        comm = model.domain.mesh.comm
+
+        def gathered(nodes: Any) -> Floats:
+            return np.concatenate(comm.allgather(every[nodes[owned[nodes]]]))
+
+        self.nodes = gathered(np.arange(len(every)))
+        edges = {e: gathered(local_nodes(model, e, "edges")) for e in model.surface_mesh.edges}
+        # a pole is no edge
+        self.edges = {e: x for e, x in edges.items() if len(x) > 2 and np.ptp(x, axis=0).max() > 0}
+
+
+def _touching(
+    one: str, a: _Shell, other: str, b: _Shell, at_edges: Sets, held: set[tuple[str, str]]
+) -> Iterator[tuple[str, str | None]]:
+    """Edges of a shell on another one where neither joins nor supports hold them together."""
+    close = max(a.close, b.close)
+    low, high = b.nodes.min(axis=0) - close, b.nodes.max(axis=0) + close
+    inside = {e: x for e, x in a.edges.items() if ((x >= low) & (x <= high)).all()}
+    along = {e: [f for f, y in b.edges.items() if _on_edge(x, y, close)] for e, x in inside.items()}
+    if len(a.edges) > 2 and all(map(along.get, a.edges)):
+        # a shell that lies on another one altogether is a copy of it
+        return
+    for edge, x in inside.items():
+        if not along[edge] and not _near(x, b.nodes, close).all():
+            continue
+        ends = [_end(at_edges, (other, f)) for f in along[edge]]
+        supported = (one, edge) in held and any((other, f) in held for f in along[edge])
+        if not supported and _end(at_edges, (one, edge)) not in ends:
+            yield edge, next(iter(along[edge]), None)
+
+
+def _near(x: Floats, y: Floats, close: float) -> Bools:
+    """Decide which places are nodes of a shell."""
+    from scipy.spatial import cKDTree
+
+    return np.asarray(cKDTree(y).query(x)[0] <= close)
+
+
+def _on_edge(x: Floats, y: Floats, close: float) -> bool:
+    """Decide whether places lie on an edge with these nodes, one of them at a node."""
+    from scipy.spatial import cKDTree
+
+    distance, near = cKDTree(y).query(x, k=3)
+    if not (distance[:, 0] <= close).any():
+        return False
+    a, b, c = (y[near[:, k]] for k in range(3))
+    # an edge that is curved leaves its chords by as much as the third node leaves the line
+    bulge = np.minimum(_from_line(c, a, b), _from_line(b, a, c))
+    away = np.minimum(_from_line(x, a, b), np.linalg.norm(x - a, axis=1))
+    longest = np.linalg.norm(b - a, axis=1)
+    beside = np.maximum(distance[:, 0], distance[:, 1]) <= longest * (1 + 1e-6)
+    return bool(np.all((distance[:, 0] <= close) | ((away <= close + bulge) & beside)))
+
+
+def _from_line(x: Floats, a: Floats, b: Floats) -> Floats:
+    """Distances of places from lines through two others."""
+    along = (b - a) / np.linalg.norm(b - a, axis=1, keepdims=True)
+    r = x - a
+    return np.linalg.norm(r - np.sum(r * along, axis=1, keepdims=True) * along, axis=1)
+
+
+def _connections(scene: Scene) -> tuple[Sets, Sets, Sets, set[frozenset[str]]]:
+    """Find what is connected: edges, bodies by joins, bodies by anything, pairs of bodies directly.
+
+    Args:
+        scene: The scene.
+    """
+    edges: Sets = {}
+    joined: Sets = {}
+    linked: Sets = {}
+    hinges = [j for j in scene.joints if isinstance(j, EdgeHinge)]
+    along: list[Any] = [*scene.joins, *hinges]
+    for item in along:
+        for mine in _named(item.at):
+            for theirs in _named(item.second_at):
+                _tie(edges, (item.first, mine), (item.second, theirs))
+    for join in scene.joins:
+        _tie(joined, join.first, join.second)
+    ends = [(join.first, join.second) for join in scene.joins]
+    direct = [(glue.beam, glue.shell) for glue in scene.glues]
+    direct += [(item.first, item.second) for item in scene.joints if item not in hinges]
+    elements: tuple[Any, ...] = scene.force_elements
+    direct += [(e.first, e.second) for e in elements if hasattr(e, "second")]
+    for contact in scene.contacts:
+        direct += [(body.name, _touched(contact)) for body in scene.bodies_of(contact)]
+    for first, second in (*ends, *direct, *((h.first, h.second) for h in hinges)):
+        if GROUND not in (first, second):
+            _tie(linked, first, second)
+    return edges, joined, linked, {frozenset(pair) for pair in direct}
+
+
+def _touched(contact: Contact) -> str:
+    return getattr(contact.obstacle, "shell", None) or contact.obstacle_body or GROUND
+
+
+def _named(where: Any) -> Iterable[str]:
+    """Edges by their names; none of places that are given otherwise."""
+    return [n for n in edge_names(where) if isinstance(n, str)] if where is not None else []
+
+
+def _tie(sets: Sets, a: Hashable, b: Hashable) -> None:
+    sets[_end(sets, a)] = _end(sets, b)
+
+
+def _end(sets: Sets, a: Hashable) -> Hashable:
+    while sets.setdefault(a, a) != a:
+        a = sets[a]
+    return a

@@ -8,10 +8,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from shellmb.scene import Scene
-from shellmb.scene.checks.locations import numbers_at
-from shellmb.scene.control.inputs import Input
-from shellmb.scene.control.signals import Acceleration, Commanded, Off, Signal, Switched
+from shellmb.scene.control.signals import Acceleration, Commanded, Input, Off, Signal, Switched
 from shellmb.scene.lookup import said
+from shellmb.scene.values.user_functions import numbers_at
 
 TimeFunction = Callable[[float], float]
 # name of a controller, and of its output

@@ -9,8 +9,10 @@ steps of a run in which nobody asks are booked `STEPS` at a time.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
+
+from mpi4py import MPI
 
 import numpy as np
 
@@ -23,6 +25,7 @@ STEPS = 64
 
 type Row = dict[str, float]
 type Mark = tuple[int, int, bool, Row]
+type Find = Callable[[slice, Floats], None]
 
 
 class DeferredNumbers:
@@ -44,6 +47,55 @@ class DeferredNumbers:
         """Copy them into a row of the tables."""
         if self._arrays:
             np.concatenate(self._arrays, out=self._table[row])
+
+
+class SharedTable:
+    """Numbers of steps that ranks find together: their sums, or the largest ones.
+
+    Booking is not collective: where there are several ranks, the numbers are found when a step is
+    taken; else of many steps at once. Who finds them fills zeros of shape (k, *shape), of some
+    steps on this rank.
+
+    Args:
+        comm: Communicator.
+        shape: Shape of the numbers of a step.
+        op: How ranks join theirs.
+    """
+
+    def __init__(self, comm: MPI.Comm, shape: tuple[int, ...], op: MPI.Op = MPI.SUM) -> None:
+        self._comm, self._op, self._table = comm, op, np.zeros((STEPS, *shape))
+
+    def take(self, row: int, find: Find) -> None:
+        """Take those of a step; collective."""
+        if self._comm.size > 1:
+            self._fill(slice(row, row + 1), find)
+            self._comm.Allreduce(MPI.IN_PLACE, self._table[row : row + 1], op=self._op)
+
+    def of(self, rows: slice, find: Find) -> Floats:
+        """Numbers of some steps that were taken, shape (k, *shape)."""
+        if self._comm.size == 1:
+            self._fill(rows, find)
+        return self._table[rows]
+
+    def _fill(self, rows: slice, find: Find) -> None:
+        found = self._table[rows]
+        found[:] = 0.0
+        find(rows, found)
+
+
+class Booked[T]:
+    """A finding of a `DeferredObserver`: whoever reads it gets what is true with all steps booked.
+
+    The observer has it under the same name with an underscore before it.
+    """
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self._name = f"_{name}"
+
+    def __get__(self, observer: DeferredObserver, owner: type) -> T:
+        observer.book()
+        found: T = getattr(observer, self._name)
+        return found
 
 
 class DeferredObserver(BaseObserver):

@@ -54,6 +54,18 @@ def figure(width: float, height: float) -> Figure:
     return made
 
 
+def save_figure(made: Figure, file: Path) -> Path:
+    """Write a figure.
+
+    Args:
+        made: The figure.
+        file: The picture.
+    """
+    with drafted(file) as draft:
+        made.savefig(draft)
+    return file
+
+
 def drawn(plot: Callable[[], Figure], file: Path) -> None:
     """Draw a figure into a file, on a stack of its own as all pictures (`pictures`).
 
@@ -61,10 +73,5 @@ def drawn(plot: Callable[[], Figure], file: Path) -> None:
         plot: Makes the figure.
         file: The picture.
     """
-
-    def draw() -> None:
-        with drafted(file) as draft:
-            plot().savefig(draft)
-
     with ThreadPoolExecutor(max_workers=1) as thread:
-        thread.submit(draw).result()
+        thread.submit(lambda: save_figure(plot(), file)).result()

@@ -11,8 +11,7 @@ from typing import Any, Protocol, runtime_checkable
 
 from shellmb.errors import SceneError
 from shellmb.files.reading import read_bytes
-from shellmb.observers.files.batches import Batches
-from shellmb.observers.files.growingfile import GrowingFile
+from shellmb.observers.files.growingfile import Batches, GrowingFile
 from shellmb.simulate.simulation import BaseObserver, Simulation
 
 # what every history begins and ends with

@@ -12,13 +12,11 @@ from mpi4py import MPI
 
 import numpy as np
 
-from shellmb.arrays import Floats
-from shellmb.model.locations.nodes import local_nodes, local_point
-from shellmb.model.locations.surrounding import is_point, surrounding
+from shellmb.arrays import Floats, Int32s
+from shellmb.model.locations.nodes import is_point, local_nodes, local_point, surrounding
 from shellmb.observers.deferred_observer import STEPS, DeferredObserver, Row
-from shellmb.observers.fields.modal import ModalNodes, modal_members, readable
-from shellmb.observers.fields.modalresultants import resultants_of
-from shellmb.observers.fields.nodal import Nodes, Reading, rotation_vectors
+from shellmb.observers.fields.modal import ModalNodes, modal_members, readable, resultants_of
+from shellmb.observers.fields.nodal import NodeGroup, Nodes, Reading, rotation_vectors
 from shellmb.observers.fields.resultants import Resultants, has_resultants
 from shellmb.observers.relative_motion import packed, seen, unpacked
 from shellmb.observers.unwrap import WholeTurns
@@ -26,10 +24,10 @@ from shellmb.scene import Probe, RigidBody
 from shellmb.scene.description import Body
 from shellmb.simulate.simulation import Simulation
 
-# sum of what a probe reads over its nodes on this rank, shape (n,), and their number
-type Sum = Callable[[], tuple[Floats, int]]
+# sum of what a probe reads over its nodes on this rank, and their number behind it, shape (n + 1,)
+type Sum = Callable[[], Floats]
 # name of a body in the system, nodes of a point, and arms from them
-type Where = tuple[str, Nodes | ModalNodes, Floats | None]
+type Where = tuple[str, NodeGroup, Floats | None]
 
 
 @dataclass(frozen=True)
@@ -118,7 +116,7 @@ class Probes(DeferredObserver):
             seen_from = next(p for p in scene.probes if p.name == probe.name)
             assert seen_from.frame is not None
             frame = plain_spot(simulation, seen_from.frame, seen_from.frame_at, who)
-            sums += (_pose(simulation, *frame),)
+            sums += (partial(_pose, simulation, *frame[1:]),)
         later = getattr(sums[0], "reading", None) if self._comm.size == 1 else None
         return _Spot(probe, sums, weights, turns, None if len(sums) > 1 else later)
 
@@ -131,12 +129,10 @@ class Probes(DeferredObserver):
                 self._resultants[body.name] = resultants_of(simulation, body)
             nodes = local_nodes(body, cast(Any, probe.at), who)
             return partial(self._resultants[body.name].sums, nodes, probe.quantity)
-        spot = _spot(simulation, given.name, probe.at, who)
-        if probe.frame is None:
-            if probe.name in self._turns:
-                return _pose(simulation, *spot)
-            return _total(simulation, *spot, probe.quantity)
-        return _pose(simulation, *spot)
+        _, spot, arms = _spot(simulation, given.name, probe.at, who)
+        if probe.frame is None and probe.name not in self._turns:
+            return _Total(spot.reader(simulation, probe.quantity, arms), spot.count)
+        return partial(_pose, simulation, spot, arms)
 
     def take_solved(self, simulation: Simulation, row: int) -> None:
         """Means over a step need its start, too."""
@@ -149,17 +145,14 @@ class Probes(DeferredObserver):
             later.take(taken[row])
         if not self._at_once:
             return
-        sums = [[read() for read in spot.sums] for spot in self._at_once.values()]
+        sums = [read() for spot in self._at_once.values() for read in spot.sums]
         if not self._alone:
-            flat = np.concatenate([[*total, count] for pair in sums for total, count in pair])
+            flat = np.concatenate(sums)
             self._comm.Allreduce(MPI.IN_PLACE, flat)
-            rest = iter(flat)
-            sums = [
-                [(np.array([*islice(rest, len(total))]), next(rest)) for total, _ in pair]
-                for pair in sums
-            ]
-        for (k, spot), pair in zip(self._at_once.items(), sums, strict=True):
-            self._vectors[row, k] = spot.vector([total / n for total, n in pair])
+            sums = np.split(flat, np.cumsum([len(each) for each in sums])[:-1])
+        means = iter([each[:-1] / each[-1] for each in sums])
+        for k, spot in self._at_once.items():
+            self._vectors[row, k] = spot.vector([*islice(means, len(spot.sums))])
         if self._turns:
             self._counted[row] = {name: turns.state() for name, turns in self._turns.items()}
 
@@ -216,14 +209,13 @@ def _spot(simulation: Simulation, name: str, point: Any, who: str) -> Where:
     modal = modal_members(model).get(name)
     if modal is None:
         return plain_spot(simulation, name, point, who)
-    mesh = modal.members[name].body
-    nodes, arms = local_point(mesh, point, who)
-    mine = nodes < mesh.mixed.subspaces["u"].dofmap.index_map.size_local
-    found = ModalNodes(model, name, nodes[mine])
-    return name, found, None if arms is None else arms[mine]
+    nodes, arms = _owned(modal.members[name].body, point, who)
+    return name, ModalNodes(model, name, nodes), arms
 
 
-def plain_spot(simulation: Simulation, name: str, point: Any, who: str) -> Where:
+def plain_spot(
+    simulation: Simulation, name: str, point: Any, who: str
+) -> tuple[str, Nodes, Floats | None]:
     """Spot on a rigid body, or a body whose nodes are unknowns."""
     model = simulation.model
     described = model.scene.body(name)
@@ -236,21 +228,15 @@ def plain_spot(simulation: Simulation, name: str, point: Any, who: str) -> Where
         here = np.flatnonzero(rigid.node_mesh.item == number).astype(np.int32)
         return rigid.name, Nodes(rigid, here), np.tile(offset, (len(here), 1))
     body: Any = {**model.meshed, **model.own}[described.name]
+    nodes, arms = _owned(body, point, who)
+    return body.name, Nodes(body, nodes), arms
+
+
+def _owned(body: Any, point: Any, who: str) -> tuple[Int32s, Floats | None]:
+    """Nodes of a point, each once, on the rank that owns it, and its arms there."""
     nodes, arms = local_point(body, point, who)
-    # each node counts once, on the rank that owns it
     mine = nodes < body.mixed.subspaces["u"].dofmap.index_map.size_local
-    return body.name, Nodes(body, nodes[mine]), None if arms is None else arms[mine]
-
-
-def _total(
-    simulation: Simulation,
-    body: str,
-    nodes: Nodes | ModalNodes,
-    arms: Floats | None,
-    quantity: str,
-) -> _Total:
-    """Sum over nodes, or over points at the ends of arms."""
-    return _Total(nodes.reader(simulation, body, quantity, arms), nodes.count)
+    return nodes[mine], None if arms is None else arms[mine]
 
 
 class _Total:
@@ -268,16 +254,12 @@ class _Total:
         self._read, self._count = read, count
         self.reading = read if isinstance(read, Reading) else None
 
-    def __call__(self) -> tuple[Floats, int]:
+    def __call__(self) -> Floats:
         """Sum and number."""
-        return np.add.reduce(self._read()), self._count
+        return np.append(np.add.reduce(self._read()), self._count)
 
 
-def _pose(simulation: Simulation, body: str, nodes: Nodes | ModalNodes, arms: Floats | None) -> Sum:
-    """Sum of poses."""
-
-    def read() -> tuple[Floats, int]:
-        values = nodes.now(simulation, body)
-        return packed(values if arms is None else values.at(arms)), nodes.count
-
-    return read
+def _pose(simulation: Simulation, nodes: NodeGroup, arms: Floats | None) -> Floats:
+    """Sum of poses, and the number of nodes."""
+    values = nodes.now(simulation)
+    return np.append(packed(values if arms is None else values.at(arms)), nodes.count)

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Container, Iterable, Mapping, Sequence
 
 import numpy as np
 from dolfinx import fem
 from ufl import Form
 
-from shellmb.arrays import Int32s
+from shellmb.arrays import Floats, Int32s
 from shellmb.model.body import Body, Dofs, Term
 from shellmb.system.assembly.fields import Directors, Field, Link, Part, ResidualTerm
 
@@ -22,7 +22,7 @@ NONE: Dofs = np.zeros(0, dtype=np.int32)
 def body_field(
     body: Body,
     function: fem.Function,
-    residual: tuple[Form, ...],
+    residual: Iterable[Form | None],
     numbers: Mapping[str, int],
     parts: tuple[Part, ...] = (),
     name: str | None = None,
@@ -33,7 +33,7 @@ def body_field(
     Args:
         body: The body.
         function: The unknown function.
-        residual: Forms that add up to the residual.
+        residual: Forms that add up to the residual; None: no form.
         numbers: Number of the field of each body in the system.
         parts: Named parts, judged by themselves.
         name: Name for messages; None: the body's.
@@ -43,7 +43,7 @@ def body_field(
     return Field(
         name=name or body.name,
         function=function,
-        residual=residual,
+        residual=tuple(form for form in residual if form is not None),
         parts=parts,
         fixed=fixed,
         values=np.zeros(len(fixed)),
@@ -65,6 +65,54 @@ def residual_terms(terms: Iterable[Term], numbers: Sequence[int]) -> tuple[Resid
     )
 
 
+def dofs_of(body: Body, parts: Iterable[str]) -> Dofs:
+    """Local dofs of some parts of a body, one after the other.
+
+    Args:
+        body: The body.
+        parts: Names of the parts; those that it does not have count for nothing.
+    """
+    found = [body.mixed.dofs[p].ravel() for p in parts if p in body.mixed.dofs]
+    return np.concatenate([NONE, *found]).astype(np.int32)
+
+
+def parts_of(
+    body: Body, said: str, tested: Container[str] | None = None, advice: str | None = None
+) -> tuple[Part, ...]:
+    """Parts of a body in a system of its own.
+
+    Args:
+        body: The body.
+        said: What messages call a part, with its title in place of "{}".
+        tested: Names of those that have to converge; None: all.
+        advice: What to try when one does not; None: as in a step.
+    """
+    return tuple(
+        Part(
+            said.format(p.title),
+            body.mixed.dofs[p.name],
+            p.scale if tested is None or p.name in tested else np.inf,
+            advice or p.advice,
+        )
+        for p in body.parts
+    )
+
+
+def relative_size(body: Body, change: Floats) -> float:
+    """Largest change of a kinematic part on this rank, relative to the scale of the part.
+
+    Args:
+        body: The body.
+        change: Change of its state, a local array.
+    """
+    moving = (p for p in body.parts if p.name in body.kinematic)
+    sizes = (
+        float(np.max(np.abs(change[body.mixed.dofs[p.name]]), initial=0.0)) / p.scale
+        for p in moving
+    )
+    return max(sizes, default=0.0)
+
+
 def elementwise_dofs(body: Body) -> Dofs:
     """Local dofs that are coupled to others of their cell only, and can be eliminated there.
 
@@ -74,7 +122,7 @@ def elementwise_dofs(body: Body) -> Dofs:
     parts = body.mixed.elementwise
     if body.slenderness < THIN:
         parts = parts - {"N", "S"}
-    return np.concatenate([NONE, *(body.mixed.dofs[p] for p in sorted(parts))])
+    return dofs_of(body, sorted(parts))
 
 
 def body_directors(body: Body) -> Directors | None:
@@ -89,7 +137,7 @@ def body_directors(body: Body) -> Directors | None:
 
 def kinematic_dofs(body: Body) -> Dofs:
     """Local dofs that have velocities."""
-    return np.concatenate([NONE, *(body.mixed.dofs[p] for p in sorted(body.kinematic))])
+    return dofs_of(body, sorted(body.kinematic))
 
 
 def without_jump(body: Body) -> list[Dofs]:
@@ -107,4 +155,4 @@ def without_impulse(body: Body) -> list[Dofs]:
 
 def resultant_dofs(body: Body) -> Dofs:
     """Local dofs of resultants that belong to the strains of a state, of linear sections."""
-    return np.concatenate([NONE, *(body.mixed.dofs[p] for p in sorted(body.mixed.stresses))])
+    return dofs_of(body, sorted(body.mixed.stresses))

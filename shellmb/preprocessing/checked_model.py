@@ -8,8 +8,7 @@ from mpi4py import MPI
 
 from shellmb.model.model import Model, build_model
 from shellmb.model.rank_consistency import same_on_all
-from shellmb.model.reduced.alignment import aligned
-from shellmb.model.reduced.data import ModalBody
+from shellmb.model.reduced.data import ModalBody, aligned
 from shellmb.preprocessing.constraint_analysis.mobility import refuse_mechanisms
 from shellmb.preprocessing.constraint_analysis.redundancy import Redundant, look_through
 from shellmb.preprocessing.modal.reduce import reduce_bodies

@@ -135,18 +135,6 @@ def written(directory: Path | None, comm: MPI.Comm) -> Iterator[None]:
         ) from error
 
 
-def make_directory(directory: Path, comm: MPI.Comm) -> None:
-    """Make a directory that is there for all ranks when this returns.
-
-    Args:
-        directory: It; it may be there already.
-        comm: Communicator; the call is collective.
-    """
-    if comm.rank == 0:
-        directory.mkdir(parents=True, exist_ok=True)
-    comm.Barrier()
-
-
 def _remove_empty(made: list[Path]) -> None:
     for path in made:
         if not path.is_dir() or any(path.iterdir()):

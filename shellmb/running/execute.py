@@ -7,7 +7,7 @@ import logging
 import time as clock
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager, nullcontext
+from contextlib import ExitStack, contextmanager, nullcontext
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -32,10 +32,9 @@ from shellmb.errors import (
 from shellmb.files.locks import is_temporary
 from shellmb.native.assembler import assembled_as
 from shellmb.observers.account.energy import EnergyAccount
-from shellmb.observers.control import control_summary
+from shellmb.observers.columns import points_and_events
 from shellmb.observers.files.checkpoint import Saved
 from shellmb.observers.files.described import describe
-from shellmb.observers.path import path_points
 from shellmb.observers.summary import summarise, write_json
 from shellmb.running.directory import claimed, written
 from shellmb.running.error_origin import in_words, user_frame
@@ -119,6 +118,7 @@ class Companion:
     accounts: bool = False
 
 
+@assembled_as(lambda scene, *_, **__: scene.solver)
 def execute(
     scene: Scene,
     out: Path | str | None = None,
@@ -130,8 +130,10 @@ def execute(
     results: Results | None = None,
     simulation: Simulation | None = None,
     companion: Companion | None = None,
+    saved: Saved | None = None,
+    new: bool = True,
 ) -> RunResult:
-    """Run a scene.
+    """Run a scene, or go on with it.
 
     Args:
         scene: The scene.
@@ -143,6 +145,8 @@ def execute(
         results: Gives the `results` of the summary; None: those of the scene.
         simulation: The scene's simulation, before its first step; None: it is made.
         companion: What is measured of a comparison run; None: everything.
+        saved: A state to go on from.
+        new: Whether the run begins in a directory that is empty; else it is `claimed` already.
 
     Raises:
         SceneError: If the scene does not fit its meshes, or `out` cannot be written or holds a run
@@ -152,99 +156,58 @@ def execute(
         Stopped: If a signal ended the run between two steps.
     """
     directory = None if out is None else Path(out)
-    with nullcontext() if directory is None else claimed(directory, comm, new=True):
-        return carry_out(
-            scene,
-            directory,
-            observers,
-            comm=comm,
-            pictures=pictures,
-            request=request,
-            results=results,
-            simulation=simulation,
-            companion=companion,
-        )
-
-
-@assembled_as(lambda scene, *_, **__: scene.solver)
-def carry_out(
-    scene: Scene,
-    directory: Path | None,
-    observers: Sequence[Observer] = (),
-    *,
-    comm: MPI.Comm,
-    pictures: bool,
-    request: Request | None,
-    results: Results | None,
-    saved: Saved | None = None,
-    simulation: Simulation | None = None,
-    companion: Companion | None = None,
-) -> RunResult:
-    """Run a scene, or go on with it, in a directory that is this run's.
-
-    Args:
-        scene: The scene.
-        directory: Directory to write, see `claimed`; None: nothing is written.
-        observers: More observers.
-        comm: Communicator.
-        pictures: Whether pictures are drawn.
-        request: How the scene was requested.
-        results: Gives the `results` of the summary.
-        saved: A state to go on from.
-        simulation: The scene's simulation, before its first step; None: it is made.
-        companion: What is measured of a comparison run; None: everything.
-
-    Raises:
-        SceneError, ConvergenceError, RunError, Stopped: As `execute`.
-    """
-    begin = clock.perf_counter()
-    # a signal that comes to one of several ranks is taken up by all of them, behind a step
-    check_memory(scene, comm)
-    STOPPING.renew()
-    with (
-        STOPPING.deferred(_say) if comm.size > 1 else nullcontext(),
-        collect_warnings(comm) as doubts,
-        _no_exit(),
-    ):
-        simulation = simulation or Simulation(scene, comm)
-    simulation.doubts += tuple(doubts)
-    if directory is not None and request is not None and comm.rank == 0:
-        with written(directory, comm):
-            write_json(directory / REQUEST, request.to_dict())
-    if directory is not None and comm.rank == 0:
-        with written(directory, comm):
-            describe(scene).write(directory)
-    measure = results or scene.results
-    accounts = companion is None or companion.accounts or bool(measure or scene.sensors)
-    standard = StandardObservers(directory, observers, watched=companion is None, accounts=accounts)
-    if saved is not None:
-        take_up(simulation, standard.named, saved)
-
-    failure: BaseException | None = None
-    try:
-        with STOPPING.deferred(_say), written(directory, comm), _no_exit():
-            simulation.run(list(standard.named.values()))
-    except BaseException as error:
-        failure = error
-    before = setup_warnings([*ignored_settings.doubts(scene), *simulation.doubts])
-    wall = clock.perf_counter() - begin
-    result = _result(simulation, standard, directory, wall, failure, before, measure)
-    try:
-        with written(directory, comm):
-            _write(result, standard, pictures and not isinstance(failure, Stopped))
-    except RunError as error:
-        # what came first counts
-        failure = failure or error
-    if failure is not None:
-        raise _with_state(failure, directory, request, simulation) from failure.__cause__
-    # the first rank has drawn
-    arrive(comm)
-    if measure is not None:
-        result.summary["results"] = measured(measure, result, comm)
+    with ExitStack() as until_the_end:
+        if directory is not None and new:
+            until_the_end.enter_context(claimed(directory, comm, new=True))
+        begin = clock.perf_counter()
+        # a signal that comes to one of several ranks is taken up by all of them, behind a step
+        check_memory(scene, comm)
+        STOPPING.renew()
+        with (
+            STOPPING.deferred(_say) if comm.size > 1 else nullcontext(),
+            collect_warnings(comm) as doubts,
+            _no_exit(),
+        ):
+            simulation = simulation or Simulation(scene, comm)
+        simulation.doubts += tuple(doubts)
         if directory is not None and comm.rank == 0:
             with written(directory, comm):
-                write_json(directory / SUMMARY, result.summary)
-    return result
+                if request is not None:
+                    write_json(directory / REQUEST, request.to_dict())
+                describe(scene).write(directory)
+        measure = results or scene.results
+        accounts = companion is None or companion.accounts or bool(measure or scene.sensors)
+        standard = StandardObservers(
+            directory, observers, watched=companion is None, accounts=accounts
+        )
+        if saved is not None:
+            take_up(simulation, standard.named, saved)
+
+        failure: BaseException | None = None
+        try:
+            with STOPPING.deferred(_say), written(directory, comm), _no_exit():
+                simulation.run(list(standard.named.values()))
+        except BaseException as error:
+            failure = error
+        before = setup_warnings([*ignored_settings.doubts(scene), *simulation.doubts])
+        wall = clock.perf_counter() - begin
+        result = _result(simulation, standard, directory, wall, failure, before, measure)
+        try:
+            with written(directory, comm):
+                _write(result, standard, pictures and not isinstance(failure, Stopped))
+        except RunError as error:
+            # what came first counts
+            failure = failure or error
+        if failure is not None:
+            raise _with_state(failure, directory, request, simulation) from failure.__cause__
+        # the first rank has drawn
+        arrive(comm)
+        if measure is not None:
+            result.summary["results"] = measured(measure, result, comm)
+            if directory is not None and comm.rank == 0:
+                with written(directory, comm):
+                    write_json(directory / SUMMARY, result.summary)
+        return result
 
 
 @contextmanager
@@ -280,7 +243,7 @@ def _result(
     rows = standard.sources.history.rows
     found = (*before, *(cautions(standard.watches, simulation) if rows else ()))
     summary = summarise(simulation, standard.sources, wall, failed)
-    summary |= path_points(simulation) | control_summary(simulation)
+    summary |= points_and_events(simulation)
     summary |= {"warnings": [c.to_dict() for c in found]}
     energy = standard.sources.energy
     return RunResult(simulation.scene, simulation, rows, summary, energy, directory, found, measure)
@@ -310,19 +273,15 @@ def _with_state(
     if user_frame(failure) is not None and not isinstance(failure, ShellmbError):
         failure.add_note(left)
     if isinstance(failure, ConvergenceError):
-        return ConvergenceError(f"{failure}; {left}", failure.field, failure.norms)
+        return failure.reworded(f"{failure}; {left}")
     if isinstance(failure, ControlError):
         return ControlError(f"{failure}; {left}")
-    if isinstance(failure, Stopped) and is_temporary(directory):
-        where = f"t = {simulation.t:g}, step {simulation.step}"
-        return Stopped(failure.signal, f"{where}; {left}")
     if isinstance(failure, Stopped):
         scene = f" {request.scene}" if request is not None and is_file_name(request.scene) else ""
-        return Stopped(
-            failure.signal,
-            f"t = {simulation.t:g}, step {simulation.step}; `shellmb resume {directory}{scene}` "
-            "continues from there",
-        )
+        if not is_temporary(directory):
+            left = f"`shellmb resume {directory}{scene}` continues from there"
+        where = f"t = {simulation.t:g}, step {simulation.step}"
+        return Stopped(failure.signal, f"{where}; {left}")
     return failure
 
 
@@ -342,7 +301,7 @@ def _of_these_ranks(simulation: Simulation, saved: Saved) -> Saved:
     return replace(
         saved,
         arrays=simulation.spread(saved.ranks),
-        simulation=saved.simulation | {"past": None},
+        simulation=saved.simulation | {"past": {}},
         ranks=(),
     )
 

@@ -155,18 +155,20 @@ def _in_words(hint: Any) -> str:
     return kinds.get(hint, f"of type {getattr(hint, '__name__', hint)}")
 
 
+def _sources() -> dict[str, str]:
+    """Texts of the bundled scenes by name."""
+    folder = importlib.import_module(DEMOS).__path__
+    modules = [info for info in pkgutil.iter_modules(folder) if not info.ispkg]
+    names = [info.name for info in modules if not info.name.startswith("_")]
+    found = {name: Path(folder[0], f"{name}.py").read_text() for name in names}
+    # without a scene it is a program, to be read and run by itself; to parse them takes 0.1 s
+    return {name: source for name, source in found.items() if "\ndef scene(" in source}
+
+
 def demos() -> dict[str, str]:
     """Names of the bundled scenes, each with its line of description; imports none of them."""
-    folder = importlib.import_module(DEMOS).__path__
-    found = {}
-    for info in pkgutil.iter_modules(folder):
-        if info.ispkg or info.name.startswith("_"):
-            continue
-        source = Path(folder[0], f"{info.name}.py").read_text()
-        # without a scene it is a program, to be read and run by itself; to parse them takes 0.1 s
-        if "\ndef scene(" in source:
-            found[info.name] = source.strip('"').partition("\n")[0].removesuffix('"""')
-    return found
+    first = {name: source.strip('"').partition("\n")[0] for name, source in _sources().items()}
+    return {name: line.removesuffix('"""') for name, line in first.items()}
 
 
 def kinds() -> dict[str, list[str]]:
@@ -174,10 +176,9 @@ def kinds() -> dict[str, list[str]]:
 
     A demo says what it is in a line `# KIND: mechanisms`.
     """
-    folder = importlib.import_module(DEMOS).__path__
     found: dict[str, list[str]] = {kind: [] for kind in KINDS}
-    for name in demos():
-        said = re.search(r"^# KIND: (.*)$", Path(folder[0], f"{name}.py").read_text(), re.MULTILINE)
+    for name, source in _sources().items():
+        said = re.search(r"^# KIND: (.*)$", source, re.MULTILINE)
         found.setdefault(said[1] if said else OTHERS, []).append(name)
     return {kind: names for kind, names in found.items() if names}
 

@@ -11,10 +11,10 @@ from pydantic import TypeAdapter, ValidationError
 
 from shellmb.errors import SceneError
 from shellmb.files.checksums import add_checksum, checksum, is_intact
+from shellmb.files.reading import Damaged, first_error, read_json
 from shellmb.options.described import of_today, parse_mesh
 from shellmb.options.run import Options
 from shellmb.running.loader import SceneModule, demos, is_file_name, load
-from shellmb.running.tables import Damaged, first_error, read_table
 from shellmb.scene import Scene
 
 __all__ = [
@@ -80,11 +80,10 @@ class Request:
         Raises:
             pydantic.ValidationError: If they are none.
         """
-        given = {k: values[k] for k in _FIELDS if k in values}
-        if isinstance(given.get("options"), dict):
-            given["options"] = of_today(Options, given["options"])
-        stored = _STORED.validate_python(given)
-        return cls(stored.scene, stored.parameters, stored.options)
+        given = {f.name: values.get(f.name) for f in fields(cls)}
+        if isinstance(options := given.get("options"), dict):
+            given["options"] = of_today(Options, options)
+        return TypeAdapter(cls).validate_python(given)
 
 
 @dataclass(frozen=True)
@@ -179,7 +178,7 @@ def read_request(out: Path | str) -> StoredRequest:
             "from Python with the scene"
         )
     try:
-        values = read_table(file)
+        values = read_json(file)
         request = Request.from_dict(values)
     except ValidationError as error:
         raise SceneError(_unreadable(f"{file} is damaged ({first_error(error)})")) from None
@@ -221,14 +220,3 @@ def _unreadable(what: str) -> str:
         f"resume: {what}; the state may be whole: continue from Python with "
         "`sm.resume(directory, scene)`"
     )
-
-
-@dataclass(frozen=True)
-class _Stored:
-    scene: str
-    parameters: dict[str, str]
-    options: Options
-
-
-_STORED = TypeAdapter(_Stored)
-_FIELDS = ("scene", "parameters", "options")

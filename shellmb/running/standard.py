@@ -6,23 +6,25 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from shellmb.diagnostics.registry import watches
+from shellmb.diagnostics.registry import WATCHES
 from shellmb.observers.account.constraints import Constraints
 from shellmb.observers.account.energy import EnergyAccount
 from shellmb.observers.account.momentum import Momentum
 from shellmb.observers.account.rotations import BodyRotations
-from shellmb.observers.account.step_error import StepError
-from shellmb.observers.control import ControlColumns
+from shellmb.observers.columns import (
+    StateColumns,
+    control_columns,
+    error_columns,
+    path_columns,
+    volume_columns,
+)
 from shellmb.observers.deferred_observer import DeferredObserver
 from shellmb.observers.fields.reserves import Reserves
 from shellmb.observers.files.checkpoint import Checkpoint, Written
-from shellmb.observers.forces.blows import BlowColumns
 from shellmb.observers.forces.contacts import ContactForces
-from shellmb.observers.forces.endforces import EndForceColumns
+from shellmb.observers.forces.endforces import BlowColumns, EndForceColumns
 from shellmb.observers.forces.joints import JointForces
-from shellmb.observers.forces.volumes import Volumes
 from shellmb.observers.history import History, Measuring
-from shellmb.observers.path import PathRecord
 from shellmb.observers.probes import Probes
 from shellmb.observers.summary import Sources
 from shellmb.running.stop import Stop
@@ -75,13 +77,13 @@ class StandardObservers:
         self.named: dict[str, Observer] = {
             **later,
             "contacts": ContactForces(),
-            "volumes": Volumes(),
+            "volumes": StateColumns(volume_columns),
             "end forces": EndForceColumns(),
             "impulses": BlowColumns(),
             "reserves": reserves,
-            "path": PathRecord(),
-            "step error": StepError(),
-            "control": ControlColumns(),
+            "path": StateColumns(path_columns),
+            "step error": StateColumns(error_columns),
+            "control": StateColumns(control_columns),
         }
         if not accounts:
             self.named = {name: self.named[name] for name in BARE}
@@ -92,7 +94,7 @@ class StandardObservers:
         self.named["history"] = history
         self.sources = Sources(energy, momentum, constraints, history, rotations, reserves)
         # behind the observers that they ask
-        self.watches = watches(self.sources) if watched else []
+        self.watches = [kind(self.sources) for kind in WATCHES] if watched else []
         self.named |= {f"watch of {watch.name}": watch for watch in self.watches}
         self.frames: Frames | None = None
         if directory is not None:

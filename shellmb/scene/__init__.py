@@ -1,250 +1,145 @@
 """The scene: plain descriptions of bodies, supports, loads and settings, checked when made."""
 
-from shellmb.scene.beams.beam import Beam, Glue
-from shellmb.scene.beams.curves import (
-    AlongEdge,
-    AlongLine,
-    Arc,
-    CircularArc,
-    Curve,
-    Line,
-    ParametricCurve,
-)
-from shellmb.scene.beams.sections import BeamSection, GeneralSection
-from shellmb.scene.beams.shapes import CircularSection, RectangularSection, TubularSection
-from shellmb.scene.control.controllers import PID, Controller
-from shellmb.scene.control.events import Event
-from shellmb.scene.control.inputs import Input
-from shellmb.scene.control.sensors import Condition, Formula, Sensor
-from shellmb.scene.control.signals import Acceleration, Command, Off, On
-from shellmb.scene.description import Body
-from shellmb.scene.initial import FromMode, FromRun, FromShape, InitialVelocity
-from shellmb.scene.loads.body_loads import (
-    FollowerForce,
-    FollowerLineForce,
-    FollowerMoment,
-    LineForce,
-    LineMoment,
-    PointMoment,
-)
-from shellmb.scene.loads.contacts import Ball, Box, Contact, Faces, Obstacle, Plane, Rod
-from shellmb.scene.loads.loads import (
-    EdgeForce,
-    EdgeMoment,
-    FollowerEdgeForce,
-    FollowerSurfaceForce,
-    Gravity,
-    Load,
-    PointForce,
-    Pressure,
-    SurfaceForce,
-)
-from shellmb.scene.loads.potentials import Potential
-from shellmb.scene.loads.supports import (
-    Clamped,
-    Diaphragm,
-    Driven,
-    Fixed,
-    HardSupport,
-    Hinged,
-    SoftSupport,
-    Support,
-    SymmetryPlane,
-)
-from shellmb.scene.loads.volumes import EnclosedVolume, Gas
-from shellmb.scene.multibody.couplings import Belt, Coupling, Differential, Gear
-from shellmb.scene.multibody.drivers import Driver, Lock
-from shellmb.scene.multibody.edge_hinges import EdgeHinge
-from shellmb.scene.multibody.elements import (
-    Damper,
-    Element,
-    JointDamper,
-    JointSpring,
-    JointStop,
-    Motor,
-    Spring,
-)
-from shellmb.scene.multibody.joints import (
-    GROUND,
-    Cylindrical,
-    Distance,
-    InPlane,
-    Joint,
-    OwnJoint,
-    Planar,
-    Prismatic,
-    Revolute,
-    Screw,
-    ShellRevolute,
-    Spherical,
-    Universal,
-    Weld,
-)
-from shellmb.scene.multibody.offsets import Offset
-from shellmb.scene.multibody.rigid import RigidBody
-from shellmb.scene.multibody.rolling import KnifeEdge, Rolling
-from shellmb.scene.paths import PathFollowing
-from shellmb.scene.probes import Probe, Reserve
-from shellmb.scene.scene import Scene
-from shellmb.scene.settings import Output, Solver, StepControl
-from shellmb.scene.shells.gmsh_surfaces import GmshFile, GmshModel, MeshFile
-from shellmb.scene.shells.laminate import Laminate, Ply, PlyMaterial, stacking_angles
-from shellmb.scene.shells.round_surfaces import Cylinder, Disc, Sphere
-from shellmb.scene.shells.sections import (
-    Hyperelastic,
-    Isotropic,
-    LinearSection,
-    Orthotropic,
-    Section,
-    Wrinkling,
-)
-from shellmb.scene.shells.shell import Join, Shell
-from shellmb.scene.shells.strength import Strength
-from shellmb.scene.shells.surfaces import Parametric, Rectangle, Surface
-from shellmb.scene.shells.thermal import thermal_strain
-from shellmb.scene.values.damping import BeamDamping, ShellDamping
-from shellmb.scene.values.models import Modal
-from shellmb.scene.values.natural import BeamNaturalStrain, NaturalStrain
-from shellmb.scene.values.relaxation import WLF, Prony
-from shellmb.scene.values.times import Ramp, Sine, Step, Table, TimeFunction
+from shellmb.scene.beams.beam import Beam as Beam
+from shellmb.scene.beams.beam import Glue as Glue
+from shellmb.scene.beams.curves import AlongEdge as AlongEdge
+from shellmb.scene.beams.curves import AlongLine as AlongLine
+from shellmb.scene.beams.curves import Arc as Arc
+from shellmb.scene.beams.curves import CircularArc as CircularArc
+from shellmb.scene.beams.curves import Curve as Curve
+from shellmb.scene.beams.curves import Line as Line
+from shellmb.scene.beams.curves import ParametricCurve as ParametricCurve
+from shellmb.scene.beams.sections import BeamSection as BeamSection
+from shellmb.scene.beams.sections import CircularSection as CircularSection
+from shellmb.scene.beams.sections import GeneralSection as GeneralSection
+from shellmb.scene.beams.sections import RectangularSection as RectangularSection
+from shellmb.scene.beams.sections import TubularSection as TubularSection
+from shellmb.scene.control.controllers import PID as PID
+from shellmb.scene.control.controllers import Controller as Controller
+from shellmb.scene.control.sensors import Condition as Condition
+from shellmb.scene.control.sensors import Event as Event
+from shellmb.scene.control.sensors import Formula as Formula
+from shellmb.scene.control.sensors import Sensor as Sensor
+from shellmb.scene.control.signals import Acceleration as Acceleration
+from shellmb.scene.control.signals import Command as Command
+from shellmb.scene.control.signals import Input as Input
+from shellmb.scene.control.signals import Off as Off
+from shellmb.scene.control.signals import On as On
+from shellmb.scene.description import Body as Body
+from shellmb.scene.initial import FromMode as FromMode
+from shellmb.scene.initial import FromRun as FromRun
+from shellmb.scene.initial import FromShape as FromShape
+from shellmb.scene.initial import InitialVelocity as InitialVelocity
+from shellmb.scene.loads.body_loads import FollowerForce as FollowerForce
+from shellmb.scene.loads.body_loads import FollowerLineForce as FollowerLineForce
+from shellmb.scene.loads.body_loads import FollowerMoment as FollowerMoment
+from shellmb.scene.loads.body_loads import LineForce as LineForce
+from shellmb.scene.loads.body_loads import LineMoment as LineMoment
+from shellmb.scene.loads.body_loads import PointMoment as PointMoment
+from shellmb.scene.loads.contacts import Ball as Ball
+from shellmb.scene.loads.contacts import Box as Box
+from shellmb.scene.loads.contacts import Contact as Contact
+from shellmb.scene.loads.contacts import Faces as Faces
+from shellmb.scene.loads.contacts import Obstacle as Obstacle
+from shellmb.scene.loads.contacts import Plane as Plane
+from shellmb.scene.loads.contacts import Rod as Rod
+from shellmb.scene.loads.loads import EdgeForce as EdgeForce
+from shellmb.scene.loads.loads import EdgeMoment as EdgeMoment
+from shellmb.scene.loads.loads import FollowerEdgeForce as FollowerEdgeForce
+from shellmb.scene.loads.loads import FollowerSurfaceForce as FollowerSurfaceForce
+from shellmb.scene.loads.loads import Gravity as Gravity
+from shellmb.scene.loads.loads import Load as Load
+from shellmb.scene.loads.loads import PointForce as PointForce
+from shellmb.scene.loads.loads import Pressure as Pressure
+from shellmb.scene.loads.loads import SurfaceForce as SurfaceForce
+from shellmb.scene.loads.potentials import EnclosedVolume as EnclosedVolume
+from shellmb.scene.loads.potentials import Gas as Gas
+from shellmb.scene.loads.potentials import Potential as Potential
+from shellmb.scene.loads.supports import Clamped as Clamped
+from shellmb.scene.loads.supports import Diaphragm as Diaphragm
+from shellmb.scene.loads.supports import Driven as Driven
+from shellmb.scene.loads.supports import Fixed as Fixed
+from shellmb.scene.loads.supports import HardSupport as HardSupport
+from shellmb.scene.loads.supports import Hinged as Hinged
+from shellmb.scene.loads.supports import SoftSupport as SoftSupport
+from shellmb.scene.loads.supports import Support as Support
+from shellmb.scene.loads.supports import SymmetryPlane as SymmetryPlane
+from shellmb.scene.multibody.couplings import Belt as Belt
+from shellmb.scene.multibody.couplings import Coupling as Coupling
+from shellmb.scene.multibody.couplings import Differential as Differential
+from shellmb.scene.multibody.couplings import Gear as Gear
+from shellmb.scene.multibody.elements import Damper as Damper
+from shellmb.scene.multibody.elements import Driver as Driver
+from shellmb.scene.multibody.elements import Element as Element
+from shellmb.scene.multibody.elements import JointDamper as JointDamper
+from shellmb.scene.multibody.elements import JointSpring as JointSpring
+from shellmb.scene.multibody.elements import JointStop as JointStop
+from shellmb.scene.multibody.elements import Lock as Lock
+from shellmb.scene.multibody.elements import Motor as Motor
+from shellmb.scene.multibody.elements import Spring as Spring
+from shellmb.scene.multibody.joints import GROUND as GROUND
+from shellmb.scene.multibody.joints import Cylindrical as Cylindrical
+from shellmb.scene.multibody.joints import Distance as Distance
+from shellmb.scene.multibody.joints import EdgeHinge as EdgeHinge
+from shellmb.scene.multibody.joints import InPlane as InPlane
+from shellmb.scene.multibody.joints import Joint as Joint
+from shellmb.scene.multibody.joints import OwnJoint as OwnJoint
+from shellmb.scene.multibody.joints import Planar as Planar
+from shellmb.scene.multibody.joints import Prismatic as Prismatic
+from shellmb.scene.multibody.joints import Revolute as Revolute
+from shellmb.scene.multibody.joints import Screw as Screw
+from shellmb.scene.multibody.joints import ShellRevolute as ShellRevolute
+from shellmb.scene.multibody.joints import Spherical as Spherical
+from shellmb.scene.multibody.joints import Universal as Universal
+from shellmb.scene.multibody.joints import Weld as Weld
+from shellmb.scene.multibody.offsets import Offset as Offset
+from shellmb.scene.multibody.rigid import RigidBody as RigidBody
+from shellmb.scene.multibody.rolling import KnifeEdge as KnifeEdge
+from shellmb.scene.multibody.rolling import Rolling as Rolling
+from shellmb.scene.probes import Probe as Probe
+from shellmb.scene.probes import Reserve as Reserve
+from shellmb.scene.scene import Scene as Scene
+from shellmb.scene.settings import Output as Output
+from shellmb.scene.settings import PathFollowing as PathFollowing
+from shellmb.scene.settings import Solver as Solver
+from shellmb.scene.settings import StepControl as StepControl
+from shellmb.scene.shells.gmsh_surfaces import GmshFile as GmshFile
+from shellmb.scene.shells.gmsh_surfaces import GmshModel as GmshModel
+from shellmb.scene.shells.gmsh_surfaces import MeshFile as MeshFile
+from shellmb.scene.shells.laminate import Laminate as Laminate
+from shellmb.scene.shells.laminate import Ply as Ply
+from shellmb.scene.shells.laminate import PlyMaterial as PlyMaterial
+from shellmb.scene.shells.laminate import stacking_angles as stacking_angles
+from shellmb.scene.shells.laminate import thermal_strain as thermal_strain
+from shellmb.scene.shells.sections import Hyperelastic as Hyperelastic
+from shellmb.scene.shells.sections import Isotropic as Isotropic
+from shellmb.scene.shells.sections import LinearSection as LinearSection
+from shellmb.scene.shells.sections import Orthotropic as Orthotropic
+from shellmb.scene.shells.sections import Section as Section
+from shellmb.scene.shells.sections import Wrinkling as Wrinkling
+from shellmb.scene.shells.shell import Join as Join
+from shellmb.scene.shells.shell import Shell as Shell
+from shellmb.scene.shells.strength import Strength as Strength
+from shellmb.scene.shells.surfaces import Cylinder as Cylinder
+from shellmb.scene.shells.surfaces import Disc as Disc
+from shellmb.scene.shells.surfaces import Parametric as Parametric
+from shellmb.scene.shells.surfaces import Rectangle as Rectangle
+from shellmb.scene.shells.surfaces import Sphere as Sphere
+from shellmb.scene.shells.surfaces import Surface as Surface
+from shellmb.scene.values.damping import WLF as WLF
+from shellmb.scene.values.damping import BeamDamping as BeamDamping
+from shellmb.scene.values.damping import Prony as Prony
+from shellmb.scene.values.damping import ShellDamping as ShellDamping
+from shellmb.scene.values.models import Modal as Modal
+from shellmb.scene.values.natural import BeamNaturalStrain as BeamNaturalStrain
+from shellmb.scene.values.natural import NaturalStrain as NaturalStrain
+from shellmb.scene.values.times import Ramp as Ramp
+from shellmb.scene.values.times import Sine as Sine
+from shellmb.scene.values.times import Step as Step
+from shellmb.scene.values.times import Table as Table
+from shellmb.scene.values.times import TimeFunction as TimeFunction
 
-__all__ = [
-    "GROUND",
-    "PID",
-    "WLF",
-    "Acceleration",
-    "AlongEdge",
-    "AlongLine",
-    "Arc",
-    "Ball",
-    "Beam",
-    "BeamDamping",
-    "BeamNaturalStrain",
-    "BeamSection",
-    "Belt",
-    "Body",
-    "Box",
-    "CircularArc",
-    "CircularSection",
-    "Clamped",
-    "Command",
-    "Condition",
-    "Contact",
-    "Controller",
-    "Coupling",
-    "Curve",
-    "Cylinder",
-    "Cylindrical",
-    "Damper",
-    "Diaphragm",
-    "Differential",
-    "Disc",
-    "Distance",
-    "Driven",
-    "Driver",
-    "EdgeForce",
-    "EdgeHinge",
-    "EdgeMoment",
-    "Element",
-    "EnclosedVolume",
-    "Event",
-    "Faces",
-    "Fixed",
-    "FollowerEdgeForce",
-    "FollowerForce",
-    "FollowerLineForce",
-    "FollowerMoment",
-    "FollowerSurfaceForce",
-    "Formula",
-    "FromMode",
-    "FromRun",
-    "FromShape",
-    "Gas",
-    "Gear",
-    "GeneralSection",
-    "Glue",
-    "GmshFile",
-    "GmshModel",
-    "Gravity",
-    "HardSupport",
-    "Hinged",
-    "Hyperelastic",
-    "InPlane",
-    "InitialVelocity",
-    "Input",
-    "Isotropic",
-    "Join",
-    "Joint",
-    "JointDamper",
-    "JointSpring",
-    "JointStop",
-    "KnifeEdge",
-    "Laminate",
-    "Line",
-    "LineForce",
-    "LineMoment",
-    "LinearSection",
-    "Load",
-    "Lock",
-    "MeshFile",
-    "Modal",
-    "Motor",
-    "NaturalStrain",
-    "Obstacle",
-    "Off",
-    "Offset",
-    "On",
-    "Orthotropic",
-    "Output",
-    "OwnJoint",
-    "Parametric",
-    "ParametricCurve",
-    "PathFollowing",
-    "Planar",
-    "Plane",
-    "Ply",
-    "PlyMaterial",
-    "PointForce",
-    "PointMoment",
-    "Potential",
-    "Pressure",
-    "Prismatic",
-    "Probe",
-    "Prony",
-    "Ramp",
-    "Rectangle",
-    "RectangularSection",
-    "Reserve",
-    "Revolute",
-    "RigidBody",
-    "Rod",
-    "Rolling",
-    "Scene",
-    "Screw",
-    "Section",
-    "Sensor",
-    "Shell",
-    "ShellDamping",
-    "ShellRevolute",
-    "Sine",
-    "SoftSupport",
-    "Solver",
-    "Sphere",
-    "Spherical",
-    "Spring",
-    "Step",
-    "StepControl",
-    "Strength",
-    "Support",
-    "Surface",
-    "SurfaceForce",
-    "SymmetryPlane",
-    "Table",
-    "TimeFunction",
-    "TubularSection",
-    "Universal",
-    "Weld",
-    "Wrinkling",
-    "stacking_angles",
-    "thermal_strain",
-]
+# all of these; type checkers, which take them from the imports above, would look for a list
+globals()["__all__"] = sorted(
+    name for name, value in globals().items() if name[0] != "_" and not hasattr(value, "__spec__")
+)

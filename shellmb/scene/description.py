@@ -1,7 +1,5 @@
 """Parts of a scene's description, each checked by itself; `Scene` checks the whole."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import KW_ONLY
 from typing import Annotated, Any, Literal
@@ -10,29 +8,24 @@ from pydantic import AfterValidator, Field, SkipValidation
 
 from shellmb.scene.beams.beam import Beam, Glue
 from shellmb.scene.control.controllers import Law
-from shellmb.scene.control.events import Event
-from shellmb.scene.control.sensors import Sensor, sensors_of
+from shellmb.scene.control.sensors import Event, Sensor, sensors_of
 from shellmb.scene.initial import InitialVelocity, Starts
 from shellmb.scene.loads.contacts import Contact
 from shellmb.scene.loads.loads import Load
-from shellmb.scene.loads.potentials import Potential
+from shellmb.scene.loads.potentials import EnclosedVolume, Potential
 from shellmb.scene.loads.supports import Support
-from shellmb.scene.loads.volumes import EnclosedVolume
 from shellmb.scene.multibody.couplings import Relation
-from shellmb.scene.multibody.drivers import Driver, Lock
-from shellmb.scene.multibody.elements import Element
+from shellmb.scene.multibody.elements import Driver, Element, Lock
 from shellmb.scene.multibody.joints import Joint
 from shellmb.scene.multibody.own_bodies import UserBody
 from shellmb.scene.multibody.rigid import RigidBody
-from shellmb.scene.paths import PathFollowing
 from shellmb.scene.probes import Probe, Reserve
 from shellmb.scene.schemes import LINEAR, Scheme, dissipation, is_static
-from shellmb.scene.settings import Output, Solver, StepControl
+from shellmb.scene.settings import Output, PathFollowing, Solver, StepControl
 from shellmb.scene.shells.shell import Join, Shell
+from shellmb.scene.types import NONE, Name, Positive, Several
 from shellmb.scene.units import check_order, parse_units
-from shellmb.scene.values.validate import NONE, Name, Positive, Several, described
-
-__all__ = ["Body", "Description"]
+from shellmb.scene.values.validate import described
 
 type Body = Shell | Beam | RigidBody | UserBody
 

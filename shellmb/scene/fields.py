@@ -1,10 +1,6 @@
 """Fields over bodies: names, components, units, and which bodies have them."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
-
-__all__ = ["DEFAULT", "FIELDS", "JUDGED", "MANY", "STATE", "FieldKind"]
 
 XYZ, PLANE, SHEAR = ("x", "y", "z"), ("11", "22", "12"), ("13", "23")
 FRAME = ("1", "2", "3")

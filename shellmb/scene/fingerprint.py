@@ -4,8 +4,6 @@ Two scenes with the same fingerprint describe the same physics. Functions count 
 code and by the values that they use: what they close over, and what they read of their module.
 """
 
-from __future__ import annotations
-
 import contextlib
 import functools
 import hashlib
@@ -23,8 +21,6 @@ import numpy as np
 
 from shellmb.scene.scene import Scene
 from shellmb.scene.values.renamed import STORED
-
-__all__ = ["Difference", "differences", "fingerprint"]
 
 type Leaf = bool | int | float | str | list[Any] | None
 type Fingerprint = dict[str, Leaf]
@@ -177,7 +173,8 @@ class _Walk:
 
     def _function(self, path: str, function: types.FunctionType) -> None:
         self._leaf(path, function.__qualname__)
-        if (function.__module__ or "").startswith("shellmb.") and not _of_demo(function):
+        module = function.__module__ or ""
+        if module.startswith("shellmb.") and not module.startswith("shellmb.demos."):
             return
         self._leaf(f"{path}{CODE}", _digest(_code(function.__code__)))
         for name, value in {**_used(function), **vars(function)}.items():
@@ -226,10 +223,6 @@ def _of_library(kind: type) -> bool:
     file = getattr(sys.modules.get(top), "__file__", None) or ""
     known = top == "shellmb" or (top != "__main__" and top in sys.stdlib_module_names)
     return known or "site-packages" in Path(file).parts
-
-
-def _of_demo(function: types.FunctionType) -> bool:
-    return function.__module__.startswith("shellmb.demos.")
 
 
 def _used(function: types.FunctionType) -> dict[str, Any]:

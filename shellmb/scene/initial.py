@@ -1,26 +1,14 @@
 """Initial velocities, and states to start from."""
 
-from __future__ import annotations
-
 import os
 from typing import Annotated, Any
 
 from pydantic import BeforeValidator
 
 from shellmb.errors import SceneError
-from shellmb.scene.values.positions import OfPosition
-from shellmb.scene.values.validate import (
-    ORIGIN,
-    Finite,
-    Held,
-    Name,
-    NonNegative,
-    PositiveInt,
-    Vector,
-    described,
-)
-
-__all__ = ["FromMode", "FromRun", "FromShape", "InitialVelocity", "Starts"]
+from shellmb.scene.types import ORIGIN, Finite, Held, Name, NonNegative, PositiveInt, Vector
+from shellmb.scene.values.user_functions import OfPosition
+from shellmb.scene.values.validate import described
 
 
 @described("initial velocity")

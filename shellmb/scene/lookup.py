@@ -1,38 +1,22 @@
 """Bodies, joints and coordinates to which parts of a scene refer."""
 
-from __future__ import annotations
-
-from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from shellmb.errors import SceneError
 from shellmb.scene.beams.beam import Beam
+from shellmb.scene.description import Body, Description
 from shellmb.scene.initial import InitialVelocity
 from shellmb.scene.loads import body_loads, contacts, loads, potentials, supports
-from shellmb.scene.multibody.drivers import Coordinate, Driver
-from shellmb.scene.multibody.elements import JointElement
+from shellmb.scene.multibody.elements import Coordinate, Driver, JointElement
 from shellmb.scene.multibody.joints import GROUND, Joint
 from shellmb.scene.multibody.own_bodies import UserBody
 from shellmb.scene.multibody.rigid import RigidBody
 from shellmb.scene.probes import Probe
 from shellmb.scene.shells.shell import Shell
+from shellmb.scene.values.messages import kind_of as kind_of
+from shellmb.scene.values.messages import listed as listed
+from shellmb.scene.values.messages import said as said
 from shellmb.scene.values.models import Modal
-
-if TYPE_CHECKING:
-    from shellmb.scene.description import Body, Description
-
-__all__ = [
-    "bodies_of",
-    "coordinates_of",
-    "find_body",
-    "find_end",
-    "find_joint",
-    "find_shell",
-    "kind_of",
-    "listed",
-    "model_of",
-    "said",
-]
 
 OURS = (Shell, Beam, RigidBody)
 FRAMES = (Beam, RigidBody)
@@ -57,21 +41,6 @@ ACTS_ON: dict[type, tuple[type, ...]] = {
     InitialVelocity: ANY,
     Probe: ANY,
 }
-
-
-def listed(names: Iterable[str]) -> str:
-    """Names for a message."""
-    return ", ".join(f"'{n}'" for n in names)
-
-
-def kind_of(body: Any) -> str:
-    """Name that messages use for this kind of body."""
-    return str(body.label)
-
-
-def said(item: Any) -> str:
-    """Name that messages use for a part of a scene."""
-    return f"{item.label} '{item.name}'" if hasattr(item, "name") else str(item.label)
 
 
 def small_strains(body: Any) -> str:

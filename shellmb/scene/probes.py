@@ -1,25 +1,12 @@
 """Records of a run at single points."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Annotated, Any, Literal
 
 from shellmb.errors import SceneError
 from shellmb.scene.multibody.offsets import Point
-from shellmb.scene.values.validate import (
-    NONE,
-    Held,
-    Listed,
-    Name,
-    PositiveInt,
-    Spot,
-    Untrue,
-    described,
-    show,
-)
-
-__all__ = ["MOTIONS", "RESULTANTS", "Probe", "Reserve"]
+from shellmb.scene.types import NONE, Held, Listed, Name, PositiveInt, Spot, Untrue
+from shellmb.scene.values.validate import described, show
 
 Quantity = Literal[
     "displacement",

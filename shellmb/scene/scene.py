@@ -8,26 +8,22 @@ from typing import Any, Literal
 from shellmb.errors import SceneError
 from shellmb.scene import lookup
 from shellmb.scene.beams.beam import Beam
-from shellmb.scene.checks import whole as checks
-from shellmb.scene.checks.fields import check_fields, check_reserves, has_field
-from shellmb.scene.checks.linear import check_path
+from shellmb.scene.checks.fields import has_field
+from shellmb.scene.checks.whole import check
 from shellmb.scene.description import Body, Description
 from shellmb.scene.initial import FromRun, FromShape, InitialVelocity
 from shellmb.scene.loads.contacts import Contact
 from shellmb.scene.loads.loads import Load
 from shellmb.scene.loads.potentials import Potential
 from shellmb.scene.loads.supports import Support
-from shellmb.scene.multibody.drivers import Coordinate, Driver, Lock
-from shellmb.scene.multibody.elements import Element
+from shellmb.scene.multibody.elements import Coordinate, Driver, Element, Lock
 from shellmb.scene.multibody.joints import Joint
 from shellmb.scene.probes import Probe
 from shellmb.scene.schemes import DISSIPATIVE, is_static
-from shellmb.scene.shells.divided import divided, refined_times
-from shellmb.scene.shells.shell import Shell
+from shellmb.scene.shells.shell import Shell, divided, refined_times
+from shellmb.scene.values.messages import error_of, listed
 from shellmb.scene.values.models import model_of
 from shellmb.scene.values.validate import extended, show
-
-__all__ = ["Scene"]
 
 STATIC_STEPS = 10
 
@@ -99,10 +95,7 @@ class Scene(Description):
             if self.dt is None:
                 steps = 1 if self.scheme_name == "linear-statics" else STATIC_STEPS
                 object.__setattr__(self, "dt", t_end / steps)
-        checks.check(self)
-        check_path(self)
-        check_fields(self)
-        check_reserves(self)
+        check(self)
 
     def __repr__(self) -> str:
         kinds: dict[str, tuple[Any, ...]] = {"shell": self.shells, "beam": self.beams}
@@ -219,10 +212,7 @@ class Scene(Description):
     def _divided(self, names: set[str], times: int) -> Scene:
         """The scene with more elements along each side of some shells and beams."""
         if times < 1 or times != int(times):
-            raise SceneError(
-                f"scene '{self.name}': divide is {show(times)}; it must be a whole number, 1 or "
-                "more"
-            )
+            raise error_of(self, f"divide is {show(times)}; it must be a whole number, 1 or more")
         shells = tuple(divided(s, times) if s.name in names else s for s in self.shells)
         beams = tuple(
             replace(b, elements=times * b.elements) if b.name in names else b for b in self.beams
@@ -233,10 +223,10 @@ class Scene(Description):
         """Names of the shells and beams that get a mesh, degree or cell."""
         found = [b for b in self.meshed if body in (None, b.name)]
         if body is not None and not found:
-            listed = lookup.listed(b.name for b in self.meshed) or "none"
+            known = listed(b.name for b in self.meshed) or "none"
             raise SceneError(
                 f"scene '{self.name}': body is {show(body)}; it must be one of the scene's shells "
-                f"and beams: {listed}"
+                f"and beams: {known}"
             )
         shells = [b for b in found if isinstance(b, Shell)]
         if mesh is not None and any(refined_times(s) is not None for s in shells):

@@ -1,10 +1,6 @@
 """Units of a scene, for labels only: numbers are in whatever consistent units a user takes."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
-
-__all__ = ["Units", "check_order", "parse_units"]
 
 # derived units that have names of their own, by those of length, mass and time
 NAMED = {

@@ -26,7 +26,7 @@ import numpy as np
 from shellmb.arrays import Floats
 from shellmb.errors import ConvergenceError, SceneError
 from shellmb.scene import Scene
-from shellmb.scene.checks.control import functions_of_time
+from shellmb.scene.checks.schemes import functions_of_time
 from shellmb.scene.control.signals import Signal, Switched
 from shellmb.scene.lookup import listed
 from shellmb.sensitivity.parameters import Parameter
@@ -125,9 +125,7 @@ def ends(run: Simulation, pair: Sides, solve: Callable[[float], Floats]) -> Ends
             f"sensitivities: the step from t = {step.t:g} begins or ends with an event, and its "
             f"length of {step.dt:.3g} s changes by {abs(moved):.3g} s within the distance of the "
             f"differences of '{pair.parameter.name}'; choose another dt, a smaller size of it by "
-            "scales=... (--scale), or a condition that the motion does not touch so slowly",
-            None,
-            {},
+            "scales=... (--scale), or a condition that the motion does not touch so slowly"
         )
     found, *states, _ = (h + moved / unit * s for h, s in zip(here, slopes, strict=True))
     return Ends(until, found, (states[0], states[1]), said)

@@ -22,7 +22,7 @@ from shellmb.running.loader import (
     scene_of,
 )
 from shellmb.scene import FromMode, Modal, Scene
-from shellmb.scene.checks.control import jumps
+from shellmb.scene.checks.schemes import jumps
 from shellmb.scene.fingerprint import differences, fingerprint
 
 # relative distance of the scenes at both sides: the error of central differences, its square, and

@@ -6,11 +6,10 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from shellmb.observers.control import control_summary
+from shellmb.observers.columns import StateColumns, path_columns, points_and_events
 from shellmb.observers.fields.reserves import Reserves
 from shellmb.observers.files.described import describe
 from shellmb.observers.history import History, Measuring
-from shellmb.observers.path import PathRecord, path_points
 from shellmb.observers.probes import Probes
 from shellmb.observers.summary import summarise, write_json
 from shellmb.running.directory import written
@@ -84,7 +83,7 @@ class PerturbedScene:
         assert self._standard is not None
         simulation, sources = self.shadow.simulation, self._standard.sources
         own = {**summary, **summarise(simulation, sources, wall, None)}
-        own |= path_points(simulation) | control_summary(simulation)
+        own |= points_and_events(simulation)
         energy = sources.energy
         made = RunResult(simulation.scene, simulation, sources.history.rows, own, energy, None)
         measure = results or simulation.scene.results
@@ -98,6 +97,6 @@ class PerturbedScene:
 def _only_probes(folder: Path) -> dict[str, Observer]:
     """Observers of the probes, and of the load factor of a path, and the history of these."""
     probes: Measuring = Probes()
-    reserves, path = Reserves(), PathRecord()
+    reserves, path = Reserves(), StateColumns(path_columns)
     history = History([probes, reserves, path], folder / HISTORY)
     return {"probes": probes, "reserves": reserves, "path": path, "history": history}  # type: ignore[dict-item]

@@ -10,6 +10,7 @@ import numpy as np
 
 from shellmb.barrier import first_found
 from shellmb.errors import SceneError
+from shellmb.files.checksums import as_list
 from shellmb.files.reading import read_bytes, unpacked
 from shellmb.files.writing import drafted
 from shellmb.observers.files.checkpoint import Saved, Written
@@ -51,7 +52,8 @@ class SavedSide:
         scene = fingerprint(self._simulation.scene)
         table = {"simulation": simulation, "observers": observers, "scene": scene}
         with drafted(self._file) as part:
-            np.savez(part, allow_pickle=False, **arrays, **{TABLE: np.array(json.dumps(table))})
+            text = np.array(json.dumps(table, default=as_list))
+            np.savez(part, allow_pickle=False, **arrays, **{TABLE: text})
 
     def take_up(self, run: Simulation) -> None:
         """Go on from the state in the file; collective.

@@ -284,9 +284,7 @@ class Tangents(BaseObserver):
             why = self.said[-1] if self.said else "use smaller steps"
             raise ConvergenceError(
                 f"sensitivities: the derivatives by '{pair.parameter.name}' do not converge at "
-                f"t = {last.t:g} (last relative change {now:.1e}); {why}",
-                None,
-                {},
+                f"t = {last.t:g} (last relative change {now:.1e}); {why}"
             )
         both.keep()
         if not (pair.above.forces or self._kinked):
@@ -363,9 +361,7 @@ def _no_number(parameter: Parameter, t: float) -> ConvergenceError:
     return ConvergenceError(
         f"sensitivities: a force is no finite number in the step from t = {t:g} with "
         f"'{parameter.name}' = {below:.9g} or {above:.9g}; differentiate at a value on both sides "
-        "of which it is one",
-        None,
-        {},
+        "of which it is one"
     )
 
 
@@ -395,4 +391,4 @@ def _updated(
 def check_solution(reason: str | None) -> None:
     """Raise an error if the linear solution failed."""
     if reason is not None:
-        raise ConvergenceError(f"sensitivities: {reason}", None, {})
+        raise ConvergenceError(f"sensitivities: {reason}")

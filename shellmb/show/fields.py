@@ -162,7 +162,7 @@ class Fields(Mapping[str, "xr.Dataset"]):
         import xarray as xr
         from xarray.core import indexing
 
-        from shellmb.files.grids import read_grid
+        from shellmb.files.grids import components, read_grid
         from shellmb.show.lazy import OnFiles
         from shellmb.show.values import POSITION
 
@@ -185,15 +185,13 @@ class Fields(Mapping[str, "xr.Dataset"]):
                 coordinates[NAMES] = ("node", np.array(grid.point_data[key]).astype(str))
                 continue
             array = grid.GetPoints().GetData() if key == POSITION else grid.point_data.GetArray(key)
-            count = array.GetNumberOfComponents()
-            dims: tuple[str, ...] = (self.along, "node")
-            shape: tuple[int, ...] = (grid.n_points,)
-            if count > 1:
-                named = [array.GetComponentName(k) or str(k + 1) for k in range(count)]
-                axis = "axis" if named == ["1", "2", "3"] and _kind(key) is None else _axis(key)
-                coordinates[axis] = (axis, list(XYZ) if axis == "axis" else named)
-                dims, shape = (*dims, axis), (*shape, count)
-            data = indexing.LazilyIndexedArray(OnFiles(files, key, shape))
+            dims, shape = [self.along, "node"], [grid.n_points]
+            if named := components(array):
+                kind = _kind(key)
+                axis = "axis" if kind is None else kind.axis
+                coordinates[axis] = (axis, list(XYZ if axis == "axis" else named))
+                dims, shape = [*dims, axis], [*shape, len(named)]
+            data = indexing.LazilyIndexedArray(OnFiles(files, key, tuple(shape)))
             variables[key] = xr.Variable(dims, data, {"units": self._unit(key)})
         for key in grid.cell_data:
             variables[key] = ("cell", np.array(grid.cell_data[key]))
@@ -209,9 +207,3 @@ class Fields(Mapping[str, "xr.Dataset"]):
 def _kind(key: str) -> FieldKind | None:
     """Kind of a field, also of one of many: those of plies have a number behind the name."""
     return FIELDS.get(key) or FIELDS.get(next((k for k in MANY if key.startswith(f"{k}_")), ""))
-
-
-def _axis(key: str) -> str:
-    """Name of the dimension of a field's components; directors d1, d2, d3 are vectors."""
-    kind = _kind(key)
-    return "axis" if kind is None else kind.axis

@@ -11,8 +11,8 @@ import numpy as np
 
 from shellmb.observers.files.described import Described
 from shellmb.show.fields import Fields
-from shellmb.show.space.scenery import Showing, images, showing
-from shellmb.show.space.views import SHOWN, view_of
+from shellmb.show.space.scenery import Showing, images, showing, side_by_side
+from shellmb.show.space.views import SHOWN, size_and_motion, view_of
 
 if TYPE_CHECKING:
     from PIL.Image import Image
@@ -29,11 +29,7 @@ def _mode(fields: Fields, described: Described, mode: int) -> Showing:
     what = showing(fields, described, [mode], "displacement", factor=1.0)
     (state,) = what.states
     nodes = np.concatenate([shape.reference for shape in what.shapes.values()])
-    size = float(np.linalg.norm(np.ptp(nodes, axis=0)))
-    largest = max(
-        float(np.linalg.norm(state[n].position - s.reference, axis=1).max())
-        for n, s in what.shapes.items()
-    )
+    size, largest = size_and_motion(what.shapes, what.states)
     factor = SHOWN * size / (largest or 1.0)
     ends = [
         s.reference + sign * factor * (state[n].position - s.reference)
@@ -66,19 +62,11 @@ def modes_image(fields: Fields, described: Described, summary: Mapping[str, Any]
         described: The scene.
         summary: Their summary.
     """
-    from PIL import Image
-
-    drawn = []
+    drawn: list[Image] = []
     for k, text in enumerate(captions(described, summary), start=1):
         what = replace(_mode(fields, described, k), caption=f"mode {k}: {text}", bar=False)
-        drawn += list(images(what, WIDTH))
-    columns = min(COLUMNS, len(drawn))
-    height = max(image.height for image in drawn)
-    rows = -(-len(drawn) // columns)
-    whole = Image.new("RGB", (WIDTH * columns, height * rows), "white")
-    for k, image in enumerate(drawn):
-        whole.paste(image, (WIDTH * (k % columns), height * (k // columns)))
-    return whole
+        drawn += images(what, WIDTH)
+    return side_by_side(drawn, min(COLUMNS, len(drawn)))
 
 
 def animate_mode(fields: Fields, described: Described, mode: int, file: Path) -> Path:

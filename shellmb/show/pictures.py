@@ -5,7 +5,7 @@ from __future__ import annotations
 import gc
 import logging
 import time as clock
-from collections.abc import Sequence
+from collections import defaultdict
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -22,6 +22,7 @@ from shellmb.show.account import bands
 from shellmb.show.fields import Fields
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
     from PIL.Image import Image
 
     from shellmb.show.space.scenery import Showing
@@ -30,8 +31,6 @@ if TYPE_CHECKING:
 # time that pictures may take at the end of a run: so much, or a part of the run's [s]. With that of
 # a process that ends with VTK loaded it is 2 s
 BUDGET, SHARE = 1.8, 0.2
-# states of an animation that is drawn in any case, and that is drawn at all
-FEWEST, MOST = 6, 100
 
 # of pictures of curves, points per inch: of 150 they take a third more time
 RESOLUTION = 110
@@ -120,7 +119,7 @@ def _draw(
 
         left = None if budget is None else budget - (clock.perf_counter() - begin)
         file = out / "animation.gif"
-        made.append(animate(fields, described, file, left, FEWEST, MOST, appearance=appearance))
+        made.append(animate(fields, described, file, left, appearance=appearance))
     return made
 
 
@@ -129,11 +128,11 @@ def _shape(
 ) -> list[Path]:
     if not len(fields.times):
         return []
-    from shellmb.show.space.scenery import images
+    from shellmb.show.space.scenery import images, side_by_side
 
     what = shown_shape(fields, described, appearance)
     width = 960 if len(what.states) == 1 else 720
-    return [save(_side_by_side(list(images(what, width))), file)]
+    return [save(side_by_side([*images(what, width)], len(what.states)), file)]
 
 
 def shown_shape(
@@ -150,9 +149,7 @@ def shown_shape(
 
     times = [float(fields.times[-1])]
     if described.dynamic and len(fields.times) > 2:
-        largest = _largest(fields)
-        if largest != times[0]:
-            times.insert(0, largest)
+        times.insert(0, _largest(fields))
     return showing(fields, described, times, appearance=appearance)
 
 
@@ -168,27 +165,14 @@ def save(image: Image, file: Path) -> Path:
     return file
 
 
-def _side_by_side(parts: Sequence[Image]) -> Image:
-    """Images in a row."""
-    from PIL import Image
-
-    whole = Image.new("RGB", (sum(p.width for p in parts), max(p.height for p in parts)), "white")
-    left = 0
-    for part in parts:
-        whole.paste(part, (left, 0))
-        left += part.width
-    return whole
-
-
 def _largest(fields: Fields) -> float:
     """Time of the state of the largest displacement."""
     from shellmb.show.values import read_values
 
-    sizes: dict[float, float] = {}
-    for name in fields:
-        for file, t in fields.states(name).items():
-            u = read_values(file, "displacement")
-            sizes[t] = max(sizes.get(t, 0.0), float(np.linalg.norm(u, axis=1).max()))
+    sizes: dict[float, float] = defaultdict(float)
+    for file, t in (state for name in fields for state in fields.states(name).items()):
+        u = read_values(file, "displacement")
+        sizes[t] = max(sizes[t], float(np.linalg.norm(u, axis=1).max()))
     return max(sizes, key=lambda t: sizes[t])
 
 
@@ -214,28 +198,25 @@ def _curves(
     """Pictures of curves."""
     import matplotlib as mpl
 
-    from shellmb.observers.drawing import STYLE
+    from shellmb.observers.drawing import STYLE, save_figure
     from shellmb.show import plots
 
     history = read_table(directory / "history.csv")
-    made: list[Path] = []
-    several = len(history["t"]) > 2
-
-    def save(figure: Any, name: str) -> None:
-        made.extend(plots.save(figure, out / f"{name}.{kind}"))
-
+    rows = len(history["t"])
+    drawn: dict[str, Figure | None] = {}
     with mpl.rc_context({**STYLE, "savefig.dpi": RESOLUTION}):
         if described.probes:
-            save(plots.probes(history, described, bands(summary)), "probes")
+            drawn["probes"] = plots.probes(history, described, bands(summary))
         if described.dynamic:
-            save(plots.energies(history, described), "energy")
+            drawn["energy"] = plots.energies(history, described)
         # of one step there is no history
-        if several:
-            save(plots.joints(history, described, size), "joints")
-            save(plots.steps(history, described), "steps")
-        if described.path and described.probes and len(history["t"]) > 1:
-            save(plots.path(history, described, summary.get("path", [])), "path")
-    return made
+        if rows > 2:
+            drawn["joints"] = plots.joints(history, described, size)
+            drawn["steps"] = plots.steps(history, described)
+        if described.path and described.probes and rows > 1:
+            drawn["path"] = plots.path(history, described, summary.get("path", []))
+        made = ((figure, out / f"{name}.{kind}") for name, figure in drawn.items())
+        return [save_figure(figure, file) for figure, file in made if figure is not None]
 
 
 def read_table(file: Path) -> dict[str, Floats]:

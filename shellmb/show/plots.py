@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from pathlib import Path
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import matplotlib as mpl
@@ -13,11 +13,24 @@ from matplotlib.figure import Figure
 
 from shellmb.arrays import Floats
 from shellmb.errors import SceneError
-from shellmb.files.writing import drafted
-from shellmb.observers.curves import Table, draw_curves, joint_plots, legend
 from shellmb.observers.drawing import STYLE, figure
 from shellmb.observers.files.described import Described, ProbeLine
 from shellmb.scene.lookup import listed
+
+# columns of a history by name: a DataFrame, or arrays
+Table = Mapping[str, Any]
+
+# more curves in one plot cannot be told apart
+MANY = 8
+
+# curves nearer than this part of their size are one to the eye
+SAME = 5e-3
+
+# a quantity below this part of what is large in the scene is round-off
+NOTHING = 1e-9
+
+# of curves on top of one another
+DASHES = ("-", "--", ":")
 
 ENERGIES = {
     "kinetic_energy": "kinetic",
@@ -76,9 +89,7 @@ def plot_history(
             raise SceneError(f"plot: there is no column '{missing}'; there are {listed(history)}")
         made = figure(7.0, 3.4)
         axes = made.subplots()
-        draw_curves(axes, _column(history, "t"), {n: _column(history, n) for n in names})
-        _bands(axes, errors)
-        legend(axes)
+        _over_time(axes, history, names, errors)
         axes.set_xlabel(scene.time_label)
         known = {probe.name: probe.quantity for probe in scene.probes}
         if len(kinds := {known.get(name) for name in names}) == 1 and (kind := kinds.pop()):
@@ -97,30 +108,30 @@ def probes(history: Table, scene: Described, errors: Mapping[str, float] | None 
     kinds = list(dict.fromkeys(p.quantity for p in scene.probes))
     made, every = _rows(len(kinds), 2.8)
     for kind, axes in zip(kinds, every, strict=True):
-        own = {p.name: _column(history, p.name) for p in scene.probes if p.quantity == kind}
-        draw_curves(axes, _column(history, "t"), own)
-        _bands(axes, errors)
+        _over_time(axes, history, [p.name for p in scene.probes if p.quantity == kind], errors)
         mean = "mean " if scene.dynamic and kind in RESULTANTS else ""
         axes.set_ylabel(mean + _label(scene, kind))
-        legend(axes)
     every[-1].set_xlabel(scene.time_label)
     return made
 
 
-def _bands(axes: Axes, errors: Mapping[str, float] | None) -> None:
-    """A band about each curve whose error is known."""
+def _over_time(
+    axes: Axes, history: Table, names: Sequence[str], errors: Mapping[str, float] | None
+) -> None:
+    """Columns over time, with a band about each curve whose error is known."""
+    draw_curves(axes, _column(history, "t"), {name: _column(history, name) for name in names})
     for line in list(axes.lines):
         error = (errors or {}).get(str(line.get_label()))
         if error:
             t, y = (np.asarray(values, dtype=float) for values in line.get_data())
             color, label = line.get_color(), f"{line.get_label()}: error (rms)"
             axes.fill_between(t, y - error, y + error, alpha=0.25, color=color, lw=0, label=label)
+    legend(axes)
 
 
 def joints(history: Table, scene: Described, size: float) -> Figure | None:
     """Coordinates of joints, what acts on them, and what they carry; None without any."""
-    plots = joint_plots(history, scene, size)
-    if not plots:
+    if not (plots := joint_plots(history, scene, size)):
         return None
     made, every = _rows(len(plots), 2.3)
     for plot, axes in zip(plots, every, strict=True):
@@ -233,10 +244,126 @@ def _column(history: Table, name: str) -> Floats:
     return np.asarray(history[name], dtype=float)
 
 
-def save(made: Figure | None, file: Path) -> list[Path]:
-    """Write a figure, if there is one."""
-    if made is None:
-        return []
-    with drafted(file) as draft:
-        made.savefig(draft)
-    return [file]
+@dataclass(frozen=True)
+class Plot:
+    """Curves with one unit.
+
+    Args:
+        label: What they are, with the unit.
+        curves: Values by name, each one per row of the history.
+        hidden: How many more there are, all smaller.
+    """
+
+    label: str
+    curves: dict[str, Floats]
+    hidden: int = 0
+
+
+def draw_curves(axes: Axes, t: Floats, curves: Mapping[str, Floats]) -> None:
+    """Curves with their points where they are few; what lies on another one is seen all the same.
+
+    A curve that later ones coincide with is drawn so much wider, they are dashed on top of it.
+
+    Args:
+        axes: Where.
+        t: Times.
+        curves: Values by their names in the legend, NaN where there is none.
+    """
+    marker = "." if len(t) < 30 else None
+    names = list(curves)
+    reach = max((_largest({n: v}) for n, v in curves.items()), default=0.0)
+    for k, name in enumerate(names):
+        y = np.asarray(curves[name], dtype=float)
+        before = sum(_coincide(y, curves[n], reach) for n in names[:k])
+        behind = sum(_coincide(y, curves[n], reach) for n in names[k + 1 :])
+        axes.plot(
+            t,
+            y,
+            DASHES[min(before, len(DASHES) - 1)],
+            label=name,
+            linewidth=1.2 + 2.2 * behind,
+            alpha=0.45 if behind else 1.0,
+            marker=marker,
+        )
+
+
+def _coincide(a: Floats, b: Floats, reach: float) -> bool:
+    both = np.isfinite(a) & np.isfinite(b)
+    apart = np.abs(a - np.asarray(b, dtype=float))[both]
+    return bool(len(apart)) and float(apart.max()) <= SAME * reach
+
+
+def legend(axes: Axes, columns: int = 4, title: str | None = None) -> None:
+    """A legend above the axes, where it hides no curve.
+
+    Args:
+        axes: Where, with curves.
+        columns: Number of columns at most.
+        title: What is written above it.
+    """
+    if axes.lines:
+        axes.legend(
+            loc="lower right",
+            bbox_to_anchor=(1.0, 1.0),
+            ncols=min(columns, len(axes.lines)),
+            title=title,
+            alignment="left",
+            fontsize=9,
+            title_fontsize=9,
+        )
+
+
+def joint_plots(history: Table, scene: Described, size: float) -> list[Plot]:
+    """Plots of joints: coordinates, what acts on them, sizes of forces and moments.
+
+    In motion forces are means over a step, those of springs, dampers and motors values at its end.
+    Curves that are nothing but round-off are left out.
+
+    Args:
+        history: The history.
+        scene: The scene.
+        size: Its size; a force is compared with moments by it.
+    """
+    joints, acting = list(scene.joints), [*scene.drivers, *scene.elements]
+
+    def columns(owners: list[str], endings: Iterable[str]) -> dict[str, Floats]:
+        names = (f"{owner}.{ending}" for ending in endings for owner in owners)
+        return {name: _column(history, name) for name in names if name in history}
+
+    def sizes(letter: str) -> dict[str, Floats]:
+        # NaN before the first step stays
+        return {
+            name: np.sqrt(sum(_column(history, f"{name}.{letter}{k}") ** 2 for k in (1, 2, 3)))
+            for name in joints
+            if f"{name}.{letter}1" in history
+        }
+
+    label = scene.labels.label
+    torques = columns(acting, ["torque"]) | columns(joints, ["lock_torque"])
+    forces = columns(acting, ["force"]) | columns(joints, ["lock_force"])
+    carried, couples = sizes("F"), sizes("M")
+    effort = max(_largest(forces), _largest(carried), _largest(torques | couples) / size)
+    mean = "mean " if scene.dynamic else ""
+    plots = [
+        _plot(label("rotation", "angle"), columns(joints, ["rotation"]), 1.0),
+        _plot(label("translation", "length"), columns(joints, ["translation"]), size),
+        _plot(label("length", "length"), columns(acting, ["length"]), size),
+        _plot(label("torque", "moment"), torques, effort * size),
+        _plot(label("force", "force"), forces, effort),
+        _plot(label(f"|{mean}force in joint|", "force"), carried, effort),
+        _plot(label(f"|{mean}moment in joint|", "moment"), couples, effort * size),
+    ]
+    return [plot for plot in plots if plot.curves]
+
+
+def _largest(curves: Mapping[str, Floats]) -> float:
+    return max((float(np.nanmax(np.abs(v), initial=0.0)) for v in curves.values()), default=0.0)
+
+
+def _plot(label: str, curves: dict[str, Floats], large: float) -> Plot:
+    """The largest curves of one kind in their order, without those that are nothing."""
+    size = {name: _largest({name: values}) for name, values in curves.items()}
+    something = [name for name in curves if size[name] > NOTHING * large]
+    kept = sorted(something, key=lambda name: -size[name])[:MANY]
+    shown = {name: curves[name] for name in something if name in kept}
+    return Plot(label, shown, len(something) - len(shown))

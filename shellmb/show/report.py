@@ -6,7 +6,7 @@ import base64
 import html
 import io
 import json
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -99,26 +99,30 @@ class ShownModes(Protocol):
 
 def card(run: Shown) -> str:
     """A run in a notebook: its picture beside the balance, and its warnings."""
-    picture = _first_picture(run)
-    rows = _table(run.account.items())
-    said = "".join(_warning(w) for w in run.warnings)
-    title = html.escape(repr(run)[1:-1])
-    return (
-        f"<div><style>{_scoped()}</style><p><b>{title}</b></p>{said}"
-        f'<div style="display:flex;gap:1.5rem;align-items:center;flex-wrap:wrap">'
-        f"{picture}<div>{rows}</div></div></div>"
-    )
+    rows = f"<div>{_table(run.account.items())}</div>"
+    flex = "display:flex;gap:1.5rem;align-items:center;flex-wrap:wrap"
+    inner = f'<div style="{flex}">{_first_picture(run)}{rows}</div>'
+    return _card(run, run.warnings, inner, f"<style>{_scoped()}</style>")
+
+
+def _card(shown: object, warnings: Iterable[str], inner: str, style: str = "") -> str:
+    title, said = html.escape(repr(shown)[1:-1]), "".join(map(_warning, warnings))
+    return f"<div>{style}<p><b>{title}</b></p>{said}{inner}</div>"
 
 
 def modes_card(modes: ShownModes) -> str:
     """Modes in a notebook: their picture and frequencies."""
     rows = _table((f"mode {k}", text) for k, text in enumerate(modes.captions, start=1))
+    picture = _or_why(lambda: image_tag(_png(modes.picture()), "modes"))
+    return _card(modes, modes.warnings, picture + rows)
+
+
+def _or_why(made: Callable[[], str]) -> str:
+    """What is made, or why this machine cannot."""
     try:
-        picture = image_tag(_png(modes.picture()), "modes")
+        return made()
     except RunError as error:
-        picture = f'<p class="quiet">{html.escape(str(error))}</p>'
-    said = "".join(_warning(each) for each in modes.warnings)
-    return f"<div><p><b>{html.escape(repr(modes)[1:-1])}</b></p>{said}{picture}{rows}</div>"
+        return f'<p class="quiet">{html.escape(str(error))}</p>'
 
 
 def campbell_card(modes: Any, diagram: Figure) -> str:
@@ -130,9 +134,8 @@ def campbell_card(modes: Any, diagram: Figure) -> str:
     """
     drawn = io.BytesIO()
     diagram.savefig(drawn, format="png", dpi=100)
-    said = "" if modes.stable else _warning(modes.verdict)
     picture = image_tag(drawn.getvalue(), "Campbell diagram")
-    return f"<div><p><b>{html.escape(repr(modes)[1:-1])}</b></p>{said}{picture}</div>"
+    return _card(modes, () if modes.stable else (modes.verdict,), picture)
 
 
 def write_report(run: Shown, file: Path) -> Path:
@@ -206,11 +209,8 @@ def _turnable(run: Shown) -> str:
     from shellmb.show.space.scenery import showing
     from shellmb.show.space.web import framed
 
-    what = showing(run.fields, run.described, [run.fields.nearest(None)])
-    try:
-        return framed(what)
-    except RunError as error:
-        return f'<p class="quiet">{html.escape(str(error))}</p>'
+    what = showing(run.fields, run.described)
+    return _or_why(lambda: framed(what))
 
 
 def _details(folder: Path) -> list[str]:
@@ -232,14 +232,11 @@ def _details(folder: Path) -> list[str]:
 
 def _first_picture(run: Shown) -> str:
     file = run.directory / "shape.png"
-    try:
-        if file.is_file():
-            return _file_tag(file, "max-width:640px")
-        if not len(run.fields.times):
-            return ""
-        return image_tag(_png(run.picture()), "shape", "max-width:640px")
-    except RunError as error:
-        return f'<p class="quiet">{html.escape(str(error))}</p>'
+    if file.is_file():
+        return _file_tag(file, "max-width:640px")
+    if not len(run.fields.times):
+        return ""
+    return _or_why(lambda: image_tag(_png(run.picture()), "shape", "max-width:640px"))
 
 
 def _file_tag(file: Path, style: str = "") -> str:

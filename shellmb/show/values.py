@@ -5,12 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from vtkmodules.util.numpy_support import vtk_to_numpy
-from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
 
 from shellmb.arrays import Floats
 from shellmb.errors import SceneError
-from shellmb.files.grids import check_grid
+from shellmb.files.grids import numbers, read_grid
 
 # name of the positions, which are the points of the grid
 POSITION = "position"
@@ -26,19 +24,8 @@ def read_values(file: Path, name: str) -> Floats:
     Raises:
         SceneError: If the file is damaged.
     """
-    check_grid(file)
-    reader = vtkXMLUnstructuredGridReader()
-    reader.SetFileName(str(file))
-    reader.UpdateInformation()
-    reader.GetCellDataArraySelection().DisableAllArrays()
-    chosen = reader.GetPointDataArraySelection()
-    chosen.DisableAllArrays()
-    if name != POSITION:
-        chosen.EnableArray(name)
-    reader.Update()
-    grid = reader.GetOutput()
+    grid = read_grid(file, name)
     array = grid.GetPoints().GetData() if name == POSITION else grid.GetPointData().GetArray(name)
     if array is None:
         raise SceneError(f"{file} is damaged (it has no {name})")
-    found: Floats = vtk_to_numpy(array)  # type: ignore[no-untyped-call]
-    return found.astype(np.float64)
+    return numbers(array).astype(np.float64)

@@ -10,7 +10,7 @@ tenth.
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Hashable, Mapping
 from functools import lru_cache
 from typing import Any, NamedTuple
 
@@ -19,6 +19,7 @@ from petsc4py import PETSc
 import numpy as np
 
 from shellmb.arrays import Floats, Ints
+from shellmb.restart import Restartable, constant
 from shellmb.system.newton.iteration import Iteration
 
 # so many states are kept: polynomials of degree 0, 1, 2, 3 in time
@@ -34,15 +35,17 @@ FAR = 0.5
 MEMORY = 0.5
 
 
-class _Errors:
+class _Errors(Restartable):
     """Mean errors of guesses so far: those of several polynomials, of which more become possible.
 
     Attributes:
         mean: They, of so many as there were guesses of.
     """
 
-    def __init__(self, mean: Sequence[float] = ()) -> None:
-        self.mean = list(mean)
+    remembered = ("mean",)
+
+    def __init__(self) -> None:
+        self.mean: list[float] = []
 
     def best(self, default: int, bound: float = math.inf) -> int:
         """Number of the polynomial that does best; the default where none is within a bound."""
@@ -69,7 +72,7 @@ class Pairs(NamedTuple):
     times: Floats
 
 
-class Predictor:
+class Predictor(Restartable):
     """Extrapolates the unknowns of steps that continue one another.
 
     Which polynomial does best depends on the motion: high degrees do for smooth ones, low degrees
@@ -79,7 +82,12 @@ class Predictor:
     Args:
         iteration: Knows the directors, and measures errors as it measures updates.
         pairs: Owned unknowns: either each of them is in a pair, or none.
+
+    Attributes:
+        key: What the steps so far have in common; None: there are none.
     """
+
+    remembered = ("_past", "_times", "_motion", "_forces")
 
     def __init__(self, iteration: Iteration, pairs: Pairs) -> None:
         self._nodes, self._convergence = iteration.nodes, iteration.convergence
@@ -97,13 +105,12 @@ class Predictor:
 
     def clear(self) -> None:
         """Forget the past: motion does not continue smoothly."""
-        # the last states, the newest first, shape (k, n): a new array with each step, so that who
-        # was given one may keep it
-        self._past = np.zeros((0, self._table.shape[1]))
+        # the last states, the newest first, shape (k, n)
+        self._past = constant(np.zeros((0, self._table.shape[1])))
         # times from the first of them to each, s
         self._times: tuple[float, ...] = ()
         self._motion, self._forces = _Errors(), _Errors()
-        self._key: Hashable = None
+        self.key: Hashable = None
         # length of the step that the table is foreseen for, s
         self._ahead: float | None = None
 
@@ -114,7 +121,7 @@ class Predictor:
             key: What steps have in common that continue one another.
             dt: Its length, s.
         """
-        if not len(self._past) or key != self._key:
+        if not len(self._past) or key != self.key:
             return None
         rows = self._foresee(dt)
         default, bound = (1, math.inf) if self._has_pairs else (0, FAR)
@@ -153,9 +160,9 @@ class Predictor:
             key: What steps have in common that continue one another.
             dt: Length of the step, s.
         """
-        if key != self._key:
+        if key != self.key:
             self.clear()
-        self._key = key
+        self.key = key
         new = x.array_r
         if len(self._past):
             wrong = self._foresee(dt)
@@ -165,37 +172,15 @@ class Predictor:
             self._forces.add(forces)
         # slopes are per unit of time
         self._units[self._pairs.slopes] = dt
-        self._past = np.concatenate([(new / self._units)[None], self._past[: STATES - 1]])
+        past = np.concatenate([(new / self._units)[None], self._past[: STATES - 1]])
+        self._past = constant(past)
         self._times = (0.0, *(t - dt for t in self._times))[:STATES]
         self._ahead = None
 
-    def arrays(self) -> dict[str, Floats]:
-        """Past unknowns that this rank owns, for a restart."""
-        return {str(k): state for k, state in enumerate(self._past)}
-
-    def state(self) -> dict[str, list[float]]:
-        """The other part of it: when they were, and how each polynomial has done."""
-        errors = {"motion": self._motion, "forces": self._forces}
-        return {"times": list(self._times)} | {k: list(e.mean) for k, e in errors.items()}
-
-    def restore(
-        self,
-        arrays: Mapping[str, Floats],
-        state: Mapping[str, Sequence[float]],
-        key: Hashable,
-    ) -> None:
-        """Take up a saved past.
-
-        Args:
-            arrays: As from `arrays`.
-            state: As from `state`.
-            key: That of the step to come.
-        """
-        states = [arrays[str(k)] for k in range(len(arrays))]
-        self._past = np.array(states).reshape(-1, self._table.shape[1])
-        self._times, self._ahead = tuple(state["times"]), None
-        self._motion, self._forces = _Errors(state["motion"]), _Errors(state["forces"])
-        self._key = key
+    def restore(self, state: Mapping[str, Any]) -> None:
+        """Take up a saved past, which continues steps with the `key` that is then set."""
+        super().restore(state)
+        self._ahead = None
 
 
 @lru_cache

@@ -7,26 +7,17 @@ what was left out there is missing as soon as the bodies have moved.
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 from dolfinx import fem
 
 from shellmb.errors import ConvergenceError
 from shellmb.model.joints.joints import JointGroup
+from shellmb.preprocessing.constraint_analysis.redundancy import worst_of
 from shellmb.simulate.problem import Problem
 
 # a joint whose constraint is implied by others stays closed to round-off: positions relative to the
 # scene's length, directions by the sine of their angle
 OPENED = 1e-6
-
-
-class _Found(NamedTuple):
-    """Gap of a joint, its name, and both in words; the largest is the worst."""
-
-    apart: float
-    joint: str
-    said: str
 
 
 class DroppedConstraints:
@@ -55,24 +46,17 @@ class DroppedConstraints:
         """
         if not self._watched:
             return
-        last = self._problem.last
-        levels = self._problem.levels
+        last, levels = self._problem.last, self._problem.levels
         worst = max(_worst(group, levels[group.name].unknown[last]) for group in self._watched)
-        found = max(self._comm.allgather(worst)) if self._comm.size > 1 else worst
-        if found.apart > OPENED:
+        apart, joint, said = max(self._comm.allgather(worst)) if self._comm.size > 1 else worst
+        if apart > OPENED:
             raise ConvergenceError(
-                f"t = {t:g}: joint '{found.joint}' opens by {found.said}: one of its constraints "
+                f"t = {t:g}: joint '{joint}' opens by {said}: one of its constraints "
                 "was left out as redundant, which it is at the position of the start only, a "
                 "singular one; begin at another position, or use joints with fewer constraints"
             )
 
 
-def _worst(group: JointGroup, q: fem.Function) -> _Found:
+def _worst(group: JointGroup, q: fem.Function) -> tuple[float, str, str]:
     """Largest violation of what was left out of the joints that act, on this rank."""
-    found = np.where(group.allowed[group.nodes.item], 0.0, group.apart(q))
-    if not found.any():
-        return _Found(0.0, "", "")
-    row, component = np.unravel_index(np.argmax(found), found.shape)
-    apart = float(found[row, component])
-    label = group.labels[int(group.nodes.item[row])]
-    return _Found(apart, label, group.said(int(component), apart))
+    return worst_of(group, np.where(group.allowed[group.nodes.item], 0.0, group.apart(q)))

@@ -19,7 +19,8 @@ from dolfinx import fem
 from shellmb.arrays import Floats
 from shellmb.errors import ConvergenceError
 from shellmb.model.body import FixedDofs, PrescribedTurn
-from shellmb.model.joints.coordinates import CoordinateGroup, gathered
+from shellmb.model.joints.coordinates import CoordinateGroup
+from shellmb.model.massless import gathered
 from shellmb.preprocessing.bodyfields import body_directors
 from shellmb.schemes.base import END, Levels
 from shellmb.simulate.problem import Problem

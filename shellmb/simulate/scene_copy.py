@@ -21,7 +21,7 @@ import numpy as np
 from shellmb.errors import warn
 from shellmb.scene import Scene
 from shellmb.scene.fingerprint import Fingerprint, outside
-from shellmb.scene.values.copies import MUTABLE, with_own_defaults
+from shellmb.scene.values.user_functions import MUTABLE, with_own_defaults
 
 # whose functions keep nothing, and whose objects are not copied
 LIBRARIES = {"shellmb", "numpy", "scipy", "ufl", "dolfinx", "basix", "petsc4py", "mpi4py"}
@@ -64,7 +64,7 @@ class SceneCopy:
                     f"scene '{scene.name}': an earlier run has changed {', '.join(names)}, which "
                     f"the function {function.__qualname__} reads from outside, and this run "
                     "starts with the changed values; keep the memory of a law in its state or in "
-                    "an object",
+                    "an object"
                 )
 
     @property
@@ -107,14 +107,15 @@ class SceneCopy:
         plain = isinstance(value, type | types.ModuleType | str | int | float | None)
         if plain or (is_ours(kind.__module__) and not self._holds(value)):
             return value
-        for function in self._held(value):
-            self._own(function, path)
+        for part in self._parts(value):
+            if isinstance(part, types.FunctionType):
+                self._own(part, path)
         try:
             return copy.deepcopy(value, self._memo)
         except Exception as error:
             warn(
                 f"scene '{self._name}': {path} is or holds a {kind.__name__} that cannot be copied "
-                f"({error}); the next run of this scene starts with what this run changes in it",
+                f"({error}); the next run of this scene starts with what this run changes in it"
             )
             return value
 
@@ -123,11 +124,6 @@ class SceneCopy:
         """Decide whether something of a library's class may be changed in a run."""
         kinds = (*MUTABLE, types.MethodType, functools.partial, np.random.Generator)
         return isinstance(value, kinds) or isinstance(value, Iterator)
-
-    @staticmethod
-    def _held(value: Any) -> list[types.FunctionType]:
-        """Functions within what is copied as a whole."""
-        return [f for f in SceneCopy._parts(value) if isinstance(f, types.FunctionType)]
 
     @staticmethod
     def _parts(value: Any) -> list[Any]:

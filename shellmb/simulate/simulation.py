@@ -8,8 +8,6 @@ from typing import Any, Protocol
 
 from mpi4py import MPI
 
-import numpy as np
-
 from shellmb.arrays import Ints
 from shellmb.clock import now
 from shellmb.errors import ConvergenceError, petsc_in_words
@@ -20,9 +18,10 @@ from shellmb.model.model import Model
 from shellmb.model.rank_consistency import same_on_all
 from shellmb.native.assembler import assembled_as
 from shellmb.prefixes import below
+from shellmb.preprocessing.bodyfields import relative_size
 from shellmb.preprocessing.checked_model import checked_model
 from shellmb.preprocessing.constraint_analysis.redundancy import singular
-from shellmb.restart import Restartable
+from shellmb.restart import Restartable, arrays_of, with_arrays, without_arrays
 from shellmb.scene import Scene
 from shellmb.scene.checks.ignored_settings import check_begin
 from shellmb.schemes.base import Scheme, StateArrays, levels_arrays, live_arrays
@@ -34,15 +33,13 @@ from shellmb.simulate.redundant_watch import DroppedConstraints
 from shellmb.simulate.scene_copy import SceneCopy
 from shellmb.simulate.start.redistribute import numbering, spread
 from shellmb.simulate.start.start import Start
-from shellmb.simulate.stepping import Arrays, Attempt, StepInfo, Stepping, TimeSteps
+from shellmb.simulate.stepping import Arrays, Attempt, StepInfo, TimeSteps
 from shellmb.simulate.stepsize.control import LoadSize, StepSize
 from shellmb.simulate.stepsize.target_times import Count, Landing, near
 from shellmb.simulate.stepsize.tolerance import ErrorSize
 
 # what names of saved arrays of steps before the last one begin with
 PAST = "past/"
-# and of those of contacts of shells
-COUPLED = "coupled/"
 
 
 class Observer(Protocol):
@@ -138,7 +135,7 @@ def _of(method: Any) -> Any:
     return getattr(method, "__func__", method)
 
 
-class Simulation:
+class Simulation(Restartable):
     """A scene in motion.
 
     Args:
@@ -167,6 +164,8 @@ class Simulation:
         setup_seconds: Time to build everything but the forms, s.
         step_seconds: Time spent in steps so far, observers included, s.
     """
+
+    remembered = ("t", "_count", "step", "iterations", "step_seconds", "size")
 
     @uncollected()
     @taken_once()
@@ -205,7 +204,7 @@ class Simulation:
         if scene.path is not None:
             assert isinstance(self.size, ArcSize)
             self.path = PathSteps(self.problem, scene.path, self.size)
-        self.stepping: Stepping = self.path or TimeSteps(self.problem)
+        self.stepping: TimeSteps | PathSteps = self.path or TimeSteps(self.problem)
         self.dropped = DroppedConstraints(self.problem)
         self.landing = Landing(scene, self.model.mechanism.events)
         self.control = Control(scene, self.model.signals)
@@ -216,17 +215,13 @@ class Simulation:
 
     def _size(self) -> StepSize:
         """Make what chooses the step."""
-        control, dt, solver = (
-            self.scene.step_control,
-            float(self.scene.dt or 0.0),
-            self.scene.solver,
-        )
+        control, dt = self.scene.step_control, float(self.scene.dt or 0.0)
         if self.scene.path is not None:
             return ArcSize(control, dt)
         if control.step_error is None:
             return StepSize(control, dt) if self.scheme.dynamic else LoadSize(control, dt)
         law = self.scheme.local_error
-        noise = law.per_radian(solver.tolerance ** (1 / law.degree))
+        noise = law.per_radian(self.scene.solver.tolerance ** (1 / law.degree))
         return ErrorSize(control, dt, self.t_end, law.order, noise, law.factor)
 
     @petsc_in_words()
@@ -297,11 +292,7 @@ class Simulation:
                 if self.size.reject(dt) or (self.scheme.dynamic and self.size.lengthen()):
                     continue
                 where = f"t = {self.t:g}, step {self.step + 1}, {self.size.failed(dt)}"
-                raise ConvergenceError(
-                    f"{where}: {self._why(error)}",
-                    error.field,
-                    error.norms,
-                ) from error
+                raise error.reworded(f"{where}: {self._why(error)}") from error
             if attempt.dt != dt:
                 dt, end = attempt.dt, None
             break
@@ -375,11 +366,8 @@ class Simulation:
         largest = 0.0
         for body in self.model.bodies:
             levels = self.problem.levels[body.name]
-            jump = np.abs(levels.unknown[stage].x.array - levels.q.x.array)
-            for part in body.parts:
-                if part.name in body.kinematic:
-                    here = float(np.max(jump[body.mixed.dofs[part.name]], initial=0.0))
-                    largest = max(largest, here / part.scale)
+            jump = levels.unknown[stage].x.array - levels.q.x.array
+            largest = max(largest, relative_size(body, jump))
         return float(self.model.comm.allreduce(largest, op=MPI.MAX))
 
     def arrays(self) -> Arrays:
@@ -424,33 +412,31 @@ class Simulation:
 
     def past(self) -> Arrays:
         """The other part of it, of earlier steps, which nothing changes."""
-        found = {f"{PAST}{key}": array for key, array in self.stepping.arrays().items()}
-        for coupling in self.problem.couplings:
-            own = f"{PAST}{COUPLED}{coupling.name}/"
-            found |= {f"{own}{key}": array for key, array in coupling.arrays().items()}
-        return found
+        return arrays_of(self._past(), PAST)
 
-    def restore(self, arrays: Arrays, state: dict[str, Any]) -> None:
+    def _past(self) -> dict[str, Any]:
+        """What is known of earlier steps, arrays among it."""
+        couplings = {str(k): each.state() for k, each in enumerate(self.problem.couplings)}
+        return {"steps": self.stepping.state(), "couplings": couplings}
+
+    def restore(  # type: ignore[override]
+        self, arrays: Arrays, state: dict[str, Any]
+    ) -> None:
         """Take up a saved state.
 
         Args:
             arrays: As from `arrays`, on the same number of ranks.
-            state: As from `state`.
+            state: As from `state`; what it does not know of earlier steps is found again.
         """
+        super().restore(state)
         for name, array in self.live().items():
             array[:] = arrays[name]
-        self.t, self.step = float(state["t"]), int(state["step"])
-        self._count.restore(state["count"])
         self.problem.arrive(self.t)
-        self.iterations = int(state["iterations"])
-        self.step_seconds = float(state["step_seconds"])
-        self.size.restore(state["size"])
         self.model.mechanism.switches.restore(state["switches"])
-        past = below(arrays, PAST)
-        for coupling in self.problem.couplings:
-            coupling.restore(below(past, f"{COUPLED}{coupling.name}/"))
-        own = {key: array for key, array in past.items() if not key.startswith(COUPLED)}
-        self.stepping.restore(own, state["past"])
+        past = with_arrays(state["past"], below(arrays, PAST))
+        self.stepping.restore(past.get("steps"))
+        for k, saved in past.get("couplings", {}).items():
+            self.problem.couplings[int(k)].restore(saved)
         self.control.restore(state["control"])
         if self.control.ended is not None:
             self.t_end = self.t
@@ -484,14 +470,8 @@ class Simulation:
 
     def state(self) -> dict[str, Any]:
         """Counters and step size, for a restart."""
-        return {
-            "t": self.t,
-            "count": self._count.state(),
-            "step": self.step,
-            "iterations": self.iterations,
-            "step_seconds": self.step_seconds,
-            "size": self.size.state(),
+        return super().state() | {
             "switches": self.model.mechanism.switches.state(),
-            "past": self.stepping.state(),
+            "past": without_arrays(self._past()),
             "control": self.control.state(),
         }

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 from shellmb.arrays import Floats
 from shellmb.model.rank_consistency import TimesAlike
-from shellmb.prefixes import below
+from shellmb.restart import Restartable
+from shellmb.simulate.predictor import Predictor
 from shellmb.simulate.problem import Problem
 from shellmb.simulate.rotation_per_step import RotationPerStep, turned
 from shellmb.simulate.stepsize.errors import StepErrors
@@ -18,8 +19,6 @@ Arrays = dict[str, Floats]
 # method may have come to an equilibrium that the body does not come to: a strip that is rolled up
 # at once may leave its plane. Loads that end in the same one take up to 18
 SAFE_TURN, SAFE_ITERATIONS = 2.5, 24
-# what names of arrays for estimates of errors begin with
-ERRORS = "errors/"
 
 
 @dataclass(frozen=True)
@@ -57,13 +56,25 @@ class Attempt(NamedTuple):
     error: float | None = None
 
 
-class Stepping(Protocol):
-    """Gets from one accepted state to the next."""
+class TimeSteps(Restartable):
+    """Steps in time, or in the load parameter of statics.
 
-    @property
-    def finished(self) -> bool:
-        """Decide whether the end is reached before the last time."""
-        ...
+    Args:
+        problem: The system of one step.
+
+    Attributes:
+        finished: Whether the end is reached before the last time.
+    """
+
+    remembered = ("_guesses", "_errors")
+    finished = False
+
+    def __init__(self, problem: Problem) -> None:
+        self._problem, self._turns = problem, RotationPerStep(problem)
+        self._loads = not problem.scheme.dynamic and not problem.scheme.linear
+        self._times = TimesAlike(problem.model.scene, problem.model.comm)
+        controlled = problem.model.scene.step_control.step_error is not None
+        self._errors = StepErrors(problem) if controlled else None
 
     def attempt(self, t: float, dt: float) -> Attempt:
         """Solve for the state a step ahead; the accepted state stays as it is.
@@ -75,59 +86,6 @@ class Stepping(Protocol):
         Raises:
             ConvergenceError: If there is no solution.
         """
-        ...
-
-    def accept(self, dt: float) -> None:
-        """Make the state of the last attempt the accepted one."""
-        ...
-
-    def forget(self, velocities: bool) -> None:
-        """The motion does not continue smoothly: what went before tells nothing.
-
-        Args:
-            velocities: Whether they have jumped; if not, forces or their rates have.
-        """
-        ...
-
-    def arrays(self) -> Arrays:
-        """Arrays that a restart needs, beside the states of the bodies."""
-        ...
-
-    def state(self) -> Any:
-        """Numbers that a restart needs."""
-        ...
-
-    def restore(self, arrays: Arrays, state: Any) -> None:
-        """Take up what was saved, the bodies having their states.
-
-        Args:
-            arrays: As from `arrays`.
-            state: As from `state`.
-        """
-        ...
-
-
-class TimeSteps:
-    """Steps in time, or in the load parameter of statics.
-
-    Args:
-        problem: The system of one step.
-    """
-
-    def __init__(self, problem: Problem) -> None:
-        self._problem, self._turns = problem, RotationPerStep(problem)
-        self._loads = not problem.scheme.dynamic and not problem.scheme.linear
-        self._times = TimesAlike(problem.model.scene, problem.model.comm)
-        controlled = problem.model.scene.step_control.step_error is not None
-        self._errors = StepErrors(problem) if controlled else None
-
-    @property
-    def finished(self) -> bool:
-        """Only the last time is the end."""
-        return False
-
-    def attempt(self, t: float, dt: float) -> Attempt:
-        """Solve for the state at `t + dt`."""
         self._times.check(t, dt)
         self._turns.check(t, dt)
         self._problem.prepare(t, dt)
@@ -146,33 +104,26 @@ class TimeSteps:
             self._errors.accept(dt)
 
     def forget(self, velocities: bool) -> None:
-        """Estimates begin anew; first guesses where velocities have jumped."""
+        """The motion does not continue smoothly: what went before tells nothing.
+
+        Args:
+            velocities: Whether they have jumped; if not, forces or their rates have.
+        """
         if velocities:
             self._problem.predictor.clear()
         if self._errors is not None:
             self._errors.forget()
 
-    def arrays(self) -> Arrays:
-        """States of earlier steps, from which first guesses and errors are found."""
-        found = dict(self._problem.predictor.arrays())
-        if self._errors is not None:
-            found |= {f"{ERRORS}{name}": array for name, array in self._errors.arrays().items()}
-        return found
+    @property
+    def _guesses(self) -> Predictor:
+        return self._problem.predictor
 
-    def state(self) -> Any:
-        """Further properties of them."""
-        return {
-            "guesses": self._problem.predictor.state(),
-            "errors": None if self._errors is None else self._errors.state(),
-        }
-
-    def restore(self, arrays: Arrays, state: Any | None) -> None:
-        """Take them up; with None they begin anew."""
+    def restore(self, state: Any | None) -> None:
+        """Take up states of earlier steps; with None they begin anew."""
         if state is None:
             self.forget(velocities=True)
             return
-        mine = below(arrays, ERRORS)
-        guesses = {k: a for k, a in arrays.items() if not k.startswith(ERRORS)}
-        self._problem.predictor.restore(guesses, state["guesses"], self._problem.switches)
+        self._guesses.restore(state["guesses"])
+        self._guesses.key = self._problem.switches
         if self._errors is not None and state["errors"] is not None:
-            self._errors.restore(mine, state["errors"])
+            self._errors.restore(state["errors"])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 from mpi4py import MPI
 
@@ -108,11 +109,11 @@ def test_a_moment_under_a_point_force_has_no_limit_and_others_have() -> None:
     assert said.startswith("m11_force (l2, end, max): does not converge with finer meshes")
 
 
-def test_what_does_not_converge_ends_a_request() -> None:
+def test_what_does_not_converge_ends_a_request(tmp_path: Path) -> None:
     levels: list[str] = []
     how = Running(MPI.COMM_WORLD, tell=levels.append)
     asked = Target(1e-2, "m11_force:end")
-    ended = Search(pushed((4, 4)), asked, Store(None, True), how).run()
+    ended = Search(pushed((4, 4)), asked, Store(tmp_path, MPI.COMM_WORLD), how).run()
     assert not ended.met and len(ended.levels) == 2
     assert "m11_force:end does not converge" in ended.says
 

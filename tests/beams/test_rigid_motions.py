@@ -12,8 +12,7 @@ from dolfinx.fem.petsc import assemble_vector
 from scipy.spatial.transform import Rotation
 
 from shellmb.model.body import strain_energy
-from shellmb.model.frames.beam import BeamModel
-from shellmb.model.frames.linear import build_beam
+from shellmb.model.frames.beam import BeamModel, build_beam
 from shellmb.native.kernels import compiled
 from shellmb.scene import Beam, CircularArc, Clamped, GeneralSection, PointForce, PointMoment, Scene
 from shellmb.schemes.base import at_state

@@ -8,8 +8,8 @@ from functools import partial
 
 from mpi4py import MPI
 
-from shellmb.accuracy.measuring.stepping import WARM, free, scratch
-from shellmb.accuracy.measuring.times import in_turn
+from shellmb.demos.effects.stepping import WARM, in_turn, scratch
+from shellmb.meshes.lifetime import free
 from tests.bench.memory import peak_mib
 from tests.bench.record import (
     AUTO,

@@ -8,8 +8,8 @@ from mpi4py import MPI
 
 import numpy as np
 
-from shellmb.accuracy.measuring.stepping import Stepping, together
 from shellmb.arrays import Floats
+from shellmb.demos.effects.stepping import Stepping, together
 from shellmb.scene import Scene
 from tests.bench.bare import BareWork, direct_solver
 from tests.bench.record import PARTS, Round

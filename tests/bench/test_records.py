@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from shellmb.accuracy.measuring.stepping import observers_of_run
+from shellmb.demos.effects.stepping import observers_of_run
 from shellmb.errors import SceneError
 from shellmb.running.execute import execute
 from shellmb.running.request import Request

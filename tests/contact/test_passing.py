@@ -7,7 +7,7 @@ a strip passed through each other so, in a step in which they turned by 40 degre
 import numpy as np
 import pytest
 
-from shellmb.model.shell_contact.tunnelling import crossings
+from shellmb.model.shell_contact.facets import crossings
 
 
 def volume(y: np.ndarray, v: np.ndarray) -> np.ndarray:

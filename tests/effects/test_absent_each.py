@@ -8,9 +8,9 @@ from mpi4py import MPI  # noqa: F401  (before dolfinx)
 
 import pytest
 
-from shellmb.accuracy.measuring.stepping import Stepping
 from shellmb.demos.effects.catalogue.registry import EFFECTS, changed
 from shellmb.demos.effects.count import count, kernels_of
+from shellmb.demos.effects.stepping import Stepping
 from shellmb.native.kernels import watched
 from shellmb.scene import FromMode, Scene
 from shellmb.simulate.simulation import Simulation

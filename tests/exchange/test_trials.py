@@ -6,6 +6,7 @@ latches, contact pairs, accounts, and any scheme and Newton's method.
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -242,6 +243,37 @@ def test_a_run_has_the_defaults_of_inputs() -> None:
         angles.append(run.history["shoulder.rotation"].iloc[-1])
     assert angles[0] == pytest.approx(angles[1], rel=1e-12)
     assert angles[0] > 0
+
+
+@pytest.mark.parametrize("start", ["given", "equilibrium", "motor"])
+def test_values_from_the_start_on_are_in_place_of_defaults(start: Any) -> None:
+    """Kind: loads that would ramp, equilibria, motors and targets; the scene stays as it is."""
+
+    def pushed(default: float) -> sm.Scene:
+        push = sm.PointForce(
+            (1.0, 0.0, 0.0), (0, 0, 1.0), time=sm.Input("push", default, linear=True)
+        )
+        motor = sm.Motor("more", "shoulder", command=sm.Input("torque", default))
+        made = bare("ep", motor, dt=0.01) if start == "motor" else strip("ep", start=start)
+        return made if start == "motor" else replace(made, loads=push)
+
+    scene = pushed(0.25)
+    ends = []
+    for motion in (
+        sm.SceneMotion(scene, start={"torque" if start == "motor" else "push": 0.5}),
+        sm.SceneMotion(pushed(0.5)),
+        sm.SceneMotion(scene),
+    ):
+        motion.trial(0.02)
+        motion.accept()
+        ends.append(motion.outputs)
+    assert ends[0] == ends[1]
+    assert ends[0] != ends[2]
+    if start == "given":
+        with pytest.raises(sm.SceneError, match=r"'turn': it starts with 0.5, and moves a support"):
+            sm.SceneMotion(arm(), start={"turn": 0.5})
+        with pytest.raises(sm.SceneError, match=r"'push': it is nan; it must be a finite number"):
+            sm.SceneMotion(scene, start={"push": math.nan})
 
 
 def test_a_failed_step_loses_nothing() -> None:

@@ -8,7 +8,6 @@ import pytest
 from shellmb.errors import SceneError
 from shellmb.observers.files.described import describe
 from shellmb.observers.files.frames import Frames
-from shellmb.observers.files.grid import lattice
 from shellmb.scene import (
     AlongEdge,
     Beam,
@@ -24,7 +23,7 @@ from shellmb.scene import (
     Spherical,
 )
 from shellmb.show.fields import Fields
-from shellmb.show.space.shapes import read_state, shape_of
+from shellmb.show.space.shapes import lattice, read_state, shape_of
 from shellmb.simulate.simulation import Simulation
 
 

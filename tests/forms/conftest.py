@@ -13,8 +13,7 @@ from dolfinx import fem
 from shellmb.forms import materials
 from shellmb.forms.steps.mixed_nonlinear import ties as ties_of
 from shellmb.meshes.mesh import build_surface
-from shellmb.model.shells.linear import build_shell
-from shellmb.model.shells.shell import ShellModel
+from shellmb.model.shells.shell import ShellModel, build_shell
 from shellmb.native.kernels import compiled
 from shellmb.scene import Cylinder, Hyperelastic, Isotropic, Laminate, Load, PlyMaterial, Shell
 

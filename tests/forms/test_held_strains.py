@@ -13,7 +13,7 @@ from dolfinx import fem
 
 from shellmb.meshes.mesh import build_surface
 from shellmb.model.body import strain_energy
-from shellmb.model.frames.linear import build_beam
+from shellmb.model.frames.beam import build_beam
 from shellmb.model.shells.shell import ShellModel
 from shellmb.scene import (
     Beam,

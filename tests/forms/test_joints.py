@@ -11,6 +11,7 @@ from shellmb.forms.constraints.joints import KINDS
 from shellmb.forms.steps.mixed import Interval
 from shellmb.model.joints.joints import BoundJoint, JointGroup
 from shellmb.model.locations.ends import End, frame_about
+from shellmb.model.massless import Scale
 from shellmb.scene import Spherical
 from shellmb.schemes.residuals.forces import interval_forces, velocity_constraint
 from tests.forms.conftest import compiled
@@ -27,7 +28,7 @@ def random_rotation(rng: np.random.Generator) -> np.ndarray:
 def make_end(rng: np.random.Generator, directors: int, offset: float) -> End:
     frame = random_rotation(rng)
     node = rng.normal(size=3)
-    dofs = {"u": np.arange(3), "w": np.arange(9)}
+    dofs = {"u": np.arange(3), "w": np.arange(3 * directors)}
     point = node + offset * rng.normal(size=3) * (directors == 3)
     return End("body", "body", dofs, node, frame[:directors], point)
 
@@ -42,7 +43,7 @@ def make_group(kind: str, offset: float = 0.3) -> JointGroup:
         axes = np.array([frame_about(rng.normal(size=3)), frame_about(rng.normal(size=3))])
         described = Spherical(f"joint {number}", "a", "b")
         joints.append(BoundJoint(described, kind, ends, axes, 0.8))
-    return JointGroup(MPI.COMM_SELF, joints, FORCE, 1.0, False)
+    return JointGroup(Scale(MPI.COMM_SELF, FORCE, 1.0), joints, False)
 
 
 def random_state(group: JointGroup, seed: int) -> fem.Function:
@@ -122,17 +123,17 @@ def test_reference_configuration_is_closed(kind):
     rng = np.random.default_rng(9)
     point, first = rng.normal(size=3), frame_about(rng.normal(size=3))
     second = frame_about(first[0]) if kind == "universal" else first
-    dofs = {"u": np.arange(3), "w": np.arange(9)}
     ends = []
     for k in range(2):
         shell = kind == "shell revolute" and k == 1
         directors = first[2:] if shell else random_rotation(rng)
         node = point if shell else rng.normal(size=3)
         away = 0.8 * first[0] if kind.endswith("distance") and k == 1 else 0.0
+        dofs = {"u": np.arange(3), "w": np.arange(directors.size)}
         ends.append(End("body", "body", dofs, node, directors, point + away))
     described = Spherical("joint", "a", "b")
     joint = BoundJoint(described, kind, (ends[0], ends[1]), np.array([first, second]), 0.8)
-    group = JointGroup(MPI.COMM_SELF, [joint], FORCE, 1.0, False)
+    group = JointGroup(Scale(MPI.COMM_SELF, FORCE, 1.0), [joint], False)
     # the directors come from a QR factorisation, orthonormal to some round-offs
     assert np.max(np.abs(group.all_violations(fem.Function(group.mixed.space)))) < 1e-14
 
@@ -161,16 +162,16 @@ def test_a_joint_leaves_its_freedoms_and_no_others(kind):
     """Two equal rows hold one motion, and leave one free that the joint is there to hold."""
     first = frame_about(np.random.default_rng(11).normal(size=3))
     second = first[[1, 2, 0]] if kind == "universal" else first
-    dofs = {"u": np.arange(3), "w": np.arange(9)}
     directors = (np.eye(3), first[2:] if kind == "shell revolute" else np.eye(3))
     point = np.zeros(3)
     away = 0.8 * first[0] if kind.endswith("distance") else 0.0
+    dofs = [{"u": np.arange(3), "w": np.arange(d.size)} for d in directors]
     ends = tuple(
-        End("body", "body", dofs, point + k * away, d, point + k * away)
+        End("body", "body", dofs[k], point + k * away, d, point + k * away)
         for k, d in enumerate(directors)
     )
     joint = BoundJoint(Spherical("joint", "a", "b"), kind, ends, np.array([first, second]), 0.8)
-    group = JointGroup(MPI.COMM_SELF, [joint], FORCE, 1.0, False)
+    group = JointGroup(Scale(MPI.COMM_SELF, FORCE, 1.0), [joint], False)
     closed, motion = (fem.Function(group.mixed.space) for _ in range(2))
     test = ufl.TestFunction(group.mixed.space)
     moved = compiled(velocity_constraint(group, motion, closed, test))

@@ -11,8 +11,9 @@ from rich.console import Console
 
 from shellmb.accuracy.measuring.records import to_json, write
 from shellmb.accuracy.measuring.tables import Column, markdown, print_table, replaced, verdict
-from shellmb.accuracy.measuring.times import in_turn, measured_in, shares, spread, unbeaten
+from shellmb.accuracy.measuring.times import spread, unbeaten
 from shellmb.clock import now
+from shellmb.demos.effects.stepping import in_turn, measured_in, shares
 
 
 def test_every_other_round_goes_backwards():

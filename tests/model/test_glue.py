@@ -13,8 +13,8 @@ import pytest
 
 from shellmb.errors import SceneError
 from shellmb.model.body import constraint_error
-from shellmb.model.frames.glue import line_along
 from shellmb.model.model import Model, build_model
+from shellmb.model.shells.joins import line_along
 from shellmb.observers.account.energy import EnergyAccount
 from shellmb.scene import (
     AlongEdge,

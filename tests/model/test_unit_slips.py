@@ -8,7 +8,7 @@ from mpi4py import MPI
 import pytest
 
 import shellmb as sm
-from shellmb.model.building.meshed import build_meshed
+from shellmb.model.building import build_meshed
 from shellmb.scene.checks.ignored_settings import doubts
 
 FORCE = sm.EdgeForce("right", (0, 0, -10.0))

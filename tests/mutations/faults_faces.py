@@ -57,7 +57,7 @@ FAULTS: tuple[Fault, ...] = (
     ),
     Fault(
         "legs that pass through each other in a step in which they turn",
-        "shellmb/model/shell_contact/tunnelling.py",
+        "shellmb/model/shell_contact/facets.py",
         "found[i + j + k] += np.vecdot(normal, away[k])",
         "found[3 * k] += 3 * np.vecdot(normal, away[k]) * (i == j == k)",
         ("tests/contact/test_passing.py::test_all_crossings_are_found[0.0]",),

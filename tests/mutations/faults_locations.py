@@ -14,14 +14,14 @@ FAULTS: tuple[Fault, ...] = (
     ),
     Fault(
         "hinges on a face that hold the mid-surface",
-        "shellmb/model/supports/nodal.py",
+        "shellmb/model/supports/prescribed.py",
         'end = sum((data[3 + k] * q[f"w{k}"] for k in range(count)), start=q["u"])',
         'end = q["u"]',
         (f"{OFFSETS}::test_strip_on_hinges_at_its_lower_face_is_an_arch",),
     ),
     Fault(
         "moments of welds along areas about the middle of the body",
-        "shellmb/model/joints/regions.py",
+        "shellmb/model/joints/joints.py",
         "center=frame.point",
         "center=frame.node",
         ("tests/model/test_areas.py::test_clamped_strip_leaves_a_shorter_plate[quad]",),

@@ -78,7 +78,7 @@ FAULTS: tuple[Fault, ...] = (
     ),
     Fault(
         "impulses of impacts stay in the history",
-        "shellmb/observers/forces/blows.py",
+        "shellmb/observers/forces/endforces.py",
         "        if not self._new:",
         "        if self._new:",
         ("tests/mechanisms/test_joint_momenta.py::test_locks_tell_their_impulses[ep]",),

@@ -125,8 +125,8 @@ FAULTS: tuple[Fault, ...] = (
     Fault(
         "forces along a linear body beside all of its energy twice",
         f"{WATCHES}/small_displacements.py",
-        "                left / bending,\n",
-        "                left / bending / 2,\n",
+        "name, left / bending, how",
+        "name, left / bending / 2, how",
         (f"{NUMBERS}::test_forces_along_a_linear_body[0.3]",),
     ),
     Fault(
@@ -167,7 +167,7 @@ FAULTS: tuple[Fault, ...] = (
     ),
     Fault(
         "torques of motors in newtons",
-        "shellmb/observers/curves.py",
+        "shellmb/show/plots.py",
         'label("torque", "moment")',
         'label("torque", "force")',
         (f"{UNITS}::test_axes_of_energies_steps_and_joints",),
@@ -253,7 +253,7 @@ FAULTS: tuple[Fault, ...] = (
     ),
     Fault(
         "folds that come and go are not said",
-        f"{WATCHES}/elements/director_angles.py",
+        f"{WATCHES}/elements/sampled.py",
         "EVERY = 10",
         "EVERY = 10_000",
         ("tests/diagnostics/test_folded.py::test_a_fold_that_comes_and_goes",),

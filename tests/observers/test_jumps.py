@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from shellmb.observers.account.jumps import POINTS, jump_error
+from shellmb.observers.summary import POINTS, jump_error
 
 
 def rows(count, jump):

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from shellmb.errors import SceneError
-from shellmb.observers.files.grid import lattice
 from shellmb.observers.history import History
 from shellmb.running.execute import execute
 from shellmb.scene import (
@@ -22,6 +21,7 @@ from shellmb.scene import (
     Scene,
     Shell,
 )
+from shellmb.show.space.shapes import lattice
 from shellmb.simulate.simulation import BaseObserver
 
 STEEL = Isotropic(E=210e9, nu=0.25, thickness=2e-3, density=7870.0)

@@ -8,10 +8,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from shellmb.observers.curves import MANY, joint_plots
 from shellmb.observers.files.described import describe
 from shellmb.scene import Driver, Revolute, RigidBody, Scene, Spherical
-from shellmb.show.plots import ENERGIES, energies
+from shellmb.show.plots import ENERGIES, MANY, energies, joint_plots
 
 FREED = """
 import gc, weakref

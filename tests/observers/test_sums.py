@@ -32,7 +32,7 @@ def test_resultants(bodies, name, whole) -> None:
     X, D = body.mixed.nodes("u"), body.node_directors()
     u, w = body.mixed.dofs["u"].reshape(-1, 3), body.mixed.dofs["w"].reshape(D.shape)
     x, d, f = whole * X + q[u], whole * D + q[w], forces[before:]
-    carrier = Carrier(name, body, slice(before, before + size))
+    carrier = Carrier(body, slice(before, before + size))
     marked = X[:, 0] > 0.3
     for nodes in (None, marked):
         here = np.ones(len(X), dtype=bool) if nodes is None else nodes

@@ -193,6 +193,57 @@ def test_a_steady_rotation() -> None:
     assert turned[0] / found.Y[0][0, 0] == pytest.approx(2 * 2.0 * 12.0 * reach, rel=1e-6)
 
 
+def test_about_a_state_of_a_run_commands_are_held() -> None:
+    """Kind: motors and loads that controllers command, by one output or several.
+
+    A falling arm: `I phi'' = (f - m g) l cos phi + torque` with what is commanded at that time.
+    """
+    m, reach, g, inertia, tilt = 2.0, 0.5, 9.81, 0.3, 0.6
+    middle = (reach * np.cos(tilt), 0, -reach * np.sin(tilt))
+    arm = sm.RigidBody("arm", m, (inertia, inertia, inertia), com=middle)
+
+    def law(t: float, readings: Any, state: Any, dt: float) -> Any:
+        return (-0.2 * readings[0], 1.0 + 4.0 * t), state
+
+    scene = sm.Scene(
+        "arm",
+        rigid_bodies=arm,
+        joints=sm.Revolute("pin", sm.GROUND, "arm", at=(0, 0, 0), axis=(0, -1, 0)),
+        # slow: a state that hardly moves
+        force_elements=[
+            sm.Motor("motor", "pin", command=sm.Command("c", "torque")),
+            sm.JointDamper("slow", "pin", 200.0),
+        ],
+        controllers=sm.Controller(
+            "c", sm.Sensor("pin.rotation"), law, outputs=("torque", "force"), period=0.05
+        ),
+        loads=[
+            sm.Gravity(),
+            sm.PointForce("center", (0, 0, 1.0), body="arm", time=sm.Command("c", "force")),
+        ],
+        probes=sm.Probe("z", "center", body="arm"),
+        **MOTION | {"scheme": "ep4", "dt": 5e-3},
+    )
+    history = sm.run(scene.with_options(t_end=0.33), pictures=False).history
+    phi = history["pin.rotation"].iloc[-1] - tilt
+    # it creeps as slowly as its slowest mode
+    with pytest.warns(sm.ShellmbWarning, match="is no steady motion"):
+        found = sm.linearise(scene, at=0.33)
+    # sampled last at 0.3; the speed that is left is not round-off
+    exact = (1.0 + 4.0 * 0.3 - m * g) * reach * np.sin(phi) / (inertia + m * reach**2)
+    assert found.K.toarray() / found.M.toarray() == pytest.approx(exact, rel=5e-4)
+    assert exact < 0.95 * -m * g * reach * np.sin(phi) / (inertia + m * reach**2)
+    # a torque and a force, each of one
+    gain = static(found)[0]
+    names = [found.inputs.index(name) for name in ("motor", "load2")]
+    assert gain[names[1]] / gain[names[0]] == pytest.approx(reach * np.cos(phi), rel=1e-6)
+    # commands are zero in an equilibrium
+    hanging = replace(
+        scene, force_elements=[*scene.force_elements, sm.JointSpring("k", "pin", 50.0)]
+    )
+    assert np.isfinite(sm.linearise(hanging, at="equilibrium").poles(1)).all()
+
+
 def test_a_motor_that_another_program_commands_has_its_default() -> None:
     """Kind: what is in the place of a command that is no controller's."""
 

@@ -14,7 +14,7 @@ from shellmb.errors import SceneError
 from shellmb.forms import shell as shell_forms
 from shellmb.forms.shell import ShellStrains
 from shellmb.model.model import build_model
-from shellmb.model.shells.viscous import stiffness_at_rest
+from shellmb.model.shells.elastic import stiffness_at_rest
 from shellmb.observers.account.energy import EnergyAccount
 from shellmb.preprocessing.modal.tangent import tangent
 from shellmb.scene import (

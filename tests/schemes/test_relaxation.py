@@ -255,7 +255,9 @@ BAD |= {
     "has a relaxation; scheme 'generalized-alpha'": lambda: sm.run(
         refused(scheme="generalized-alpha")
     ),
-    "and matrices have no relaxation": lambda: sm.matrices(refused()),
+    "are relaxed only: rest, a steady rotation": lambda: sm.linearise(
+        refused(series=sm.Prony(SERIES, relaxed=False)), at="equilibrium"
+    ),
     "branches do not follow a natural strain": lambda: refused(
         beams=bodies_with("beam", natural=sm.BeamNaturalStrain(1e-3, time=lambda t: t))
     ),

@@ -279,7 +279,9 @@ BAD: dict[str, Callable[[], Any]] = {
     "spring 'spring': its Prony series has relaxed=False, and the scene starts in": lambda: slide(
         "ep", False, series=sm.Prony(SERIES, relaxed=False), start="equilibrium"
     ),
-    "spring 'spring' relaxes, and damped modes": lambda: sm.matrices(slide("ep", False)),
+    "spring 'spring' relaxes, and there are equations": lambda: sm.linearise(
+        slide("ep", False, series=sm.Prony(SERIES, relaxed=False)), at="equilibrium"
+    ),
     "'joint spring 'spring'': it has a relaxation; scheme 'generalized-alpha'": lambda: sm.run(
         slide("generalized-alpha", False)
     ),

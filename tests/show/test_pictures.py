@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 import shellmb as sm
-from shellmb.observers.curves import draw_curves
 from shellmb.observers.drawing import figure
 from shellmb.observers.files.described import describe
 from shellmb.observers.files.grid import Grid
 from shellmb.observers.files.gridfiles import GridFiles
 from shellmb.show.fields import Fields
+from shellmb.show.plots import draw_curves
 from shellmb.show.space.colours import colouring
 from shellmb.show.space.display import why_not
 from shellmb.show.space.scenery import images, showing
@@ -148,7 +148,7 @@ def test_a_machine_that_cannot_draw_says_so(tmp_path, monkeypatch) -> None:
     from shellmb.show.space.scenery import show
 
     with pytest.raises(sm.RunError, match="there is no display; use `shellmb report RUN`"):
-        show(fields, described)
+        show(showing(fields, described))
 
 
 def test_a_notebook_shows_a_figure() -> None:

@@ -11,7 +11,6 @@ import pandas as pd
 import pytest
 
 from shellmb.errors import SceneError
-from shellmb.observers.curves import joint_plots
 from shellmb.observers.files.described import describe
 from shellmb.scene import (
     GROUND,
@@ -29,6 +28,7 @@ from shellmb.scene.probes import Probe as AnyProbe
 from shellmb.scene.units import Units, parse_units
 from shellmb.show import plots
 from shellmb.show.campbell import campbell_figure
+from shellmb.show.plots import joint_plots
 from tests.scenes import plate_scene
 
 SYSTEMS = {"m, kg, s": 0, "mm, t, s": 1, "in, snail, s": 2, "mm, kg, ms": 3}

@@ -66,12 +66,9 @@ class Still:
 
     def forget(self, velocities: bool) -> None: ...
 
-    def arrays(self) -> dict[str, Any]:
-        return {}
-
     def state(self) -> None: ...
 
-    def restore(self, arrays: Any, state: Any) -> None: ...
+    def restore(self, state: Any) -> None: ...
 
 
 class Times(BaseObserver):

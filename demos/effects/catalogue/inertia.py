@@ -11,8 +11,8 @@ from shellmb.demos.effects.effect import Effect, Use, names, refuse, whole
 from shellmb.errors import SceneError
 from shellmb.scene import Ramp, RigidBody, Scene, StepControl
 from shellmb.scene.checks.ignored_settings import dissipates
-from shellmb.scene.paths import PathFollowing
 from shellmb.scene.schemes import SCHEMES
+from shellmb.scene.settings import PathFollowing
 from shellmb.scene.values.validate import show
 
 # largest jump of ED relative to the size of bodies that `--with adaptivity` allows

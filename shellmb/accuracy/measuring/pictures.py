@@ -10,8 +10,7 @@ from typing import Any
 import matplotlib as mpl
 from matplotlib.figure import Figure
 
-from shellmb.files.writing import drafted
-from shellmb.observers.drawing import STYLE, figure
+from shellmb.observers.drawing import STYLE, figure, save_figure
 
 
 @contextmanager
@@ -30,5 +29,4 @@ def picture(
         made = figure(width, height)
         yield made
         path.parent.mkdir(parents=True, exist_ok=True)
-        with drafted(path) as draft:
-            made.savefig(draft)
+        save_figure(made, path)

@@ -6,7 +6,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import ceil, floor, isfinite, log10
 from pathlib import Path
-from typing import Any
 
 from shellmb.accuracy.companions import Change
 from shellmb.accuracy.request.choose import choose
@@ -33,16 +32,6 @@ class Offer:
     def __str__(self) -> str:
         about = "about " if self.predicted else ""
         return f"{100 * self.error:.2g} %: {about}{seconds(self.seconds)}, {self.label}"
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain values."""
-        return {
-            "error": self.error,
-            "seconds": self.seconds,
-            "label": self.label,
-            "predicted": self.predicted,
-            "says": str(self),
-        }
 
 
 def offers(
@@ -81,13 +70,9 @@ def draw(levels: Sequence[Level], found: Sequence[Offer], size: float, file: Pat
         size: What errors are relative to.
         file: The picture.
     """
-    import matplotlib as mpl
+    from shellmb.accuracy.measuring.pictures import picture
 
-    from shellmb.observers.drawing import STYLE, figure
-    from shellmb.show.plots import save
-
-    with mpl.rc_context(STYLE):
-        made = figure(6.0, 4.0)
+    with picture(file, 6.0, 4.0) as made:
         axes = made.subplots()
         times = [level.seconds for level in levels]
         for name in ("error", "mesh", "step"):
@@ -97,16 +82,9 @@ def draw(levels: Sequence[Level], found: Sequence[Offer], size: float, file: Pat
                 axes.loglog(times, parts, style, label="sum" if name == "error" else name)
         ahead = [offer for offer in found if offer.predicted]
         if ahead:
-            axes.loglog(
-                [o.seconds for o in ahead],
-                [o.error for o in ahead],
-                "o",
-                mfc="white",
-                color="C0",
-                label="predicted",
-            )
-        for level, at in zip(levels, times, strict=True):
-            axes.annotate(level.label, (at, level.error / (size or 1.0)), fontsize=7)
+            at, errors = [o.seconds for o in ahead], [o.error for o in ahead]
+            axes.loglog(at, errors, "o", mfc="white", color="C0", label="predicted")
+        for level in levels:
+            axes.annotate(level.label, (level.seconds, level.error / (size or 1.0)), fontsize=7)
         axes.set(xlabel="processor time of the run [s]", ylabel="relative error [-]")
         axes.legend()
-        save(made, file)

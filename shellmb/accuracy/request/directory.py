@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import shutil
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, fields, replace
 from math import isfinite
 from pathlib import Path
 from typing import Any
 
+from mpi4py import MPI
+
+from shellmb.accuracy.companions import sides_of, with_fewer
 from shellmb.accuracy.request.curve import draw, offers
 from shellmb.accuracy.request.frequencies import ModeSearch
 from shellmb.accuracy.request.levels import KEPT, LEVELS, Store
@@ -20,10 +24,11 @@ from shellmb.observers.summary import write_json
 from shellmb.options.accuracy import ACCURACY
 from shellmb.running.directory import LOCK, claimed, refuse_used, written
 from shellmb.running.loader import is_file_name
-from shellmb.running.request import REQUEST
+from shellmb.running.request import REQUEST, read_request
 from shellmb.running.standard import SUMMARY
 from shellmb.scene import GmshFile, MeshFile, Scene
 from shellmb.scene.fingerprint import differences, fingerprint
+from shellmb.simulate.simulation import Observer
 
 # picture in the directory
 PICTURE = "accuracy.png"
@@ -92,8 +97,8 @@ def run_to_accuracy(
             "says": outcome.says,
             "quantity": str(search.quantity),
             "size": size,
-            "levels": [_plain(level.to_dict()) for level in outcome.levels],
-            "offers": [offer.to_dict() for offer in found],
+            "levels": [_plain(asdict(level)) for level in outcome.levels],
+            "offers": [asdict(offer) | {"says": str(offer)} for offer in found],
         }
         if comm.rank == 0:
             with written(out, comm):
@@ -106,6 +111,43 @@ def run_to_accuracy(
         comm.Barrier()
     run = None if outcome.run is None else replace(outcome.run, out=out)
     return replace(outcome, run=run)
+
+
+def resume_request(
+    out: Path,
+    scene: Scene | None,
+    file: str | None,
+    trust: bool,
+    comm: MPI.Comm,
+    pictures: bool = True,
+    tell: Callable[[str], None] = lambda text: None,
+    observers: Sequence[Observer] = (),
+) -> Outcome:
+    """Go on with a request from its levels.
+
+    Args:
+        out: Its directory.
+        scene: The scene, if it was given as one.
+        file: The scene's file, if it has one.
+        trust: Whether the file that the directory names may be executed.
+        comm: Communicator.
+        pictures: Whether pictures are drawn at the end.
+        tell: Callback for progress messages.
+        observers: More observers of the levels' runs.
+
+    Raises:
+        SceneError: If the directory holds no such request, or one of another scene.
+        ConvergenceError: If the first level fails again.
+    """
+    results, mode_results, request = None, None, None
+    if scene is None:
+        request = read_request(out).trusted(file, trust)
+        scene, module = request.build()
+        results, mode_results = module.results, module.mode_results
+    wanted = wanted_in(out)
+    assert wanted is not None
+    how = Running(comm, results, request, observers, tell, mode_results)
+    return run_to_accuracy(scene, wanted, out, how, pictures)
 
 
 def going_on(out: Path, how: Running) -> str:
@@ -144,21 +186,12 @@ def coarser(scene: Scene, body: str | None) -> Scene | None:
         scene: The scene.
         body: The only body that gets them; None: all.
     """
-    bodies = [b for b in scene.meshed if body in (None, b.name)]
-    shells = {s.name: s for s in scene.shells if s in bodies}
-    beams = {b.name: b for b in scene.beams if b in bodies}
-    counts = [n for s in shells.values() for n in s.mesh] + [b.elements for b in beams.values()]
-    read = any(isinstance(s.surface, GmshFile | MeshFile) for s in shells.values())
-    if read or not counts or any(n % 2 for n in counts) or min(counts) < FEW:
+    chosen = [b for b in scene.meshed if body in (None, b.name)]
+    read = any(isinstance(getattr(b, "surface", None), GmshFile | MeshFile) for b in chosen)
+    if read or min(sides_of(chosen), default=0) < FEW:
         return None
-    halved = {n: replace(s, mesh=(s.mesh[0] // 2, s.mesh[1] // 2)) for n, s in shells.items()}
-    fewer = {n: replace(b, elements=b.elements // 2) for n, b in beams.items()}
     try:
-        return replace(
-            scene,
-            shells=tuple(halved.get(s.name, s) for s in scene.shells),
-            beams=tuple(fewer.get(b.name, b) for b in scene.beams),
-        )
+        return with_fewer(scene, 2, body)
     except SceneError:
         return None
 
@@ -196,7 +229,7 @@ def _from_half(scene: Scene, wanted: Target, out: Path, how: Running) -> tuple[S
     writes, kind = how.comm.rank == 0, ModeSearch if wanted.modes else Search
     half = coarser(scene, wanted.body)
     if half is not None:
-        search = kind(half, wanted, Store(out, writes, "half"), how)
+        search = kind(half, wanted, Store(out, how.comm, "half"), how)
         try:
             return search, search.run()
         except UnknownQuantity:
@@ -207,7 +240,7 @@ def _from_half(scene: Scene, wanted: Target, out: Path, how: Running) -> tuple[S
             if writes:
                 shutil.rmtree(out / LEVELS, ignore_errors=True)
             how.comm.Barrier()
-    search = kind(scene, wanted, Store(out, writes), how)
+    search = kind(scene, wanted, Store(out, how.comm), how)
     return search, search.run()
 
 

@@ -50,11 +50,10 @@ class ModeSearch(Search):
         """Modes of a level with their errors; what is in the store is taken from there."""
         number, comm, wanted = len(self.levels) + 1, self.how.comm, self.wanted
         before = next((v for v in self._stored if v.change == change), None)
-        if before is not None and self.store.is_done(number, comm):
+        if before is not None and self.store.is_done(number):
             self.levels.append(before)
             return
-        place, scene = self.store.emptied(number, comm), change.apply(self.scene)
-        assert place is not None
+        place, scene = self.store.emptied(number), change.apply(self.scene)
         measure, loaded, name = self.how.mode_results, wanted.loaded, self.quantity.name
         count = max(wanted.count, frequency_number(name) or 1)
         clock = time.process_time()

@@ -60,10 +60,6 @@ class Level:
     refinable: bool = True
     converges: bool = True
 
-    def to_dict(self) -> dict[str, Any]:
-        """Plain values."""
-        return asdict(self)
-
     @classmethod
     def from_dict(cls, values: Mapping[str, Any]) -> Level:
         """The level from its plain values."""
@@ -74,56 +70,50 @@ class Store:
     """Runs of a request in its directory.
 
     Args:
-        directory: The directory; None: nothing is kept.
-        writes: Whether this rank writes.
+        directory: The directory.
+        comm: The ranks, of which the first one writes.
         base: What the mesh of the first level is called.
     """
 
-    def __init__(self, directory: Path | None, writes: bool, base: str = "given") -> None:
-        self.directory, self._writes, self.base = directory, writes, base
+    def __init__(self, directory: Path, comm: MPI.Comm, base: str = "given") -> None:
+        self._levels, self._comm = directory / LEVELS, comm
+        self._file = self._levels / f"{base}-{KEPT}"
 
-    def place(self, number: int) -> Path | None:
+    def place(self, number: int) -> Path:
         """Directory of the run of a level.
 
         Args:
             number: Its number, from 1.
         """
-        return None if self.directory is None else self.directory / LEVELS / str(number)
+        return self._levels / str(number)
 
-    def is_done(self, number: int, comm: MPI.Comm) -> bool:
+    def is_done(self, number: int) -> bool:
         """Decide whether the run of a level is there with its summary; collective.
 
         Args:
             number: Its number, from 1.
-            comm: The ranks.
         """
-        place = self.place(number)
-        return bool(comm.bcast(place is not None and (place / SUMMARY).is_file()))
+        return bool(self._comm.bcast((self.place(number) / SUMMARY).is_file()))
 
-    def emptied(self, number: int, comm: MPI.Comm) -> Path | None:
+    def emptied(self, number: int) -> Path:
         """Directory of a level, without what a killed run has left; collective.
 
         Args:
             number: Its number, from 1.
-            comm: The ranks.
         """
-        place = self.place(number)
-        if place is not None and self._writes:
-            shutil.rmtree(place, ignore_errors=True)
-        comm.Barrier()
-        return place
+        if self._comm.rank == 0:
+            shutil.rmtree(self.place(number), ignore_errors=True)
+        self._comm.Barrier()
+        return self.place(number)
 
-    def summary(self, number: int, comm: MPI.Comm) -> dict[str, Any]:
+    def summary(self, number: int) -> dict[str, Any]:
         """Summary of the run of a level that is done; collective.
 
         Args:
             number: Its number, from 1.
-            comm: The ranks.
         """
-        place = self.place(number)
-        assert place is not None
-        found: dict[str, Any] = comm.bcast(read_json(place / SUMMARY) if comm.rank == 0 else None)
-        return found
+        read = read_json(self.place(number) / SUMMARY) if self._comm.rank == 0 else {}
+        return self._comm.bcast(read)
 
     def keep(self, family: Family, levels: Sequence[Level]) -> None:
         """Write what is kept of runs, and the levels.
@@ -132,7 +122,7 @@ class Store:
             family: The runs.
             levels: The levels so far.
         """
-        if self.directory is None or not self._writes:
+        if self._comm.rank != 0:
             return
         rows = [
             {
@@ -142,16 +132,15 @@ class Store:
             }
             for change, kept in family.found.items()
         ]
-        whole = {"runs": rows, "levels": [level.to_dict() for level in levels]}
-        (self.directory / LEVELS).mkdir(parents=True, exist_ok=True)
-        write_text(self.directory / LEVELS / f"{self.base}-{KEPT}", json.dumps(whole) + "\n")
+        whole = {"runs": rows, "levels": [asdict(level) for level in levels]}
+        self._levels.mkdir(parents=True, exist_ok=True)
+        write_text(self._file, json.dumps(whole) + "\n")
 
     def read(self) -> tuple[dict[Change, RunRecord | None], dict[Change, str], list[Level]]:
         """Stored runs, why those without a result failed, and levels; empty if there are none."""
-        file = None if self.directory is None else self.directory / LEVELS / f"{self.base}-{KEPT}"
-        if file is None or not file.is_file():
+        if not self._file.is_file():
             return {}, {}, []
-        whole: Any = read_json(file)
+        whole: Any = read_json(self._file)
         found = {
             Change(**row["change"]): None if row["kept"] is None else _kept(row["kept"])
             for row in whole["runs"]
@@ -163,15 +152,7 @@ class Store:
 
 def _plain(kept: RunRecord) -> dict[str, Any]:
     history = {str(name): kept.history[name].tolist() for name in kept.history}
-    return {
-        "results": dict(kept.results),
-        "history": history,
-        "events": dict(kept.events),
-        "means": sorted(kept.means),
-        "seconds": kept.seconds,
-        "steps": kept.steps,
-        "cpu": kept.cpu,
-    }
+    return vars(kept) | {"history": history, "means": sorted(kept.means)}
 
 
 def _kept(values: dict[str, Any]) -> RunRecord:

@@ -10,7 +10,7 @@ from shellmb.accuracy.request.choose import Choice
 from shellmb.accuracy.request.levels import Level
 from shellmb.accuracy.studies.quantity import Quantity
 from shellmb.scene import Scene, Shell
-from shellmb.scene.shells.divided import refined_times
+from shellmb.scene.shells.shell import refined_times
 
 
 def mesh_label(scene: Scene) -> str:

@@ -17,7 +17,6 @@ from shellmb.accuracy.error_estimate import ErrorEstimate
 from shellmb.accuracy.errors import FEWEST, Companions, find_companions, judged, write_errors
 from shellmb.accuracy.estimates import RATIO, step_error
 from shellmb.accuracy.family import Family, is_large
-from shellmb.accuracy.measuring.stepping import free
 from shellmb.accuracy.measuring.times import slowest
 from shellmb.accuracy.modes import ModeResults
 from shellmb.accuracy.request.choose import AIM, Choice, choose
@@ -26,6 +25,7 @@ from shellmb.accuracy.request.messages import label, line, percent, seconds
 from shellmb.accuracy.request.target import Target
 from shellmb.accuracy.run_record import RunRecord, difference
 from shellmb.errors import ConvergenceError, SceneError, ShellmbError, Stopped
+from shellmb.meshes.lifetime import free
 from shellmb.running.execute import RunResult
 from shellmb.running.request import Request
 from shellmb.running.results import Results
@@ -215,12 +215,13 @@ class Search:
         assert kept is not None
         known = next((c for c in reversed(self._companions) if _helps(c.base, change)), None)
         self._companions.append(find_companions(self._family, change, kept.steps, known))
-        self.levels.append(self._judge(change))
+        scene = change.apply(self.scene)
+        found = self._companions[-1].find(self.quantity, scene, order_of(scene))
+        self.levels.append(self._level_of(change, found, kept.cpu, kept.seconds))
         out, comm = self.store.place(len(self.levels)), self.how.comm
         # of a request that was stopped before it knew them, too
-        summary = self.store.summary(len(self.levels), comm) if run is None else run.summary
+        summary = self.store.summary(len(self.levels)) if run is None else run.summary
         if "errors" not in summary:
-            scene = change.apply(self.scene)
             errors = judged(self._companions[-1], self._family, scene, order_of(scene))
             write_errors(summary, out, comm, errors)
         self.store.keep(self._family, self.levels)
@@ -229,8 +230,8 @@ class Search:
     def _run(self, change: Change, on: ExitStack) -> RunResult | None:
         """The run of a level; None where it is in the store."""
         number, how, run = len(self.levels) + 1, self.how, None
-        if not self.store.is_done(number, how.comm) or self._family.found.get(change) is None:
-            place = self.store.emptied(number, how.comm)
+        if not self.store.is_done(number) or self._family.found.get(change) is None:
+            place = self.store.emptied(number)
             run, begin, cpu = self._family.start(change, place, how.observers, how.request)
             self._family.take_up(run, begin, change, on, cpu)
         kept = self._family.found[change]
@@ -248,12 +249,6 @@ class Search:
         """
         self.quantity = self.wanted.quantity(self.scene, kept)
         self.wanted.check(self.scene, self.quantity, kept)
-
-    def _judge(self, change: Change) -> Level:
-        """The errors of a level."""
-        scene, companions = change.apply(self.scene), self._companions[-1]
-        found, mine = companions.find(self.quantity, scene, order_of(scene)), companions.mine
-        return self._level_of(change, found, mine.cpu, mine.seconds)
 
     def _level_of(
         self, change: Change, found: ErrorEstimate, seconds: float, stepping: float

@@ -11,7 +11,7 @@ from shellmb.options.run import Options
 from shellmb.running.loader import SceneModule, load
 from shellmb.scene import Scene, Shell
 from shellmb.scene.schemes import DISSIPATIVE, OURS
-from shellmb.scene.shells.divided import refined_times
+from shellmb.scene.shells.shell import refined_times
 
 # in this order choices are named, and vary from the slowest to the fastest in the grid
 AXES = (
@@ -62,24 +62,27 @@ def _says(choice: Choice, name: str) -> bool:
     return getattr(choice, name) is not None and not (name == "alpha" and choice.scheme)
 
 
+# how choices are written
+WORDS = {
+    "alpha": "alpha = {}",
+    "cell": "{}",
+    "model": "{}",
+    "degree": "degree {}",
+    "solve": "{} system",
+    "newton_tolerance": "Newton tolerance {}",
+    "step_error": "step error {:g}",
+    "mesh": "{0[0]}x{0[1]}",
+    "divide": "mesh divided by {}",
+    "dt": "dt = {:g} s",
+}
+
+
 def _words(choice: Choice, name: str) -> str:
     value = getattr(choice, name)
     if name == "scheme":
         dissipation = "" if choice.alpha is None else f" alpha = {choice.alpha:g}"
         return (value.upper() if value in OURS else value) + dissipation
-    written = {
-        "alpha": f"alpha = {value}",
-        "cell": f"{value}",
-        "model": f"{value}",
-        "degree": f"degree {value}",
-        "solve": f"{value} system",
-        "newton_tolerance": f"Newton tolerance {value}",
-        "step_error": f"step error {value:g}" if name == "step_error" else "",
-        "mesh": f"{value[0]}x{value[1]}" if name == "mesh" else "",
-        "divide": "mesh as it is" if value == 1 else f"mesh divided by {value}",
-        "dt": f"dt = {value:g} s" if name == "dt" else "",
-    }
-    return written[name]
+    return "mesh as it is" if (name, value) == ("divide", 1) else WORDS[name].format(value)
 
 
 @dataclass(frozen=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
@@ -33,7 +34,7 @@ class Record:
         rejected: Rejected ones.
         iterations: Newton iterations.
         unknowns: Unknowns of the system.
-        jump: Largest jump of ED (its error estimate, see `observers.jumps`); None for others.
+        jump: Largest jump of ED (its error estimate, see `observers.summary`); None for others.
         taken: What `Quantity.take` kept, by the name of the quantity.
         failed: Why the run ended early; "" if it did not.
     """
@@ -73,10 +74,7 @@ class Store:
     def __init__(self, folder: Path | None, about: Mapping[str, Any], comm: MPI.Comm) -> None:
         self._path = None if folder is None or comm.rank else folder / RECORDS
         self._lines = [json.dumps({"study": dict(about)}, sort_keys=True)]
-        read: list[str] | str = self._lines
-        if self._path is not None:
-            read = self._read(self._path)
-        read = comm.bcast(read)
+        read = comm.bcast(self._lines if self._path is None else self._read(self._path))
         if isinstance(read, str):
             raise SceneError(read)
         self._lines = read
@@ -108,7 +106,8 @@ class Store:
 
     def rounds(self, choice: Choice) -> list[Record]:
         """All records of a choice."""
-        return [r for (other, _), r in sorted(self._found.items(), key=_round) if other == choice]
+        found = [key for key in self._found if key[0] == choice]
+        return [self._found[key] for key in sorted(found, key=itemgetter(1))]
 
     def add(self, record: Record) -> None:
         """Keep a finished run; the file is whole before and after."""
@@ -118,7 +117,3 @@ class Store:
             return
         self._path.parent.mkdir(parents=True, exist_ok=True)
         write_text(self._path, "\n".join(self._lines) + "\n")
-
-
-def _round(item: tuple[tuple[Choice, int], Record]) -> int:
-    return item[0][1]

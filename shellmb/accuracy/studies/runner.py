@@ -12,18 +12,22 @@ from typing import Any
 
 from mpi4py import MPI
 
-from shellmb.accuracy.measuring.stepping import free
 from shellmb.accuracy.measuring.times import Stopwatch
 from shellmb.accuracy.studies.choice import Choice
 from shellmb.accuracy.studies.quantity import Quantity, default_quantity
 from shellmb.accuracy.studies.records import Record, Store
 from shellmb.accuracy.studies.sweep import Grid, Sweep, chain, make_grid
 from shellmb.errors import SceneError, ShellmbError
+from shellmb.meshes.lifetime import free
 from shellmb.running.execute import RunResult, execute
 from shellmb.running.loader import SceneModule
 from shellmb.scene.fingerprint import fingerprint
 from shellmb.scene.probes import RESULTANTS
 from shellmb.simulate.simulation import BaseObserver, Simulation
+
+# what of a summary is in a record, and its name there
+TOLD = {name: name for name in ("setup_s", "jit_s", "steps", "unknowns")}
+TOLD |= {"rejected_steps": "rejected", "newton_iterations": "iterations", "jump_max": "jump"}
 
 type Tell = Callable[[str], None]
 
@@ -172,21 +176,10 @@ def _record(
         # the curves are those of the first round
         taken = {name: {"value": kept["value"]} for name, kept in taken.items()}
     bad = [name for name, kept in taken.items() if not math.isfinite(kept["value"])]
-    return Record(
-        choice,
-        round_,
-        result.simulation.step_seconds,
-        cpu_s,
-        summary["setup_s"],
-        summary["jit_s"],
-        summary["steps"],
-        summary["rejected_steps"],
-        summary["newton_iterations"],
-        summary["unknowns"],
-        summary["jump_max"],
-        taken,
-        f"{' and '.join(bad)} is not finite" if bad else "",
-    )
+    wall_s, failed = result.simulation.step_seconds, f"{' and '.join(bad)} is not finite"
+    told = {name: summary[key] for key, name in TOLD.items()}
+    failed = failed if bad else ""
+    return Record(choice, round_, wall_s, cpu_s, taken=taken, failed=failed, **told)
 
 
 def means_of(result: RunResult) -> set[str]:

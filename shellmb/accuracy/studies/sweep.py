@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from fractions import Fraction
 from math import prod
 from typing import Any
 
@@ -277,9 +278,8 @@ def chain(sweep: Sweep, grid: Grid) -> list[Choice]:
         finest = replace(finest, mesh=max((m for m in grid.values("mesh") if m), key=prod))
     if best.divide is not None:
         finest = replace(finest, divide=max(n for n in grid.values("divide") if n))
-    members = [
-        _scaled(finest, directions, moving, factor) for factor in (sweep.refine, 1, -sweep.refine)
-    ]
+    factors = (Fraction(sweep.refine), Fraction(1), Fraction(1, sweep.refine))
+    members = [_scaled(finest, directions, moving, factor) for factor in factors]
     return [m for m in members if m is not None]
 
 
@@ -344,32 +344,24 @@ def _fineness(choice: Choice) -> tuple[float, ...]:
 
 
 def _scaled(
-    choice: Choice, directions: Sequence[str], moving: Sequence[bool], factor: int
+    choice: Choice, directions: Sequence[str], moving: Sequence[bool], factor: Fraction
 ) -> Choice | None:
-    """The choice finer by a factor, or coarser by a negative one; None if it cannot be."""
-    scaled = choice
-    if "step_error" in directions and choice.step_error is not None:
+    """The choice finer by a factor, or coarser by one below 1; None if it cannot be."""
+    times, over = factor.numerator, factor.denominator
+    scaled: dict[str, Any] = {}
+    rests = [0]
+    if choice.step_error is not None:
         # the error is proportional to it; that of a step is so to its square at least
-        square = float(factor**2)
-        error = choice.step_error / square if factor > 0 else choice.step_error * square
-        scaled = replace(scaled, step_error=error)
-    if "dt" in directions and choice.dt is not None:
-        dt = choice.dt / factor if factor > 0 else choice.dt * -factor
-        scaled = replace(scaled, dt=dt)
-    if "divide" in directions and choice.divide is not None:
-        if factor < 0 and choice.divide % factor:
-            return None
-        scaled = replace(
-            scaled, divide=choice.divide * factor if factor > 0 else choice.divide // -factor
-        )
-    if "mesh" in directions and choice.mesh is not None:
-        counts = []
-        for count, moves in zip(choice.mesh, moving, strict=True):
-            if not moves or factor > 0:
-                counts.append(count * factor if moves else count)
-            elif count % -factor:
-                return None
-            else:
-                counts.append(count // -factor)
-        scaled = replace(scaled, mesh=(counts[0], counts[1]))
-    return scaled
+        scaled["step_error"] = choice.step_error * over**2 / times**2
+    if choice.dt is not None:
+        scaled["dt"] = choice.dt * over / times
+    if choice.divide is not None and "divide" in directions:
+        scaled["divide"], rest = divmod(choice.divide * times, over)
+        rests.append(rest)
+    if choice.mesh is not None and "mesh" in directions:
+        both = zip(choice.mesh, moving, strict=True)
+        counts = [divmod(n * times, over) if moves else (n, 0) for n, moves in both]
+        scaled["mesh"] = tuple(n for n, _ in counts)
+        rests += [rest for _, rest in counts]
+    chosen = {axis: value for axis, value in scaled.items() if axis in directions}
+    return None if any(rests) else replace(choice, **chosen)

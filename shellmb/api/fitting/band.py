@@ -7,8 +7,8 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
-import numpy.typing as npt
 
+from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.scene.lookup import listed
 
@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from shellmb.api.record import Run
     from shellmb.sensitivity.parameters import Parameter
 
-Floats = npt.NDArray[np.float64]
 # standard deviations that a band is drawn to
 WIDTH = 2.0
 # size of a plot, inches

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from shellmb.api.sensitivity.record import OF_STEPS
+from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.scene import Scene
 from shellmb.scene.lookup import listed
@@ -18,7 +19,6 @@ from shellmb.scene.lookup import listed
 if TYPE_CHECKING:
     import pandas as pd
 
-Floats = npt.NDArray[np.float64]
 # a time beyond the end of the run by less, relative to it, is the end
 END = 1e-9
 

@@ -6,11 +6,11 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
 from shellmb.api.fitting.data import END, Data, data_of
 from shellmb.api.fitting.fitted import Fit
 from shellmb.api.sensitivity.run import sensitivities
+from shellmb.arrays import Floats
 from shellmb.errors import ConvergenceError, SceneError
 from shellmb.options.described import options_of, takes
 from shellmb.options.run import Options
@@ -23,7 +23,6 @@ if TYPE_CHECKING:
 
     from shellmb.api.sensitivity.record import Sensitivities
 
-Floats = npt.NDArray[np.float64]
 # change of the sum of squares, or of parameters, relative to them, at which a fit ends
 TOLERANCE = 1e-6
 

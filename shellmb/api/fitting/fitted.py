@@ -7,9 +7,9 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
 from shellmb.api.fitting.data import Data
+from shellmb.arrays import Floats
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from shellmb.api.fitting.band import Band
     from shellmb.api.sensitivity.record import Sensitivities
 
-Floats = npt.NDArray[np.float64]
 
 # relative standard deviation of a combination of parameters from which on data do not see it, and
 # the least share of a parameter in it that is named

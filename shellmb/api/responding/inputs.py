@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -11,9 +11,11 @@ from dolfinx import fem
 
 from shellmb.arrays import Floats
 from shellmb.errors import SceneError
+from shellmb.model.signals import Signals
 from shellmb.running.natural_modes.vibration import in_motion
 from shellmb.running.rotating.linearised import Linearised
 from shellmb.scene import Driven, Fixed, Gravity, Motor, Scene
+from shellmb.scene.control.signals import Commanded, Input
 
 AXES = "xyz"
 # rotations are differentiated by central differences over this angle and twice it, rad
@@ -40,6 +42,11 @@ class Perturbation:
         own = 0.0 if self.idle else 1.0 if self._given is None else float(self._given(t))
         return own + self.extra
 
+    @property
+    def driving(self) -> dict[str, Any]:
+        """Arguments of a motor."""
+        return {"law": self.law}
+
     def still(self, t: float) -> float:
         """Small part of a motion that stands still in its frame."""
         return self.extra
@@ -57,22 +64,70 @@ class Perturbation:
             constant.value = number  # type: ignore[assignment]
 
 
-def without_commands(scene: Scene) -> Scene:
-    """A scene whose motors have laws only: of another program's command its default, else zero.
+class Commanding(Perturbation):
+    """What a motor is commanded, with a number that is added to it.
+
+    Args:
+        command: An input.
+    """
+
+    def __init__(self, command: Input) -> None:
+        super().__init__()
+        self._command = Input(command.name, command.default)
+
+    @property
+    def driving(self) -> dict[str, Any]:
+        """Arguments of a motor."""
+        return {"command": self._command}
+
+    def add(self, number: float) -> None:
+        """Add a number."""
+        self.extra = number
+        value = self._command.default + number
+        self._command.take(0.0, 0.0, value, value)
+
+
+def without_commands(scene: Scene, control: Mapping[str, Any] | None = None) -> Scene:
+    """A scene without controllers: motors and loads have what is commanded at a state.
+
+    Motors take it as inputs, as another program's commands are, which have their defaults.
 
     Args:
         scene: The scene.
+        control: State of its controllers, as `Control.state` gives it; None: they command nothing.
+
+    Raises:
+        SceneError: If a controller moves a driver.
     """
+    signals = Signals(scene)
+    samplers = [] if control is None else control["controllers"]
+    for controller, sampler in zip(scene.controllers, samplers, strict=control is not None):
+        for output, value in sampler["outputs"].items():
+            signals.command(0.0, (controller.name, output), value)
 
-    def lawful(motor: Motor) -> Motor:
-        held = float(getattr(motor.command, "default", 0.0))
-        return replace(motor, law=lambda coordinate, rate, time: held + 0.0 * time, command=None)
+    def commanded(motor: Motor) -> Motor:
+        return replace(motor, command=Input(motor.name, signals.held(motor.command)))
 
-    elements = [
-        lawful(e) if isinstance(e, Motor) and e.command is not None else e
-        for e in scene.force_elements
-    ]
-    return replace(scene, force_elements=tuple(elements))
+    def timed(load: Any) -> Any:
+        held = signals(load.time, 0.0)
+        return replace(load, time=lambda t: held)
+
+    for driver in scene.drivers:
+        for name in driver.coordinates:
+            if isinstance(getattr(driver, name), Commanded):
+                raise SceneError(
+                    f"linearise: driver '{driver.name}' moves by a controller; give its {name} as "
+                    "a function of time, or let a motor take the command"
+                )
+    return replace(
+        scene,
+        force_elements=tuple(
+            commanded(e) if isinstance(e, Motor) and e.command is not None else e
+            for e in scene.force_elements
+        ),
+        loads=tuple(timed(e) if isinstance(e.time, Commanded) else e for e in scene.loads),
+        controllers=(),
+    )
 
 
 def _moved(
@@ -82,7 +137,9 @@ def _moved(
     return lambda t: np.asarray(given(t), dtype=float) + [part.extra for part in parts]
 
 
-def with_inputs(scene: Scene) -> tuple[Scene, dict[str, Perturbation]]:
+def with_inputs(
+    scene: Scene, control: Mapping[str, Any] | None = None
+) -> tuple[Scene, dict[str, Perturbation]]:
     """A scene in which numbers can be added to all inputs, and these by name.
 
     Loads are `load1`, `load2`, ...: 1 is the load as the scene has it, whatever its function of
@@ -93,20 +150,21 @@ def with_inputs(scene: Scene) -> tuple[Scene, dict[str, Perturbation]]:
 
     Args:
         scene: The scene.
+        control: As of `without_commands`.
 
     Raises:
         SceneError: If a controller moves a driver.
     """
     # what has no mass is told before ground accelerates it
-    scene = in_motion(without_commands(scene))
+    scene = in_motion(without_commands(scene, control))
     found: dict[str, Perturbation] = {}
 
-    def new(name: str, given: Any = None, idle: bool = False) -> Perturbation:
+    def new(name: str, given: Any = None, command: Any = None, **how: bool) -> Perturbation:
         if name in found:
             raise SceneError(
                 f"linearise: two inputs are called '{name}'; rename the motor or the driver"
             )
-        found[name] = Perturbation(given, idle)
+        found[name] = Perturbation(given, **how) if command is None else Commanding(command)
         return found[name]
 
     loads = [
@@ -118,18 +176,13 @@ def with_inputs(scene: Scene) -> tuple[Scene, dict[str, Perturbation]]:
         for axis, row in zip(AXES, np.eye(3), strict=True)
     ]
     elements = [
-        replace(e, law=new(e.name, e.law).law) if isinstance(e, Motor) else e
+        replace(e, **new(e.name, e.law, e.command).driving) if isinstance(e, Motor) else e
         for e in scene.force_elements
     ]
     drivers = []
     for driver in scene.drivers:
         motions: dict[str, Any] = {}
         for name in driver.coordinates:
-            if not callable(getattr(driver, name)):
-                raise SceneError(
-                    f"linearise: driver '{driver.name}' moves by a controller; give its {name} as "
-                    "a function of time, or let a motor take the command"
-                )
             motions[name] = new(f"{driver.name}.{name}", getattr(driver, name))
         drivers.append(replace(driver, **motions))
     supports: list[Any] = []
@@ -159,7 +212,6 @@ def with_inputs(scene: Scene) -> tuple[Scene, dict[str, Perturbation]]:
         force_elements=tuple(elements),
         drivers=tuple(drivers),
         supports=tuple(supports),
-        controllers=(),
     )
     return changed, found
 
@@ -169,6 +221,7 @@ def columns(state: Linearised, inputs: dict[str, Perturbation]) -> tuple[Floats,
     forces, motions = (np.zeros((state.system.size, len(inputs))) for _ in range(2))
 
     def residual() -> Floats:
+        state.model.mechanism.command(state.model.signals)
         return state.relaxation.forces(lambda f: float(getattr(f, "extra", 0.0)))
 
     none = residual()

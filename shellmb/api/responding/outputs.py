@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple, cast
+from collections.abc import Sequence
+from typing import Any, cast
 
 import numpy as np
 import scipy.sparse as sp
@@ -14,28 +15,22 @@ from shellmb.arrays import Floats, Ints
 from shellmb.errors import warn
 from shellmb.model.joints.joints import JointGroup
 from shellmb.model.locations.nodes import local_nodes
+from shellmb.model.sections.branches import branches_of
 from shellmb.observers.fields.modal import modal_members
-from shellmb.observers.fields.nodal import Nodes
 from shellmb.observers.fields.resultants import RESULTANTS, Resultants, has_resultants
 from shellmb.observers.forces.joints import Span, column_names, joints_of, parts_of
 from shellmb.observers.probes import places_of, plain_spot
 from shellmb.running.rotating.linearised import Linearised
 from shellmb.scene import Probe, Scene
 
-
-class Output(NamedTuple):
-    """A number that follows from small motions.
-
-    Args:
-        row: By the unknowns, or by their rates, shape (unknowns,).
-        order: 0 for the unknowns, 1 for their rates.
-    """
-
-    row: Floats
-    order: int
+# rows of a number that follows from small motions, shape (unknowns,): 0 by the unknowns, 1 by their
+# rates, from 3 on by what each branch sees of the unknowns
+type Output = dict[int, Floats]
 
 
-def outputs(state: Linearised, scene: Scene, K: sp.csr_array, joints: bool) -> dict[str, Output]:
+def outputs(
+    state: Linearised, scene: Scene, K: sp.csr_array, joints: bool, times: Sequence[float]
+) -> dict[str, Output]:
     """Outputs of a scene: its probes, and forces of joints as histories have them.
 
     Args:
@@ -44,6 +39,7 @@ def outputs(state: Linearised, scene: Scene, K: sp.csr_array, joints: bool) -> d
         K: Stiffness with the columns of fixed unknowns.
         joints: Whether forces of joints are among them: where joints carry forces at the state,
             these turn along, too.
+        times: Times of branches that relax [s].
 
     Raises:
         SceneError: If there is no node at a probe's point.
@@ -53,7 +49,7 @@ def outputs(state: Linearised, scene: Scene, K: sp.csr_array, joints: bool) -> d
         if why := _unfit(state, probe):
             warn(f"linearise: probe '{probe.name}' is left out, as {why}")
         else:
-            found[probe.name] = _probe(state, probe)
+            found[probe.name] = _probe(state, probe, times)
     return found | _joints(state, K) if joints else found
 
 
@@ -69,7 +65,7 @@ def _unfit(state: Linearised, probe: Probe) -> str:
     return ""
 
 
-def _probe(state: Linearised, probe: Probe) -> Output:
+def _probe(state: Linearised, probe: Probe, times: Sequence[float]) -> Output:
     who = f"linearise: probe '{probe.name}'"
     (given,) = state.model.scene.bodies_of(probe)
     # of a simulation, these look at the model alone
@@ -77,14 +73,14 @@ def _probe(state: Linearised, probe: Probe) -> Output:
     body: Any = state.model.meshed.get(given.name)
     names, weights = places_of(simulation, given.name, probe)
     axis = np.eye(3)[int(probe.component)]
-    row = np.zeros(state.system.size)
+    every = np.zeros((3 + len(times), state.system.size))
+    row = every[int(probe.quantity in ("velocity", "angular_velocity"))]
     for place, weight in zip(names, weights, strict=True):
         if body is not None and has_resultants(body, probe.quantity):
             at = local_nodes(body, cast(Any, place), who)
-            row += weight * _resultant(state, body, at, probe)
+            every += weight * _resultant(state, body, at, probe, times)
             continue
-        name, found, arms = plain_spot(simulation, given.name, place, who)
-        nodes = cast(Nodes, found)
+        name, nodes, arms = plain_spot(simulation, given.name, place, who)
         u, w = (_numbers(state, name)[dofs] for dofs in nodes.dofs)
         share = weight / len(u)
         D = nodes.values(_function(state, name).x.array).directors
@@ -99,27 +95,32 @@ def _probe(state: Linearised, probe: Probe) -> Output:
                 case "rotation" | "angular_velocity":
                     # `theta = sum d x w / 2`, of which `axis . (d x w) = (axis x d) . w`
                     np.add.at(row, w[k], share * np.cross(axis, D[k]) / 2)
-    return Output(row, int(probe.quantity in ("velocity", "angular_velocity")))
+    return dict(enumerate(every))
 
 
 class _Changes(Resultants):
-    """Changes of resultants with a state."""
+    """Changes of resultants with a state, and of those of branches by their times."""
 
     def __init__(self, body: Any, q: fem.Function, change: fem.Function) -> None:
-        found = ufl.derivative(body.resultants(q), q, change)
-        self._prepare(body, [expand_derivatives(found)])
+        found = [expand_derivatives(ufl.derivative(body.resultants(q), q, change))]
+        own = branches_of(body)
+        relaxing = [] if own is None else list(own.stresses(q, change))
+        self.times = [time for time, _ in relaxing]
+        self._prepare(body, found + [body.of_stress(stress, q) for _, stress in relaxing])
 
     def only(self, cells: Ints) -> None:
         """Read these elements alone."""
         self._cells = cells.astype(np.int32)
 
-    def elements(self) -> Floats:
+    def every(self) -> list[Floats]:
         """Values of each element that is read at its nodes."""
-        return self.at_nodes(self._expressions[0])
+        return [self.at_nodes(expression) for expression in self._expressions]
 
 
-def _resultant(state: Linearised, body: Any, nodes: Any, probe: Probe) -> Floats:
-    """Row of a resultant at a node, by one unknown of the elements there after the other."""
+def _resultant(
+    state: Linearised, body: Any, nodes: Any, probe: Probe, times: Sequence[float]
+) -> Floats:
+    """Rows of a resultant at a node, by one unknown of the elements there after the other."""
     change = fem.Function(body.mixed.space)
     reading = _Changes(body, _function(state, body.name), change)
     at = body.mixed.subspaces["u"].dofmap.list
@@ -127,14 +128,15 @@ def _resultant(state: Linearised, body: Any, nodes: Any, probe: Probe) -> Floats
     reading.only(cells)
     places = np.isin(at[cells], nodes)
     dofs = np.unique(np.concatenate([body.mixed.space.dofmap.cell_dofs(c) for c in cells]))
-    numbers, row = _numbers(state, body.name), np.zeros(state.system.size)
+    numbers, rows = _numbers(state, body.name), np.zeros((3 + len(times), state.system.size))
     component = RESULTANTS[probe.quantity][int(probe.component)]
+    orders = [0, *(3 + times.index(time) for time in reading.times)]
     for dof in dofs:
         change.x.array[dof] = 1.0
-        values = reading.elements()[places]
-        row[numbers[dof]] += values[:, component].mean()
+        for order, values in zip(orders, reading.every(), strict=True):
+            rows[order, numbers[dof]] += values[places][:, component].mean()
         change.x.array[dof] = 0.0
-    return row
+    return rows
 
 
 def _joints(state: Linearised, K: sp.csr_array) -> dict[str, Output]:
@@ -158,7 +160,7 @@ def _joints(state: Linearised, K: sp.csr_array) -> dict[str, Output]:
                 shares = np.moveaxis(values[own, item], 0, -1)
                 rows[joint][..., numbers[mu[cell]]] += shares
     flat = rows.reshape(-1, state.system.size)
-    return {name: Output(row, 0) for name, row in zip(column_names(mechanism), flat, strict=True)}
+    return {name: {0: row} for name, row in zip(column_names(mechanism), flat, strict=True)}
 
 
 def _numbers(state: Linearised, name: str) -> Ints:

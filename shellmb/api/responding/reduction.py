@@ -10,7 +10,7 @@ import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 
-from shellmb.api.responding.system import Orders
+from shellmb.api.responding.system import Matrices, Orders
 from shellmb.arrays import Floats, Ints
 from shellmb.errors import SceneError
 
@@ -35,10 +35,11 @@ class Coordinates:
         M: Mass matrix.
         C: Damping matrix.
         K: Stiffness matrix.
-        F: Forces by inputs and by their derivatives.
-        Y: Outputs by coordinates and by their derivatives.
-        D: Outputs by inputs and by their derivatives.
+        F: Forces by inputs, by their derivatives, and by what each branch sees of them.
+        Y: Outputs by coordinates, likewise.
+        D: Outputs by inputs, likewise.
         basis: What each coordinate does to the unknowns of the system, shape (unknowns, n).
+        branches: Stiffness of what relaxes.
     """
 
     M: sp.csr_array
@@ -48,6 +49,7 @@ class Coordinates:
     Y: Orders
     D: Orders
     basis: sp.csr_array
+    branches: Matrices
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,10 +62,12 @@ class Unknowns:
         K: Stiffness matrix.
         forces: By inputs, shape (unknowns, inputs).
         motions: Given values by inputs, shape (unknowns, inputs).
-        rows: Outputs by unknowns and by their rates, each of shape (outputs, unknowns).
+        rows: Outputs by unknowns, by their rates, by their accelerations (none), and by what
+            each branch sees of them, each of shape (outputs, unknowns).
         fixed: Unknowns that have given values.
         resultants: Those that are resultants.
         multipliers: Those that are forces of constraints.
+        branches: Stiffness of what relaxes.
     """
 
     M: sp.csr_array
@@ -71,21 +75,22 @@ class Unknowns:
     K: sp.csr_array
     forces: Floats
     motions: Floats
-    rows: tuple[Floats, Floats]
+    rows: Orders
     fixed: Ints
     resultants: Ints
     multipliers: Ints
+    branches: Matrices
 
     def kept(self) -> Coordinates:
         """All unknowns without given values, with their constraints."""
         free = np.setdiff1d(np.arange(self.K.shape[0]), self.fixed)
-        M, C, K = (A[free] for A in (self.M, self.C, self.K))
-        F = (self.forces[free] - K @ self.motions, -(C @ self.motions), -(M @ self.motions))
-        value, rate = self.rows
-        Y = (value[:, free], rate[:, free], np.zeros_like(value[:, free]))
-        D = (value @ self.motions, rate @ self.motions, np.zeros((len(value), F[0].shape[1])))
-        M, C, K = (sp.csr_array(A[:, free]) for A in (M, C, K))
-        return Coordinates(M, C, K, F, Y, D, _places(free, self.K.shape[0]))
+        rows = [A[free] for A in (self.K, self.C, self.M, *self.branches)]
+        F = [-(A @ self.motions) for A in rows]
+        F[0] = self.forces[free] + F[0]
+        basis = _places(free, self.K.shape[0])
+        Y, D = (tuple(row @ to for row in self.rows) for to in (basis, self.motions))
+        K, C, M, *branches = (sp.csr_array(A[:, free]) for A in rows)
+        return Coordinates(M, C, K, tuple(F), Y, D, basis, tuple(branches))
 
     def free(self) -> Coordinates:
         """Coordinates that no constraint ties: resultants and multipliers follow from them."""
@@ -93,19 +98,17 @@ class Unknowns:
         rest = np.setdiff1d(every, self.fixed)
         N, tied = (np.intersect1d(some, rest) for some in (self.resultants, self.multipliers))
         q = np.setdiff1d(rest, np.concatenate([N, tied]))
-        K, (value, rate) = self.K, (row.copy() for row in self.rows)
+        K, branches, seen = self.K, self.branches, self.rows
         if len(N):
-            # each cell has its own
+            # each cell has its own; strains that branches see are those of motions, of any modulus
             inner = spla.splu(K[N][:, N].tocsc())
             others = np.setdiff1d(every, N)
             column = sp.csr_array(K[N][:, others])
-            share = inner.solve(np.ascontiguousarray(value[:, N].T), "T").T
-            value[:, others] -= share @ column
-            change = K[others][:, N] @ _solved(inner, column)
-            where = _places(others, len(every))
-            K = K - where @ change @ where.T
-        rows, stiff = K[tied], K[q]
-        mass, damping = self.M[q], self.C[q]
+            to, where = _places(N, len(every)), _places(others, len(every))
+            P = sp.csr_array((where - to @ _solved(inner, column)) @ where.T)
+            K, seen = sp.csr_array(K @ P), tuple(row @ P for row in seen)
+            branches = tuple(sp.csr_array(P.T @ A @ P) for A in branches)
+        value, rows, acting = seen[0], K[tied], [A[q] for A in (K, self.C, self.M, *branches)]
         G = sp.csr_array(rows[:, q])
         T = null_space(G)
         # unknowns by given values: those of constraints, and what closes the latter
@@ -113,24 +116,20 @@ class Unknowns:
         lift[q] -= _least(G, rows @ self.motions)
         # forces of constraints by `forces - M a - C v - K x`
         held = _least(G, value[:, tied].T).T
-        Y = [row[:, q] for row in (value, rate, np.zeros_like(value))]
-        D = [value @ lift, rate @ lift, np.zeros((len(value), lift.shape[1]))]
-        F = [self.forces[q].copy(), np.zeros_like(lift[q]), np.zeros_like(lift[q])]
-        D[0] = D[0] + held @ F[0]
-        for order, A in enumerate((stiff, damping, mass)):
-            moved = A @ lift
-            F[order] = F[order] - moved
-            D[order] = D[order] - held @ moved
-            Y[order] = Y[order] - held @ A[:, q]
-        M, C, S = (sp.csr_array(T.T @ A[:, q] @ T) for A in (mass, damping, stiff))
+        F = [-(A @ lift) for A in acting]
+        F[0] = F[0] + self.forces[q]
+        D = [row @ lift + held @ f for row, f in zip(seen, F, strict=True)]
+        Y = [row[:, q] - held @ A[:, q] for row, A in zip(seen, acting, strict=True)]
+        K, C, M, *relaxing = (sp.csr_array(T.T @ A[:, q] @ T) for A in acting)
         found = Coordinates(
             M,
             C,
-            S,
+            K,
             tuple(T.T @ f for f in F),
             tuple(y @ T for y in Y),
             tuple(D),
             sp.csr_array(_places(q, len(every)) @ T),
+            tuple(relaxing),
         )
         return _with_mass(found)
 
@@ -140,18 +139,18 @@ def unknowns_of(
     matrices: Sequence[PETSc.Mat],
     forces: Floats | None = None,
     motions: Floats | None = None,
-    rows: tuple[Floats, Floats] | None = None,
+    rows: Orders | None = None,
 ) -> Unknowns:
     """Unknowns of a state.
 
     Args:
         state: The state.
-        matrices: Stiffness, damping and mass.
+        matrices: Stiffness, damping, mass, and stiffness of each branch.
         forces: By inputs; None: without inputs.
         motions: Given values by inputs.
-        rows: Outputs by unknowns and their rates; None: without outputs.
+        rows: Outputs, as of `Unknowns`; None: without outputs.
     """
-    K, C, M = (scipy_matrix(A) for A in matrices)
+    K, C, M, *branches = (scipy_matrix(A) for A in matrices)
     nothing = np.zeros((state.system.size, 0))
 
     def those(parts: Sequence[str]) -> Ints:
@@ -169,10 +168,11 @@ def unknowns_of(
         K,
         nothing if forces is None else forces,
         nothing if motions is None else motions,
-        (nothing.T, nothing.T) if rows is None else rows,
+        (nothing.T,) * len(matrices) if rows is None else rows,
         np.asarray(state.system.fixed, dtype=np.int64),
         those(RESULTANTS),
         those(MULTIPLIERS),
+        tuple(branches),
     )
 
 
@@ -206,24 +206,26 @@ def _with_mass(found: Coordinates) -> Coordinates:
     if not len(light):
         return found
     heavy = np.setdiff1d(np.arange(len(sizes)), light)
-    if abs(found.C[light]).sum() > 0:
+    if any(abs(A[light]).sum() > 0 for A in (found.C, *found.branches)):
         raise SceneError(
-            "matrices: dampers act on directors or coordinates without inertia; give them inertia "
-            "(rotary_inertia=True, or a mass)"
+            "matrices: dampers, or what relaxes, act on directors or coordinates without inertia; "
+            "give them inertia (rotary_inertia=True, or a mass)"
         )
     inner = spla.splu(found.K[light][:, light].tocsc())
     T = sp.lil_array((len(sizes), len(heavy)))
     T[heavy, np.arange(len(heavy))] = 1.0
     T[light] = -inner.solve(found.K[light][:, heavy].toarray())
     T = sp.csr_array(T)
-    M, C, K = (sp.csr_array(T.T @ A @ T) for A in (found.M, found.C, found.K))
+    of = found.M, found.C, found.K, *found.branches
+    M, C, K, *branches = (sp.csr_array(T.T @ A @ T) for A in of)
     direct = list(found.D)
-    for order, force in enumerate(found.F):
+    for order, force in enumerate(found.F[:3]):
         moved = inner.solve(np.ascontiguousarray(force[light]))
         for more, y in enumerate(found.Y[: 3 - order]):
             direct[order + more] = direct[order + more] + y[:, light] @ moved
     F, Y = tuple(T.T @ f for f in found.F), tuple(y @ T for y in found.Y)
-    return Coordinates(M, C, K, F, Y, tuple(direct), sp.csr_array(found.basis @ T))
+    basis = sp.csr_array(found.basis @ T)
+    return Coordinates(M, C, K, F, Y, tuple(direct), basis, tuple(branches))
 
 
 def null_space(rows: sp.csr_array) -> sp.csr_array:

@@ -14,7 +14,8 @@ import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 
 from shellmb.api.responding.curves import at_frequencies
-from shellmb.api.responding.system import GROUND, Complex, LinearSystem
+from shellmb.api.responding.poles import Complex
+from shellmb.api.responding.system import GROUND, LinearSystem
 from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.options.response import ResponseOptions
@@ -190,20 +191,19 @@ def response_at(system: LinearSystem, f: Floats, order: int = 0) -> Complex:
         order: Number of derivatives of the outputs.
     """
     found = np.empty((len(system.outputs), len(system.inputs), len(f)), dtype=np.complex128)
-    M, C, K = system.M.tocsc(), system.C.tocsc(), system.K.tocsc()
-    diagonal = all(A.nnz == np.count_nonzero(A.diagonal()) for A in (M, C, K))
+    of: list[Any] = [A.tocsc() for A in (system.K, system.C, system.M, *system.branches)]
+    diagonal = all(A.nnz == np.count_nonzero(A.diagonal()) for A in of)
     if diagonal:
-        M, C, K = (A.diagonal()[:, None] for A in (M, C, K))
+        of = [A.diagonal()[:, None] for A in of]
     elif system.size <= SMALL:
-        M, C, K = (A.toarray() for A in (M, C, K))
+        of = [A.toarray() for A in of]
     for n, frequency in enumerate(f):
         s = 2j * np.pi * frequency
-        powers = 1.0, s, s * s
-        force, row, direct = (
+        powers = system.powers(s)
+        force, row, direct, inner = (
             sum(power * part for power, part in zip(powers, parts, strict=True))
-            for parts in (system.F, system.Y, system.D)
+            for parts in (system.F, system.Y, system.D, of)
         )
-        inner = K + s * C + s * s * M
         try:
             if diagonal:
                 with np.errstate(divide="raise", invalid="raise"):
@@ -238,6 +238,10 @@ def damped(system: LinearSystem, ratios: Sequence[float] | float | None) -> Line
     """
     if ratios is None:
         return system
+    if system.times:
+        raise SceneError(
+            "response: damping is given, and what relaxes has its own; leave damping out"
+        )
     omega = np.sqrt(np.maximum(system.K.diagonal(), 0.0))
     return replace(system, C=sp.csr_array(np.diag(2 * omega * np.asarray(ratios, dtype=float))))
 
@@ -250,8 +254,8 @@ def _densities(frf: Complex, f: Floats, names: Sequence[str], given: Mapping[str
 
 def _finer(system: LinearSystem, f: Floats) -> Floats:
     """Frequencies that resolve all resonances of modes, within the range of others."""
-    omega = np.sqrt(np.abs(system.K.diagonal()))
-    width = np.maximum(_ratios(system, omega), 1e-6) * omega / (2 * np.pi)
+    omega, ratio = oscillators(system)
+    width = np.maximum(ratio, 1e-6) * omega / (2 * np.pi)
     angles = np.tan(np.linspace(-0.4995 * np.pi, 0.4995 * np.pi, ANGLES))
     near = (omega[:, None] / (2 * np.pi) + width[:, None] * angles).ravel()
     shares = np.linspace(0, 1, BETWEEN, endpoint=False)
@@ -262,23 +266,39 @@ def _finer(system: LinearSystem, f: Floats) -> Floats:
 
 def _largest(system: LinearSystem, chosen: ResponseOptions) -> Floats:
     """Largest outputs by spectra: of modes combined, of axes as squares add up."""
-    values = system.K.diagonal()
-    omega = np.sqrt(np.maximum(values, 0.0))
-    ratio = _ratios(system, omega)
+    omega, ratio = oscillators(system)
+    modes = slice(len(omega))
     spectra, total = chosen.spectrum or {}, 0.0
     for name, curve in spectra.items():
         part = system.select(name)
         # all modes move relative to ground by what it accelerates
         size = at_frequencies(curve, omega / (2 * np.pi), f"spectrum of '{name}'")
-        moved = size * part.F[0][:, 0] / np.maximum(values, 1e-300)
-        each = part.Y[0] * moved * omega ** ORDERS[chosen.quantity]
+        moved = size * part.F[0][modes, 0] / np.maximum(omega**2, 1e-300)
+        each = part.Y[0][:, modes] * moved * omega ** ORDERS[chosen.quantity]
         total = total + np.einsum("om,mn,on->o", each, _alike(omega, ratio), each)
     return np.sqrt(np.asarray(total))
 
 
-def _ratios(system: LinearSystem, omega: Floats) -> Floats:
-    """Damping ratios of modes."""
-    return np.asarray(system.C.diagonal() / np.maximum(2 * omega, 1e-300))
+def oscillators(system: LinearSystem) -> tuple[Floats, Floats]:
+    """Angular frequencies and damping ratios of modes, each by itself.
+
+    Args:
+        system: The system, as `modal` gives it.
+    """
+    modes = system.M.diagonal() > 0
+    k, c, *own = (A.diagonal()[modes] for A in (system.K, system.C, *system.branches))
+    omega = np.sqrt(np.maximum(k, 0.0))
+    ratio = c / np.maximum(2 * omega, 1e-300)
+    if not own:
+        return omega, ratio
+    from shellmb.running.rotating.quadratic import poles_of_one
+
+    for n in range(len(k)):
+        branches = dict(zip(system.times, (b[n] for b in own), strict=True))
+        # what only creeps follows without ringing
+        s = next(iter(poles_of_one((1.0, c[n], k[n]), branches)), -omega[n] - 0j)
+        omega[n], ratio[n] = abs(s), -s.real / max(abs(s), 1e-300)
+    return omega, ratio
 
 
 def _alike(omega: Floats, ratio: Floats) -> Floats:

@@ -49,7 +49,7 @@ def about_state(
     except (SceneError, ConvergenceError) as error:
         said = re.sub("^(modes|matrices|resume): ", "linearise: ", str(error))
         if isinstance(error, ConvergenceError):
-            raise ConvergenceError(said, error.field, error.norms) from error
+            raise error.reworded(said) from error
         raise SceneError(said) from None
 
 
@@ -61,8 +61,9 @@ def _steady(scene: Scene, chosen: LinearOptions) -> Made:
     comm, loaded, rate = MPI.COMM_SELF, chosen.at == "equilibrium", chosen.rate
     changed, inputs = with_inputs(scene)
     if loaded and not rate:
-        check_state(scene, "")
-        still = equilibrium(without_commands(scene), comm)
+        held = without_commands(scene)
+        check_state(held, "")
+        still = equilibrium(held, comm)
         still.run()
         moving = MovingState(changed, still.arrays(), still.state(), comm, 0.0)
         return moving, inputs, "the static equilibrium"
@@ -86,9 +87,9 @@ def _of_run(scene: Scene, chosen: LinearOptions) -> Made:
     comm, run = MPI.COMM_SELF, None if chosen.state is None else Path(chosen.state)
     time = float(chosen.at) if chosen.timed else None  # type: ignore[arg-type]
     meant = state_of_run(scene, run, time, comm)
-    check_state(scene, meant.scheme)
-    changed, inputs = with_inputs(scene)
+    check_state(without_commands(scene), meant.scheme)
     arrays, counters = meant.reach(comm)
+    changed, inputs = with_inputs(scene, counters["control"])
     frame = {"rate": chosen.rate, "axis": chosen.axis, "about": chosen.about}
     state = MovingState(changed, arrays, counters, comm, **frame)  # type: ignore[arg-type]
     seen = f"in a frame that turns by {state.rate:g} rad/s" if state.rate else "in space"
@@ -99,21 +100,24 @@ def _system_of(
     scene: Scene, state: Linearised, inputs: Mapping[str, Any], about: str, constraints: str
 ) -> LinearSystem:
     """System of a state with numbers to add to its inputs."""
-    matrices = state.columns()
+    branches = state.branches(columns=True)
+    matrices, times = (*state.columns(), *branches.values()), tuple(branches)
     rest = isinstance(state, SteadyRotation) and not state.rate
-    seen = outputs(state, scene, scipy_matrix(matrices[0]), joints=rest)
-    rows = np.zeros((2, len(seen), state.system.size))
+    seen = outputs(state, scene, scipy_matrix(matrices[0]), joints=rest, times=times)
+    rows = np.zeros((len(matrices), len(seen), state.system.size))
     for k, one in enumerate(seen.values()):
-        rows[one.order, k] = one.row
+        for order, row in one.items():
+            rows[order, k] = row
     carried = np.zeros((2, len(seen), len(inputs)))
     for axis, moved in zip(AXES, _translations(state), strict=True):
-        carried[..., list(inputs).index(f"base.{axis}")] = rows @ moved
-    unknowns = unknowns_of(state, matrices, *columns(state, dict(inputs)), (rows[0], rows[1]))
+        carried[..., list(inputs).index(f"base.{axis}")] = rows[:2] @ moved
+    unknowns = unknowns_of(state, matrices, *columns(state, dict(inputs)), tuple(rows))
     kept = constraints == "kept"
     found = unknowns.kept() if kept else unknowns.free()
     of = found.M, found.C, found.K, found.F, found.Y, found.D, carried
     said = f"scene '{scene.name}' about {about}"
-    system = LinearSystem(*of, tuple(inputs), tuple(seen), said, kept, state.shift)
+    names = tuple(inputs), tuple(seen)
+    system = LinearSystem(*of, *names, said, kept, state.shift, times, found.branches)
     _doubt(state, system)
     return system
 

@@ -17,14 +17,15 @@ import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 from scipy.io.matlab import MatReadError
 
+from shellmb.api.responding.poles import Complex, lowest_modes, poles, relaxing_poles
 from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.files.writing import drafted
 from shellmb.scene.lookup import listed
 
-type Complex = npt.NDArray[np.complex128]
-# of a quantity, of its first and of its second derivative
+# of a quantity, of its first and of its second derivative, and of what each branch sees of it
 type Orders = tuple[Floats, ...]
+type Matrices = tuple[sp.csr_array, ...]
 
 # of the state space without sparse matrices
 DENSE = 3000
@@ -32,12 +33,8 @@ FORMATS = (".npz", ".mat")
 # inputs that accelerate ground
 GROUND = ("base.x", "base.y", "base.z")
 ORDERED, MATRICES = ("F", "Y", "D"), ("M", "C", "K")
-# more poles than wanted, of which both of a pair are found; and those that are infinite
-SPARE, INFINITE = 6, 1e-12
 # of the square of the shift: what moves freely has this stiffness where others follow in statics
 SLOW = 1e-6
-# matrices are symmetric to round-off
-EVEN = 1e-13
 
 
 class StateSpace(NamedTuple):
@@ -79,7 +76,9 @@ class LinearSystem:
     """Small motions about a state, ``M x'' + C x' + K x = F u``, with named inputs and outputs.
 
     Inputs and outputs act with derivatives, too: ``F u`` is short for ``F[0] u + F[1] u' + F[2]
-    u''``, and outputs are ``Y x + D u`` likewise. A prescribed motion acts by all three.
+    u''``, and outputs are ``Y x + D u`` likewise. A prescribed motion acts by all three. What
+    relaxes adds ``branches[k] (x - z)`` with ``times[k] z' = x - z``; `F`, `Y` and `D` have parts
+    of each branch, behind those of derivatives, that act by ``u - z`` and ``x - z`` likewise.
 
     Args:
         M: Mass matrix, sparse, shape (n, n).
@@ -95,6 +94,8 @@ class LinearSystem:
         about: What the state is.
         kept: Whether constraints and their multipliers are among the coordinates.
         shift: A number of the size of the lowest poles, next to which they are looked for [1/s].
+        times: Relaxation times of Maxwell branches [s].
+        branches: Their stiffness, each of shape (n, n).
     """
 
     M: sp.csr_array
@@ -109,11 +110,26 @@ class LinearSystem:
     about: str = ""
     kept: bool = False
     shift: float = 1.0
+    times: tuple[float, ...] = ()
+    branches: Matrices = ()
 
     @property
     def size(self) -> int:
         """Number of coordinates."""
         return int(self.K.shape[0])
+
+    @property
+    def _matrices(self) -> dict[str, sp.csr_array]:
+        own = {name: getattr(self, name) for name in MATRICES}
+        return own | {f"K{k}": A for k, A in enumerate(self.branches)}
+
+    def powers(self, s: complex) -> tuple[complex, ...]:
+        """Factors of `K`, `C`, `M` and `branches`, and of the parts of `F`, `Y` and `D`.
+
+        Args:
+            s: The motion is `exp(s t)`, 1/s.
+        """
+        return 1.0, s, s * s, *(s * time / (1 + s * time) for time in self.times)
 
     def select(
         self, inputs: Sequence[str] | str | None = None, outputs: Sequence[str] | str | None = None
@@ -157,7 +173,8 @@ class LinearSystem:
 
         Args:
             count: Number of modes.
-            static: Whether the other modes follow forces as in statics, in `D`.
+            static: Whether the other modes follow forces as in statics, in `D`; of what relaxes
+                by coordinates without mass, whose stiffness depends on the frequency, too.
 
         Raises:
             SceneError: If constraints are kept, or there are not so many modes.
@@ -171,36 +188,69 @@ class LinearSystem:
         motions = F[2].any(axis=0)
         X = np.where(motions, follows, 0.0)
         F[0] = np.where(motions, slow * (self.M @ X), F[0])
-        F[1], F[2] = F[1] - self.C @ X, F[2] - self.M @ X
+        for order, A in enumerate((self.C, self.M, *self.branches), start=1):
+            F[order] = F[order] - A @ X
+        skew = V.T @ (0.5 * (self.K - self.K.T) @ V)
+        M, K = np.eye(count), np.diag(values) + skew
         if static:
             rest = follows - V @ ((V.T @ self.F[0]) / (values + slow)[:, None])
-            X = X + np.where(motions, 0.0, rest)
+            rest = np.where(motions, 0.0, rest)
+            if self.times:
+                # it has no part in the modes
+                rest = la.orth(rest)
+                M, K = (
+                    la.block_diag(*of)
+                    for of in ((M, 0 * rest.T @ rest), (K, rest.T @ self.K @ rest))
+                )
+                V = np.hstack([V, rest])
+            else:
+                X = X + rest
         D = [d + y @ X for d, y in zip(D, self.Y, strict=True)]
-        skew = V.T @ (0.5 * (self.K - self.K.T) @ V)
-        reduced = (np.eye(count), V.T @ (self.C @ V), np.diag(values) + skew)
-        M, C, K = (sp.csr_array(A) for A in reduced)
+        others = (V.T @ (A @ V) for A in (self.C, *self.branches))
+        M, K, C, *branches = (sp.csr_array(A) for A in (M, K, *others))
+        found: dict[str, Any] = {"M": M, "C": C, "K": K, "branches": tuple(branches)}
         F, Y = [V.T @ f for f in F], [y @ V for y in self.Y]
-        return replace(self, M=M, C=C, K=K, F=tuple(F), Y=tuple(Y), D=tuple(D))
+        return replace(self, F=tuple(F), Y=tuple(Y), D=tuple(D), **found)
 
     def descriptor(self) -> Descriptor:
         """The first-order form with sparse matrices, of coordinates and their rates.
 
-        Inputs and outputs are those of `state_space`.
+        For each branch there follow the dashpots' parts of the coordinates, and of inputs that
+        strain it. Inputs and outputs are those of `state_space`.
         """
-        B, direct = self._forced()
-        one, n = sp.eye_array(self.size, format="csr"), self.size
-        E = sp.block_array([[one, None], [None, self.M]], format="csr")
-        A = sp.block_array([[None, one], [-self.K, -self.C]], format="csr")
         if self.Y[2].any():
             raise SceneError(
                 "linearise: forces of joints depend on accelerations where constraints are "
                 "eliminated; use constraints='kept', state_space(), or other outputs"
             )
-        forced = np.vstack([np.zeros((n, B.shape[1])), B])
-        return Descriptor(E, A, forced, np.hstack(self.Y[:2]), direct)
+        return self._first_order()
+
+    def _first_order(self) -> Descriptor:
+        """The first-order form, without what outputs have of accelerations."""
+        n, (force, direct) = self.size, self._forced()
+        some = self._straining
+        acting = np.eye(len(self.inputs))[some]
+        one, own = sp.eye_array(n), sp.eye_array(n + len(acting))
+        # what dashpots follow: tau z' = (x, u) - z
+        to = sp.vstack([one, sp.csr_array((len(acting), n))])
+        given = np.zeros((n + len(acting), force.shape[1]))
+        given[n:, : int(self._acting[0].sum())] = acting[:, self._acting[0]]
+        seen = [np.hstack([y, d[:, some]]) for y, d in zip(self.Y[3:], self.D[3:], strict=True)]
+        springs = [
+            sp.hstack([A, -f[:, some]]) for A, f in zip(self.branches, self.F[3:], strict=True)
+        ]
+        count = range(len(self.times))
+        stiff, rows = -sum(self.branches, self.K), list[list[Any]]()
+        rows.append([None, one, *(None for _ in count)])
+        rows.append([stiff, -self.C, *springs])
+        rows += [[to, None, *(-own if j == k else None for j in count)] for k in count]
+        E = sp.block_diag([one, self.M, *(t * own for t in self.times)], format="csr")
+        B = np.vstack([np.zeros_like(force), force, *(given for _ in count)])
+        C = np.hstack([sum(self.Y[3:], self.Y[0]), self.Y[1], *(-y for y in seen)])
+        return Descriptor(E, sp.block_array(rows, format="csr"), B, C, direct)
 
     def state_space(self, modes: int | None = None) -> StateSpace:
-        """The state space with coordinates and their rates as states, in dense matrices.
+        """The state space with the states of `descriptor`, in dense matrices.
 
         Its inputs are `input_names`, with modes those of `modal(modes)`: those that act by their
         derivatives have more than one.
@@ -218,20 +268,16 @@ class LinearSystem:
             )
         if modes is not None:
             return self.modal(modes).state_space()
-        if self.size > DENSE:
+        if self.size * (2 + len(self.times)) > 2 * DENSE:
             raise SceneError(
                 f"linearise: a dense state space of {self.size} coordinates is too large; give "
-                f"modes, or use descriptor() (at most {DENSE})"
+                f"modes, or use descriptor() (at most {2 * DENSE // (2 + len(self.times))})"
             )
-        solve = spla.splu(self.M.tocsc()).solve
-        force, direct = self._forced()
-        stiff, damped, forces = (solve(a) for a in (self.K.toarray(), self.C.toarray(), force))
-        n, (y0, y1, y2) = self.size, self.Y
-        A = np.block([[np.zeros((n, n)), np.eye(n)], [-stiff, -damped]])
-        B = np.vstack([np.zeros_like(forces), forces])
-        return StateSpace(
-            A, B, np.hstack([y0 - y2 @ stiff, y1 - y2 @ damped]), direct + y2 @ forces
-        )
+        first, n = self._first_order(), self.size
+        solve = spla.splu(first.E.tocsc()).solve
+        A, B = solve(first.A.toarray()), solve(first.B)
+        rates, y = slice(n, 2 * n), self.Y[2]
+        return StateSpace(A, B, first.C + y @ A[rates], first.D + y @ B[rates])
 
     @property
     def input_names(self) -> tuple[str, ...]:
@@ -248,49 +294,39 @@ class LinearSystem:
         found = [
             (f != 0).any(axis=0) | (d != 0).any(axis=0) for f, d in zip(self.F, self.D, strict=True)
         ]
-        found[0] |= ~(found[1] | found[2])
-        return found
+        found[0] |= ~(found[1] | found[2]) | self._straining
+        return found[:3]
+
+    @property
+    def _straining(self) -> npt.NDArray[np.bool_]:
+        """Inputs that strain branches by themselves."""
+        parts = [np.vstack(pair) for pair in zip(self.F[3:], self.D[3:], strict=True)]
+        return np.any(np.vstack([np.zeros((1, len(self.inputs))), *parts]), axis=0)
 
     def _forced(self) -> tuple[Floats, Floats]:
         """Forces and direct outputs by the inputs of state spaces."""
         places = self._acting
+        # forces and outputs at once: of all of the branches
+        parts = ([sum(of[3:], of[0]), *of[1:3]] for of in (self.F, self.D))
         return tuple(  # type: ignore[return-value]
-            np.hstack([a[:, own] for a, own in zip(of, places, strict=True)])
-            for of in (self.F, self.D)
+            np.hstack([a[:, own] for a, own in zip(of, places, strict=True)]) for of in parts
         )
 
     def poles(self, count: int = 6) -> Complex:
         """Eigenvalues ``s`` of motions ``exp(s t)``, the smallest ones, of pairs one [1/s].
 
+        Of what relaxes, poles that creep and decay are left out, as of `modes`.
+
         Args:
             count: How many.
         """
-        n, shift = self.size, self.shift
-        if n == 0:
+        if self.size == 0:
             # everything is driven
             return np.zeros(0, dtype=np.complex128)
-        M, C, K = (a.tocsc() for a in (self.M, self.C, self.K))
-        factor = spla.splu((K + shift * C + shift**2 * M).tocsc())
-
-        def inverse(b: Any) -> Any:
-            """Of `A - shift E`, times `E`."""
-            first, second = b[:n], M @ b[n:]
-            x = factor.solve(-second - C @ first - shift * (M @ first))
-            return np.concatenate([x, first + shift * x])
-
-        if 2 * count + SPARE < 2 * n - 1:
-            whole = spla.LinearOperator((2 * n, 2 * n), matvec=inverse, dtype=float)
-            start = np.random.default_rng(0).standard_normal(2 * n)
-            found, vectors = spla.eigs(whole, 2 * count + SPARE, v0=start)
-        else:
-            found, vectors = la.eig(inverse(np.eye(2 * n)))
-        # those of constraints are infinite
-        good = np.abs(found) > INFINITE * np.abs(found).max()
-        values, vectors = shift + 1 / found[good], vectors[:n, good]
-        upper = np.flatnonzero(values.imag >= 0)
-        upper = upper[np.lexsort((values.imag[upper], np.abs(values[upper])))][:count]
-        even = all(abs(A - A.T).max() <= EVEN * abs(A).max() for A in (C, K))
-        return np.array([_quotient(values[k], vectors[:, k], (M, C, K), even) for k in upper])
+        if self.times:
+            branches = dict(zip(self.times, self.branches, strict=True))
+            return relaxing_poles(self.M, self.C, self.K, branches, count, self.shift)
+        return poles(self.M, self.C, self.K, count, self.shift)
 
     def to_scipy(self, modes: int | None = None) -> Any:
         """The state space as a `scipy.signal.StateSpace`.
@@ -333,11 +369,12 @@ class LinearSystem:
         """
         where, matlab = _of_format(path)
         content = {f"{n}{k}": part for n in ORDERED for k, part in enumerate(getattr(self, n))}
-        for name in MATRICES:
-            A = getattr(self, name).tocoo()
+        for name, matrix in self._matrices.items():
+            A = matrix.tocoo()
             content[name] = A.tocsc() if matlab else np.array([A.row, A.col, A.data])
         words = ("\t".join(self.inputs), "\t".join(self.outputs), self.about)
         content |= {"carried": self.carried, "names": np.array("\n".join(words))}
+        content["times"] = np.array(self.times)
         content["numbers"] = np.array([self.kept, self.shift], dtype=float)
         try:
             with drafted(where) as draft, draft.open("wb") as file:
@@ -368,14 +405,20 @@ class LinearSystem:
             else:
                 with where.open("rb") as file, np.load(file, allow_pickle=False) as read:
                     content = dict(read)
+            times = tuple(np.ravel(content.get("times", ())).tolist())
             found: dict[str, Any] = {
-                name: tuple(content[f"{name}{k}"] for k in range(3)) for name in ORDERED
+                name: tuple(content[f"{name}{k}"] for k in range(3 + len(times)))
+                for name in ORDERED
             }
             size = len(found["F"][0])
-            for name in MATRICES:
+
+            def matrix(name: str) -> sp.csr_array:
                 A = content[name]
                 entries = A if matlab else (A[2], A[:2].astype(int))
-                found[name] = sp.csr_array(entries, shape=(size, size))
+                return sp.csr_array(entries, shape=(size, size))
+
+            found |= {name: matrix(name) for name in MATRICES}
+            found |= {"times": times, "branches": tuple(matrix(f"K{t}") for t in range(len(times)))}
             inputs, outputs, about = str(np.ravel(content["names"])[0]).split("\n")
             names = [tuple(of.split("\t")) if of else () for of in (inputs, outputs)]
             kept, shift = np.ravel(content["numbers"]).tolist()
@@ -387,21 +430,6 @@ class LinearSystem:
             ) from None
         found |= {"carried": carried, "inputs": names[0], "outputs": names[1], "about": about}
         return cls(**found, kept=bool(kept), shift=shift)
-
-
-def _quotient(value: complex, v: Complex, matrices: Sequence[sp.csc_array], even: bool) -> complex:
-    """The eigenvalue to the square of the error of its vectors, from the right and the left one."""
-    left = v
-    if not even:
-        M, C, K = matrices
-        try:
-            inner = spla.splu(sp.csc_array(K + value * C + value**2 * M, dtype=np.complex128))
-            left, v = inner.solve(v.astype(np.complex128), "T"), inner.solve(v.astype(complex))
-        except RuntimeError:
-            # it is an eigenvalue to the last digit
-            return value
-    roots = np.roots([left @ (A @ v) for A in matrices])
-    return complex(min([*roots, np.inf], key=lambda root: abs(root - value)))
 
 
 def _of_format(path: Path | str) -> tuple[Path, bool]:
@@ -423,32 +451,3 @@ def _places(what: str, given: Sequence[str] | str | None, known: tuple[str, ...]
         if name not in known:
             raise SceneError(f"{what} is {name!r}; it must be one of {listed(known) or 'none'}")
     return [known.index(name) for name in names]
-
-
-def lowest_modes(K: sp.csr_array, M: sp.csr_array, count: int) -> tuple[Floats, Floats]:
-    """The lowest undamped modes, normalised to a mass of one.
-
-    Args:
-        K: Stiffness, of which the symmetric part counts.
-        M: Mass.
-        count: How many, fewer than coordinates.
-
-    Returns:
-        Squares of the angular frequencies, shape (count,) [rad^2/s^2], and the modes as
-        columns, shape (n, count).
-
-    Raises:
-        SceneError: If there are not so many.
-    """
-    size = K.shape[0]
-    if not 0 < count < size:
-        raise SceneError(
-            f"matrices: modes is {count}; it must be from 1 to {size - 1}, the number of "
-            "coordinates less one"
-        )
-    scale = abs(K.diagonal()).max() / abs(M.diagonal()).max()
-    shift = -1e-9 * float(scale)
-    even = (0.5 * (K + K.T)).tocsc()
-    values, vectors = spla.eigsh(even, count, M.tocsc(), sigma=shift)
-    order = np.argsort(values)
-    return values[order], vectors[:, order]

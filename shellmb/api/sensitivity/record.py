@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -86,19 +86,17 @@ class Sensitivities:
             raise SceneError(f"{file} is damaged ({error})") from None
         self.run = Run(self.directory / RUN, computed)
 
-    def _sides(self, parameter: Parameter) -> tuple[Run, Run]:
-        if parameter.name not in self._read:
-            above, below = (Run(self.directory / side_folder(parameter.name, s)) for s in SIDES)
-            self._read[parameter.name] = above, below
-        return self._read[parameter.name]
+    @cached_property
+    def _sides(self) -> dict[str, list[Run]]:
+        """Runs above and below each parameter."""
+        return {
+            p.name: [Run(self.directory / side_folder(p.name, side)) for side in SIDES]
+            for p in self.parameters
+        }
 
     def _width(self, parameter: Parameter) -> float:
         """Distance of both sides by which differences are divided."""
         return np.inf if parameter.name in self._independent else parameter.width
-
-    @cached_property
-    def _read(self) -> dict[str, tuple[Run, Run]]:
-        return {}
 
     @cached_property
     def history(self) -> pd.DataFrame:
@@ -113,7 +111,7 @@ class Sensitivities:
         if self.run.summary.get("events"):
             left.remove("t")
         for p in self.parameters:
-            above, below = (side.history for side in self._sides(p))
+            above, below = (side.history for side in self._sides[p.name])
             columns = [c for c in above.columns if c not in left]
             found[p.name] = (above[columns] - below[columns]) / self._width(p)
         table = pd.concat(found, axis=1, names=["parameter", "column"])
@@ -139,7 +137,7 @@ class Sensitivities:
 
         found = {}
         for p in self.parameters:
-            above, below = (side.results for side in self._sides(p))
+            above, below = (side.results for side in self._sides[p.name])
             found[p.name] = {
                 name: _difference(above[name], below.get(name), self._width(p)) for name in above
             }
@@ -190,7 +188,7 @@ class Sensitivities:
 
         table = pd.DataFrame(times(self.run), columns=["event", "goes", "time"])
         for p in self.parameters:
-            above, below = (np.array([t for *_, t in times(side)]) for side in self._sides(p))
+            above, below = (np.array([t for *_, t in times(side)]) for side in self._sides[p.name])
             table[p.name] = (above - below) / self._width(p)
         return table.sort_values("time", ignore_index=True, kind="stable")
 
@@ -241,7 +239,7 @@ class Sensitivities:
     def fields(self) -> Mapping[str, FieldDerivatives]:
         """Derivatives of fields by the names of parameters, and then of bodies."""
         return {
-            p.name: FieldDerivatives(self._sides(p), p.name, self._width(p))
+            p.name: FieldDerivatives(self._sides[p.name], p.name, self._width(p))
             for p in self.parameters
         }
 
@@ -285,7 +283,7 @@ class FieldDerivatives(Mapping[str, "xr.Dataset"]):
         width: Distance of both sides.
     """
 
-    def __init__(self, sides: tuple[Run, Run], by: str, width: float) -> None:
+    def __init__(self, sides: Sequence[Run], by: str, width: float) -> None:
         self._above, self._below = (side.fields for side in sides)
         self._by, self._width = by, width
 

@@ -9,7 +9,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from shellmb.api.folders import gone_with, place
+from shellmb.api.folders import placed
 from shellmb.api.sensitivity.record import ABOUT, RUN, SIDES, Sensitivities, side_folder
 from shellmb.errors import SceneError
 from shellmb.files.writing import write_text
@@ -87,10 +87,17 @@ def sensitivities(
     """
     made = differentiated(scene, values, **options)
     chosen = parameters_of(made, parameters, scales)
-    if columns not in COLUMNS:
-        raise SceneError(f"sensitivities: columns is '{columns}'; it must be 'all' or 'probes'")
+    for name, given, known in (("columns", columns, COLUMNS), ("at", at, AT)):
+        if given not in known:
+            raise SceneError(
+                f"sensitivities: {name} is '{given}'; it must be '{known[0]}' or '{known[1]}'"
+            )
     base = made.base()
-    _refuse(base, at)
+    if at != "length" and base.path is None:
+        raise SceneError(
+            f"sensitivities: at is '{at}', and scene '{base.name}' follows no static path; leave "
+            "it out"
+        )
     if base.controllers or base.all_events:
         # their sensors may read any column
         fields, columns = fields and columns == "all", "all"
@@ -101,10 +108,8 @@ def sensitivities(
         said.append(
             "errors=True has no effect beside derivatives; run the scene by itself for errors"
         )
-    from mpi4py import MPI
-
-    world = MPI.COMM_WORLD if comm is None else comm
-    directory, temporary = place(out, world)
+    place = placed(out, comm)
+    directory, world = place.directory, place.comm
     begun = world.bcast((directory / RUN).is_dir())
     if begun and not resume:
         raise SceneError(
@@ -124,25 +129,7 @@ def sensitivities(
             made, base, scenes, unmoved, directory, said, world, columns, fields, resume, at
         )
     world.Barrier()
-    found = Sensitivities(directory, computed)
-    if temporary:
-        gone_with(found, directory, world.rank)
-    return found
-
-
-def _refuse(scene: Scene, at: str) -> None:
-    """Refuse what has no derivatives here.
-
-    Raises:
-        SceneError: If `at` is of no use; says what to do.
-    """
-    if at not in AT:
-        raise SceneError(f"sensitivities: at is '{at}'; it must be 'length' or 'load'")
-    if at != "length" and scene.path is None:
-        raise SceneError(
-            f"sensitivities: at is '{at}', and scene '{scene.name}' follows no static path; leave "
-            "it out"
-        )
+    return place.held_by(Sensitivities(directory, computed))
 
 
 def _check_room(run: Simulation, made: int, count: int) -> None:

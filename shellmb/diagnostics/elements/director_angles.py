@@ -20,15 +20,13 @@ import numpy as np
 
 from shellmb.arrays import Floats
 from shellmb.diagnostics.base import RunWarning, said_of
+from shellmb.diagnostics.elements.sampled import Sampled
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.shells.shell import ShellModel
 from shellmb.observers.fields.nodal import Nodes, state
-from shellmb.observers.summary import Sources
-from shellmb.simulate.simulation import BaseObserver, Simulation
+from shellmb.simulate.simulation import Simulation
 
 BOUND = math.pi / 4
-# what is folded stays so: it costs next to nothing to look at every tenth step, and at the end
-EVERY = 10
 # elements fold by themselves beyond this, and a load step may jump there
 JUMPED = math.radians(80)
 
@@ -83,19 +81,15 @@ class _Neighbours:
         return float(angle[worst]), tuple(map(float, place))
 
 
-class Folded(BaseObserver):
-    """Watches by how much neighbouring directors of shells and beams have turned apart.
-
-    Args:
-        sources: The observers of the run.
-    """
+class Folded(Sampled):
+    """Watches by how much neighbouring directors of shells and beams have turned apart."""
 
     name = "folded"
     remembered = ("_steps", "_largest")
 
-    def __init__(self, sources: Sources) -> None:
+    def _begin(self) -> None:
+        super()._begin()
         self._bodies: dict[str, _Neighbours] = {}
-        self._steps = 0
         # by body the largest angle on this rank, when, and where
         self._largest: dict[str, tuple[float, float, tuple[float, ...]]] = {}
 
@@ -106,12 +100,6 @@ class Folded(BaseObserver):
             bodies: dict[str, ShellModel | BeamModel] = {**model.shells, **model.beams}
             self._bodies = {name: _Neighbours(body) for name, body in bodies.items()}
         self.idle = not self._bodies
-
-    def accepted(self, simulation: Simulation) -> None:
-        """Look at every tenth step."""
-        self._steps += 1
-        if self._steps % EVERY == 0:
-            self._look(simulation)
 
     def _look(self, simulation: Simulation) -> None:
         for name, neighbours in self._bodies.items():
@@ -128,17 +116,14 @@ class Folded(BaseObserver):
             if angle > BOUND:
                 jumped = simulation.scene.static and angle > JUMPED
                 smaller = ", or smaller load steps (dt), which do not jump there" if jumped else ""
-                yield RunWarning(
-                    self.name,
-                    name,
-                    angle,
-                    BOUND,
+                says = (
                     f"{said_of(simulation, name)} turns by {math.degrees(angle):.0f} degrees "
                     f"between neighbouring nodes of an element, near {_named(place)} at "
                     f"t = {when:g}; from {math.degrees(BOUND):.0f} degrees on the stiffness of an "
                     "element is off by several per cent, and beyond 60 (degree 2) or 80 (degree 3) "
-                    f"it folds: use a finer mesh there{smaller}",
+                    f"it folds: use a finer mesh there{smaller}"
                 )
+                yield self.caution(name, angle, BOUND, says)
 
 
 def _named(place: tuple[float, ...]) -> str:

@@ -1,51 +1,55 @@
-"""A run tells of elements that lock where a thin curved body bends."""
+"""Runs and natural modes tell of elements that lock where a thin curved body bends."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 
+import numpy as np
+
+from shellmb.arrays import Floats
 from shellmb.diagnostics.base import RunWarning, said_of
-from shellmb.diagnostics.elements.element_sums import Summed
 from shellmb.diagnostics.elements.locking import (
     BOUND,
     PRONE,
     Mesh,
     Roughness,
     excess,
-    places,
     why,
 )
+from shellmb.diagnostics.elements.sampled import EVERY, Sampled
+from shellmb.model.model import Model
 from shellmb.observers.account.energy import Scalar, scalar
 from shellmb.observers.fields.nodal import state
-from shellmb.observers.summary import Sources
 from shellmb.schemes.linearised import strain_energy
 from shellmb.simulate.simulation import Simulation
 
+type Directors = Callable[[str], Floats] | None
 
-class Locked(Summed):
-    """Watches what elements that lock add to the stiffness of thin curved bodies.
 
-    Args:
-        sources: The observers of the run.
-    """
+class Locked(Sampled):
+    """Watches what elements that lock add to the stiffness of thin curved bodies."""
 
     name = "locking"
+    remembered = ("_steps", "_sums")
 
-    def __init__(self, sources: Sources) -> None:
-        super().__init__(sources)
+    def _begin(self) -> None:
+        super()._begin()
         self._meshes: dict[str, Mesh] = {}
         self._found: dict[str, tuple[Roughness, Scalar]] = {}
+        # by body the energies of roughness and of all strains over the states that were looked at
+        self._sums: dict[str, tuple[float, ...]] = {}
 
     def start(self, simulation: Simulation) -> None:
         """Find the shells whose meshes are distorted; the others cost nothing more."""
-        for name, body in simulation.model.shells.items():
-            mesh = places(body)
-            if mesh is not None:
-                self._meshes[name] = mesh
+        meshes = {name: Mesh(body) for name, body in simulation.model.shells.items()}
+        self._meshes = {name: mesh for name, mesh in meshes.items() if mesh.distorted}
         self.idle = not self._meshes
 
+    def _look(self, simulation: Simulation) -> None:
+        self._sums = self._added(simulation)
+
     def _added(self, simulation: Simulation) -> dict[str, tuple[float, ...]]:
-        """Energies of roughness and of all strains; collective."""
+        """The sums so far with those of this state; changes nothing; collective."""
         sums = dict(self._sums)
         for name, mesh in self._meshes.items():
             body, q = simulation.model.shells[name], state(simulation, name)
@@ -67,10 +71,51 @@ class Locked(Summed):
 
     def cautions(self, simulation: Simulation) -> Iterator[RunWarning]:
         """A sentence for each body that is too stiff; collective."""
-        for name, (rough, energy) in self._all(simulation).items():
+        sums = self._added(simulation) if self._steps % EVERY else self._sums
+        for name, (rough, energy) in sums.items():
             share = rough / energy if energy > 0 else 0.0
             body = simulation.model.shells[name]
             found = excess(body, share)
             if found.value > BOUND:
                 said = f"{said_of(simulation, name)} is too stiff in bending, by {found.said}"
-                yield RunWarning(self.name, name, found.value, BOUND, f"{said}: {why(body, share)}")
+                says = f"{said}: {why(body, share)}"
+                yield self.caution(name, found.value, BOUND, says)
+
+
+def locked_modes(
+    model: Model, modes: Sequence[tuple[int, float, Callable[[str], Floats]]], state: Directors
+) -> list[str]:
+    """Sentences on bodies in whose modes elements lock; collective.
+
+    Args:
+        model: The bodies.
+        modes: Number of each elastic mode, its strain energy, and its parts by names of bodies.
+        state: Changes of the directors that modes are about, shape (n, 3), by names of bodies;
+            None: none.
+    """
+    said = []
+    for name, body in model.shells.items():
+        mesh = Mesh(body)
+        if not mesh.distorted:
+            continue
+        d = body.node_directors()[:, 0]
+        if mesh.proneness(d if state is None else d + state(name)) < PRONE:
+            continue
+        roughness, found = Roughness(body), []
+        for number, energy, part in modes:
+            share = model.comm.allreduce(roughness.energy(part(name))) / energy
+            found.append((excess(body, share), share, number))
+        (worst, share, most), numbers = (
+            max(found),
+            [n for e, _, n in found if e.value > BOUND],
+        )
+        if numbers:
+            # squares of frequencies are in proportion to stiffness
+            high = worst._replace(value=float(np.sqrt(1 + worst.value)) - 1)
+            which = f"the frequency of mode {most} is too high"
+            if len(numbers) > 1:
+                listed = ", ".join(map(str, numbers))
+                which = f"frequencies of modes {listed} are too high, that of {most} most of all"
+            stiff = f"shell '{name}' is too stiff in bending; {why(body, share)}"
+            said.append(f"{which}, by {high.said}: {stiff}")
+    return said

@@ -25,12 +25,12 @@ from mpi4py import MPI
 import basix
 import numpy as np
 import ufl
-from dolfinx import fem, la, mesh
+from dolfinx import fem, mesh
 from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats
 from shellmb.forms.steps.mixed import LinearMixed, LinearOwn, bending, split
-from shellmb.meshes.shared import space_on
+from shellmb.meshes.shared import space_on, sums_at_nodes
 from shellmb.meshes.spaces import reading_element
 from shellmb.model.shells.shell import ShellModel
 from shellmb.native.expressions import compiled_expression
@@ -95,14 +95,8 @@ def why(body: ShellModel, share: float) -> str:
     )
 
 
-def places(body: ShellModel) -> Mesh | None:
-    """The mesh of a shell, if it can lock; None where it cannot. Collective."""
-    found = Mesh(body)
-    return found if found.distorted else None
-
-
 class Mesh:
-    """Measures of a mesh by which a shell locks in bending.
+    """Measures of a mesh by which a shell locks in bending; collective.
 
     Args:
         body: The shell.
@@ -162,11 +156,7 @@ def _unlike_neighbours(domain: mesh.Mesh, areas: Floats) -> Floats:
     """
     space = space_on(domain, ("Lagrange", 1, (2,)))
     cells = space.dofmap.list[: len(areas)]
-    total = fem.Function(space)
-    sums = total.x.array.reshape(-1, 2)
-    np.add.at(sums, cells, np.stack([areas, np.ones_like(areas)], axis=1)[:, None])
-    total.x.scatter_reverse(la.InsertMode.add)
-    total.x.scatter_forward()
+    sums = sums_at_nodes(space, np.stack([areas, np.ones_like(areas)], axis=1)[:, None])
     around = (sums[:, 0] / np.maximum(sums[:, 1], 1.0))[cells].mean(axis=1)
     return np.asarray(np.abs(areas / around - 1))
 
@@ -246,11 +236,7 @@ class Roughness:
         """Continuous field by the means at the nodes, shape (cells, points, 24)."""
         normals, ones = self._basis[:, :, 2], np.ones((*values.shape[:2], 1))
         at = np.einsum("ng,cgk->cnk", self._up, np.concatenate([values, normals, ones], axis=-1))
-        total = fem.Function(self._space)
-        sums = total.x.array.reshape(-1, 28)
-        np.add.at(sums, self._cells, at)
-        total.x.scatter_reverse(la.InsertMode.add)
-        total.x.scatter_forward()
+        sums = sums_at_nodes(self._space, at)
         found = (sums / np.maximum(sums[:, 27:], 1.0))[self._cells]
         folded = np.linalg.norm(found[..., 24:27], axis=-1) < FOLD
         found[folded] = at[folded]

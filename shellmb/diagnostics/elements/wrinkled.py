@@ -9,16 +9,15 @@ from dolfinx import fem
 from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats
-from shellmb.diagnostics.base import STIFFENED, RunWarning, said_of
+from shellmb.diagnostics.base import STIFFENED, RunWarning, Watch, said_of
 from shellmb.forms.materials import compressive, tensile
 from shellmb.forms.shell import named
 from shellmb.forms.steps.mixed import assumed
 from shellmb.model.model import Model
 from shellmb.model.shells.shell import ShellModel
 from shellmb.observers.fields.nodal import state
-from shellmb.observers.summary import Sources
 from shellmb.scene import Wrinkling
-from shellmb.simulate.simulation import BaseObserver, Simulation
+from shellmb.simulate.simulation import Simulation
 from shellmb.system.assembly.functionals import functionals
 
 # of the strain energy: displacements may be off by 1 % then
@@ -60,22 +59,18 @@ def _wrinkling(model: Model) -> dict[str, Wrinkling]:
     return {name: found for name, found in sections.items() if isinstance(found, Wrinkling)}
 
 
-class Wrinkled(BaseObserver):
+class Wrinkled(Watch):
     """Watches how much of the energy at the end is of the compression that a section keeps.
 
     That is of the strain energy in statics, of what was exchanged in motion.
 
     To first order given forces do less work by that part; a single displacement may be off by more:
     the curvature of a stretched strip with a wrinkled band of 0.7 of its width by 6 times as much.
-
-    Args:
-        sources: The observers of the run.
     """
 
     name = "compression"
 
-    def __init__(self, sources: Sources) -> None:
-        self._account = sources.energy
+    def _begin(self) -> None:
         self._sections: dict[str, Wrinkling] = {}
         self._of: dict[str, _Sums] = {}
 
@@ -94,32 +89,26 @@ class Wrinkled(BaseObserver):
         """A sentence for each shell that compression holds; collective."""
         for name, section in self._sections.items():
             if simulation.scheme.linear:
-                yield RunWarning(
-                    self.name,
-                    name,
-                    None,
-                    None,
+                says = (
                     f"{said_of(simulation, name)} does not wrinkle under the scheme "
                     f"'{simulation.scene.scheme_name}', which gives compression the stiffness of "
-                    "the taut membrane: use --scheme static or a nonlinear scheme",
+                    "the taut membrane: use --scheme static or a nonlinear scheme"
                 )
+                yield self.caution(name, None, None, says)
                 continue
             kept, stored = self._of[name](state(simulation, name))
             # statics do not book what loads do
-            whole = max(stored, self._account.exchanged if simulation.scheme.dynamic else 0.0)
+            whole = max(stored, self.sources.energy.exchanged if simulation.scheme.dynamic else 0.0)
             share = kept / whole if whole > 0 else 0.0
             if share > BOUND:
                 said = said_of(simulation, name)
-                yield RunWarning(
-                    self.name,
-                    name,
-                    share,
-                    BOUND,
+                says = (
                     f"{100 * share:.2g} % of the energy of {said} is at the end of the compression "
                     f"that its section keeps, compression={section.compression:g}: displacements "
                     "may be off by about that much, where a band is slack by several times as "
-                    "much; compare with a smaller compression",
+                    "much; compare with a smaller compression"
                 )
+                yield self.caution(name, share, BOUND, says)
 
 
 def wrinkled_modes(model: Model, at: Parts | None) -> list[str]:

@@ -8,9 +8,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from shellmb.arrays import Floats
-from shellmb.diagnostics.base import RunWarning
-from shellmb.observers.summary import Sources
-from shellmb.simulate.simulation import BaseObserver, Simulation
+from shellmb.diagnostics.base import RunWarning, Watch
+from shellmb.simulate.simulation import Simulation
 
 # what alternates, as a part of what does not
 SHARE = 0.1
@@ -22,71 +21,59 @@ STEPS = 50
 NOTHING = 1e-9
 
 
-class Alternating(BaseObserver):
+class Alternating(Watch):
     """Looks at the end of a run at forces of joints and efforts of drivers and force elements.
 
     They are means over a step; velocities of EP violate constraints a little, by what changes its
     sign from step to step, and with them the means of joints and drivers. With `end_forces` there
     are means without that, and values at the ends of steps. These alternate where anything vibrates
     faster than the steps resolve and is not damped.
-
-    Args:
-        sources: The observers of the run.
     """
 
     name = "alternation"
 
-    def __init__(self, sources: Sources) -> None:
-        self._history = sources.history
-
     def cautions(self, simulation: Simulation) -> Iterator[RunWarning]:
         """Warnings about the means and end values that alternate most."""
-        scheme, rows = simulation.scheme, self._history.rows
+        scheme, rows = simulation.scheme, self.sources.history.rows
         if not scheme.dynamic or len(rows) <= STEPS:
             return
         # one that dissipates already has nothing more to damp it with
         damped = scheme.dissipation()[0] > 0
         ways = "a smaller step" if damped else "--scheme ed3 or a smaller step"
         if not simulation.scene.output.end_forces:
-            yield from self._caution(
-                _units(rows, ""),
+            says = (
                 "alternates from step to step, by {share:.2g} times its mean over two: velocities "
                 "violate constraints a little, or something vibrates faster than the steps "
-                "resolve; "
-                f"use {ways}, or --end-forces for means without alternation",
+                f"resolve; use {ways}, or --end-forces for means without alternation"
             )
+            yield from self._judged("", says)
             return
-        yield from self._caution(
-            _units(rows, "_mean"),
-            "alternates from step to step, by {share:.2g} times its mean over two: something "
-            f"vibrates faster than steps resolve; use {ways}",
+        why = "times its mean over two: something vibrates faster than steps resolve; use"
+        says = f"alternates from step to step, by {{share:.2g}} {why} {ways}"
+        yield from self._judged("_mean", says)
+        says = (
+            f"at the ends of steps alternates, by {{share:.2g}} {why} means over steps, or {ways}"
         )
-        ends, why = _units(rows, "_end"), "something vibrates faster than steps resolve"
-        yield from self._caution(
-            ends,
-            "at the ends of steps alternates, by {share:.2g} times its mean over two: "
-            f"{why}; use means over steps, or {ways}",
-        )
-        yield from self._caution(
-            ends,
+        yield from self._judged("_end", says)
+        says = (
             "at the ends of steps is not what it is over steps, by {share:.2g} times that: "
-            f"{why}; use means over steps, or {ways}",
-            beside=dict(_pairs(_units(rows, "_mean"))),
+            f"something vibrates faster than steps resolve; use means over steps, or {ways}"
         )
+        yield from self._judged("_end", says, "_mean")
 
-    def _caution(
-        self, units: list[list[list[str]]], says: str, beside: dict[str, list[str]] | None = None
-    ) -> Iterator[RunWarning]:
+    def _judged(self, ending: str, says: str, beside: str | None = None) -> Iterator[RunWarning]:
         """A sentence about the columns that alternate, or are apart.
 
         Args:
-            units: Columns of forces and of torques, those together that are one vector.
+            ending: That of the columns.
             says: What is wrong, and what to do.
-            beside: Columns of means, by what they are of, that values at the ends of steps are
-                compared with; None: they are looked at by themselves.
+            beside: Ending of the columns of means that values at the ends of steps are compared
+                with; None: they are looked at by themselves.
         """
-        rows, found = self._history.rows, []
-        for unit in units:
+        rows, found = self.sources.history.rows, []
+        others = () if beside is None else _units(rows, beside)
+        means = {_bare(names[0]): names for unit in others for names in unit}
+        for unit in _units(rows, ending):
             series = {names[0]: _series(rows, names) for names in unit}
             sizes = {name: _size(f) for name, f in series.items()}
             least = NOTHING * max(sizes.values(), default=0.0)
@@ -95,16 +82,16 @@ class Alternating(BaseObserver):
                     continue
                 if beside is None:
                     found.append((_share(f), name))
-                elif _bare(name) in beside:
-                    found.append((_apart(f, _series(rows, beside[_bare(name)])), name))
+                elif _bare(name) in means:
+                    found.append((_apart(f, _series(rows, means[_bare(name)])), name))
         alternate = [(share, name) for share, name in found if share > SHARE]
         if not alternate:
             return
         share, column = max(alternate)
         what = re.sub(r"\.F[1x]$", "", _bare(column))
-        others = f", and {len(alternate) - 1} more" if len(alternate) > 1 else ""
-        said = f"the force of '{what}'{others} {says.format(share=share)}"
-        yield RunWarning(self.name, None, share, SHARE, said)
+        more = f", and {len(alternate) - 1} more" if len(alternate) > 1 else ""
+        said = f"the force of '{what}'{more} {says.format(share=share)}"
+        yield self.caution(None, share, SHARE, said)
 
 
 def _units(rows: list[dict[str, float]], ending: str) -> list[list[list[str]]]:
@@ -138,12 +125,6 @@ def _series(rows: list[dict[str, float]], names: list[str]) -> Floats:
 
 def _bare(column: str) -> str:
     return re.sub(r"(_mean|_end)$", "", column)
-
-
-def _pairs(units: list[list[list[str]]]) -> Iterator[tuple[str, list[str]]]:
-    """Pair what columns are of with the columns."""
-    for unit in units:
-        yield from ((_bare(names[0]), names) for names in unit)
 
 
 def _apart(ends: Floats, means: Floats) -> float:

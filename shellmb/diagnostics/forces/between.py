@@ -8,29 +8,24 @@ from dataclasses import dataclass
 import numpy as np
 
 from shellmb.arrays import Ints
-from shellmb.diagnostics.base import RunWarning
+from shellmb.diagnostics.base import RunWarning, Watch
 from shellmb.diagnostics.forces.outlines import Outline
 from shellmb.model.potentials.contact import ContactGroup
-from shellmb.observers.summary import Sources
 from shellmb.scene.lookup import said
-from shellmb.simulate.simulation import BaseObserver, Simulation
+from shellmb.simulate.simulation import Simulation
 
 # depth that nodes miss, part of the radius of a ball or rod, or of half the thickness of a box: of
 # a ball that lies between two nodes it is an eighth of the square of their distance in radii
 MISSED = 0.1
 
 
-class Between(BaseObserver):
-    """Watches what is between nodes, or points of rigid bodies, against obstacles that these touch.
-
-    Args:
-        sources: The observers of the run.
-    """
+class Between(Watch):
+    """Watches what is between nodes, or points of rigid bodies, against obstacles they touch."""
 
     name = "between nodes"
     remembered = ("_missed",)
 
-    def __init__(self, sources: Sources) -> None:
+    def _begin(self) -> None:
         # part of the radius, time
         self._missed: dict[str, tuple[float, float]] = {}
 
@@ -63,16 +58,13 @@ class Between(BaseObserver):
             missed, when = self._missed[item.name]
             if missed <= MISSED:
                 continue
-            yield RunWarning(
-                self.name,
-                group.owner,
-                missed,
-                MISSED,
+            says = (
                 f"{said(item)}: between its {lines.what} '{group.owner}' is deeper in the "
                 f"{group.shape.label} than at them, by {missed:.0%} of its "
                 f"{group.shape.extent} (at t = {when:.4g} s): only {lines.what} touch, so the "
-                f"{group.shape.label} passes between them; {lines.advice}",
+                f"{group.shape.label} passes between them; {lines.advice}"
             )
+            yield self.caution(group.owner, missed, MISSED, says)
 
 
 @dataclass(frozen=True)

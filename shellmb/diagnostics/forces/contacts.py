@@ -7,12 +7,11 @@ from collections.abc import Iterator
 import numpy as np
 
 from shellmb.arrays import Floats
-from shellmb.diagnostics.base import RunWarning
+from shellmb.diagnostics.base import RunWarning, Watch
 from shellmb.diagnostics.forces.impacts import Impacts
 from shellmb.model.potentials.contact import ContactGroup
-from shellmb.observers.summary import Sources
 from shellmb.scene.lookup import said
-from shellmb.simulate.simulation import BaseObserver, Simulation
+from shellmb.simulate.simulation import Simulation
 
 # part of the radius of a ball or rod, or of half the thickness of a box: deeper, or through it
 # within a step, a point soon leaves on the other side
@@ -21,18 +20,13 @@ DEEP = 0.5
 SLID = 0.1
 
 
-class Contacts(BaseObserver):
-    """Watches how points move in a step, against the obstacles that they touch.
-
-    Args:
-        sources: The observers of the run.
-    """
+class Contacts(Watch):
+    """Watches how points move in a step, against the obstacles that they touch."""
 
     name = "contact"
     remembered = ("_deep", "_impacts", "_slid")
 
-    def __init__(self, sources: Sources) -> None:
-        self._energy = sources.energy
+    def _begin(self) -> None:
         self._before: dict[str, Floats] = {}
         # part of the radius, time
         self._deep: dict[str, tuple[float, float]] = {}
@@ -49,7 +43,7 @@ class Contacts(BaseObserver):
         self.idle = not self._before
 
     def _stored(self, name: str) -> float:
-        return self._energy.values.get(f"{name}.energy", 0.0)
+        return self.sources.energy.values.get(f"{name}.energy", 0.0)
 
     def accepted(self, simulation: Simulation) -> None:
         """Take the step."""
@@ -77,31 +71,25 @@ class Contacts(BaseObserver):
             deep, when = max(simulation.model.comm.allgather(found))
             kind = item.obstacle.label
             if deep > DEEP:
-                yield RunWarning(
-                    self.name,
-                    group.owner,
-                    deep,
-                    DEEP,
+                says = (
                     f"{said(item)}: a point of '{group.owner}' comes, or goes in one step, as deep "
                     f"as {deep:.0%} of the {group.shape.extent} of the {kind} (at "
                     f"t = {when:.4g} s), and leaves on the wrong side if it passes "
-                    "the middle: use a smaller step or a larger stiffness",
+                    "the middle: use a smaller step or a larger stiffness"
                 )
+                yield self.caution(group.owner, deep, DEEP, says)
             if simulation.scheme.dynamic:
                 yield from self._impacts.cautions(self.name, group.owner, name, said(item))
             rows = simulation.model.comm.allgather(self._slid.get(name, (0.0, 0.0, 0.0)))
             most, (missed, then) = max(row[0] for row in rows), max(row[1:] for row in rows)
             share = missed / most if most > 0 else 0.0
             if share > SLID:
-                yield RunWarning(
-                    self.name,
-                    group.owner,
-                    share,
-                    SLID,
+                says = (
                     f"{said(item)}: '{group.owner}' slides along the {kind} by so much in one step "
                     f"(at t = {then:.4g} s) that the distance is too large by {share:.0%} of the "
-                    "largest penetration: forces are too small in such steps; use a smaller step",
+                    "largest penetration: forces are too small in such steps; use a smaller step"
                 )
+                yield self.caution(group.owner, share, SLID, says)
 
 
 def _positions(simulation: Simulation, group: ContactGroup) -> Floats:

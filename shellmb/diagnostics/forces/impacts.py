@@ -53,12 +53,9 @@ class Impacts(Restartable):
         largest, change, when = self._found.get(name, (0.0, 0.0, 0.0))
         share = change / largest if largest > 0 else 0.0
         if share > SUDDEN:
-            yield RunWarning(
-                watch,
-                owner,
-                share,
-                SUDDEN,
+            says = (
                 f"{who}: {share:.0%} of the largest energy of the contact comes or goes in one "
                 f"step (at t = {when:.4g} s): impacts are shorter than four steps, and when and "
-                "where bodies rebound is coarse; use a smaller step or a smaller stiffness",
+                "where bodies rebound is coarse; use a smaller step or a smaller stiffness"
             )
+            yield RunWarning(watch, owner, share, SUDDEN, says)

@@ -4,32 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from shellmb.diagnostics.base import RunWarning, said_of
-from shellmb.observers.summary import Sources
-from shellmb.simulate.simulation import BaseObserver, Simulation
+from shellmb.diagnostics.base import RunWarning, Watch, said_of
+from shellmb.simulate.simulation import Simulation
 
 
-class Pointed(BaseObserver):
-    """Watches where reserve factors are least.
-
-    Args:
-        sources: The observers of the run.
-    """
+class Pointed(Watch):
+    """Watches where reserve factors are least."""
 
     name = "singular stress"
 
-    def __init__(self, sources: Sources) -> None:
-        self._reserves = sources.reserves
-
     def cautions(self, simulation: Simulation) -> Iterator[RunWarning]:
         """A sentence for each that is least at a point load."""
-        for name, load in self._reserves.at_loads().items():
-            yield RunWarning(
-                self.name,
-                self._reserves.critical(name).body,
-                None,
-                None,
-                f"reserve '{name}' is least where a {load} acts on "
-                f"{said_of(simulation, self._reserves.critical(name).body)}: it falls towards zero "
-                "with each refinement there; leave the place out by where, or spread the load",
+        for name, load in self.sources.reserves.at_loads().items():
+            body = self.sources.reserves.critical(name).body
+            says = (
+                f"reserve '{name}' is least where a {load} acts on {said_of(simulation, body)}: it "
+                "falls towards zero with each refinement there; leave the place out by where, or "
+                "spread the load"
             )
+            yield self.caution(body, None, None, says)

@@ -8,11 +8,10 @@ from mpi4py import MPI
 
 import numpy as np
 
-from shellmb.diagnostics.base import RunWarning
-from shellmb.model.joints.contact_slip import sliding
+from shellmb.diagnostics.base import RunWarning, Watch
+from shellmb.model.joints.columns import sliding
 from shellmb.model.joints.rolling import ContactGroup
-from shellmb.observers.summary import Sources
-from shellmb.simulate.simulation import BaseObserver, Simulation
+from shellmb.simulate.simulation import Simulation
 
 # part of the largest pressure of a run; the mean of two steps is looked at, since forces of EP
 # alternate
@@ -21,17 +20,13 @@ PULL = 1e-3
 SLIP = 2e-2
 
 
-class Lifting(BaseObserver):
-    """Watches the normal forces of rolling and knife-edge joints.
-
-    Args:
-        sources: The observers of the run.
-    """
+class Lifting(Watch):
+    """Watches the normal forces of rolling and knife-edge joints."""
 
     name = "lifting"
     remembered = ("_last", "_press", "_pull")
 
-    def __init__(self, sources: Sources) -> None:
+    def _begin(self) -> None:
         self._last: dict[str, float] = {}
         # the largest pressure; the largest pull, and when
         self._press: dict[str, float] = {}
@@ -64,28 +59,18 @@ class Lifting(BaseObserver):
             share = pull / self._press[name]
             if share > PULL:
                 bound = simulation.model.mechanism.joints[name]
-                yield RunWarning(
-                    self.name,
-                    bound.joint.second,
-                    share,
-                    PULL,
+                says = (
                     f"{bound.joint.said} pulls at '{bound.joint.second}' by up to {pull:.3g} N (at "
                     f"t = {when:.4g} s): it would lift off, and the joint holds it down; load it "
-                    "more, or move it more slowly",
+                    "more, or move it more slowly"
                 )
+                yield self.caution(bound.joint.second, share, PULL, says)
 
 
-class Slipping(BaseObserver):
-    """Looks at the end of a run at the slip of contacts, which EP leaves.
-
-    Args:
-        sources: The observers of the run.
-    """
+class Slipping(Watch):
+    """Looks at the end of a run at the slip of contacts, which EP leaves."""
 
     name = "slipping"
-
-    def __init__(self, sources: Sources) -> None:
-        pass
 
     def cautions(self, simulation: Simulation) -> Iterator[RunWarning]:
         """The contacts that slip by more than that."""
@@ -101,11 +86,8 @@ class Slipping(BaseObserver):
             ):
                 if share > SLIP:
                     joint = group.joints[item].joint
-                    yield RunWarning(
-                        self.name,
-                        joint.second,
-                        share,
-                        SLIP,
+                    says = (
                         f"{joint.said} slips by {share:.1%} of its speeds at the end of the run: "
-                        "use --scheme ep4, --scheme ed3 or a smaller step",
+                        "use --scheme ep4, --scheme ed3 or a smaller step"
                     )
+                    yield self.caution(joint.second, share, SLIP, says)

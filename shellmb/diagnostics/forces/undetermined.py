@@ -4,25 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from shellmb.diagnostics.base import RunWarning
-from shellmb.observers.summary import Sources
-from shellmb.simulate.simulation import BaseObserver, Simulation
+from shellmb.diagnostics.base import RunWarning, Watch
+from shellmb.simulate.simulation import Simulation
 
 # relative change of an unknown by round-off alone that is said: six digits are enough
 KNOWN = 1e-6
 
 
-class Undetermined(BaseObserver):
-    """Watches what round-off alone changes in solutions.
-
-    Args:
-        sources: The observers of the run.
-    """
+class Undetermined(Watch):
+    """Watches what round-off alone changes in solutions."""
 
     name = "round-off"
     remembered = ("_worst", "_what", "_time")
 
-    def __init__(self, sources: Sources) -> None:
+    def _begin(self) -> None:
         self._worst, self._what, self._time = 0.0, "", 0.0
 
     def accepted(self, simulation: Simulation) -> None:
@@ -34,13 +29,10 @@ class Undetermined(BaseObserver):
     def cautions(self, simulation: Simulation) -> Iterator[RunWarning]:
         """A sentence if it is much."""
         if self._worst > KNOWN:
-            yield RunWarning(
-                self.name,
-                None,
-                self._worst,
-                KNOWN,
+            says = (
                 f"the {self._what} is known to {self._worst:.1e} of its largest value only, at "
                 f"t = {self._time:g}: constraints nearly depend on one another there, and "
                 "round-off decides how they share forces; use joints with fewer constraints, or do "
-                "not rely on their forces near such positions",
+                "not rely on their forces near such positions"
             )
+            yield self.caution(None, self._worst, KNOWN, says)

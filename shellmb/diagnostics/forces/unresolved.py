@@ -13,14 +13,13 @@ from typing import Any
 import numpy as np
 
 from shellmb.arrays import Floats
-from shellmb.diagnostics.base import RunWarning
+from shellmb.diagnostics.base import RunWarning, Watch
 from shellmb.model.elements.elements import Motors
 from shellmb.model.elements.lawvalues import LawValues
 from shellmb.model.joints.columns import COLUMN
-from shellmb.observers.summary import Sources
 from shellmb.scene.lookup import said
 from shellmb.schemes.base import GAUSS_TIMES, GAUSS_WEIGHTS
-from shellmb.simulate.simulation import BaseObserver, Simulation
+from shellmb.simulate.simulation import Simulation
 
 # part of an impulse that is said where it is off; of what is smooth in steps it is below 1e-5
 MISSED = 1e-3
@@ -31,21 +30,14 @@ MORE = np.concatenate([-GAUSS_WEIGHTS, GAUSS_WEIGHTS / 2, GAUSS_WEIGHTS / 2])
 TOGETHER = 512
 
 
-class Unresolved(BaseObserver):
-    """Looks at the end of a run at what acted between the points of its steps.
-
-    Args:
-        sources: The observers of the run.
-    """
+class Unresolved(Watch):
+    """Looks at the end of a run at what acted between the points of its steps."""
 
     name = "unresolved in time"
 
-    def __init__(self, sources: Sources) -> None:
-        self._history = sources.history
-
     def cautions(self, simulation: Simulation) -> Iterator[RunWarning]:
         """A sentence for each load and motor that steps do not resolve."""
-        rows = self._history.rows
+        rows = self.sources.history.rows
         if not simulation.scheme.dynamic or len(rows) < 2:
             return
         t = np.array([row["t"] for row in rows])
@@ -74,16 +66,13 @@ class Unresolved(BaseObserver):
         if not share > MISSED:
             return
         worst = int(np.argmax(missed))
-        yield RunWarning(
-            self.name,
-            None,
-            share,
-            MISSED,
+        says = (
             f"{who} jumps within steps, or varies faster than they resolve, most from t = "
             f"{t[worst]:.6g} to {t[worst + 1]:.6g}: its impulse is off by about {share:.1%}, and "
             "the run is of first order, whatever the scheme; let a step end at each jump with "
-            "StepControl(times=...), or use smaller steps",
+            "StepControl(times=...), or use smaller steps"
         )
+        yield self.caution(None, share, MISSED, says)
 
 
 def _named(load: Any) -> str:

@@ -10,10 +10,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from shellmb.diagnostics.base import RunWarning
-from shellmb.observers.summary import Sources
+from shellmb.diagnostics.base import RunWarning, Watch
 from shellmb.scene import Wrinkling
-from shellmb.simulate.simulation import BaseObserver, Simulation
+from shellmb.simulate.simulation import Simulation
 from shellmb.simulate.stability import Stability, StabilityState
 
 # unknowns up to which a count takes about as long as a step of a few iterations; and counts of a
@@ -37,17 +36,13 @@ WRINKLING = (
 )
 
 
-class Unstable(BaseObserver):
-    """Counts unstable directions of the states of static runs.
-
-    Args:
-        sources: The observers of the run.
-    """
+class Unstable(Watch):
+    """Counts unstable directions of the states of static runs."""
 
     name = "stability"
     remembered = ("_first", "_most", "_last", "_unknown")
 
-    def __init__(self, sources: Sources) -> None:
+    def _begin(self) -> None:
         self._stability: Stability | None = None
         self._first: tuple[float, float] | None = None
         self._most, self._last, self._unknown = 0, 0.0, 0
@@ -91,24 +86,18 @@ class Unstable(BaseObserver):
         factor = f"t = {t:g} (load factor {simulation.problem.start_factor(t, None):g})"
         count = now.unstable or 0
         if count:
-            yield RunWarning(
-                self.name,
-                None,
-                float(count),
-                0.0,
+            says = (
                 f"the equilibrium at the end, {factor}, is unstable in {_directions(now)}"
-                f"{self._since(t)}: the structure does not stay in it; {self._remedies}",
+                f"{self._since(t)}: the structure does not stay in it; {self._remedies}"
             )
+            yield self.caution(None, float(count), 0.0, says)
         elif self._first is not None:
-            yield RunWarning(
-                self.name,
-                None,
-                float(self._most),
-                0.0,
+            says = (
                 f"intermediate equilibria were unstable in up to {self._most} direction(s), first "
                 f"at t = {self._first[1]:g}; the structure need not reach the one at the end, "
-                f"{factor}: {self._remedies}",
+                f"{factor}: {self._remedies}"
             )
+            yield self.caution(None, float(self._most), 0.0, says)
 
     def _since(self, t: float) -> str:
         if self._first is None or self._first[1] >= t:
@@ -116,15 +105,12 @@ class Unstable(BaseObserver):
         return f", as those from t = {self._first[1]:g} on"
 
     def _not_known(self, simulation: Simulation) -> RunWarning:
-        return RunWarning(
-            self.name,
-            None,
-            float(self._unknown),
-            0.0,
+        says = (
             f"of {self._unknown} of {simulation.step} states of the path it is not known whether "
             "they are stable, and bifurcations between them are not found: their stiffness matrix "
-            "is not symmetric (loads that follow the bodies) or singular",
+            "is not symmetric (loads that follow the bodies) or singular"
         )
+        return self.caution(None, float(self._unknown), 0.0, says)
 
 
 def _directions(found: StabilityState) -> str:

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from shellmb.arrays import Floats, Ints
+from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.meshes.files.cards import included
 from shellmb.meshes.files.file_content import FileContent
@@ -103,12 +103,10 @@ class _Reader:
             )
         if name == "PART":
             self.here = self.parts.setdefault(options.get("NAME", "").upper(), _Part())
-        elif name in ("END PART", "ASSEMBLY"):
+        elif name in ("END PART", "ASSEMBLY", "END INSTANCE"):
             self.here = self.whole
         elif name == "INSTANCE":
             self._instance(options, data)
-        elif name == "END INSTANCE":
-            self.here = self.whole
         elif name == "NODE":
             for row in data:
                 place = [float(v) for v in row[1:4] if v]
@@ -153,7 +151,7 @@ class _Reader:
                         "each must have a number of its own"
                     )
         if "ELSET" in options:
-            self._named(options["ELSET"]).extend(numbers)
+            self._add(options["ELSET"], "", numbers)
 
     def _instance(self, options: dict[str, str], data: list[list[str]]) -> None:
         """Take an instance: of a part, of a part and more, or with a mesh of its own."""
@@ -166,15 +164,13 @@ class _Reader:
             )
         part = self.parts[of.upper()]
         # what follows, if anything does, is of this instance alone
-        self.here = _Part(dict(part.nodes), dict(part.elements), _copied(part.sets))
+        sets = {name: [*numbers] for name, numbers in part.sets.items()}
+        self.here = _Part(dict(part.nodes), dict(part.elements), sets)
         moved = [[float(v) for v in row if v] for row in data]
         self.instances.append((options.get("NAME", "").upper(), self.here, moved))
 
-    def _named(self, name: str) -> list[int]:
-        """The elements of a set of the part, under the name as it is first written."""
-        return self.here.sets.setdefault(self._key(name), [])
-
     def _key(self, name: str) -> str:
+        """The name of a set as it is first written."""
         return self.names.setdefault(name.upper(), name)
 
     def _set(self, options: dict[str, str], data: list[list[str]]) -> None:
@@ -220,22 +216,16 @@ class _Reader:
 
     def _add(self, name: str, of: str, numbers: list[int]) -> None:
         """Add elements to a set: of an instance, or of the part that is read."""
-        if of:
-            self.assembly.setdefault(self._key(name), {}).setdefault(of, []).extend(numbers)
-        else:
-            self._named(name).extend(numbers)
+        sets = self.assembly.setdefault(self._key(name), {}) if of else self.here.sets
+        sets.setdefault(of or self._key(name), []).extend(numbers)
 
     def _found(self) -> FileContent:
         """All instances, each with its nodes where it stands; without any the file as it is."""
-        placed: list[tuple[str, _Part, list[list[float]]]] = []
-        placed += [("", self.whole, [])] if self.whole.nodes or not self.parts else []
-        if self.instances:
-            placed += self.instances
-        else:
-            placed += [(name, part, []) for name, part in self.parts.items()]
+        placed = self.instances or [(name, part, []) for name, part in self.parts.items()]
+        if self.whole.nodes or not self.parts:
+            placed = [("", self.whole, []), *placed]
         x: list[Floats] = []
-        cells: dict[str, list[list[int]]] = {}
-        groups: dict[str, dict[str, list[int]]] = {}
+        found = FileContent(np.zeros((0, 3)), left_out=self.left_out, directions="ORIENTATION")
         for instance, part, moved in placed:
             rows = {number: len(x) + k for k, number in enumerate(part.nodes)}
             x += list(_moved(np.array(list(part.nodes.values())).reshape(-1, 3), moved))
@@ -247,35 +237,16 @@ class _Reader:
                         f"{self.who}: element {number} has the node {missing[0]}; it must be one "
                         "of *NODE"
                     )
-                of_kind = cells.setdefault(kind, [])
-                places[number] = (kind, len(of_kind))
-                of_kind.append([rows[node] for node in nodes])
+                places[number] = len(found.cells)
+                found.cells.append((kind, [rows[node] for node in nodes]))
             own = [(name, numbers) for name, numbers in part.sets.items()]
             own += [(name, by[instance]) for name, by in self.assembly.items() if instance in by]
             for name, numbers in own:
-                for number in dict.fromkeys(numbers):
-                    if number in places:
-                        kind, row = places[number]
-                        groups.setdefault(name, {}).setdefault(kind, []).append(row)
-        directed: dict[str, list[int]] = {}
-        for name, group in groups.items():
-            for kind, of_group in group.items() if name.upper() in self.oriented else ():
-                directed.setdefault(kind, []).extend(of_group)
-        return FileContent(
-            np.array(x, dtype=float).reshape(-1, 3),
-            {kind: np.array(rows, dtype=np.int64) for kind, rows in cells.items()},
-            {
-                name: {kind: _rows(rows) for kind, rows in group.items()}
-                for name, group in groups.items()
-            },
-            left_out=self.left_out,
-            directed={kind: _rows(rows) for kind, rows in directed.items()},
-            directions="ORIENTATION",
-        )
-
-
-def _copied(sets: dict[str, list[int]]) -> dict[str, list[int]]:
-    return {name: list(numbers) for name, numbers in sets.items()}
+                if there := [places[number] for number in numbers if number in places]:
+                    found.groups.setdefault(name, []).extend(there)
+                    found.directed += there if name.upper() in self.oriented else []
+        found.x = np.array(x, dtype=float).reshape(-1, 3)
+        return found
 
 
 def _is_zero(value: str) -> bool:
@@ -283,10 +254,6 @@ def _is_zero(value: str) -> bool:
         return float(value) == 0
     except ValueError:
         return False
-
-
-def _rows(rows: list[int]) -> Ints:
-    return np.unique(np.array(rows, dtype=np.int64))
 
 
 def _moved(x: Floats, moved: list[list[float]]) -> Floats:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections import Counter
 from dataclasses import dataclass, field
 
+import numpy.typing as npt
+
 from shellmb.arrays import Floats, Ints
 
 __all__ = ["KINDS", "FileContent"]
@@ -26,20 +28,20 @@ class FileContent:
 
     Args:
         x: Positions of all nodes, shape (n, 3).
-        cells: Rows of the nodes of the cells of each kind, shape (c, k).
-        groups: Rows of cells by kind, of each named group.
+        cells: Kind of each cell, and the rows of its nodes.
+        groups: Numbers of the cells of each named group.
         lines: Ends of the sides of cells on each named line, shape (m, 2).
         points: Row of the node of each named point.
         left_out: Number of what else there is, by its name in the file.
-        directed: Rows of cells by kind whose material direction the file gives.
+        directed: Numbers of the cells whose material direction the file gives.
         directions: What the file calls these directions.
     """
 
     x: Floats
-    cells: dict[str, Ints]
-    groups: dict[str, dict[str, Ints]] = field(default_factory=dict)
+    cells: list[tuple[str, npt.ArrayLike]] = field(default_factory=list)
+    groups: dict[str, list[int]] = field(default_factory=dict)
     lines: dict[str, Ints] = field(default_factory=dict)
     points: dict[str, int] = field(default_factory=dict)
     left_out: Counter[str] = field(default_factory=Counter)
-    directed: dict[str, Ints] = field(default_factory=dict)
+    directed: list[int] = field(default_factory=list)
     directions: str = ""

@@ -12,7 +12,7 @@ from scipy.spatial import cKDTree
 
 from shellmb.arrays import Floats, Ints
 from shellmb.meshes.files.joined import sides
-from shellmb.meshes.raw import FACETS, RawMesh, boundary_facets, facets, vertex_count
+from shellmb.meshes.raw import FACETS, RawMesh, boundary_facets, facets
 
 __all__ = ["Gap", "gaps"]
 
@@ -65,7 +65,7 @@ class _Search:
     def __init__(self, raw: RawMesh) -> None:
         self.x = raw.x
         self.cells = raw.cells
-        self.corners = raw.cells[:, : vertex_count(raw.cell)]
+        self.corners = raw.vertices
         self.short = sides(raw.x, raw.cells, raw.cell).min(axis=1)
         self.size = np.full(len(raw.x), np.inf)
         np.minimum.at(self.size, self.corners.ravel(), np.repeat(self.short, self.corners.shape[1]))

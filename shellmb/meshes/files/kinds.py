@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import basix
 import numpy as np
 from dolfinx.io.gmsh import cell_perm_array
 from dolfinx.mesh import CellType
 
 from shellmb.arrays import Floats, Ints
 from shellmb.meshes.files.file_content import KINDS
-from shellmb.meshes.raw import Cell
+from shellmb.meshes.raw import Cell, geometry_element, shape_functions
 
-__all__ = ["cut", "of_one_order", "weights"]
+__all__ = ["cut", "of_one_order"]
 
-BASIX = {"quad": basix.CellType.quadrilateral, "tri": basix.CellType.triangle}
 DOLFINX = {"quad": CellType.quadrilateral, "tri": CellType.triangle}
 # corners of the parts of a cell in its own coordinates, in the order of DOLFINx: quadrilaterals in
 # four, triangles in three quadrilaterals, quadrilaterals in two triangles along a diagonal
@@ -67,19 +65,6 @@ def _with(x: Floats, rows: Ints, more: Floats) -> tuple[Floats, Ints]:
     return np.concatenate([x, more.reshape(-1, 3)]), np.concatenate([rows, numbers], axis=1)
 
 
-def weights(cell: Cell, order: int, places: Floats) -> Floats:
-    """Shape functions of the geometry at places in a cell, shape (places, nodes).
-
-    Args:
-        cell: Its type.
-        order: Order of the geometry.
-        places: Places in the reference cell, shape (places, 2).
-    """
-    variant = basix.LagrangeVariant.equispaced
-    element = basix.create_element(basix.ElementFamily.P, BASIX[cell], order, variant)
-    return np.asarray(element.tabulate(0, places))[0, :, :, 0]
-
-
 def cut(
     x: Floats, cells: dict[Cell, Ints], order: int, into: Cell
 ) -> tuple[Floats, Ints, dict[Cell, int]]:
@@ -124,17 +109,13 @@ def _cut(
     x: Floats, rows: Ints, cell: Cell, order: int, into: Cell, pattern: Floats
 ) -> tuple[Floats, Ints]:
     """Cells cut by a pattern: corners of each part, shape (parts, k, 2)."""
-    variant = basix.LagrangeVariant.equispaced
-    element = basix.create_element(basix.ElementFamily.P, BASIX[into], order, variant)
     # parts have straight sides in the cell's own coordinates
-    within = weights(into, 1, np.asarray(element.points))
+    within = shape_functions(into, 1, np.asarray(geometry_element(into, order).points))
     places = np.einsum("pk,qkd->qpd", within, pattern)
-    known = np.asarray(
-        basix.create_element(basix.ElementFamily.P, BASIX[cell], order, variant).points
-    )
+    known = np.asarray(geometry_element(cell, order).points)
     there = np.linalg.norm(places.reshape(-1, 1, 2) - known, axis=2)
     same, near = there.min(axis=1) < 1e-12, there.argmin(axis=1)
-    shape = weights(cell, order, places.reshape(-1, 2))
+    shape = shape_functions(cell, order, places.reshape(-1, 2))
     new = np.einsum("pk,cki->cpi", shape[~same], x[rows])
     numbers = np.zeros((len(rows), len(same)), dtype=np.int64)
     numbers[:, same] = rows[:, near[same]]

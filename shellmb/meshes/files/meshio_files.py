@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import warnings
-from collections import Counter
 from pathlib import Path
 from typing import Any
 
@@ -62,53 +61,44 @@ def read_meshio(path: Path, who: str) -> FileContent:
             f"{who}: {path} is not read ({in_words(error)}); it must be a mesh in a format of "
             "meshio"
         ) from error
-    x = _spatial(mesh.points, path, who)
-    blocks: dict[str, list[Ints]] = {}
-    left_out: Counter[str] = Counter()
-    # where the cells of each block begin among those of their kind
-    begins = []
+    found, naming = FileContent(_spatial(mesh.points, path, who)), path.suffix.lower() in NAMING
+    # the type of each block, its nodes, and how many cells there are before it
+    blocks: list[tuple[str, Ints, int]] = []
     for block in mesh.cells:
-        kind = CELLS.get(block.type, block.type)
-        begins.append((kind, sum(len(rows) for rows in blocks.get(kind, []))))
-        blocks.setdefault(kind, []).append(_nodes_of(block, len(x), path, who))
-    # polygons of several numbers of sides are one kind
-    joint = {k: np.concatenate(rows) for k, rows in blocks.items() if k != "polygon"}
-    if "polygon" in blocks:
-        left_out["cells 'polygon'"] = sum(map(len, blocks["polygon"]))
-    found = FileContent(x, {k: joint[k] for k in joint if k in CELLS.values()})
-    named = _named(mesh)
-    for name, rows_of in named.items():
-        for (kind, begin), rows in zip(begins, rows_of, strict=True):
-            if not len(rows):
+        rows = _nodes_of(block, len(found.x), path, who)
+        blocks.append((block.type, rows, len(found.cells)))
+        if block.type in CELLS:
+            found.cells += [(CELLS[block.type], row) for row in rows]
+    for name, own_of in _named(mesh).items():
+        for (kind, rows, begin), own in zip(blocks, own_of, strict=True):
+            if not len(own):
                 continue
-            if kind in found.cells:
-                group = found.groups.setdefault(name, {})
-                before = group.get(kind, np.zeros(0, dtype=np.int64))
-                group[kind] = np.concatenate([before, begin + rows])
-            elif kind in LINES and path.suffix.lower() in NAMING:
+            if kind in CELLS:
+                found.groups.setdefault(name, []).extend((begin + own).tolist())
+            elif kind in LINES and naming:
                 before = found.lines.get(name, np.zeros((0, 2), dtype=np.int64))
-                found.lines[name] = np.concatenate([before, joint[kind][begin + rows][:, :2]])
-            elif kind == "vertex" and len(rows) == 1:
-                found.points[name] = int(joint[kind][begin + rows[0], 0])
-    for kind, rows in joint.items():
-        if kind in found.cells or (kind == "vertex" and path.suffix.lower() in NAMING):
+                found.lines[name] = np.concatenate([before, rows[own][:, :2]])
+            elif kind == "vertex" and len(own) == 1:
+                found.points[name] = int(rows[own[0], 0])
+    sides = _sides([(kind, rows) for kind, rows, _ in blocks if kind in CELLS], len(found.x))
+    for kind, rows, _ in blocks:
+        if kind in CELLS or (kind == "vertex" and naming):
             continue
-        if kind in LINES and path.suffix.lower() in NAMING:
+        if kind in LINES and naming:
             ends = np.sort(rows[:, :2], axis=1)
-            rows = rows[~np.isin(ends @ [len(found.x), 1], _sides(found))]
+            rows = rows[~np.isin(ends @ [len(found.x), 1], sides)]
         if len(rows):
-            left_out[f"cells '{kind}'"] += len(rows)
-    found.left_out = left_out
+            found.left_out[f"cells '{kind}'"] += len(rows)
     return found
 
 
-def _sides(found: FileContent) -> Ints:
+def _sides(cells: list[tuple[str, Ints]], count: int) -> Ints:
     """Ends of the sides of all cells, each pair as one number."""
     pairs = [np.zeros((0, 2), dtype=np.int64)]
-    for kind, rows in found.cells.items():
+    for kind, rows in cells:
         corners = rows[:, : 3 if kind.startswith("tri") else 4]
         pairs.append(np.stack([corners, np.roll(corners, -1, axis=1)], axis=2).reshape(-1, 2))
-    return np.asarray(np.sort(np.concatenate(pairs), axis=1) @ [len(found.x), 1])
+    return np.asarray(np.sort(np.concatenate(pairs), axis=1) @ [count, 1])
 
 
 def _named(mesh: Any) -> dict[str, list[Ints]]:

@@ -7,7 +7,6 @@ pyNastran (1.4) does not go with NumPy 2.
 from __future__ import annotations
 
 import re
-from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -64,10 +63,8 @@ def read_nastran(path: Path, who: str) -> FileContent:
     systems = _Systems(deck, who)
     numbers = {number: row for row, number in enumerate(systems.nodes)}
     x = [systems.node(number) for number in systems.nodes]
-    cells: dict[str, list[list[int]]] = {}
-    groups: dict[str, dict[str, list[int]]] = {}
-    directed: dict[str, list[int]] = {}
-    left_out: Counter[str] = Counter()
+    found = FileContent(np.zeros((0, 3)), directions="THETA or MCID")
+    left_out = found.left_out
     offsets = dict(_offsets(deck, who))
     for card in deck:
         if card[0] not in SHELLS:
@@ -78,27 +75,17 @@ def read_nastran(path: Path, who: str) -> FileContent:
         nodes = _nodes(card, kind, numbers, x, who)
         if card[0] != "CQUAD" and real(card, offset, who) != 0:
             left_out[f"ZOFFS of {card[0]}"] += 1
-        of_kind = cells.setdefault(kind, [])
         # an angle from the first side is a number, a coordinate system a whole one
         given = card[offset - 1] if offset <= len(card) else ""
         if given.isdigit() or real(card, offset - 1, who) != 0:
-            directed.setdefault(kind, []).append(len(of_kind))
+            found.directed.append(len(found.cells))
         part = integer(card, 2, who) or integer(card, 1, who)
         if part in offsets:
             left_out[offsets[part]] += 1
-        groups.setdefault(f"PID {part}", {}).setdefault(kind, []).append(len(of_kind))
-        of_kind.append(nodes)
-    return FileContent(
-        np.array(x, dtype=float).reshape(-1, 3),
-        {kind: np.array(rows, dtype=np.int64) for kind, rows in cells.items()},
-        {
-            name: {kind: np.array(rows) for kind, rows in group.items()}
-            for name, group in groups.items()
-        },
-        left_out=left_out,
-        directed={kind: np.array(rows) for kind, rows in directed.items()},
-        directions="THETA or MCID",
-    )
+        found.groups.setdefault(f"PID {part}", []).append(len(found.cells))
+        found.cells.append((kind, nodes))
+    found.x = np.array(x, dtype=float).reshape(-1, 3)
+    return found
 
 
 def _offsets(deck: list[list[str]], who: str) -> Iterator[tuple[int | None, str]]:

@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import scipy.sparse
 from scipy.sparse.csgraph import connected_components
 
 from shellmb.arrays import Floats, Ints
 from shellmb.errors import SceneError, warn
-from shellmb.meshes.edges_where import true_at
 from shellmb.meshes.files.file_content import KINDS, FileContent
 from shellmb.meshes.files.gaps import gaps
 from shellmb.meshes.files.joined import doubles, empty, joined
 from shellmb.meshes.files.kinds import cut, of_one_order
 from shellmb.meshes.raw import FACETS, Cell, RawMesh, facets, shown, vertex_count
+from shellmb.meshes.regions import true_at
 from shellmb.meshes.surfaces.orient import oriented
 from shellmb.scene import Hyperelastic, Isotropic, Shell, Wrinkling
+from shellmb.scene.lookup import listed
 from shellmb.scene.shells.gmsh_surfaces import Meshed
 from shellmb.scene.values.validate import edge_names
 
@@ -45,12 +48,13 @@ def shell_mesh(found: FileContent, shell: Shell, group: str | tuple[str, ...] | 
         raise SceneError(f"{who}: its mesh has nodes whose coordinates are not finite")
     chosen = _chosen(found, group, who)
     _refuse_directions(found, chosen, shell, who)
-    x, cells, order = of_one_order(
-        found.x * surface.scale, {kind: found.cells[kind][rows] for kind, rows in chosen.items()}
-    )
-    numbers = _numbers(found, chosen)
+    numbers: dict[str, list[int]] = {}
+    for number in chosen:
+        numbers.setdefault(found.cells[number][0], []).append(number)
+    rows_of = {kind: np.array([found.cells[k][1] for k in some]) for kind, some in numbers.items()}
+    x, cells, order = of_one_order(found.x * surface.scale, rows_of)
     parents: dict[Cell, Ints] = {
-        cell: np.concatenate([numbers[k] for k in chosen if KINDS[k][0] == cell]) for cell in cells
+        cell: np.concatenate([numbers[k] for k in numbers if KINDS[k][0] == cell]) for cell in cells
     }
     cells, parents = _where(x, cells, parents, surface, who)
     same = _joined(x, cells, surface, who)
@@ -74,9 +78,9 @@ def shell_mesh(found: FileContent, shell: Shell, group: str | tuple[str, ...] | 
     _say_gaps(raw, surface, who)
     _say_pieces(raw, who)
     if found.left_out:
-        listed = ", ".join(f"{n} {name}" for name, n in sorted(found.left_out.items()))
+        others = ", ".join(f"{n} {name}" for name, n in sorted(found.left_out.items()))
         warn(
-            f"{who}: elements of its mesh that are no shells are omitted: {listed}; add those that "
+            f"{who}: elements of its mesh that are no shells are omitted: {others}; add those that "
             "carry load to the scene"
         )
     return raw
@@ -99,37 +103,33 @@ def _size(x: Floats) -> float:
     return float(np.ptp(x, axis=0).max()) if len(x) else 0.0
 
 
-def _chosen(found: FileContent, group: str | tuple[str, ...] | None, who: str) -> dict[str, Ints]:
-    """Rows of the cells of groups by kind, or of all."""
-    if group is None:
-        chosen = {kind: np.arange(len(rows)) for kind, rows in found.cells.items() if len(rows)}
-    else:
-        of_kind: dict[str, list[Ints]] = {}
+def _chosen(found: FileContent, group: str | tuple[str, ...] | None, who: str) -> Sequence[int]:
+    """Numbers of the cells of groups, ascending, or of all."""
+    chosen: Sequence[int] = range(len(found.cells))
+    if group is not None:
         for name in edge_names(group):
             if name not in found.groups:
-                names = ", ".join(f"'{n}'" for n in found.groups) or "none"
-                raise SceneError(f"{who}: the mesh has no set of cells '{name}'; it has {names}")
-            for kind, rows in found.groups[name].items():
-                of_kind.setdefault(kind, []).append(rows)
-        chosen = {kind: np.unique(np.concatenate(rows)) for kind, rows in of_kind.items()}
+                raise SceneError(
+                    f"{who}: the mesh has no set of cells '{name}'; it has "
+                    f"{listed(found.groups) or 'none'}"
+                )
+        chosen = sorted({n for name in edge_names(group) for n in found.groups[name]})
     if not chosen:
-        listed = ", ".join(sorted(found.left_out)) or "no cells"
+        there = ", ".join(sorted(found.left_out)) or "no cells"
         raise SceneError(
-            f"{who}: the mesh has {listed}; the cells of a shell must be triangles with 3 or 6 "
+            f"{who}: the mesh has {there}; the cells of a shell must be triangles with 3 or 6 "
             "nodes or quadrilaterals with 4, 8 or 9"
         )
     return chosen
 
 
-def _refuse_directions(found: FileContent, chosen: dict[str, Ints], shell: Shell, who: str) -> None:
+def _refuse_directions(found: FileContent, chosen: Sequence[int], shell: Shell, who: str) -> None:
     """Refuse directions of a file where stiffness depends on them and the scene gives none."""
     if shell.direction is not None or isinstance(
         shell.section, Isotropic | Wrinkling | Hyperelastic
     ):
         return
-    count = sum(
-        int(np.isin(chosen[k], rows).sum()) for k, rows in found.directed.items() if k in chosen
-    )
+    count = len({*found.directed} & {*chosen})
     if count:
         raise SceneError(
             f"{who}: {count} elements of its mesh have material directions ({found.directions}), "
@@ -157,18 +157,6 @@ def _where(
             "be true on some"
         )
     return cells, {c: parents[c][true[c]] for c in cells}
-
-
-def _offsets(found: FileContent) -> dict[str, int]:
-    """Number of the first cell of each kind, where all cells are counted through."""
-    counts = np.cumsum([0, *(len(rows) for rows in found.cells.values())])
-    return dict(zip(found.cells, counts.tolist(), strict=False))
-
-
-def _numbers(found: FileContent, rows: dict[str, Ints]) -> dict[str, Ints]:
-    """Numbers of cells by kind, where all are counted through."""
-    first = _offsets(found)
-    return {kind: first[kind] + np.asarray(some) for kind, some in rows.items()}
 
 
 def _joined(x: Floats, cells: dict[Cell, Ints], surface: Meshed, who: str) -> Ints:
@@ -321,7 +309,7 @@ def _areas(found: FileContent, shell: Shell, parent: Ints) -> dict[str, Ints]:
     every = np.unique(parent)
     areas = {}
     for name, group in found.groups.items():
-        numbers = np.concatenate([[], *_numbers(found, group).values()])
+        numbers = np.unique(group)
         inside = np.isin(numbers, every)
         taken = name in surface.edges_where or name in shell.areas
         if len(numbers) and inside.all() and len(numbers) < len(every) and not taken:
@@ -365,7 +353,7 @@ def _say_gaps(raw: RawMesh, surface: Meshed, who: str) -> None:
 
 def _say_pieces(raw: RawMesh, who: str) -> None:
     """Name the pieces of a mesh that nothing in it joins, or that meet in single nodes only."""
-    corners = raw.cells[:, : vertex_count(raw.cell)]
+    corners = raw.vertices
     every = facets(raw.cells, raw.cell).reshape(-1, 2)
     count = len(raw.cells)
     _, side = np.unique(every, axis=0, return_inverse=True)
@@ -380,13 +368,13 @@ def _say_pieces(raw: RawMesh, who: str) -> None:
             continue
         size = _size(raw.x)
         at = [shown(raw.x[corners[k]].mean(axis=0), size) for k in first]
-        listed = [
+        each = [
             f"{n} element{'s' if n > 1 else ''} around {p}" for n, p in zip(counts, at, strict=True)
         ]
-        more = f" and {len(listed) - PLACES} more" if len(listed) > PLACES else ""
+        more = f" and {len(each) - PLACES} more" if len(each) > PLACES else ""
         warn(
-            f"{who}: its mesh is in {len(listed)} pieces that {how}: "
-            f"{', '.join(listed[:PLACES])}{more}; what holds one of them does not hold the others"
+            f"{who}: its mesh is in {len(each)} pieces that {how}: "
+            f"{', '.join(each[:PLACES])}{more}; what holds one of them does not hold the others"
         )
         return
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import tempfile
-from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -131,18 +130,13 @@ def _mesh(gmsh: Any, shell: Shell) -> None:
                 model.mesh.generate(2)
             except Exception as error:
                 # as of faces that close on themselves
+                who = f"shell '{shell.name}': gmsh makes no quadrilaterals on these faces ({error})"
                 if shell.cell is not None:
-                    raise SceneError(
-                        f"shell '{shell.name}': gmsh makes no quadrilaterals on these faces "
-                        f"({error}); cell must be 'tri'"
-                    ) from error
+                    raise SceneError(f"{who}; cell must be 'tri'") from error
                 model.mesh.clear()
                 gmsh.option.setNumber("Mesh.RecombineAll", 0)
                 model.mesh.generate(2)
-                warn(
-                    f"shell '{shell.name}': gmsh makes no quadrilaterals on these faces "
-                    f"({error}); it has triangles, as with cell='tri'"
-                )
+                warn(f"{who}; it has triangles, as with cell='tri'")
     from_file = isinstance(shell.surface, GmshFile)
     order = shell.geometry_order or (None if from_file and meshed else 2)
     if order is not None:
@@ -163,22 +157,16 @@ def _extract(model: Any, shell: Shell) -> RawMesh:
         return np.asarray(place[np.searchsorted(tags, nodes, sorter=place)], dtype=np.int64)
 
     entities = _surface_entities(model, shell)
-    cells, owner, other = _cells(model, entities, rows)
-    if not cells and not other:
+    found = FileContent(coordinates.reshape(-1, 3))
+    owner = _take_cells(found, model, entities, rows)
+    if not found.cells and not found.left_out:
         raise SceneError(f"shell '{shell.name}': the gmsh mesh has no cells; mesh its surfaces")
-    groups = {
-        name: {kind: np.flatnonzero(np.isin(of, parts)) for kind, of in owner.items()}
+    found.groups = {
+        name: np.flatnonzero(np.isin(owner, parts)).tolist()
         for name, parts in _groups(model, 2).items()
         if set(map(int, parts)) <= set(entities)
     }
-    found = FileContent(
-        coordinates.reshape(-1, 3),
-        cells,
-        groups,
-        _lines(model, rows),
-        _points(model, rows),
-        Counter(other),
-    )
+    found.lines, found.points = _lines(model, rows), _points(model, rows)
     # its cells are those of the groups already
     return shell_mesh(found, shell, None)
 
@@ -218,25 +206,22 @@ def _surface_entities(model: Any, shell: Shell) -> list[int]:
     return list(dict.fromkeys(entities))
 
 
-def _cells(
-    model: Any, entities: list[int], rows: Callable[[Any], Ints]
-) -> tuple[dict[str, Ints], dict[str, Ints], dict[str, int]]:
-    """Rows of the nodes of cells by kind, the entity of each, and how many of others there are."""
-    found: dict[str, list[Ints]] = {}
-    owner: dict[str, list[Ints]] = {}
-    other: dict[str, int] = {}
+def _take_cells(
+    found: FileContent, model: Any, entities: list[int], rows: Callable[[Any], Ints]
+) -> list[int]:
+    """Take the cells of entities, and count others; the entity of each cell that is taken."""
+    owner: list[int] = []
     for entity in entities:
         kinds, tags, nodes = model.mesh.getElements(2, entity)
         for number, own, flat in zip(kinds, tags, nodes, strict=True):
             if int(number) not in CELLS:
                 name = f"cells '{model.mesh.getElementProperties(number)[0]}'"
-                other[name] = other.get(name, 0) + len(own)
+                found.left_out[name] += len(own)
                 continue
-            kind = CELLS[int(number)]
-            found.setdefault(kind, []).append(rows(flat).reshape(len(own), -1))
-            owner.setdefault(kind, []).append(np.full(len(own), entity))
-    joint = {kind: np.concatenate(parts) for kind, parts in found.items()}
-    return joint, {kind: np.concatenate(owner[kind]) for kind in joint}, other
+            of_cells = rows(flat).reshape(len(own), -1)
+            found.cells += [(CELLS[int(number)], of_cell) for of_cell in of_cells]
+            owner += [entity] * len(own)
+    return owner
 
 
 def _lines(model: Any, rows: Callable[[Any], Ints]) -> dict[str, Ints]:

@@ -4,13 +4,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import basix
 import numpy as np
 
 from shellmb.arrays import Ints
-from shellmb.meshes.raw import Cell, RawMesh, vertex_count
-
-TYPES = {"quad": basix.CellType.quadrilateral, "tri": basix.CellType.triangle}
+from shellmb.meshes.raw import Cell, RawMesh, geometry_element, shape_functions, vertex_count
 
 
 def refined(raw: RawMesh, times: int) -> RawMesh:
@@ -23,9 +20,6 @@ def refined(raw: RawMesh, times: int) -> RawMesh:
     if times == 1:
         return raw
     fine, corners = times * raw.order, vertex_count(raw.cell)
-    element = basix.create_element(
-        basix.ElementFamily.P, TYPES[raw.cell], raw.order, basix.LagrangeVariant.equispaced
-    )
     lattice = _lattice(raw.cell, fine)
     shares = _shares(raw.cell, lattice, fine)
     line = np.stack([raw.order * np.arange(times + 1), np.zeros(times + 1, dtype=np.int64)], axis=1)
@@ -40,10 +34,10 @@ def refined(raw: RawMesh, times: int) -> RawMesh:
         np.concatenate(keys), axis=0, return_index=True, return_inverse=True
     )
     number = number.reshape(-1)
-    values = np.asarray(element.tabulate(0, lattice / fine))[0, :, :, 0]
+    values = shape_functions(raw.cell, raw.order, lattice / fine)
     places = np.einsum("pk,ckx->cpx", values, raw.x[raw.cells]).reshape(-1, 3)
     parts = np.split(number, np.cumsum([len(k) for k in keys])[:-1])
-    own = parts[0].reshape(len(raw.cells), -1)[:, _children(raw, times, element, lattice)]
+    own = parts[0].reshape(len(raw.cells), -1)[:, _children(raw, times, lattice)]
     count = own.shape[1]
     cells = own.reshape(-1, own.shape[2])
     edges = {
@@ -104,12 +98,11 @@ def _keys(vertices: Ints, shares: Ints, width: int = 0) -> Ints:
     )
 
 
-def _children(
-    raw: RawMesh, times: int, element: basix.finite_element.FiniteElement, lattice: Ints
-) -> Ints:
+def _children(raw: RawMesh, times: int, lattice: Ints) -> Ints:
     """Rows of the lattice that are the nodes of each new element, shape (children, k)."""
     order = raw.order
-    nodes = np.rint(np.asarray(element.points) * order).astype(np.int64)
+    points = np.asarray(geometry_element(raw.cell, order).points)
+    nodes = np.rint(points * order).astype(np.int64)
     row = {tuple(place): k for k, place in enumerate(lattice.tolist())}
     found = []
     for a in range(times):

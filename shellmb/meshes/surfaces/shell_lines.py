@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,6 +17,7 @@ from shellmb.errors import SceneError
 from shellmb.meshes.curve_mesh import LineMesh, line_mesh_from_nodes
 from shellmb.meshes.mesh import SurfaceMesh
 from shellmb.meshes.spaces import MixedSpace
+from shellmb.meshes.surfaces.structured import EDGES
 from shellmb.scene.beams.curves import AlongEdge, AlongLine, Curve
 from shellmb.scene.shells.surfaces import Surface
 
@@ -26,13 +26,6 @@ __all__ = ["ShellLine", "shell_line"]
 # nodes closer to a line than this fraction of the shell's length are on it
 ON_LINE = 1e-6
 
-# edge of a surface with a map -> parameters (xi, eta) at its beginning, and the one that grows
-EDGES = {
-    "left": ((0.0, 0.0), 1),
-    "right": ((1.0, 0.0), 1),
-    "bottom": ((0.0, 0.0), 0),
-    "top": ((0.0, 1.0), 0),
-}
 
 # parts of a shell that live at its nodes
 NODAL = ("u", "w", "lam")
@@ -53,33 +46,10 @@ class ShellLine:
     dofs: dict[str, Ints]
 
 
-@dataclass(frozen=True)
-class _Edges:
-    """Element edges, each from its first to its second vertex.
-
-    Args:
-        vertices: Numbers of the vertices in the input, shape (m, 2).
-        corners: Nodes of the geometry, shape (m, order + 1, 3).
-        x: Nodes of the displacement, shape (m, k + 1, 3).
-        directors: Directors there, shape (m, k + 1, 3).
-        dofs: Global dofs there by part, shape (m, k + 1, size).
-    """
-
-    vertices: Ints
-    corners: Floats
-    x: Floats
-    directors: Floats
-    dofs: dict[str, Ints]
-
-    def arrays(self) -> dict[str, npt.NDArray[Any]]:
-        """All arrays, whose first index is the edge."""
-        return {
-            "vertices": self.vertices,
-            "corners": self.corners,
-            "x": self.x,
-            "directors": self.directors,
-            **self.dofs,
-        }
+# element edges, each from its first to its second vertex: "vertices", their numbers in the input,
+# shape (m, 2); "corners", nodes of the geometry, shape (m, order + 1, 3); and of shape
+# (m, k + 1, size) "x", nodes of the displacement, "directors" there, and global dofs by part
+type _Edges = dict[str, npt.NDArray[Any]]
 
 
 def shell_line(
@@ -109,9 +79,9 @@ def shell_line(
     if isinstance(curve, AlongEdge):
         who = f"beam '{name}': edge '{curve.edge}' of shell '{shell.name}'"
         edges = _gathered(shell, mixed, directors, shell.facets(curve.edge, f"beam '{name}'"))
-        if not len(edges.vertices):
+        if not len(edges["vertices"]):
             raise SceneError(f"{who} has no element edges; it must have some")
-        chain, closed = _chain(edges.vertices, who)
+        chain, closed = _chain(edges["vertices"], who)
         chain = _along_parameter(chain, closed, edges, surface, curve.edge)
     elif isinstance(curve, AlongLine):
         start, end = (shell.point(p, f"beam '{name}'") for p in (curve.start, curve.end))
@@ -169,24 +139,17 @@ def _gathered(shell: SurfaceMesh, mixed: MixedSpace, directors: Floats, facets: 
         return np.take_along_axis(values, by[..., None], axis=1)
 
     by = sorted_along(x)
-    mine = _Edges(
-        np.asarray(mesh.geometry.input_global_indices[ends[:, :2]], dtype=np.int64),
-        take(corners, sorted_along(corners)),
-        take(x, by),
-        take(directors[nodes], by),
-        {part: take(values, by) for part, values in dofs.items()},
-    ).arrays()
+    mine: _Edges = {
+        "vertices": np.asarray(mesh.geometry.input_global_indices[ends[:, :2]], dtype=np.int64),
+        "corners": take(corners, sorted_along(corners)),
+        "x": take(x, by),
+        "directors": take(directors[nodes], by),
+        **{part: take(values, by) for part, values in dofs.items()},
+    }
     found = [part for part in mesh.comm.allgather(mine) if len(part["vertices"])] or [mine]
     every = {key: np.concatenate([part[key] for part in found]) for key in mine}
     number = np.lexsort(np.sort(every["vertices"], axis=1).T)
-    every = {key: values[number] for key, values in every.items()}
-    return _Edges(
-        every["vertices"],
-        every["corners"],
-        every["x"],
-        every["directors"],
-        {part: every[part] for part in NODAL},
-    )
+    return {key: values[number] for key, values in every.items()}
 
 
 def _displacement_nodes(mesh: dolfinx.mesh.Mesh, space: object, facets: Int32s) -> Int32s:
@@ -230,7 +193,7 @@ def _chain(vertices: Ints, who: str) -> tuple[list[int], bool]:
 def _places(edges: _Edges) -> dict[int, Floats]:
     """Positions of the vertices."""
     places: dict[int, Floats] = {}
-    for (a, b), corners in zip(edges.vertices.tolist(), edges.corners, strict=True):
+    for (a, b), corners in zip(edges["vertices"].tolist(), edges["corners"], strict=True):
         places[a], places[b] = corners[0], corners[-1]
     return places
 
@@ -272,7 +235,7 @@ def _straight(edges: _Edges, start: Floats, end: Floats, near: float, who: str) 
     """
     places = _places(edges)
     order = sorted(places, key=lambda v: float((places[v] - start) @ (end - start)))
-    pairs = {frozenset(pair) for pair in edges.vertices.tolist()}
+    pairs = {frozenset(pair) for pair in edges["vertices"].tolist()}
     for a, b in itertools.pairwise(order):
         if frozenset((a, b)) not in pairs:
             at = ", ".join(f"{c:g}" for c in places[a])
@@ -291,11 +254,11 @@ def _meshed(
     name: str, comm: MPI.Comm, edges: _Edges, chain: list[int], closed: bool, degree: int
 ) -> ShellLine:
     """The beam's mesh from the edges between the vertices of a chain."""
-    number = {frozenset(pair): k for k, pair in enumerate(edges.vertices.tolist())}
+    number = {frozenset(pair): k for k, pair in enumerate(edges["vertices"].tolist())}
     around = [*chain, chain[0]] if closed else chain
     steps = list(itertools.pairwise(around))
     rows = np.array([number[frozenset(step)] for step in steps])
-    turned = edges.vertices[rows, 0] != np.array([a for a, _ in steps])
+    turned = edges["vertices"][rows, 0] != np.array([a for a, _ in steps])
 
     def in_a_row(values: npt.NDArray[Any]) -> npt.NDArray[Any]:
         ordered = values[rows].copy()
@@ -303,10 +266,9 @@ def _meshed(
         flat = ordered[:, :-1].reshape(-1, values.shape[-1])
         return flat if closed else np.concatenate([flat, ordered[-1:, -1]])
 
-    corners = in_a_row(edges.corners)
-    order = edges.corners.shape[1] - 1
+    corners = in_a_row(edges["corners"])
+    order = edges["corners"].shape[1] - 1
     line = line_mesh_from_nodes(
-        name, comm, corners, order, in_a_row(edges.directors), degree, closed
+        name, comm, corners, order, in_a_row(edges["directors"]), degree, closed
     )
-    dofs: Mapping[str, Ints] = {k: in_a_row(v) for k, v in edges.dofs.items()}
-    return ShellLine(line, in_a_row(edges.x), dict(dofs))
+    return ShellLine(line, in_a_row(edges["x"]), {part: in_a_row(edges[part]) for part in NODAL})

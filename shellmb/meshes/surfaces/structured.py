@@ -21,6 +21,15 @@ CORNERS = {
 }
 
 
+# edge of a surface with a map -> parameters (xi, eta) at its beginning, and the one that grows
+EDGES = {
+    "left": ((0.0, 0.0), 1),
+    "right": ((1.0, 0.0), 1),
+    "bottom": ((0.0, 0.0), 0),
+    "top": ((0.0, 1.0), 0),
+}
+
+
 def structured_mesh(shell: Shell) -> RawMesh:
     """Mesh the unit square and move the nodes by the surface's map.
 
@@ -68,10 +77,8 @@ def _edges(layout: Layout, names: tuple[str, ...], pole: bool) -> dict[str, Ints
     """Boundary facets both of whose vertices have the parameter that makes an edge."""
     xi, eta = layout.parameters(layout.plane).T
     on = {
-        "left": np.abs(xi) < 1e-9,
-        "right": np.abs(xi - 1) < 1e-9,
-        "bottom": np.abs(eta) < 1e-9,
-        "top": np.abs(eta - 1) < 1e-9,
+        name: np.abs((eta, xi)[grows] - begin[1 - grows]) < 1e-9
+        for name, (begin, grows) in EDGES.items()
     }
     if pole:  # where every xi is as good as another
         on["left"] |= on["bottom"]

@@ -1,6 +1,9 @@
-"""Springs, dampers and motors: forces on coordinates of the mechanism, which are unknowns."""
+"""Springs, dampers, motors and stops: forces on coordinates of mechanisms, which are unknowns."""
 
-from collections.abc import Sequence
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, cast
 
@@ -15,29 +18,106 @@ from ufl.core.expr import Expr
 
 from shellmb.arrays import Bools, Floats
 from shellmb.errors import SceneError
-from shellmb.forms.constraints import elements as forms
+from shellmb.forms import contact as forms
+from shellmb.forms.constraints import elements as springs
 from shellmb.forms.measure import linear
-from shellmb.forms.state import Layout
-from shellmb.meshes.nodes import constant_vector, node_mesh, node_space, set_constants
+from shellmb.meshes.nodes import node_mesh, set_constants
 from shellmb.model.body import Elastic, Rates
-from shellmb.model.elements.force_element import BoundElement
 from shellmb.model.elements.lawvalues import LawValues
-from shellmb.model.elements.springs import LawSprings, LinearSprings
-from shellmb.model.joints.coordinates import gathered, scalar_links
-from shellmb.model.massless import Massless
-from shellmb.model.potentials.stops import StopForces
+from shellmb.model.joints.coordinates import Coordinate, scalar_targets
+from shellmb.model.massless import NodeGroup
+from shellmb.model.potentials.exact import FAR, ExactEnergy, LinearSprings
 from shellmb.model.sections.branches import Fading, MaxwellBranches
 from shellmb.model.signals import Signals
 from shellmb.model.user_forms import written
 from shellmb.scene import Scene
+from shellmb.scene.control.signals import Input
 from shellmb.scene.lookup import said
-from shellmb.scene.multibody.elements import JointStop
+from shellmb.scene.multibody import elements as scene_elements
+from shellmb.scene.multibody.elements import Element, JointElement, JointStop
+
+
+@dataclass(frozen=True)
+class BoundElement:
+    """A force element with its coordinate.
+
+    Args:
+        element: Description.
+        coordinate: The coordinate it acts on.
+        parameter: Stiffness or damping; 0 with a law of its own.
+        law: Potential of a spring, law of a damper or motor; None: linear.
+        rest: Change of the coordinate at which a spring's argument is zero.
+    """
+
+    element: Element
+    coordinate: Coordinate
+    parameter: float
+    law: Callable[..., Any] | None
+    rest: float = 0.0
+
+    @property
+    def key(self) -> tuple[str, object]:
+        """Key that elements with common kernels share, or the strains of one that relaxes."""
+        own = None if self.element.relaxation is None else self.element.name
+        return type(self).kind_of(self.element), self.law or own
+
+    @staticmethod
+    def kind_of(element: Element) -> str:
+        """One of "spring", "damper", "motor", "stop"."""
+        return element.label.removeprefix("joint ")
+
+
+def _stiffness(element: Any, static: bool) -> float:
+    """Stiffness in statics, or the long-term one, beside which branches act; 0 with a law."""
+    series = element.relaxation
+    part = 1.0 if series is None else series.at_rest if static else series.long_term
+    return part * float(element.stiffness or 0.0)
+
+
+def bind_element(element: Any, coordinate: Coordinate, static: bool) -> BoundElement:
+    """A scene's force element on its coordinate.
+
+    Args:
+        element: Description.
+        coordinate: The coordinate it acts on.
+        static: Whether the scene has no motion in time.
+    """
+    match element:
+        case scene_elements.JointSpring():
+            k = _stiffness(element, static)
+            return BoundElement(element, coordinate, k, element.potential, element.rest)
+        case scene_elements.Spring():
+            natural = 0.0
+            if element.potential is None:
+                natural = coordinate.start if element.length is None else element.length
+            k, rest = _stiffness(element, static), natural - coordinate.start
+            return BoundElement(element, coordinate, k, element.potential, rest)
+        case scene_elements.JointDamper() | scene_elements.Damper():
+            return BoundElement(element, coordinate, element.damping or 0.0, element.law)
+        case scene_elements.JointStop():
+            return BoundElement(element, coordinate, element.stiffness, None)
+        case scene_elements.Motor():
+            held = element.command.mean if isinstance(element.command, Input) else 0.0
+            return BoundElement(element, coordinate, held, element.law)
+        case _:
+            raise NotImplementedError(f"no form for {element.label}")
+
+
+def coordinate_of(scene: Scene, element: Any) -> tuple[str, str]:
+    """Coordinate on which a force element acts."""
+    if isinstance(element, JointElement):
+        (kind,) = scene.coordinates_of(element)
+        return element.joint, kind
+    return element.name, "distance"
+
 
 # a change of force below this part of the force is round-off
 ROUND_OFF = 1e-9
+# what is not limited: no coordinate comes there
+NEVER = 1e30
 
 
-class ElementGroup(Massless):
+class ElementGroup(NodeGroup):
     """Force elements of one kind and law, on one coordinate each.
 
     Args:
@@ -53,23 +133,29 @@ class ElementGroup(Massless):
 
     def __init__(self, name: str, comm: MPI.Comm, items: Sequence[BoundElement]) -> None:
         self.items = list(items)
-        self.nodes = node_mesh(comm, len(items))
-        mixed = node_space(self.nodes, {"x": 1})
-        self.layout = Layout(mixed.parts)
-        coordinates = [item.coordinate for item in items]
-        links = tuple(scalar_links(self.nodes, mixed, "x", coordinates))
-        super().__init__(name, mixed, (), links)
+        targets = {"x": scalar_targets([item.coordinate for item in items])}
+        super().__init__(name, comm, len(items), targets)
         self.law = items[0].law
-        self.parameter = self._constant([item.parameter for item in items], "parameter")
-        self.rest = self._constant([item.rest for item in items], "rest")
-        self.size = self._constant([item.coordinate.size for item in items], "size")
-
-    def _constant(self, values: Sequence[float], name: str) -> fem.Function:
-        return constant_vector(self.nodes, np.array(values, dtype=float)[:, None], name)
+        self.parameter = self.per_item([item.parameter for item in items], "parameter")
+        self.rest = self.per_item([item.rest for item in items], "rest")
+        self.size = self.per_item([item.coordinate.size for item in items], "size")
 
     def x(self, q: Expr) -> Expr:
         """The coordinate at a state."""
         return self.layout.part(q, "x")
+
+    def measure(self, q: Expr) -> Expr:
+        """The coordinate over its size."""
+        return ufl.as_vector([self.x(q) / self.size])
+
+    def potential(self, e: Expr) -> Expr:
+        """Energy as a function of the measure."""
+        raise NotImplementedError
+
+    def exact(self, smooth: float = 0.0) -> ExactEnergy:
+        """The energy, with forces that are exact over a step; argument as of `ExactEnergy`."""
+        one = ufl.as_ufl(1.0)
+        return ExactEnergy(self.measure, self.potential, one, self.dx, smooth=smooth)
 
     def acted(self, row: Floats) -> Floats:
         """Reported means over a step, shape (items,); collective.
@@ -77,7 +163,7 @@ class ElementGroup(Massless):
         Args:
             row: Virtual work on the left-hand side of the row that balances the step, by local dof.
         """
-        return self.resists * gathered(self.nodes, row[self.mixed.dofs["x"]]) + 0.0
+        return self.resists * self.gathered("x", row)[:, 0] + 0.0
 
     def given(self, *arguments: Expr) -> Expr:
         """Values of the group's law.
@@ -128,7 +214,7 @@ class Springs(ElementGroup):
     """Springs: linear ones, or all that share a potential."""
 
     def _potential(self, e: Expr) -> Expr:
-        return self.given(e) if self.law else forms.linear_potential(self.parameter)(e)
+        return self.given(e) if self.law else springs.linear_potential(self.parameter)(e)
 
     def holds(self, step: float) -> Bools:
         """Springs that answer a motion by a force; linear ones always do."""
@@ -139,14 +225,17 @@ class Springs(ElementGroup):
     def _extension(self, q: Expr) -> Expr:
         return self.x(q) - self.rest
 
+    def potential(self, e: Expr) -> Expr:
+        """Energy as a function of the measure."""
+        return self._potential(self.size * e[0] - self.rest)
+
     @cached_property
     def elastic(self) -> tuple[Elastic, ...]:
         """Their energy."""
-        dx = ufl.dx(self.nodes.mesh)
         if self.law is not None:
-            return (LawSprings(self._potential, self._extension, self.x, self.size, dx),)
+            return (self.exact(springs.SMALL_INCREMENT),)
         extension, moved = (lambda q: [self._extension(q)]), (lambda q: [self.x(q)])
-        return (LinearSprings([self.parameter], extension, moved, dx),)
+        return (LinearSprings([self.parameter], extension, moved, self.dx),)
 
     def branches(self) -> MaxwellBranches | None:
         """New Maxwell branches of a spring that relaxes; None of others."""
@@ -162,7 +251,7 @@ class Springs(ElementGroup):
 
     def force(self, x: Expr, rate: Expr, time: Expr) -> Expr:
         """Tension: what would have to be applied to hold the coordinate."""
-        return forms.slope(self._potential, x - self.rest)
+        return springs.slope(self._potential, x - self.rest)
 
 
 class Dampers(ElementGroup):
@@ -225,21 +314,59 @@ class Motors(ElementGroup):
         return self.given(x, rate, time)
 
 
-class Stops(StopForces, ElementGroup):
+class Stops(ElementGroup):
     """Stops of joints."""
 
     def __init__(self, name: str, comm: MPI.Comm, items: Sequence[BoundElement]) -> None:
         super().__init__(name, comm, items)
-        self.take(self.nodes, [cast(JointStop, item.element) for item in items])
+        stops = [cast(JointStop, item.element) for item in items]
+
+        def some(name: str, nothing: float = 0.0) -> fem.Function:
+            given = [getattr(stop, name) for stop in stops]
+            return self.per_item([nothing if value is None else value for value in given], name)
+
+        self._limits = (some("lower", -NEVER), -1), (some("upper", NEVER), 1)
+        self._law = some("stiffness"), some("smoothing")
+        self._damping = some("relative_damping")
+        self._damped = any(stop.relative_damping > 0 for stop in stops)
+        self.always = self.constant(0.0)
+
+    @cached_property
+    def elastic(self) -> tuple[Elastic, ...]:
+        """Energy of what is beyond the limits."""
+        return (self.exact(),)
+
+    def potential(self, e: Expr) -> Expr:
+        """Energy of what is beyond either limit."""
+        x = self.size * e[0]
+        first, second = (
+            forms.energy(self._beyond(x, limit, sign), *self._law) for limit, sign in self._limits
+        )
+        return first + second
+
+    def _beyond(self, x: Expr, limit: Expr, sign: int) -> Expr:
+        return sign * (x - limit) + FAR * self.always
+
+    def applied(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
+        """Work of the damping, with the rate and the middle of the whole step."""
+        if rates is None or not self._damped:
+            return None
+        x, rate = self.x(mid if rates.middle is None else rates.middle), self.x(rates.chord)
+        return -self._damping_force(x, rate) * self.x(dq) * self.dx
+
+    def _damping_force(self, x: Expr, rate: Expr) -> Expr:
+        """Contribution of the damping to the force that holds the coordinate."""
+        found: Any = 0
+        for limit, sign in self._limits:
+            pressing = forms.force(self._beyond(x, limit, sign), *self._law)
+            into = sign * rate + FAR * self.always
+            found += sign * forms.resisted(pressing, into, self._damping)
+        return found
 
     def force(self, x: Expr, rate: Expr, time: Expr) -> Expr:
         """Force that would hold the coordinate."""
-        held = forms.slope(lambda e: self.potential(ufl.as_vector([e / self.size])), x)
-        return held + self.resistance(x, rate) if self.damped else held
-
-    def x(self, q: Expr) -> Expr:
-        """The coordinate at a state."""
-        return self.layout.part(q, "x")
+        held = springs.slope(lambda e: self.potential(ufl.as_vector([e / self.size])), x)
+        return held + self._damping_force(x, rate) if self._damped else held
 
 
 _KINDS: dict[str, type[ElementGroup]] = {

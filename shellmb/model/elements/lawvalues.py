@@ -9,7 +9,7 @@ from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats
 from shellmb.meshes.nodes import NodeMesh, constant_vector, set_constants
-from shellmb.model.joints.coordinates import gathered
+from shellmb.model.massless import gathered
 from shellmb.native.expressions import compiled_expression, evaluate
 
 

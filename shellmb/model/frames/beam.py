@@ -1,8 +1,14 @@
 """A beam as the schemes see it: forms of `shellmb.forms` bound to a line, a section and loads."""
 
+from __future__ import annotations
+
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
+from typing import Any
+
+from mpi4py import MPI
 
 import numpy as np
 import ufl
@@ -14,26 +20,39 @@ from shellmb.arrays import Floats
 from shellmb.forms import beam as beam_forms
 from shellmb.forms import loads as load_forms
 from shellmb.forms.beam import BeamMixed, Line, LinePoint
+from shellmb.forms.floating import beam as floating
+from shellmb.forms.floating.frame import frame_constraints
 from shellmb.forms.frame import FrameMass, momenta
 from shellmb.forms.measure import Measure
 from shellmb.forms.steps.damping import ViscousBeam
 from shellmb.forms.steps.mixed import Interval
 from shellmb.forms.steps.path import Step
-from shellmb.meshes.curve_mesh import LineMesh
+from shellmb.meshes.curve_mesh import LineMesh, build_line
 from shellmb.meshes.spaces import NO_PARTS, beam_space
-from shellmb.model.body import LoadFactors, PartScale, Rates, added
-from shellmb.model.frames.frame import FrameBody
-from shellmb.model.rules import line_rules, over_line
-from shellmb.model.sections.branches import Fading, MaxwellBranches
-from shellmb.model.sections.damping import Resisting, StrainDamping, mass_damping, slowing
+from shellmb.model.body import LoadFactors, PartScale, Rates
+from shellmb.model.frames.frame import EVERYWHERE, FRAME, FloatingFrame, FrameBody, identified
+from shellmb.model.massless import TimedLoads
+from shellmb.model.sections.branches import (
+    Fading,
+    MaxwellBranches,
+    Resisting,
+    StrainDamping,
+    slowing,
+)
 from shellmb.model.sections.natural import Distributed, NaturalStress
-from shellmb.model.sections.section import SLACK
+from shellmb.model.sections.section import SLACK, line_rules, over_line
 from shellmb.model.sections.strains import Integrate, Strains
-from shellmb.model.shells.loads import DistributedLoads
-from shellmb.model.shells.positions import interpolated
+from shellmb.model.shells.positions import field_of
 from shellmb.model.user_forms import virtual_work
-from shellmb.scene import Beam, BeamSection, FollowerLineForce, LineForce, LineMoment
-from shellmb.scene.loads.loads import Gravity, Load
+from shellmb.scene import (
+    Beam,
+    BeamNaturalStrain,
+    BeamSection,
+    FollowerLineForce,
+    LineForce,
+    LineMoment,
+)
+from shellmb.scene.loads.loads import Gravity
 
 _ADVICE_MOTION = "a smaller step, a finer mesh, or a smaller load step"
 _ADVICE_FORCE = "a smaller step, or check the stiffness of the section"
@@ -204,7 +223,7 @@ class BeamModel(FrameBody):
             inert = moved if beam.rotary_inertia else FrameMass(mass.m)
             self.masses = ((inert, self.rules.nodes),)
             self.inertialess = "lam" not in self.jump_parts
-        self._slowing = slowing(beam.section, line)
+        self.slowing = slowing(beam.section, line)
         viscous = bind_beam_damping(beam, self.section.formulation, line)
         if viscous is not None:
             on = Resisting(viscous, self.strain, self.integrate)
@@ -234,6 +253,30 @@ class BeamModel(FrameBody):
         common = relaxation.branches, rule, self.domain.mesh
         found = Fading(self.strain, stiffness, *common)
         return MaxwellBranches(self.name, self.layout, [found])
+
+    @property
+    def described(self) -> Beam:
+        """Description of the body."""
+        return self.beam
+
+    @property
+    def extent(self) -> tuple[str, float]:
+        """Small dimension of the body in words, and its size, m."""
+        return "size of its section", self.beam.section.size
+
+    @property
+    def material(self) -> tuple[float, float] | None:
+        """Young's modulus and density; None where only stiffness and mass are given."""
+        section: Any = self.beam.section
+        return (section.E, section.density) if hasattr(section, "E") else None
+
+    def natural_faces(self) -> list[tuple[float, float, float]]:
+        """Natural strains 11, 22 and 2*12 at both faces, for a factor of one."""
+        given, half = self.beam.natural, self.beam.section.size / 2
+        assert given is not None
+        twist, *bent = given.curvature
+        bend = half * math.hypot(*bent)
+        return [(given.extension + side * bend, 0.0, half * twist) for side in (-1.0, 1.0)]
 
     @property
     def force_size(self) -> float:
@@ -311,16 +354,8 @@ class BeamModel(FrameBody):
         e = fem.Constant(domain, values)
         C = _effective(self.beam, self._static)
         stress = fem.Constant(domain, C @ values)
-        return NaturalStress(
-            e,
-            (stress,),
-            stress,
-            self.strain,
-            self.integrate,
-            given.time,
-            fem.Constant(domain, 0.0),
-            fem.Constant(domain, 0.0),
-        )
+        factors = given.time, fem.Constant(domain, 0.0), fem.Constant(domain, 0.0)
+        return NaturalStress(e, (stress,), stress, self.strain, self.integrate, *factors)
 
     def mean_resultants(self, step: Step) -> Expr:
         """Resultants as means over a step that is quadratic in time."""
@@ -328,12 +363,34 @@ class BeamModel(FrameBody):
 
     def loads(self) -> LoadFactors | None:
         """A set of the beam's loads with time factors of their own."""
-        return BeamLoads(self, self._loads) if self._loads else None
+        return self.loads_of(self._loads) if self._loads else None
 
-    def applied(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
-        """The user's terms at the mid-point, and what damps in proportion to the mass."""
-        forms = [self.users(mid, rates, dq, time), mass_damping(self, self._slowing, rates, dq)]
-        return added(forms)
+    def loads_of(self, loads: Sequence[Distributed]) -> TimedLoads[Distributed]:
+        """Some loads on it with time factors of their own."""
+        return TimedLoads(self.domain.mesh, [(load.time, load) for load in loads], self._load_work)
+
+    def _load_work(self, load: Distributed, mid: Expr, dq: Expr) -> Form:
+        d, (du, dw), rules = self.directors(mid), self._motion(dq), self.rules
+
+        def constant(value: object) -> fem.Constant:
+            return fem.Constant(self.domain.mesh, np.asarray(value, dtype=float))
+
+        match load:
+            case BeamNaturalStrain():
+                assert self.natural is not None
+                return self.natural.work(mid, dq)
+            case LineForce():
+                force = field_of(load.force, self.mixed, 3, f"{load.label}: force")
+                return load_forms.dead_force(force, du) * rules.full
+            case FollowerLineForce():
+                components = constant(load.components)
+                return load_forms.follower_frame_force(components, d, du) * rules.full
+            case LineMoment():
+                return load_forms.frame_moment(constant(load.moment), d, dw) * rules.nodes
+            case Gravity():
+                moved, _ = momenta(du, dw, self.weight)
+                return load_forms.dead_force(constant(load.acceleration), moved) * rules.nodes
+        raise NotImplementedError(f"no form for {type(load).__name__}")
 
     def users(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
         """Terms that the user added; None without any."""
@@ -349,40 +406,57 @@ class BeamModel(FrameBody):
         return work * self.rules.full
 
 
-class BeamLoads(DistributedLoads):
-    """The distributed loads of one beam, each multiplied by a factor that the scheme sets.
+class LinearBeam(BeamModel):
+    """A beam with a floating frame; made as `BeamModel` is."""
+
+    everywhere = EVERYWHERE
+
+    def __init__(
+        self, beam: Beam, domain: LineMesh, loads: Sequence[Distributed], dynamic: bool
+    ) -> None:
+        super().__init__(beam, domain, loads, dynamic)
+        self.ties = (FloatingFrame(self.mixed, self._apart, self.rules.full, self.force),)
+        self.links = tuple(identified(self.mixed, self.name))
+        self.kinematic |= {FRAME}
+
+    def _apart(self, q: Expr) -> Expr:
+        """Constraints that tie the frame, shape (9,)."""
+        turned = floating.turned(self.layout.part(q, "w"), self.line)
+        return frame_constraints(self.layout.part(q, FRAME), turned)
+
+    def _moved(self, q: Expr) -> tuple[Expr, Expr, Expr]:
+        return (*self._motion(q), self.layout.part(q, FRAME))
+
+    @cached_property
+    def strain(self) -> Measure:
+        """Strains relative to the frame, shape (6,)."""
+        return floating.strain_measure(self.line, self._moved)
+
+    def acting(self, e: Expr, N: Expr, M: Expr) -> tuple[Expr, Expr]:
+        """Forces and moments that balance loads: those conjugate to small strains."""
+        return N, M
+
+
+def build_beam(
+    beam: Beam,
+    comm: MPI.Comm,
+    loads: Sequence[Distributed],
+    dynamic: bool,
+    domain: LineMesh | None = None,
+) -> BeamModel:
+    """Mesh a beam and bind its section and loads.
 
     Args:
-        body: The beam.
-        loads: Its loads.
+        beam: Description.
+        comm: Communicator; the call is collective.
+        loads: Distributed loads on it.
+        dynamic: Whether it moves in time.
+        domain: Its meshed line, if it runs along a shell.
+
+    Raises:
+        SceneError: If its curve cannot be meshed as described.
     """
-
-    def __init__(self, body: BeamModel, loads: Sequence[Distributed]) -> None:
-        super().__init__(body.domain.mesh, loads, body.natural)
-        self._body = body
-
-    def _density(self, load: Load, mid: Expr, dq: Expr) -> tuple[Expr, ufl.Measure]:
-        body, rules = self._body, self._body.rules
-        d = body.directors(mid)
-        du, dw = body.layout.part(dq, "u"), body.layout.part(dq, "w")
-
-        def constant(value: object) -> fem.Constant:
-            return fem.Constant(body.domain.mesh, np.asarray(value, dtype=float))
-
-        match load:
-            case LineForce():
-                if callable(load.force):
-                    who = f"{load.label}: force"
-                    force: Expr = interpolated(load.force, body.mixed, 3, who)
-                else:
-                    force = constant(load.force)
-                return load_forms.dead_force(force, du), rules.full
-            case FollowerLineForce():
-                components = constant(load.components)
-                return load_forms.follower_frame_force(components, d, du), rules.full
-            case LineMoment():
-                return load_forms.frame_moment(constant(load.moment), d, dw), rules.nodes
-            case Gravity():
-                moved, _ = momenta(du, dw, body.weight)
-                return load_forms.dead_force(constant(load.acceleration), moved), rules.nodes
-        raise NotImplementedError(f"no form for {type(load).__name__}")
+    if domain is None:
+        domain = build_line(beam.name, beam.curve, beam.elements, beam.degree, beam.up, comm)
+    kind = LinearBeam if beam.model == "floating-frame" else BeamModel
+    return kind(beam, domain, loads, dynamic)

@@ -1,7 +1,23 @@
-"""Frames at nodes of beams and rigid bodies: their inertia and constraints."""
+"""Frames at nodes of beams and rigid bodies: their inertia and constraints, and floating frames.
 
-from functools import cached_property
-from typing import Any
+Constraints of directors as numbers: what they are, and whether they make directors unit vectors.
+
+Directors are eliminated, put on their constraints and reported by numbers at nodes, which know unit
+vectors and orthonormal triples (`system.nullspace`). The constraints themselves are written in
+`forms`: here they are asked what they are, so that whoever changes them there changes all of it.
+
+The floating frame of a body whose strains are small relative to it.
+
+Its directors are unknowns that are the same all over the body: a part "frame" of the body's own
+space that is constant on each cell, all cells identified, and so are the multipliers, "hold", of
+what ties it to the body (`forms.floating.frame`). It has no mass: its velocity follows from the
+body's, and its forces do no work.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache, cached_property
 
 from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
 
@@ -18,15 +34,174 @@ from shellmb.forms.frame import FrameMass, Vectors
 from shellmb.forms.measure import Measure, measure
 from shellmb.forms.state import Layout
 from shellmb.meshes.spaces import MixedSpace
-from shellmb.model.body import Constraint, Damped, FixedDofs, Manifold, NodeLink, PartScale, largest
-from shellmb.model.frames.floating import EVERYWHERE, FloatingFrame
-from shellmb.model.frames.unit import DirectorConstraint, directors_held
-from shellmb.model.joints.held import Constraints
+from shellmb.model.body import (
+    Body,
+    Constraint,
+    Manifold,
+    NodeLink,
+    added,
+    largest,
+)
+from shellmb.model.joints.constraints import Constraints
+
+# round-off of the values of constraints of random directors, whose squares are up to a hundred
+ROUND_OFF = 1e-11
+
+
+class DirectorConstraint:
+    """Constraints of the directors of a node, quadratic in their changes.
+
+    Args:
+        written: Constraints `g(w, D)` of the changes and the reference, a number or shape (c,).
+        count: Number of directors.
+    """
+
+    def __init__(self, written: Callable[[Expr, Expr], Expr], count: int) -> None:
+        self._written, self._count = written, count
+
+    @cached_property
+    def unit(self) -> bool:
+        """Decide whether all directors have length one and, of a triple, are at right angles."""
+        k, rng = self._count, np.random.default_rng(1)
+        pairs = [(a, a) for a in range(k)] + [(a, b) for a in range(k) for b in range(a + 1, k)]
+        for w, D in rng.normal(size=(2, 2, 3 * k)):
+            v, R = w.reshape(k, 3), D.reshape(k, 3)
+            known = [v[a] @ R[b] + R[a] @ v[b] + v[a] @ v[b] for a, b in pairs]
+            halves = [0.5 if a == b else 1.0 for a, b in pairs]
+            found = self._at(w, D)
+            if found.shape != (len(pairs),):
+                return False
+            if np.abs(found - np.multiply(halves, known)).max() > ROUND_OFF:
+                return False
+        return True
+
+    def values(self, w: Floats, D: Floats) -> Floats:
+        """Values at nodes, shape (n, c), from shapes (n, 3 k)."""
+        by_rest, square = self._numbers
+        found = np.einsum("cij,ni,nj->nc", by_rest, D, w)
+        return np.asarray(found + np.einsum("cij,ni,nj->nc", square, w, w) / 2)
+
+    def normals(self, w: Floats, D: Floats) -> Floats:
+        """Derivatives of the first one by the changes, at nodes, shape (n, 3 k)."""
+        by_rest, square = (matrix[0] for matrix in self._numbers)
+        return np.asarray(D @ by_rest + w @ square)
+
+    def normal(self, w: Expr, D: Expr) -> Expr:
+        """Derivative of the first one by the changes, shape (3 k,)."""
+        if self.unit:
+            return D + w
+        by_rest, square = (ufl.as_matrix(matrix[0].tolist()) for matrix in self._numbers)
+        return ufl.dot(D, by_rest) + ufl.dot(w, square)
+
+    def _at(self, w: Floats, D: Floats) -> Floats:
+        """Values for numbers, shape (c,)."""
+        first, second = (ufl.as_vector([ufl.as_ufl(float(x)) for x in v]) for v in (w, D))
+        found = self._written(first, second)
+        parts = [found] if not found.ufl_shape else [found[i] for i in range(len(found))]
+        return np.array([float(part(())) for part in parts])
+
+    @cached_property
+    def _numbers(self) -> tuple[Floats, Floats]:
+        """Second derivatives by reference and change, and by changes, shape (c, 3 k, 3 k) each."""
+        n = 3 * self._count
+        axes, none = np.eye(n), np.zeros(n)
+        own = np.array([self._at(a, none) for a in axes])
+        pairs = np.array([[self._at(a + b, none) for b in axes] for a in axes])
+        square = pairs - own[:, None] - own[None]
+        by_rest = np.array([[self._at(a, D) for a in axes] for D in axes]) - own[None]
+        return by_rest.transpose(2, 0, 1), square.transpose(2, 0, 1)
+
+
+@cache
+def directors_held(written: Callable[[Expr, Expr], Expr], count: int) -> DirectorConstraint:
+    """Constraints of directors as numbers, found once for all bodies that have them.
+
+    Args:
+        written: The constraints, see `DirectorConstraint`.
+        count: Number of directors.
+    """
+    return DirectorConstraint(written, count)
+
+
+# parts of a state that are the same all over a body, with their sizes; and that which moves
+EVERYWHERE = {"frame": 9, "hold": 9}
+FRAME = "frame"
+
+
+class FloatingFrame:
+    """A frame and what ties it to its body.
+
+    Args:
+        mixed: Space of the body.
+        constraints: Densities whose integrals vanish as a function of the state, shape (9,).
+        measure: Rule of the integrals.
+        force: Size of the body's resultants: a Constant.
+    """
+
+    def __init__(
+        self,
+        mixed: MixedSpace,
+        constraints: Callable[[Expr], Expr],
+        measure: ufl.Measure,
+        force: Expr,
+    ) -> None:
+        self._layout, self.constraints = Layout(mixed.parts), constraints
+        self._measure, self._force = measure, force
+        # of some cell: they are the same on all
+        self._dofs = mixed.dofs[FRAME][: EVERYWHERE[FRAME]].reshape(-1, 3, 3)
+
+    def changes(self, values: Floats) -> Floats:
+        """Changes of the directors as rows, or their rates, of a local array, shape (3, 3).
+
+        Zero on ranks that have nothing of the body.
+        """
+        return np.asarray(values[self._dofs].sum(axis=0))
+
+    def errors(self, states: Floats) -> Floats:
+        """Largest deviations from an orthonormal frame in local arrays of states, shape (k,)."""
+        d = np.eye(3) + states[:, self._dofs].sum(axis=1)
+        return largest(d @ d.swapaxes(1, 2) - np.eye(3))
+
+    def held(self, inertialess: bool) -> Constraints:
+        """The frame tied to its body, as what the body holds.
+
+        Args:
+            inertialess: Whether the body has no inertia.
+        """
+        return Constraints(
+            Held(self.constraints),
+            lambda q: self._layout.part(q, "hold"),
+            self._force,
+            self._measure,
+            self.errors,
+            inertialess,
+        )
+
+
+def identified(mixed: MixedSpace, name: str) -> list[NodeLink]:
+    """Links that make the parts which are the same everywhere one unknown each; collective.
+
+    Args:
+        mixed: Space of the body.
+        name: Its name.
+    """
+    comm, index_map = mixed.space.mesh.comm, mixed.space.dofmap.index_map
+    links = []
+    for part, size in EVERYWHERE.items():
+        cells = mixed.subspaces[part].dofmap.list[:, 0]
+        rows = mixed.dofs[part].reshape(-1, size)[cells]
+        mine = index_map.local_to_global(rows[:1].ravel()).tolist()
+        # those of the first cell of the first rank that has one
+        first = next(found for found in comm.allgather(mine) if found)
+        targets = np.tile(np.array(first, dtype=np.int64), len(rows))
+        links.append(NodeLink(rows.ravel(), name, targets))
+    return links
+
 
 IDENTITY = np.eye(3)
 
 
-class FrameBody:
+class FrameBody(Body):
     """A body whose nodes are frames.
 
     Args:
@@ -49,24 +224,20 @@ class FrameBody:
         nodes: ufl.Measure,
         force: Expr,
     ) -> None:
-        self.name, self.mixed, self.frames, self._order = name, mixed, frames, order
+        super().__init__(name, mixed)
+        self.frames, self._order = frames, order
         self.reference, self.nodes, self.force = reference, nodes, force
         self.layout = Layout(mixed.parts)
-        self.parts: tuple[PartScale, ...] = ()
-        self.fixed: list[FixedDofs] = []
-        self.links: tuple[NodeLink, ...] = ()
         # set with the model: where there are frames, jumps of velocities are unknown
         self.inertialess = False
-        self.slenderness = 1.0
         self.kinematic = frozenset({"u", "w"})
-        self.damping: Damped | None = None
         # parts of the mass with the rule that integrates each; none in statics
         self.masses: tuple[tuple[FrameMass, ufl.Measure], ...] = ()
         # floating frames that its strains are small relative to
         self.ties: tuple[FloatingFrame, ...] = ()
 
     @property
-    def jump_parts(self) -> frozenset[str]:
+    def jump_parts(self) -> frozenset[str]:  # type: ignore[override]
         """Parts that have equations for the jump of velocities."""
         turns = any(J is not None for mass, _ in self.masses for J in mass.J)
         own = {"u", "w", "lam"} if turns else {"u"}
@@ -100,14 +271,14 @@ class FrameBody:
         layout, frames = self.layout, self.frames
         return measure(lambda q: frame.orthonormality(layout.part(q, "w"), frames))
 
+    def _over_masses(self, density: Callable[[FrameMass], Expr]) -> Form | None:
+        """Integral of a density of the mass; None without any."""
+        return added(density(mass) * rule for mass, rule in self.masses)
+
     def inertia(self, rate: Expr, dq: Expr) -> Form | None:
         """Virtual work of the inertia forces for the acceleration `rate`."""
-        return self._mass_form(rate, dq)
-
-    def _mass_form(self, v: Expr, dv: Expr) -> Form | None:
-        motions = (*self._motion(v), *self._motion(dv))
-        forms = [_momentum_work(*motions, *mass) for mass in self.masses]
-        return sum(forms[1:], forms[0]) if forms else None
+        (v, dd), virtual = self._motion(rate), self._motion(dq)
+        return self._over_masses(lambda mass: frame.momentum_work(v, dd, mass, *virtual))
 
     def _motion(self, v: Expr) -> tuple[Expr, Expr]:
         return self.layout.moved(v)
@@ -115,17 +286,15 @@ class FrameBody:
     def momentum(self, v: Expr, axis: Expr) -> Form | None:
         """Component of the linear momentum along `axis`, kg m/s."""
         motion = self._motion(v)
-        forms = [_momentum(*motion, axis, *mass) for mass in self.masses]
-        return sum(forms[1:], forms[0]) if forms else None
+        return self._over_masses(lambda mass: ufl.dot(frame.momenta(*motion, mass)[0], axis))
 
     def angular_momentum(self, q: Expr, v: Expr, axis: Expr) -> Form | None:
         """Component along `axis` of the angular momentum about the origin, kg m^2/s."""
-        state = self.position(q), self.directors(q), *self._motion(v)
-        forms = [_angular_momentum(state, axis, *mass) for mass in self.masses]
-        return sum(forms[1:], forms[0]) if forms else None
+        at = self.position(q), self.directors(q), *self._motion(v)
+        return self._over_masses(lambda mass: ufl.dot(frame.angular_momentum(*at, mass), axis))
 
     @property
-    def manifold(self) -> Manifold:
+    def manifold(self) -> Manifold:  # type: ignore[override]
         """Orthonormal triples; their jump is unknown and tangent already."""
         return Manifold(self._rest if self.held.unit else None, self.inertialess)
 
@@ -152,20 +321,3 @@ class FrameBody:
         else:
             found = np.array([self.held.values(one, self._rest) for one in w])
         return largest(found)
-
-
-def _momentum_work(
-    v: Expr, dd: Expr, dv: Expr, ddd: Expr, mass: FrameMass, measure: ufl.Measure
-) -> Form:
-    return frame.momentum_work(v, dd, mass, dv, ddd) * measure
-
-
-def _momentum(v: Expr, dd: Expr, axis: Expr, mass: FrameMass, measure: ufl.Measure) -> Form:
-    return ufl.dot(frame.momenta(v, dd, mass)[0], axis) * measure
-
-
-def _angular_momentum(
-    state: tuple[Any, ...], axis: Expr, mass: FrameMass, measure: ufl.Measure
-) -> Form:
-    x, d, v, dd = state
-    return ufl.dot(frame.angular_momentum(x, d, v, dd, mass), axis) * measure

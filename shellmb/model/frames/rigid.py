@@ -3,8 +3,6 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from mpi4py import MPI
-
 import numpy as np
 import ufl
 from dolfinx import fem
@@ -18,15 +16,14 @@ from shellmb.forms.loads import dead_force
 from shellmb.meshes.nodes import NodeMesh, constant_vector, node_mesh, node_space
 from shellmb.model.body import (
     Dofs,
-    Elastic,
     FixedDofs,
     LoadFactors,
     PartScale,
     Rates,
-    TimeFunction,
 )
 from shellmb.model.frames.frame import FrameBody
 from shellmb.model.locations.ends import End
+from shellmb.model.massless import Scale, TimedLoads
 from shellmb.scene.loads.loads import Gravity
 from shellmb.scene.multibody.rigid import FloatingFrame, RigidBody
 
@@ -75,25 +72,21 @@ class RigidBodies(FrameBody):
     """The rigid bodies.
 
     Args:
-        comm: Communicator.
+        scale: Communicator and sizes.
         bodies: The bodies, the same on all ranks; ground is held.
         dynamic: Whether they move in time, and so have inertia.
         gravity: Loads of gravity with the names of the bodies each acts on.
-        force: Size of constraint forces, N.
-        length: Size of the scene, m.
     """
 
     def __init__(
         self,
-        comm: MPI.Comm,
+        scale: Scale,
         bodies: Sequence[RigidNode],
         dynamic: bool,
         gravity: Sequence[tuple[Gravity, frozenset[str]]],
-        force: float,
-        length: float,
     ) -> None:
         self.bodies = list(bodies)
-        self.node_mesh: NodeMesh = node_mesh(comm, len(self.bodies))
+        self.node_mesh: NodeMesh = node_mesh(scale.comm, len(self.bodies))
         mixed = node_space(self.node_mesh, {"u": 3, "w": 9, "lam": 6})
         frames = self._constant([b.directors.ravel() for b in bodies], "D")
         super().__init__(
@@ -104,10 +97,10 @@ class RigidBodies(FrameBody):
             self._constant([b.center for b in bodies], "X"),
             ufl.dx(self.node_mesh.mesh),
             # its multipliers are moments, whatever the unit of length
-            fem.Constant(self.node_mesh.mesh, float(force * length)),
+            fem.Constant(self.node_mesh.mesh, scale.force * scale.length),
         )
         self.parts = (
-            PartScale("u", "displacement of the rigid bodies", length, _ADVICE),
+            PartScale("u", "displacement of the rigid bodies", scale.length, _ADVICE),
             PartScale("w", "directors of the rigid bodies", 1.0, _ADVICE),
             PartScale("lam", "director multipliers of the rigid bodies", 1e-3, _ADVICE, idle=True),
         )
@@ -128,7 +121,7 @@ class RigidBodies(FrameBody):
             zeros = np.zeros(len(dofs))
             self.fixed.append(FixedDofs(dofs, lambda t: zeros, False))
 
-    def _constant(self, rows: Sequence[Floats], name: str) -> fem.Function:
+    def _constant(self, rows: Sequence[Floats] | Floats, name: str) -> fem.Function:
         return constant_vector(self.node_mesh, np.array(rows, dtype=float), name)
 
     def local(self, body: str, part: str) -> Dofs:
@@ -157,14 +150,17 @@ class RigidBodies(FrameBody):
             for k, b in enumerate(self.bodies)
         }
 
-    @property
-    def elastic(self) -> tuple[Elastic, ...]:
-        """Nothing."""
-        return ()
-
     def loads(self) -> LoadFactors | None:
         """The weight of the bodies."""
-        return _Weight(self) if self._gravity else None
+        loads = [(load.time, self._weights(load, names)) for load, names in self._gravity]
+        return TimedLoads(self.node_mesh.mesh, loads, self._work) if loads else None
+
+    def _weights(self, load: Gravity, names: frozenset[str]) -> fem.Function:
+        masses = [body.mass if body.name in names else 0.0 for body in self.bodies]
+        return self._constant(np.outer(masses, load.acceleration), "weight")
+
+    def _work(self, weight: Expr, mid: Expr, dq: Expr) -> Form:
+        return dead_force(weight, self.layout.part(dq, "u")) * self.nodes
 
     def applied(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
         """Damping in proportion to the mass, which bodies in modes have."""
@@ -173,30 +169,3 @@ class RigidBodies(FrameBody):
         rate, ((mass, measure),) = self._slowing, self.masses
         momentum = self._motion(rates.chord if rates.weighed is None else rates.weighed)
         return -rate * frame.momentum_work(*momentum, mass, *self._motion(dq)) * measure
-
-
-class _Weight:
-    """Weight of the rigid bodies with the factors of one stage."""
-
-    def __init__(self, body: RigidBodies) -> None:
-        self._body = body
-        self._loads = list[tuple[Expr, fem.Constant]]()
-        self._given = list[tuple[TimeFunction | None, Floats, Floats]]()
-        for load, names in body._gravity:
-            masses = [[b.mass if b.name in names else 0.0] for b in body.bodies]
-            mass = body._constant([np.array(m) for m in masses], "weighed")
-            self._loads.append((mass, fem.Constant(body.node_mesh.mesh, np.zeros(3))))
-            # DOLFINx looks numbers of a Constant up anew whenever it is asked
-            values = np.asarray(self._loads[-1][1].value)
-            self._given.append((load.time, np.asarray(load.acceleration), values))
-
-    def update(self, average) -> None:  # type: ignore[no-untyped-def]
-        """Set the accelerations from the loads' time functions."""
-        for time, acceleration, values in self._given:
-            values[:] = average(time) * acceleration
-
-    def virtual_work(self, mid: Expr, dq: Expr) -> Form | None:
-        """Virtual work of the weights."""
-        du = self._body.layout.part(dq, "u")
-        forms = [dead_force(mass * g, du) * self._body.nodes for mass, g in self._loads]
-        return sum(forms[1:], forms[0])

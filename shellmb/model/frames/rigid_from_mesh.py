@@ -1,4 +1,6 @@
-"""Shells and beams declared rigid: each is replaced by a rigid body before anything else is built.
+"""Shells and beams declared rigid, which are replaced by rigid bodies before all else is built.
+
+Shells and beams declared rigid: each is replaced by a rigid body before anything else is built.
 
 Mass, centre of mass and inertia are those of the flexible model: its own mass forms are evaluated
 for the velocities `a` and `(b . X) a` of its nodes, with `(b . D) a` of its directors, of which all
@@ -20,23 +22,73 @@ from dolfinx import fem
 from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.meshes.mesh import build_surface
-from shellmb.model.frames.beam import BeamModel
-from shellmb.model.frames.glue import line_along
-from shellmb.model.frames.linear import build_beam
-from shellmb.model.frames.rigidpoints import RigidMeshes, ended, pointed
+from shellmb.model.frames.beam import BeamModel, build_beam
 from shellmb.model.hinges.edges import edges_together, hinge_line
 from shellmb.model.locations.nodes import shared_nodes
+from shellmb.model.shells.joins import line_along
 from shellmb.model.shells.shell import ShellModel
 from shellmb.native.kernels import compiled
 from shellmb.scene import Beam, Gravity, RigidBody, Scene
 from shellmb.scene.loads.body_loads import FollowerForce, FollowerMoment, PointMoment
 from shellmb.scene.loads.loads import Load, PointForce
 from shellmb.scene.lookup import said
-from shellmb.scene.multibody.edge_hinges import EdgeHinge, FramedHinge
-from shellmb.scene.multibody.joints import Joint, Revolute, ShellRevolute, Weld
-from shellmb.scene.multibody.offsets import node_of
+from shellmb.scene.multibody.joints import (
+    EdgeHinge,
+    FramedHinge,
+    Joint,
+    Revolute,
+    ShellRevolute,
+    Weld,
+)
+from shellmb.scene.multibody.offsets import Offset, arm_components, node_of
 
-__all__ = ["Inertia", "RigidMeshes", "about_director", "inertia_of", "rigid_body", "rigidified"]
+RigidMeshes = dict[str, ShellModel | BeamModel]
+
+
+def pointed(item: Any, scene: Scene, meshes: RigidMeshes) -> Any:
+    """A load or probe with the point that it is at on a rigid body; collective.
+
+    Args:
+        item: The load or probe.
+        scene: The scene.
+        meshes: Meshes of the bodies that are rigid, by name.
+    """
+    point = getattr(item, "at", None)
+    if not isinstance(point, Offset):
+        return item
+    (target,) = scene.bodies_of(item)
+    if target.name not in meshes:
+        return item
+    return replace(item, at=_end(point, meshes[target.name], said(item)))
+
+
+def ended(item: Any, meshes: RigidMeshes) -> Any:
+    """A joint or force element with its ends on rigid bodies; of a weld along a region one node.
+
+    Args:
+        item: It.
+        meshes: Meshes of the bodies that are rigid, by name.
+    """
+    ends = {
+        at: (getattr(item, at), meshes[getattr(item, body)])
+        for at, body in (("at", "first"), ("second_at", "second"))
+        if isinstance(getattr(item, at, None), Offset) and getattr(item, body) in meshes
+    }
+    changed: dict[str, Any] = {
+        at: _end(offset, mesh, said(item)) for at, (offset, mesh) in ends.items()
+    }
+    mesh = meshes.get(getattr(item, "second", ""))
+    if isinstance(item, Weld) and isinstance(mesh, ShellModel) and isinstance(item.second_at, str):
+        # two rigid bodies: any point of both will do
+        x = shared_nodes(mesh, item.second_at, said(item)).x[0]
+        changed |= {"at": tuple(map(float, x)), "second_at": None}
+    return replace(item, **changed) if changed else item
+
+
+def _end(offset: Offset, mesh: ShellModel | BeamModel, who: str) -> tuple[float, ...]:
+    nodes = shared_nodes(mesh, offset.at, who)
+    arm = arm_components(offset.by, nodes.directors[0], who, f"'{mesh.name}'")
+    return tuple(float(c) for c in nodes.x[0] + arm @ nodes.directors[0])
 
 
 # a rigid body turns about every axis with some inertia, relative to the largest
@@ -116,8 +168,8 @@ def rigid_body(body: ShellModel | BeamModel, dynamic: bool) -> RigidBody:
     principal = np.linalg.eigvalsh(inertia)
     if dynamic and principal[0] < NO_INERTIA * principal[2]:
         raise SceneError(
-            f"{_said(body)} is rigid and has no inertia about one of its axes; it must have "
-            "rotary_inertia=True"
+            f"{said(body.described)} is rigid and has no inertia about one of its axes; it must "
+            "have rotary_inertia=True"
         )
     local = axes.T @ (inertia + inertia.T) @ axes / 2
     return RigidBody(
@@ -139,10 +191,6 @@ def _triple(vector: Floats) -> tuple[float, float, float]:
 
 def _rows(matrix: Floats) -> Any:
     return tuple(_triple(row) for row in matrix)
-
-
-def _said(body: ShellModel | BeamModel) -> str:
-    return said(body.shell if isinstance(body, ShellModel) else body.beam)
 
 
 def rigidified(scene: Scene, comm: MPI.Comm) -> tuple[Scene, RigidMeshes]:

@@ -6,20 +6,18 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from mpi4py import MPI
-
 import numpy as np
 
 from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.model.hinges.frames import EdgeFrames, Point, Sum
 from shellmb.model.joints.coordinates import BoundCoordinate
-from shellmb.model.joints.joints import BoundJoint, FindEnd
-from shellmb.model.joints.regions import BoundNode
+from shellmb.model.joints.joints import BoundJoint, BoundNode, FindEnd
 from shellmb.model.locations.ends import End
 from shellmb.model.locations.nodes import ON_NODE, Nodes, shared_nodes
+from shellmb.model.massless import Scale
 from shellmb.model.shells.shell import ShellModel
-from shellmb.scene.multibody.edge_hinges import EdgeHinge
+from shellmb.scene.multibody.joints import EdgeHinge
 
 __all__ = ["Hinge", "bind_hinges", "edges_together", "hinge_line"]
 
@@ -43,9 +41,7 @@ class _Edge:
 
     def end(self, k: int) -> End:
         """A node as a place."""
-        dofs = {part: self.nodes.dofs[part][k] for part in ("u", "w")}
-        x = self.nodes.x[k]
-        return End(self.shell.name, self.shell.name, dofs, x, self.nodes.directors[k], x)
+        return self.nodes.end(k, self.shell.name)
 
     def check_directors(self, joint: EdgeHinge) -> None:
         """Check that directors are across the edge.
@@ -157,9 +153,7 @@ def bind_hinges(
     hinges: Sequence[EdgeHinge],
     find: FindEnd,
     shells: Mapping[str, ShellModel],
-    comm: MPI.Comm,
-    force: float,
-    length: float,
+    scale: Scale,
     dynamic: bool,
 ) -> tuple[dict[str, Hinge], list[EdgeFrames]]:
     """Find the places of hinges along edges, and make the frames that they need.
@@ -168,9 +162,7 @@ def bind_hinges(
         hinges: Descriptions.
         find: Gives the place on a body: its name, where on it, and who asks.
         shells: The flexible shells by name.
-        comm: Communicator.
-        force: Size of forces, N.
-        length: Size of the scene, m.
+        scale: Communicator and sizes.
         dynamic: Whether directors need inertia.
 
     Raises:
@@ -189,7 +181,7 @@ def bind_hinges(
         mine = _points(joint, one, two, axis)
         points.setdefault(mine[0].key, []).extend(mine)
     groups = {
-        key: EdgeFrames(f"edge hinges ({'/'.join(map(str, key))})", comm, some, force, length)
+        key: EdgeFrames(f"edge hinges ({'/'.join(map(str, key))})", scale, some)
         for key, some in points.items()
     }
     for joint in hinges:

@@ -20,21 +20,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
-
-from mpi4py import MPI
+from typing import NamedTuple
 
 import numpy as np
 import ufl
 from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats, Ints
-from shellmb.meshes.nodes import constant_vector, node_mesh, node_space
 from shellmb.model.body import PartScale
-from shellmb.model.identification import node_links
-from shellmb.model.joints.constraints import ConstraintGroup, forces_and_sizes
-from shellmb.model.joints.coordinates import global_dofs
+from shellmb.model.joints.constraints import ConstraintGroup
 from shellmb.model.locations.ends import End
+from shellmb.model.massless import Scale
 
 __all__ = ["EdgeFrames", "Point", "Sum"]
 
@@ -102,18 +98,13 @@ class EdgeFrames(ConstraintGroup):
 
     Args:
         name: Name in the system.
-        comm: Communicator.
+        scale: Communicator and sizes.
         points: The points, all of one `key`.
-        force: Size of forces, N.
-        length: Size of the scene, m.
     """
 
-    def __init__(
-        self, name: str, comm: MPI.Comm, points: Sequence[Point], force: float, length: float
-    ) -> None:
+    def __init__(self, name: str, scale: Scale, points: Sequence[Point]) -> None:
         along, across, inside = points[0].key
         between = inside > 1
-        nodes = node_mesh(comm, len(points))
         own = [*(("n", "p") if across else ()), "r", *(("u",) if between else ())]
         sums = {"t": [p.tangent for p in points], "d": [p.second for p in points]}
         sums |= {"a": [p.director for p in points if p.director is not None]} if across else {}
@@ -125,21 +116,10 @@ class EdgeFrames(ConstraintGroup):
         }
         self.directions = tuple(range(9 if across else 3))
         count = len(self.directions) + 3 * between
-        mixed = node_space(nodes, {**dict.fromkeys([*own, *linked], 3), "mu": count})
-        links = []
-        for part, (s, k) in linked.items():
-            targets = np.array([item.dofs[k] for item in sums[s]])
-            rows = mixed.dofs[part].reshape(-1, 3)
-            links += node_links(nodes, rows, [item.body for item in sums[s]], targets)
-
-        def constant(title: str, values: Sequence[Any]) -> Expr:
-            return constant_vector(nodes, np.array(values).reshape(len(points), -1), title)
-
-        given = constant("given", [[p.axis, *p.normals, *p.vectors] for p in points])
-        weights = {
-            s: constant(f"weights_{s}", [i.weights for i in sums[s]]) for s in ("t", *"a"[:across])
+        targets = {
+            part: ([i.body for i in sums[s]], np.array([i.dofs[k] for i in sums[s]]))
+            for part, (s, k) in linked.items()
         }
-        within = constant("within", [p.place.weights for p in points]) if between else None
 
         def violation(q: Expr) -> Expr:
             part = self.layout.part
@@ -166,18 +146,30 @@ class EdgeFrames(ConstraintGroup):
                 rows += [part(q, "u")[i] - inner[i] for i in range(3)]
             return ufl.as_vector(rows)
 
-        sizes = forces_and_sizes(force, length, count, self.directions)
-        super().__init__(name, nodes, mixed, tuple(links), violation, *sizes)
+        sizes = scale.of(count, self.directions)
+        parts = dict.fromkeys(own, 3)
+        super().__init__(
+            name, scale.comm, len(points), count, violation, *sizes, targets=targets, own=parts
+        )
+        given = self.per_item([[p.axis, *p.normals, *p.vectors] for p in points], "given")
+        weights = {
+            s: self.per_item([i.weights for i in sums[s]], f"weights_{s}")
+            for s in ("t", *"a"[:across])
+        }
+        within = self.per_item([p.place.weights for p in points], "within") if between else None
+
         scales = (
-            PartScale(part, f"vectors of {name}", length if part == "u" else 1.0, "a smaller step")
+            PartScale(
+                part, f"vectors of {name}", scale.length if part == "u" else 1.0, "a smaller step"
+            )
             for part in own
         )
         self.parts = (*self.parts, *scales)
-        self.kinematic = frozenset(mixed.parts) - {"mu"}
+        self.kinematic = frozenset(self.mixed.parts) - {"mu"}
         self.jump_parts = frozenset({*own, "mu"})
         self.labels = [point.label for point in points]
         self._points, self._place = list(points), "u" if between else "u0"
-        self._dofs = {part: global_dofs(nodes, mixed, part) for part in (*own, self._place)}
+        self._dofs = {part: self.numbers(part) for part in (*own, self._place)}
 
     def follow(self, q: Floats) -> None:
         """Find the unknowns of its own from the bodies, whose values a local state has.

@@ -1,24 +1,116 @@
-"""Constraints at nodes, a group per kind: what joints, kinks and planes have in common."""
+"""Constraints of a body with their multipliers, and groups of them at nodes, one for each kind."""
 
-from collections.abc import Callable, Collection, Sequence
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Protocol
+
+from mpi4py import MPI
 
 import numpy as np
 import ufl
 from dolfinx import fem
+from ufl import Form
 from ufl.core.expr import Expr
 
 from shellmb.arrays import Bools, Floats
 from shellmb.forms.constraints.held import Held, Law
+from shellmb.forms.constraints.pathconstraints import ConstraintRow
+from shellmb.forms.constraints.velocity_jump import VelocityJump
 from shellmb.forms.state import Layout
-from shellmb.meshes.nodes import NodeMesh, constant_vector, set_constants
-from shellmb.meshes.spaces import MixedSpace
-from shellmb.model.body import Constraint, Dofs, FixedDofs, NodeLink, PartScale, TimeFunction
-from shellmb.model.joints.held import Constraints
-from shellmb.model.massless import Massless
+from shellmb.forms.steps.mixed import Interval
+from shellmb.forms.steps.path import Path
+from shellmb.meshes.nodes import set_constants
+from shellmb.model.body import (
+    Constraint,
+    Dofs,
+    FixedDofs,
+    JumpForms,
+    PartScale,
+    TimeFunction,
+)
+from shellmb.model.massless import NONE, NodeGroup, Places, Targets
 from shellmb.native.expressions import values_at_states
-from shellmb.scene.checks.locations import numbers_at
+from shellmb.scene.values.user_functions import numbers_at
+
+
+@dataclass(frozen=True)
+class Constraints:
+    """Constraints of a body at its nodes, or in the mean: `lambda . Dg dq + dlambda . g`.
+
+    Args:
+        law: What must vanish, shape (n,).
+        multipliers: Multipliers of order one that a state holds, shape (n,) or a scalar.
+        force: Size of their forces; a scalar, or one for each, shape (n,).
+        dx: Measure whose points are the places.
+        errors: Largest violations on this rank, relative, of some local states, shape (k, dofs).
+        inertialess: Whether what is held has no inertia, and so no velocity of its own.
+        moving: Whether velocities obey: not those of what has no inertia.
+        on: One where a constraint acts, zero where it is off, shape (n,); None: all act.
+    """
+
+    law: Law
+    multipliers: Callable[[Expr], Expr]
+    force: Expr
+    dx: ufl.Measure
+    errors: Callable[[Floats], Floats] = field(compare=False)
+    inertialess: bool = False
+    moving: bool = True
+    on: Expr | None = None
+
+    def interval(self, span: Interval, dq: Expr) -> Form:
+        """Constraint forces of a sub-interval, and the constraints at its end."""
+        return self._form(self.law.interval(span, dq), dq)
+
+    def path(self, path: Path, k: int, dq: Expr) -> Form:
+        """Constraint forces in a row of a step that is quadratic in time, and the constraints."""
+        return self._form(self.law.path(path, k, dq, self.inertialess), dq)
+
+    def velocity(self, v: Expr, mid: Expr, dv: Expr) -> Form | None:
+        """Constraints on velocities at the state `mid`, with their impulses; None without any."""
+        return self._velocity(v, mid, dv) if self.moving else None
+
+    def _velocity(self, v: Expr, mid: Expr, dv: Expr) -> Form:
+        return self._form(self.law.velocity(v, mid, dv), dv)
+
+    def jump(self, step: VelocityJump, dq: Expr) -> JumpForms:
+        """Constraints on velocities at the end of a step that begins with a jump."""
+        if not self.moving:
+            return None
+        row = self.law.jump(step, dq)
+        impulses = ConstraintRow(row.impulse, None, row.value, (step.jump, None))
+        # of linear constraints there is no force: zero, on the mesh
+        return self._form(impulses, dq), self._sum(self._of(step.jump), row.force) * self.dx
+
+    def _of(self, q: Expr) -> list[Expr]:
+        mu = self.multipliers(q)
+        return [mu[k] for k in range(mu.ufl_shape[0])] if mu.ufl_shape else [mu]
+
+    def _sum(self, left: list[Expr], right: Expr) -> Expr:
+        return self._weighed([a * right[k] for k, a in enumerate(left)])
+
+    def _weighed(self, parts: list[Expr]) -> Expr:
+        if not self.force.ufl_shape:
+            return self.force * sum(parts[1:], parts[0])
+        forced = [self.force[k] * part for k, part in enumerate(parts)]
+        return sum(forced[1:], forced[0])
+
+    def _form(self, row: ConstraintRow, dq: Expr) -> Form:
+        holder, second = row.multipliers
+        mu, dmu, count = self._of(holder), self._of(dq), row.own.ufl_shape[0]
+        parts = [mu[k] * row.own[k] + dmu[k] * row.value[k] for k in range(count)]
+        if row.other is not None and second is not None:
+            others = self._of(second)
+            parts = [part + others[k] * row.other[k] for k, part in enumerate(parts)]
+        if self.on is not None:
+            on = [self.on] if not self.on.ufl_shape else [self.on[k] for k in range(len(parts))]
+            parts = [
+                s * part + (1 - s) * d * m for s, part, d, m in zip(on, parts, dmu, mu, strict=True)
+            ]
+        return self._weighed(parts) * self.dx
+
 
 # a multiplier below this part of the group's force counts as zero
 SMALL_FORCE = 1e-3
@@ -26,39 +118,23 @@ SMALL_FORCE = 1e-3
 SMALL_STEP = 1e-5
 
 
-def forces_and_sizes(
-    force: float, length: float, count: int, directions: Collection[int]
-) -> tuple[float | list[float], float | list[float]]:
-    """Sizes of forces and of violations of constraints: one number where all are of a kind.
-
-    The work of a multiplier of size one is the same for all of them.
-
-    Args:
-        force: Size of forces, N.
-        length: Size of the scene, m.
-        count: Number of constraints.
-        directions: Which hold directions; others hold positions.
-    """
-    sizes = [1.0 if k in directions else length for k in range(count)]
-    if 0 < len(directions) < count:
-        return [force * length / size for size in sizes], sizes
-    return force * length / sizes[0], sizes[0]
-
-
-class ConstraintGroup(Massless):
+class ConstraintGroup(NodeGroup):
     """Constraints of one kind at nodes or pairs of nodes, with a multiplier for each.
 
     Args:
         name: Name of the group.
-        nodes: Its node mesh, one cell per item.
-        mixed: Space with a part "mu" for the multipliers.
-        links: Links of the nodal unknowns.
+        comm: Communicator.
+        items: Number of items.
+        count: Number of constraints of each.
         violation: The constraints as a function of the state, all at most quadratic, shape (n,).
         force: Size of the multipliers' forces; one number, or one for each constraint: N where
             positions are held, N m where directions are.
         sizes: What violations are relative to; one number, or one for each constraint: the length
             of the scene, m, where positions are held, 1 where directions are.
         switched: Whether single constraints may be switched off.
+        targets: As of `NodeGroup`.
+        own: As of `NodeGroup`; multipliers are a part "mu" besides.
+        places: As of `NodeGroup`.
 
     Attributes:
         labels: Name of each item, for messages and results.
@@ -79,33 +155,29 @@ class ConstraintGroup(Massless):
     def __init__(
         self,
         name: str,
-        nodes: NodeMesh,
-        mixed: MixedSpace,
-        links: tuple[NodeLink, ...],
+        comm: MPI.Comm,
+        items: int,
+        count: int,
         violation: Callable[[Expr], Expr],
         force: float | Sequence[float],
         sizes: float | Sequence[float] = 1.0,
         switched: bool = False,
+        *,
+        targets: Mapping[str, Targets] = NONE,
+        own: Mapping[str, int] = NONE,
+        places: Sequence[Places] = (),
     ) -> None:
         title = PartScale("mu", f"multiplier of {name}", SMALL_FORCE, "a smaller step", idle=True)
-        super().__init__(name, mixed, (title,), links)
+        parts = {**own, "mu": count}
+        super().__init__(name, comm, items, targets, parts, places, (title,))
         self.jump_parts = frozenset({"mu"})
-        self.nodes, self.layout = nodes, Layout(mixed.parts)
-        self.violation = violation
-        self.count = mixed.parts["mu"][1]
-        self.sizes = np.broadcast_to(np.asarray(sizes, dtype=float), (self.count,))
-        self.force = fem.Constant(nodes.mesh, force)
-        self.labels = [name] * self.items
-        self.allowed = np.ones((self.items, self.count), dtype=bool)
-        self._switched = np.ones((self.items, self.count), dtype=bool)
-        self.on: fem.Function | None = None
-        if switched:
-            self.on = constant_vector(nodes, np.ones((self.items, self.count)), "on")
-
-    @property
-    def items(self) -> int:
-        """Number of joints in the group, over all ranks."""
-        return int(self.nodes.mesh.topology.index_map(1).size_global)
+        self.violation, self.items, self.count = violation, items, count
+        self.sizes = np.broadcast_to(np.asarray(sizes, dtype=float), (count,))
+        self.force = fem.Constant(self.nodes.mesh, force)
+        self.labels = [name] * items
+        self.allowed = np.ones((items, count), dtype=bool)
+        self._switched = np.ones((items, count), dtype=bool)
+        self.on = self.per_item(self._switched, "on") if switched else None
 
     def switch(self, on: Bools) -> None:
         """Switch single constraints on and off, shape (items, count)."""
@@ -139,7 +211,7 @@ class ConstraintGroup(Massless):
                 self.law,
                 lambda q: layout.part(q, "mu"),
                 self.force,
-                ufl.dx(self.nodes.mesh),
+                self.dx,
                 self.errors,
                 self.inertialess,
                 self.moving,
@@ -290,16 +362,12 @@ class GivenValues:
     functions of the state alone, and what moves the values does the work.
 
     Args:
-        nodes: Node mesh of the group.
         items: Descriptions with their functions.
     """
 
-    forms_read = ("_start",)
-
-    def __init__(self, nodes: NodeMesh, items: Sequence[Prescribed]) -> None:
-        self._nodes, self._items = nodes, items
-        self._first = self._at(0.0)
-        self._start = constant_vector(nodes, self._first, "given") if self.parts else None
+    def __init__(self, items: Sequence[Prescribed]) -> None:
+        self._items = items
+        self._start: fem.Function | None = None
 
     @property
     def parts(self) -> dict[str, int]:
@@ -322,17 +390,17 @@ class GivenValues:
             return [start + change]
         return [start[k] + change[k] for k in range(start.ufl_shape[0])]
 
-    def prescribe(self, group: Massless) -> None:
+    def prescribe(self, group: NodeGroup) -> None:
         """Prescribe them.
 
         Args:
             group: The group.
         """
-        if self._start is None:
+        if not self.parts:
             return
-        dofs, here = group.mixed.dofs["s"], self._nodes.item
+        first = self._at(0.0)
+        self._start = group.per_item(first, "given")
+        dofs, here = group.mixed.dofs["s"], group.nodes.item
         group.kinematic |= {"s"}
         group.jump_parts |= {"s"}
-        group.fixed.append(
-            FixedDofs(dofs, lambda t: (self._at(t) - self._first)[here].ravel(), True)
-        )
+        group.fixed.append(FixedDofs(dofs, lambda t: (self._at(t) - first)[here].ravel(), True))

@@ -4,15 +4,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
-from mpi4py import MPI
-
 import numpy as np
 import ufl
 from dolfinx import fem
 from ufl import Form
 from ufl.core.expr import Expr
 
-from shellmb.arrays import Floats, Ints
+from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.forms.constraints import coordinates as forms
 from shellmb.forms.constraints.angle_work import angle_rate, turned
@@ -21,13 +19,11 @@ from shellmb.forms.constraints.velocity_jump import VelocityJump
 from shellmb.forms.steps.discrete import variation
 from shellmb.forms.steps.mixed import Interval
 from shellmb.forms.steps.path import Path
-from shellmb.meshes.nodes import NodeMesh, constant_vector, node_mesh, node_space
-from shellmb.meshes.spaces import MixedSpace
 from shellmb.model.body import Constraint, Dofs, JumpForms, NodeLink, PartScale
-from shellmb.model.identification import node_links
 from shellmb.model.joints.constraints import ConstraintGroup
 from shellmb.model.joints.joints import BoundJoint
 from shellmb.model.locations.ends import End, end_pair
+from shellmb.model.massless import Scale, Targets
 from shellmb.native.expressions import compiled_expression, evaluate
 
 # name of a joint or a force element, and "rotation", "translation" or "distance"
@@ -107,53 +103,38 @@ class CoordinateGroup(ConstraintGroup):
     The part "x" holds what each has changed by since the reference configuration.
 
     Args:
-        comm: Communicator.
+        scale: Communicator and sizes.
         items: The coordinates.
-        force: Size of forces, N.
-        length: Size of the scene, m.
     """
 
     # an angle enters by its sine and cosine
     quadratic = False
-    forms_read = ("kind", "ends", "layout", "force", "_start", "before")
 
-    def __init__(
-        self, comm: MPI.Comm, items: Sequence[BoundCoordinate], force: float, length: float
-    ) -> None:
+    def __init__(self, scale: Scale, items: Sequence[BoundCoordinate]) -> None:
         self.coordinates = list(items)
         self.kind, *framed = items[0].group
         name = f"{self.kind} coordinates ({framed[0]}/{framed[1]})"
-        nodes = node_mesh(comm, len(items))
-        self.ends = end_pair(nodes, [i.ends for i in items], [i.axes for i in items], framed)
-        parts = {**self.ends[0].parts, **self.ends[1].parts, "x": 1, "mu": 1}
-        mixed = node_space(nodes, parts)
-        self._start = constant_vector(nodes, np.array([[i.start] for i in items]), "start")
-        # of each at the start of a step, where forms are those of a single state
-        self.before = constant_vector(nodes, np.zeros((len(items), 1)), "before")
+        self.ends = end_pair([i.ends for i in items], [i.axes for i in items], framed)
         turns = self.kind == "rotation"
-        size = 1.0 if turns else length
+        size = 1.0 if turns else scale.length
+        # the work of a multiplier of size one is the same for all kinds
+        sizes = scale.force * scale.length if turns else scale.force, size
         super().__init__(
-            name,
-            nodes,
-            mixed,
-            (
-                *(link for end in self.ends for link in end.links(mixed)),
-                *self._same(name, nodes, mixed),
-            ),
-            self.gap,
-            # the work of a multiplier of size one is the same for all kinds
-            force * length if turns else force,
-            size,
+            name, scale.comm, len(items), 1, self.gap, *sizes, own={"x": 1}, places=self.ends
         )
+        self.links += tuple(self._same())
+        self._start = self.per_item([i.start for i in items], "start")
+        # of each at the start of a step, where forms are those of a single state
+        self.before = self.per_item([0.0] * len(items), "before")
         advice = "a smaller step"
         self.parts = (*self.parts, PartScale("x", f"{self.kind} of joints", size, advice))
         # the places' velocities, too: `refresh` takes that of the coordinate from them
-        self.kinematic = frozenset(mixed.parts) - {"mu"}
+        self.kinematic = frozenset(self.mixed.parts) - {"mu"}
         self.jump_parts = frozenset({"x", "mu"})
         self.labels = [f"{item.name}.{item.kind}" for item in items]
-        self.targets = global_dofs(nodes, mixed, "x")
+        self.targets = self.numbers("x")[:, 0]
 
-    def _same(self, name: str, nodes: NodeMesh, mixed: MixedSpace) -> list[NodeLink]:
+    def _same(self) -> list[NodeLink]:
         """Links of coordinates of the same name to the first of them."""
         first: dict[str, int] = {}
         for k, item in enumerate(self.coordinates):
@@ -161,10 +142,10 @@ class CoordinateGroup(ConstraintGroup):
         of = np.array([first[item.name] for item in self.coordinates])
         if len(first) == len(of):
             return []
-        local = nodes.item
+        local = self.nodes.item
         again = of[local] != local
-        rows, targets = mixed.dofs["x"][again], global_dofs(nodes, mixed, "x")[of[local[again]]]
-        return [NodeLink(rows, name, targets)]
+        targets = self.numbers("x")[of[local[again]], 0]
+        return [NodeLink(self.mixed.dofs["x"][again], self.name, targets)]
 
     def _places(self, q: Expr) -> tuple[Place, Place]:
         first, second = (end.place(q, self.layout) for end in self.ends)
@@ -221,7 +202,7 @@ class CoordinateGroup(ConstraintGroup):
     def _refreshing(self) -> tuple[fem.Function, fem.Function, fem.Expression, fem.Function]:
         """A state, velocities, the correction of those of "x" and a function for its values."""
         q, v = fem.Function(self.mixed.space), fem.Function(self.mixed.space)
-        values = constant_vector(self.nodes, np.zeros((len(self.coordinates), 1)), "correction")
+        values = self.per_item([0.0] * len(self.coordinates), "correction")
         points = values.function_space.element.interpolation_points
         return q, v, compiled_expression(self.excess(q, v), points), values
 
@@ -257,8 +238,6 @@ class AngleEquations:
     Args:
         group: The group.
     """
-
-    forms_read = ("_of",)
 
     def __init__(self, group: CoordinateGroup) -> None:
         self._of, self.errors = group, group.errors
@@ -312,18 +291,6 @@ def as_row(value: Expr) -> Expr:
     return ufl.as_vector([value])
 
 
-def global_dofs(nodes: NodeMesh, mixed: MixedSpace, part: str) -> Ints:
-    """Global dofs of a part in the order of the items, on all ranks, one row each; collective."""
-    domain, size = nodes.mesh, mixed.parts[part][1]
-    mine = domain.topology.index_map(1).size_local
-    index_map = mixed.space.dofmap.index_map
-    rows = index_map.local_to_global(mixed.dofs[part][: mine * size])
-    pairs = (nodes.item[:mine], rows if size == 1 else rows.reshape(-1, size))
-    gathered = domain.comm.allgather(pairs)
-    items = np.concatenate([p[0] for p in gathered])
-    return np.asarray(np.concatenate([p[1] for p in gathered])[np.argsort(items)])
-
-
 @dataclass(frozen=True)
 class Coordinate:
     """One coordinate of a group.
@@ -373,20 +340,18 @@ class Coordinate:
 
 
 def coordinate_groups(
-    comm: MPI.Comm, items: Sequence[BoundCoordinate], force: float, length: float
+    scale: Scale, items: Sequence[BoundCoordinate]
 ) -> tuple[list[CoordinateGroup], dict[Key, Coordinate]]:
     """Groups of like coordinates, and where each coordinate is.
 
     Args:
-        comm: Communicator.
+        scale: Communicator and sizes.
         items: All coordinates.
-        force: Size of forces, N.
-        length: Size of the scene, m.
     """
     groups, table = [], dict[Key, Coordinate]()
     for key in dict.fromkeys(item.group for item in items):
         members = [item for item in items if item.group == key]
-        group = CoordinateGroup(comm, members, force, length)
+        group = CoordinateGroup(scale, members)
         groups.append(group)
         for k, item in enumerate(members):
             table.setdefault((item.name, item.kind), Coordinate(group, k))
@@ -395,20 +360,6 @@ def coordinate_groups(
     return groups, table
 
 
-def scalar_links(
-    nodes: NodeMesh, mixed: MixedSpace, part: str, coordinates: Sequence[Coordinate]
-) -> list[NodeLink]:
-    """Links of a scalar part of a group to coordinates, one for each of its items."""
-    targets = np.array([[c.target] for c in coordinates], dtype=np.int64)
-    bodies = [c.group.name for c in coordinates]
-    return node_links(nodes, mixed.dofs[part].reshape(-1, 1), bodies, targets)
-
-
-def gathered(nodes: NodeMesh, local: Floats) -> Floats:
-    """Values of all items from those of the local cells, shape (cells, ...); collective."""
-    domain = nodes.mesh
-    mine = domain.topology.index_map(1).size_local
-    found = np.zeros((domain.topology.index_map(1).size_global, *local.shape[1:]))
-    found[nodes.item[:mine]] = local[:mine]
-    domain.comm.Allreduce(MPI.IN_PLACE, found)
-    return found
+def scalar_targets(coordinates: Sequence[Coordinate]) -> Targets:
+    """Unknowns of coordinates that a scalar part of a group is, one for each of its items."""
+    return [c.group.name for c in coordinates], np.array([[c.target] for c in coordinates])

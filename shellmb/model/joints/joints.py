@@ -1,7 +1,15 @@
-"""Joints of a scene as groups of constraints: all of one kind share a mesh and its kernels."""
+"""Joints of a scene as groups of constraints: all of one kind share a mesh and its kernels.
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+Edges and areas of shells welded to a frame: eq. (35) at each of their nodes; and regions.
+
+Each node stays where it is in the frame of a rigid body, of the ground or of a beam's node, and so
+does its director. What all of them carry adds up to one force and moment of the joint.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 from mpi4py import MPI
@@ -16,18 +24,17 @@ from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.forms.constraints.joints import BUNDLED, KINDS, JointKind, Place
 from shellmb.forms.loads import dead_force
-from shellmb.forms.state import Layout
 from shellmb.forms.steps.discrete import variation
-from shellmb.meshes.nodes import constant_vector, node_mesh, node_space
-from shellmb.model.body import LoadFactors, TimeFunction
-from shellmb.model.joints.constraints import ConstraintGroup, GivenValues, forces_and_sizes
+from shellmb.model.body import LoadFactors
+from shellmb.model.joints.constraints import ConstraintGroup, GivenValues
 from shellmb.model.locations.ends import End, EndGroup, end_pair, frame_about
-from shellmb.model.massless import Massless
-from shellmb.model.user_bodies.joints import check_equations, own_kind
+from shellmb.model.locations.nodes import Meshed, shared_nodes
+from shellmb.model.massless import NodeGroup, Scale, TimedLoads
+from shellmb.model.user_forms import check_equations, own_kind
 from shellmb.scene import Scene
 from shellmb.scene.loads.loads import Gravity
 from shellmb.scene.multibody import joints as scene_joints
-from shellmb.scene.multibody.joints import Joint
+from shellmb.scene.multibody.joints import Joint, Weld
 from shellmb.scene.values.validate import show
 
 FindEnd = Callable[[str, Any, str], End]
@@ -179,36 +186,22 @@ class JointGroup(ConstraintGroup):
     """All joints of a scene that share kind and kinds of ends.
 
     Args:
-        comm: Communicator.
+        scale: Communicator and sizes.
         joints: The joints.
-        force: Size of joint forces, N.
-        length: Size of the scene, m.
         switched: Whether some of them act at times only.
     """
 
-    forms_read: tuple[str, ...] = ("equations", "ends", "layout", "size", "given")
-
-    def __init__(
-        self,
-        comm: MPI.Comm,
-        joints: Sequence[BoundJoint],
-        force: float,
-        length: float,
-        switched: bool,
-    ) -> None:
+    def __init__(self, scale: Scale, joints: Sequence[BoundJoint], switched: bool) -> None:
         self.joints = list(joints)
         self.kind, framed = joints[0].kind, joints[0].key[1:]
-        nodes = node_mesh(comm, len(joints))
-        self.ends = end_pair(nodes, [j.ends for j in joints], [j.axes for j in joints], framed)
-        self.given = GivenValues(nodes, [joint.joint for joint in joints])
-        own = {**self.own, **self.given.parts, "mu": self.multipliers}
-        mixed = node_space(nodes, {**self.ends[0].parts, **self.ends[1].parts, **own})
-        self.size = constant_vector(nodes, np.array([[j.length] for j in joints]), "length")
-        bodies = "/".join(str(n) for n in framed)
-        links = tuple(link for end in self.ends for link in end.links(mixed))
-        name = f"{self.title} ({bodies})"
-        scales = forces_and_sizes(force, length, self.multipliers, self.directions)
-        super().__init__(name, nodes, mixed, links, self._violation, *scales, switched)
+        self.ends = end_pair([j.ends for j in joints], [j.axes for j in joints], framed)
+        self.given = GivenValues([joint.joint for joint in joints])
+        name = f"{self.title} ({'/'.join(map(str, framed))})"
+        rows, own = self.multipliers, {**self.own, **self.given.parts}
+        scales = scale.of(rows, self.directions)
+        given = rows, self._violation, *scales, switched
+        super().__init__(name, scale.comm, len(joints), *given, own=own, places=self.ends)
+        self.size = self.per_item([j.length for j in joints], "length")
         self.labels = [joint.joint.name for joint in joints]
         self.given.prescribe(self)
 
@@ -248,19 +241,13 @@ class JointGroup(ConstraintGroup):
 
 
 def joint_groups(
-    comm: MPI.Comm,
-    joints: Sequence[BoundJoint],
-    force: float,
-    length: float,
-    switched: frozenset[str],
+    scale: Scale, joints: Sequence[BoundJoint], switched: frozenset[str]
 ) -> list[JointGroup]:
     """Groups of joints of one kind.
 
     Args:
-        comm: Communicator.
+        scale: Communicator and sizes.
         joints: All joints.
-        force: Size of joint forces, N.
-        length: Size of the scene, m.
         switched: Names of the joints that do not act always.
     """
     keys = dict.fromkeys(joint.key for joint in joints)
@@ -268,11 +255,11 @@ def joint_groups(
     for key in keys:
         members = [joint for joint in joints if joint.key == key]
         some = any(joint.joint.name in switched for joint in members)
-        groups.append(JointGroup(comm, members, force, length, some))
+        groups.append(JointGroup(scale, members, some))
     return groups
 
 
-class PointMasses(Massless):
+class PointMasses(NodeGroup):
     """Masses of joints, at places of the bodies.
 
     Args:
@@ -295,14 +282,10 @@ class PointMasses(Massless):
         turns: bool,
         dynamic: bool,
     ) -> None:
-        self.nodes = node_mesh(comm, len(ends))
-        axes = np.array([np.eye(3)] * len(ends))
-        self._end = EndGroup(self.nodes, ends, axes, "1", turns)
-        mixed = node_space(self.nodes, self._end.parts)
-        super().__init__(name, mixed, (), tuple(self._end.links(mixed)))
-        self.kinematic = frozenset(mixed.parts)
-        self.layout = Layout(mixed.parts)
-        self.mass = constant_vector(self.nodes, np.array(masses, dtype=float)[:, None], "m")
+        self._end = EndGroup(ends, np.array([np.eye(3)] * len(ends)), "1", turns)
+        super().__init__(name, comm, len(ends), places=[self._end])
+        self.kinematic = frozenset(self.mixed.parts)
+        self.mass = self.per_item(masses, "m")
         self.gravity, self._dynamic = list(gravity), dynamic
 
     def position(self, q: Expr) -> Expr:
@@ -332,26 +315,11 @@ class PointMasses(Massless):
 
     def loads(self) -> LoadFactors | None:
         """Their weight."""
-        return _PointWeight(self) if self.gravity else None
+        loads = [(g.time, self.constant(np.array(g.acceleration))) for g in self.gravity]
+        return TimedLoads(self.nodes.mesh, loads, self._weight) if loads else None
 
-
-class _PointWeight:
-    """Weight of point masses with the factors of one stage."""
-
-    def __init__(self, body: PointMasses) -> None:
-        self._body = body
-        self._acceleration = fem.Constant(body.nodes.mesh, np.zeros(3))
-
-    def update(self, average: Callable[[TimeFunction | None], float]) -> None:
-        """Set the acceleration from the loads' time functions."""
-        self._acceleration.value[:] = sum(
-            average(load.time) * np.asarray(load.acceleration) for load in self._body.gravity
-        )
-
-    def virtual_work(self, mid: Expr, dq: Expr) -> Form | None:
-        """Virtual work of the weights."""
-        body = self._body
-        return dead_force(body.mass * self._acceleration, body.velocity(dq)) * ufl.dx
+    def _weight(self, acceleration: fem.Constant, mid: Expr, dq: Expr) -> Form:
+        return dead_force(self.mass * acceleration, self.velocity(dq)) * ufl.dx
 
 
 def point_masses(scene: Scene, comm: MPI.Comm, joints: Sequence[BoundJoint]) -> list[PointMasses]:
@@ -378,3 +346,60 @@ def point_masses(scene: Scene, comm: MPI.Comm, joints: Sequence[BoundJoint]) -> 
         places, masses = [e for e, _ in mine], [m for _, m in mine]
         bodies.append(PointMasses(name, comm, places, masses, gravity, key > 0, not scene.static))
     return bodies
+
+
+@dataclass(frozen=True)
+class BoundNode(BoundJoint):
+    """One node of a region that is welded.
+
+    Args:
+        center: Reference position of the point on the first body that moments are about, (3,), m.
+    """
+
+    center: Floats | None = None
+
+    @property
+    def about(self) -> Floats | None:
+        """One point for all nodes."""
+        return self.center
+
+    @property
+    def shown(self) -> Floats:
+        """Axes of all nodes: those of the scene as they turn with the first body."""
+        return np.eye(3)
+
+
+def bind(joint: Joint, find: FindEnd, shells: Mapping[str, Meshed]) -> list[BoundJoint]:
+    """Find the places of a joint: one item, of a weld along a region one for each of its nodes.
+
+    Args:
+        joint: Description.
+        find: Gives the place on a body: its name, where on it, and who asks.
+        shells: Shells and bodies of the user's own by name.
+
+    Raises:
+        SceneError: If there is no such place, or a joint along a region has a mass.
+    """
+    where = joint.second_at
+    if isinstance(joint, Weld) and isinstance(where, str) and joint.second in shells:
+        body = shells[joint.second]
+        if where in body.domain.regions:
+            return _bind_region(joint, where, body, find)
+    return [bind_joint(joint, find)]
+
+
+def _bind_region(joint: Weld, region: str, body: Meshed, find: FindEnd) -> list[BoundJoint]:
+    if joint.mass:
+        raise SceneError(
+            f"{joint.said}: mass is {joint.mass:g}; it must be 0 along an edge or an area, where "
+            "the masses of bolts are part of a rigid body or of the shell"
+        )
+    frame = find(joint.first, joint.at, joint.said)
+    nodes = shared_nodes(body, region, joint.said)
+    found: list[BoundJoint] = []
+    for k, (x, director) in enumerate(zip(nodes.x, nodes.directors, strict=True)):
+        ends = (replace(frame, point=x), nodes.end(k, body.name))
+        axes = np.array([frame_about(director[0]) if len(director) else np.eye(3)] * 2)
+        kind = "shell revolute" if len(director) else "fixed point"
+        found.append(BoundNode(joint, kind, ends, axes, center=frame.point))
+    return found

@@ -6,14 +6,19 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from mpi4py import MPI
-
 import numpy as np
 
 from shellmb.errors import SceneError
 from shellmb.model.body import Body, FixedDofs, PrescribedTurn, TimeFunction
-from shellmb.model.elements.elements import ElementGroup, Motors, check_at_rest, element_groups
-from shellmb.model.elements.force_element import BoundElement, bind_element, coordinate_of
+from shellmb.model.elements.elements import (
+    BoundElement,
+    ElementGroup,
+    Motors,
+    bind_element,
+    check_at_rest,
+    coordinate_of,
+    element_groups,
+)
 from shellmb.model.hinges.edges import bind_hinges
 from shellmb.model.hinges.frames import EdgeFrames
 from shellmb.model.joints.columns import (
@@ -25,10 +30,10 @@ from shellmb.model.joints.columns import (
     drive,
     element_forces,
     lock_forces,
+    read_contacts,
     read_coordinates,
 )
 from shellmb.model.joints.constraints import ConstraintGroup
-from shellmb.model.joints.contact_slip import read_contacts
 from shellmb.model.joints.coordinates import (
     BoundCoordinate,
     Coordinate,
@@ -41,22 +46,29 @@ from shellmb.model.joints.coordinates import (
 from shellmb.model.joints.joints import (
     BoundJoint,
     JointGroup,
+    bind,
     joint_groups,
     point_masses,
 )
-from shellmb.model.joints.linear import HeldCoordinates, TiedCoordinates
-from shellmb.model.joints.regions import bind
 from shellmb.model.joints.rolling import BoundContact, bind_contact, contact_groups
-from shellmb.model.joints.switches import Locks, State, Switched, Switches, Windows
-from shellmb.model.locations.finder import Finder
+from shellmb.model.joints.switches import (
+    HeldCoordinates,
+    Locks,
+    State,
+    Switched,
+    Switches,
+    TiedCoordinates,
+    Windows,
+)
+from shellmb.model.locations.nodes import Finder
+from shellmb.model.massless import Scale
 from shellmb.model.shells.shell import ShellModel
 from shellmb.model.signals import Signals
 from shellmb.scene import Scene
 from shellmb.scene.checks.signals import coordinate_read
 from shellmb.scene.multibody.couplings import Relation
-from shellmb.scene.multibody.edge_hinges import EdgeHinge
 from shellmb.scene.multibody.elements import PointElement
-from shellmb.scene.multibody.joints import Screw
+from shellmb.scene.multibody.joints import EdgeHinge, Screw
 from shellmb.scene.multibody.rolling import Contact
 
 # a driver's motion begins where the joint is, to this part of what is large for its coordinate
@@ -192,22 +204,18 @@ class Mechanism:
 
 def build_mechanism(
     scene: Scene,
-    comm: MPI.Comm,
+    scale: Scale,
     find: Finder,
     shells: Mapping[str, ShellModel],
-    force: float,
-    length: float,
     signals: Signals,
 ) -> Mechanism:
     """Bind the joints of a scene, and what acts on them.
 
     Args:
         scene: The scene.
-        comm: Communicator.
+        scale: Communicator and sizes.
         find: Places on bodies by name.
         shells: The shells by name.
-        force: Size of joint forces, N.
-        length: Size of the scene, m.
         signals: What controllers command and events switch.
 
     Raises:
@@ -217,37 +225,37 @@ def build_mechanism(
     made = Mechanism()
     plain: list[BoundJoint] = []
     edges = [joint for joint in scene.joints if isinstance(joint, EdgeHinge)]
-    hinges, made.edges = bind_hinges(edges, find, shells, comm, force, length, not scene.static)
+    hinges, made.edges = bind_hinges(edges, find, shells, scale, not scene.static)
     for joint in scene.joints:
         if isinstance(joint, EdgeHinge):
             plain += hinges[joint.name].nodes
             made.joints[joint.name] = hinges[joint.name].nodes[0]
             continue
         if isinstance(joint, Contact):
-            made.joints[joint.name] = bind_contact(joint, find, length)
+            made.joints[joint.name] = bind_contact(joint, find, scale.length)
             continue
         bound = bind(joint, find, shells)
         made.joints[joint.name] = bound[0]
         plain += bound
     switched = frozenset(j.name for j in scene.joints if j.active is not None)
     contacts = [j for j in made.joints.values() if isinstance(j, BoundContact)]
-    made.groups = joint_groups(comm, plain, force, length, switched)
-    made.groups += contact_groups(comm, contacts, force, length)
-    needed = _coordinates(scene, made, find, length)
+    made.groups = joint_groups(scale, plain, switched)
+    made.groups += contact_groups(scale, contacts)
+    needed = _coordinates(scene, made, find, scale.length)
     needed += [c for hinge in hinges.values() for c in hinge.coordinates]
-    made.coordinate_groups, made.table = coordinate_groups(comm, needed, force, length)
-    made.screws = _screws(scene, comm, made, force, length)
-    made.couplings = _couplings(scene, comm, made, force * length)
+    made.coordinate_groups, made.table = coordinate_groups(scale, needed)
+    made.screws = _screws(scene, scale, made)
+    made.couplings = _couplings(scene, scale, made)
     made.several = {name: hinge.several for name, hinge in hinges.items() if hinge.several}
     elements = [bound for e in scene.force_elements for bound in _bound(scene, made, e)]
-    made.element_groups = element_groups(comm, elements)
+    made.element_groups = element_groups(scale.comm, elements)
     check_at_rest(scene, made.element_groups)
     _drive(scene, made, signals)
     switches = _windows(scene, [*made.groups, *made.screws])
-    locks = _locks(scene, comm, made, force, length, signals)
+    locks = _locks(scene, scale, made, signals)
     made.lock_groups = [lock.group for lock in locks]
     made.switches = Switches([*switches, *locks])
-    masses = point_masses(scene, comm, list(made.joints.values()))
+    masses = point_masses(scene, scale.comm, list(made.joints.values()))
     made.bodies += [*made.groups, *made.edges, *masses, *made.coordinate_groups]
     made.bodies += [*made.screws, *made.couplings, *made.element_groups, *made.lock_groups]
     return made
@@ -309,13 +317,7 @@ def _bound(scene: Scene, made: Mechanism, element: Any) -> list[BoundElement]:
     return found
 
 
-def _screws(
-    scene: Scene,
-    comm: MPI.Comm,
-    made: Mechanism,
-    force: float,
-    length: float,
-) -> list[TiedCoordinates]:
+def _screws(scene: Scene, scale: Scale, made: Mechanism) -> list[TiedCoordinates]:
     """Translation in proportion to rotation, for all screws."""
     screws = [joint for joint in scene.joints if isinstance(joint, Screw)]
     if not screws:
@@ -327,13 +329,11 @@ def _screws(
     ]
     factors = np.array([(-joint.pitch / (2 * np.pi), 1.0) for joint in screws])
     switched = any(joint.active is not None for joint in screws)
-    tied = labels, pairs, factors, screws, force, length, switched
-    return [TiedCoordinates(comm, "screw pitches", *tied)]
+    tied = labels, pairs, factors, screws, scale.force, scale.length, switched
+    return [TiedCoordinates(scale.comm, "screw pitches", *tied)]
 
 
-def _couplings(
-    scene: Scene, comm: MPI.Comm, made: Mechanism, couple: float
-) -> list[TiedCoordinates]:
+def _couplings(scene: Scene, scale: Scale, made: Mechanism) -> list[TiedCoordinates]:
     """Sums of coordinates that are given; those of as many coordinates are a group."""
     groups: dict[tuple[int, int], list[Relation]] = {}
     for coupling in scene.couplings:
@@ -352,8 +352,9 @@ def _couplings(
                 _begins_as_zero(scene, coupling.given[0](0.0), f"{coupling.said}: value")
         title = f"couplings of {count} coordinates" + ", over time" * bool(given)
         labels = [coupling.name for coupling in group]
+        couple = scale.force * scale.length
         tied = labels, members, factors, group, couple, 1.0, False
-        found.append(TiedCoordinates(comm, title, *tied))
+        found.append(TiedCoordinates(scale.comm, title, *tied))
     return found
 
 
@@ -407,16 +408,10 @@ def _windows(scene: Scene, groups: Sequence[ConstraintGroup]) -> list[Switched]:
     return found
 
 
-def _locks(
-    scene: Scene,
-    comm: MPI.Comm,
-    made: Mechanism,
-    force: float,
-    length: float,
-    signals: Signals,
-) -> list[Locks]:
+def _locks(scene: Scene, scale: Scale, made: Mechanism, signals: Signals) -> list[Locks]:
     """Groups of locks, of rotations and of translations."""
     assert scene.t_end is not None
+    couple = scale.force * scale.length
     items = [(lock, kind) for lock in scene.acting_locks for kind in scene.coordinates_of(lock)]
     found = []
     for kind in dict.fromkeys(kind for _, kind in items):
@@ -428,9 +423,7 @@ def _locks(
         ]
         locks, coordinates = [lock for lock, _ in each], [c for _, c in each]
         labels = [f"{c.name}.{kind} lock" for c in coordinates]
-        group = HeldCoordinates(
-            comm, kind, labels, coordinates, force * length / coordinates[0].size
-        )
+        group = HeldCoordinates(scale.comm, kind, labels, coordinates, couple / coordinates[0].size)
         # an event's windows are known as the run goes on
         windows = [signals.windows[k.switch] if k.switch else k.active or () for k in locks]
         found.append(Locks(group, windows, scene.t_end))

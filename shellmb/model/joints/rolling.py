@@ -4,8 +4,6 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from mpi4py import MPI
-
 import numpy as np
 import ufl
 from dolfinx import fem
@@ -19,6 +17,7 @@ from shellmb.meshes.nodes import constant_vector
 from shellmb.model.body import PartScale
 from shellmb.model.joints.joints import BoundJoint, JointGroup
 from shellmb.model.locations.ends import End, frame_about
+from shellmb.model.massless import Scale
 from shellmb.scene.multibody.rolling import Contact, KnifeEdge, Rolling
 
 FindEnd = Callable[[str, Any, str], End]
@@ -104,17 +103,13 @@ class ContactGroup(JointGroup):
     reference configuration.
 
     Args:
-        comm: Communicator.
+        scale: Communicator and sizes.
         contacts: The contacts.
-        force: Size of their forces, N.
-        length: Size of the scene, m.
     """
 
-    def __init__(
-        self, comm: MPI.Comm, contacts: Sequence[BoundContact], force: float, length: float
-    ) -> None:
+    def __init__(self, scale: Scale, contacts: Sequence[BoundContact]) -> None:
         self._made = CONTACTS[contacts[0].kind]
-        super().__init__(comm, contacts, force, length, False)
+        super().__init__(scale, contacts, False)
         own = [contact.own or {} for contact in contacts]
         self._start = {
             p: constant_vector(self.nodes, np.array([values[p] for values in own]), f"start_{p}")
@@ -123,7 +118,9 @@ class ContactGroup(JointGroup):
         # of increments: contact coordinates of the reference configuration
         self._reference = fem.Function(self.mixed.space)
         scales = (
-            PartScale(p, f"{_TITLES[p]} of {self.title}", length if p == "y" else 1.0, _ADVICE)
+            PartScale(
+                p, f"{_TITLES[p]} of {self.title}", scale.length if p == "y" else 1.0, _ADVICE
+            )
             for p in self._made.parts
         )
         self.parts = (*self.parts, *scales)
@@ -211,18 +208,12 @@ class ContactGroup(JointGroup):
         return np.asarray(start.x.array.reshape(-1, n)[cell] + q[at])
 
 
-def contact_groups(
-    comm: MPI.Comm, contacts: Sequence[BoundContact], force: float, length: float
-) -> list[JointGroup]:
+def contact_groups(scale: Scale, contacts: Sequence[BoundContact]) -> list[JointGroup]:
     """Groups of contacts of one kind.
 
     Args:
-        comm: Communicator.
+        scale: Communicator and sizes.
         contacts: All contacts.
-        force: Size of their forces, N.
-        length: Size of the scene, m.
     """
     kinds = dict.fromkeys(contact.kind for contact in contacts)
-    return [
-        ContactGroup(comm, [c for c in contacts if c.kind == kind], force, length) for kind in kinds
-    ]
+    return [ContactGroup(scale, [c for c in contacts if c.kind == kind]) for kind in kinds]

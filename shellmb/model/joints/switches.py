@@ -1,16 +1,141 @@
-"""Joints with windows of time, and locks, which begin and end to act."""
+"""Linear constraints on coordinates (pitches, couplings, locks), and what acts at times only."""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, ClassVar
 
+from mpi4py import MPI
+
 import numpy as np
 from dolfinx import fem
+from ufl.core.expr import Expr
 
-from shellmb.arrays import Bools
+from shellmb.arrays import Bools, Floats
 from shellmb.errors import ConvergenceError
-from shellmb.model.joints.constraints import ConstraintGroup
-from shellmb.model.joints.linear import HeldCoordinates
+from shellmb.meshes.nodes import set_constants
+from shellmb.model.joints.constraints import ConstraintGroup, GivenValues, Prescribed
+from shellmb.model.joints.coordinates import (
+    Coordinate,
+    CoordinateGroup,
+    as_row,
+    scalar_targets,
+)
 from shellmb.restart import Restartable
+
+
+class TiedCoordinates(ConstraintGroup):
+    """Sums of factors times coordinates that vanish, or have a given value: screws, couplings.
+
+    Args:
+        comm: Communicator.
+        title: Name of the group.
+        labels: A name for each.
+        members: The coordinates of each, as many.
+        factors: Their factors, and behind them those of the given values, shape (items, n).
+        given: The given values of each: none, or one.
+        force: Size of forces, N, or of couples, N m.
+        size: What violations are relative to.
+        switched: Whether some may be switched off.
+    """
+
+    def __init__(
+        self,
+        comm: MPI.Comm,
+        title: str,
+        labels: Sequence[str],
+        members: Sequence[Sequence[Coordinate]],
+        factors: Floats,
+        given: Sequence[Prescribed],
+        force: float,
+        size: float,
+        switched: bool,
+    ) -> None:
+        self.members, self._factors = [list(each) for each in members], factors
+        values, parts = GivenValues(given), [f"x{k + 1}" for k in range(len(members[0]))]
+
+        def violation(q: Expr) -> Expr:
+            terms = [self.layout.part(q, part) for part in parts]
+            terms += values.values(q, self.layout)
+            weighed = [self._factor[k] * term for k, term in enumerate(terms)]
+            return as_row(sum(weighed[1:], weighed[0]))
+
+        targets = {
+            part: scalar_targets([each[k] for each in members]) for k, part in enumerate(parts)
+        }
+        scales, own = (violation, force, size, switched), values.parts
+        super().__init__(title, comm, len(members), 1, *scales, targets=targets, own=own)
+        self._factor = self.per_item(factors, "factors")
+        self.labels = list(labels)
+        values.prescribe(self)
+
+    def shares(self, held: fem.Function, group: CoordinateGroup) -> Floats:
+        """Multipliers of coordinates on which nothing acts but what ties them; collective.
+
+        Args:
+            held: Function that holds the ties' own multipliers.
+            group: The coordinates.
+
+        Returns:
+            One for each coordinate of the group, shape (items,).
+        """
+        found = np.zeros(group.items)
+        for each, forces in zip(self.members, self.forces(held), strict=True):
+            for coordinate, force in zip(each, forces, strict=True):
+                if coordinate.group is group:
+                    found[coordinate.item] = force / float(group.force.value)
+        return found
+
+    def forces(self, held: fem.Function) -> Floats:
+        """Forces [N] or torques [N m] on the coordinates of each, shape (items, n); collective.
+
+        Args:
+            held: As of `shares`.
+        """
+        mu = self.gathered("mu", held.x.array) * float(self.force.value)
+        return -self._factors[:, : len(self.members[0])] * mu
+
+
+class HeldCoordinates(ConstraintGroup):
+    """Coordinates fixed at a value, `x = x_held`, switched on at times: locks.
+
+    Args:
+        comm: Communicator.
+        kind: Kind of the coordinates.
+        labels: A name for each.
+        coordinates: The coordinates.
+        force: Size of forces, N, or moments, N m.
+    """
+
+    def __init__(
+        self,
+        comm: MPI.Comm,
+        kind: str,
+        labels: Sequence[str],
+        coordinates: Sequence[Coordinate],
+        force: float,
+    ) -> None:
+
+        def violation(q: Expr) -> Expr:
+            return as_row(self.layout.part(q, "x") - self._held)
+
+        scales, targets = (force, coordinates[0].size), {"x": scalar_targets(coordinates)}
+        given = 1, violation, *scales, True
+        super().__init__(f"{kind} locks", comm, len(coordinates), *given, targets=targets)
+        self._held = self.per_item([0.0] * len(coordinates), "held")
+        self.labels = list(labels)
+        self.coordinates = list(coordinates)
+
+    def values(self, q: fem.Function) -> Floats:
+        """Coordinates at a state, shape (items,), the same on all ranks; collective."""
+        return self.gathered("x", q.x.array)[:, 0]
+
+    def hold(self, values: Floats) -> None:
+        """Set the values at which the coordinates are fixed, shape (items,)."""
+        set_constants(self._held, self.nodes, values[:, None])
+
+    def forces(self, q: fem.Function) -> Floats:
+        """Forces [N] or moments [N m] that hold the coordinates, shape (items,); collective."""
+        return -float(self.force.value) * self.gathered("mu", q.x.array)[:, 0]
+
 
 Windows = Sequence[tuple[float, float]]
 State = Callable[[str], fem.Function]
@@ -132,7 +257,7 @@ class Locks(Switched):
         self.group.hold(self.values)
 
 
-class Switches:
+class Switches(Restartable):
     """All that is switched in a scene.
 
     Args:
@@ -141,6 +266,8 @@ class Switches:
     Attributes:
         events: Times at which steps must end, ascending, s.
     """
+
+    remembered = ("items",)
 
     def __init__(self, items: Sequence[Switched] = ()) -> None:
         self.items = list(items)
@@ -165,12 +292,3 @@ class Switches:
     def key(self) -> tuple[bytes, ...]:
         """Key of what acts now, for comparison."""
         return tuple([item.acting.tobytes() for item in self.items])
-
-    def state(self) -> list[dict[str, Any]]:
-        """State for a restart."""
-        return [item.state() for item in self.items]
-
-    def restore(self, state: Sequence[Mapping[str, Any]]) -> None:
-        """Take up a saved state."""
-        for item, saved in zip(self.items, state, strict=True):
-            item.restore(saved)

@@ -5,7 +5,7 @@ one node mesh; the nodal unknowns of its ends are those of the bodies (Boolean i
 section 5 of the paper).
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,10 +15,10 @@ from ufl.core.expr import Expr
 from shellmb.arrays import Floats, Ints
 from shellmb.forms.constraints.joints import Place
 from shellmb.forms.state import Layout
+from shellmb.forms.steps.discrete import variation
 from shellmb.meshes.nodes import NodeMesh, constant_vector
 from shellmb.meshes.spaces import MixedSpace
-from shellmb.model.body import NodeLink
-from shellmb.model.identification import node_links
+from shellmb.model.massless import Targets
 
 
 @dataclass(frozen=True)
@@ -61,19 +61,14 @@ class EndGroup:
     """One end of each of a list of joints.
 
     Args:
-        nodes: Node mesh with one cell per joint.
         ends: The places; their bodies have the same number of directors.
         axes: Vectors of each place in the reference configuration as rows, shape (n, 3, 3).
         tag: "1" or "2", ends the names of the parts.
         turns: Whether the directors matter; if not, their unknowns are left out.
     """
 
-    forms_read = ("_data", "_arms", "tag", "turns", "count")
-
-    def __init__(
-        self, nodes: NodeMesh, ends: Sequence[End], axes: Floats, tag: str, turns: bool
-    ) -> None:
-        self.ends, self._nodes, self.tag, self.turns = list(ends), nodes, tag, turns
+    def __init__(self, ends: Sequence[End], axes: Floats, tag: str, turns: bool) -> None:
+        self.ends, self.tag, self.turns = list(ends), tag, turns
         self.count = len(ends[0].directors) if turns else 0
         # joints on the director of a shell are mostly at its node: then there is no arm to it
         self._arms = self.count > 1 or (turns and any(np.any(end.offset) for end in ends))
@@ -87,17 +82,21 @@ class EndGroup:
             elif turns:
                 row += [end.directors[0], *([end.offset] if self._arms else [])]
             rows.append(np.concatenate(row))
-        self._data = constant_vector(nodes, np.array(rows), f"place{tag}")
+        self._rows = np.array(rows)
 
-    def links(self, mixed: MixedSpace) -> list[NodeLink]:
-        """Links of the group's nodal unknowns to those of the bodies."""
-        bodies = [end.body for end in self.ends]
-        links = []
-        for part, source in zip(self.parts, ("u", "w"), strict=False):
-            rows = mixed.dofs[part].reshape(-1, self.parts[part])
-            targets = np.array([end.dofs[source] for end in self.ends])
-            links += node_links(self._nodes, rows, bodies, targets)
-        return links
+    def bind(self, nodes: NodeMesh) -> None:
+        """Take the group's node mesh, with one node for each place."""
+        self._nodes = nodes
+        self._data = constant_vector(nodes, self._rows, f"place{self.tag}")
+
+    @property
+    def targets(self) -> dict[str, Targets]:
+        """Parts of the group's space with what they are of the bodies."""
+        bodies, sources = [end.body for end in self.ends], zip(self.parts, ("u", "w"), strict=False)
+        return {
+            part: (bodies, np.array([end.dofs[source] for end in self.ends]))
+            for part, source in sources
+        }
 
     def place(self, q: Expr, layout: Layout) -> Place:
         """The place at a state of the group."""
@@ -152,28 +151,28 @@ class EndGroup:
         return np.asarray(turned.sum(axis=1))
 
 
+def change_of(place: Callable[[Expr], Place], at: Expr, dq: Expr) -> Place:
+    """Motion of a place by a rate or variation of the state."""
+
+    def change(value: Callable[[Place], Expr]) -> Expr:
+        return variation(lambda q: value(place(q)), at, dq)
+
+    turned = (change(lambda found, k=k: found.e[k]) for k in range(len(place(at).e)))  # type: ignore[misc]
+    return Place(change(lambda found: found.x), tuple(turned))
+
+
 def end_pair(
-    nodes: NodeMesh,
-    ends: Sequence[tuple[End, End]],
-    axes: Sequence[Floats],
-    directors: Sequence[int],
+    ends: Sequence[tuple[End, End]], axes: Sequence[Floats], directors: Sequence[int]
 ) -> tuple[EndGroup, EndGroup]:
     """Both ends of each of a list of joints.
 
     Args:
-        nodes: Node mesh with one cell per joint.
         ends: The places on the first and the second bodies.
         axes: Vectors of both places of each joint, shape (2, 3, 3).
         directors: Number of directors that matter at the first and at the second places.
     """
     first, second = (
-        EndGroup(
-            nodes,
-            [pair[k] for pair in ends],
-            np.array([frames[k] for frames in axes]),
-            f"{k + 1}",
-            directors[k] > 0,
-        )
+        EndGroup([pair[k] for pair in ends], np.array(axes)[:, k], f"{k + 1}", directors[k] > 0)
         for k in range(2)
     )
     return first, second

@@ -17,7 +17,7 @@ from shellmb.model.locations.nodes import part_dofs, said_point
 from shellmb.model.shells.shell import ShellModel
 from shellmb.model.supports.prescribed import Prescribed
 from shellmb.native.kernels import compiled
-from shellmb.scene.loads.volumes import EnclosedVolume
+from shellmb.scene.loads.potentials import EnclosedVolume
 from shellmb.scene.lookup import said
 
 # part of the scene's size within which nodes of several shells are one

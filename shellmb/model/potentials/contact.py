@@ -1,8 +1,11 @@
-"""Contact of the points of a body with a rigid obstacle."""
+"""Potentials and contacts with obstacles as bodies of the system: energies at points of a body."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any, NamedTuple
 
 from mpi4py import MPI
 
@@ -11,20 +14,135 @@ import ufl
 from dolfinx import fem
 from ufl import Form
 from ufl.core.expr import Expr
+from ufl.corealg.traversal import traverse_unique_terminals
 
 from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.forms import contact as forms
 from shellmb.forms.constraints.joints import Place
-from shellmb.model.body import Elastic, Rates
-from shellmb.model.locations.ends import End
-from shellmb.model.locations.nodes import said_point
-from shellmb.model.potentials.exact import FAR, DistanceEnergy
-from shellmb.model.potentials.group import PotentialGroup
+from shellmb.meshes.nodes import node_mesh
+from shellmb.model.body import Elastic, LoadFactors, Rates, TimeFunction
+from shellmb.model.locations.ends import End, EndGroup, change_of
+from shellmb.model.locations.nodes import Finder, said_point
+from shellmb.model.massless import NodeGroup, Places
+from shellmb.model.potentials.exact import FAR, DistanceEnergy, ExactEnergy
 from shellmb.model.potentials.obstacles import shape_of
-from shellmb.model.potentials.points import Points
-from shellmb.scene.loads.contacts import Contact
+from shellmb.model.potentials.points import MeshedBody, Points, acting_points
+from shellmb.model.user_forms import written
+from shellmb.scene import Scene
+from shellmb.scene.loads.contacts import Contact, Faces
+from shellmb.scene.loads.potentials import Potential
 from shellmb.scene.lookup import said
+
+
+class PotentialGroup(NodeGroup):
+    """Base of potentials and contacts: an energy at points of a body.
+
+    Points are nodes: their places are unknowns of the body itself, so that one form at single
+    nodes serves shells, beams and rigid bodies alike, and what is seen of a contact, the places of
+    nodes, is what is acted on. Energies are of measures that are at most quadratic in the state,
+    so that forces over a step are exact (`forms.steps.potentials`).
+
+    Args:
+        item: What the scene has, with a name.
+        comm: Communicator.
+        points: The points.
+        turns: Whether the directors matter.
+        length: Size of the scene, m.
+        carrier: A rigid body that the energy is fixed to: the body's place, a point (3,) and axes
+            as rows (3, 3) that move with it; None: it is fixed in space.
+
+    Attributes:
+        seen: That point with the axes at each node; None: there is none.
+        resists: Whether it has friction or damping, which the account books as its loss.
+    """
+
+    resists = False
+
+    def __init__(
+        self,
+        item: Any,
+        comm: MPI.Comm,
+        points: Points,
+        turns: bool,
+        length: float,
+        carrier: tuple[End, Floats, Floats] | None = None,
+    ) -> None:
+        self.item, self.points, self.length = item, points, length
+        count, self._end, self.seen = len(points.ends), points.bound(turns), None
+        places: list[Places] = [self._end]
+        if carrier is not None:
+            body, point, axes = carrier
+            carried = [replace(body, point=point)] * count
+            self.seen = EndGroup(carried, np.tile(axes, (count, 1, 1)), "2", True)
+            places.append(self.seen)
+        super().__init__(f"{item.label} '{item.name}'", comm, count, places=places)
+        self.weight: Expr = self.per_item(points.weights, "weight")
+        # of what is a load, the factor that the energy has now
+        self.factor: fem.Constant | None = None
+        # not zero where the pattern of matrices is looked for: what acts at times only must not be
+        # missing there
+        self.always = self.constant(0.0)
+
+    @property
+    def holds(self) -> bool:
+        """Decide whether a potential may hold a body alone: contacts open, and so do not."""
+        return not hasattr(self.item, "preloaded") or bool(self.item.preloaded)
+
+    @property
+    def owner(self) -> str:
+        """Name of the body that it acts on."""
+        return self.points.ends[0].owner
+
+    @property
+    def owners(self) -> set[str]:
+        """Names of all bodies that it acts on."""
+        return {self.owner} | (set() if self.seen is None else {self.seen.ends[0].owner})
+
+    def place(self, q: Expr) -> Place:
+        """The points and their directors at a state."""
+        return self._end.place(q, self.layout)
+
+    def moved(self, at: Expr, v: Expr) -> Place:
+        """Motion of points and directors by a rate or variation of the state."""
+        return change_of(self.place, at, v)
+
+    def measure(self, q: Expr) -> Expr:
+        """Measures of order one that the energy is a function of, shape (n,); quadratic at most."""
+        raise NotImplementedError
+
+    def potential(self, e: Expr) -> Expr:
+        """Energy for a weight of one."""
+        raise NotImplementedError
+
+    @cached_property
+    def elastic(self) -> tuple[Elastic, ...]:
+        """The energy."""
+        return (ExactEnergy(self.measure, self.potential, self.weight, self.dx),)
+
+    def positions(self, q: Floats) -> Floats:
+        """Positions of the local points (owned and ghost) at a state's array, shape (n, 3), m."""
+        return self._end.positions(q, self.mixed)
+
+    def everywhere(self, rows: Floats) -> Floats:
+        """Values of all points from those of the local ones, on every rank; collective."""
+        comm = self.nodes.mesh.comm
+        if comm.size == 1:
+            return rows[np.argsort(self.nodes.item)]
+        found = np.zeros((len(self.points.ends), rows.shape[1]))
+        for items, values in comm.allgather((self.nodes.item, rows)):
+            found[items] = values
+        return found
+
+    def seen_positions(self, q: Floats) -> Floats:
+        """Positions of the local points as the carrier sees them, in the reference, (n, 3), m."""
+        x = self.positions(q)
+        if self.seen is None:
+            return x
+        r = x - self.seen.positions(q, self.mixed)
+        back = np.einsum("nji,nj->ni", self.seen.rotations(q, self.mixed), r)
+        return np.asarray(self.seen.ends[0].point + back)
+
 
 # part of the scene's length by which points may be in an obstacle at the start: round-off
 TOUCHING = 1e-9
@@ -135,7 +253,7 @@ class ContactGroup(PotentialGroup):
         if self.seen is None:
             return moved.x
         frame = self._frame(at)
-        change = self.changed(self._frame, at, v)
+        change = change_of(self._frame, at, v)
         return moved.x - forms.carried(r, frame.e, change.x, change.e)
 
     def penetrations(self, x: Floats) -> Floats:
@@ -174,3 +292,143 @@ class ContactGroup(PotentialGroup):
             f"{self.item.obstacle.label}, the one at {said_point(x[worst], self.length)} by "
             f"{depth[worst]:.3g} m; it must start outside, or preloaded must be True"
         )
+
+
+class At(NamedTuple):
+    """Arguments of the energy of a potential.
+
+    Args:
+        x: Position, shape (3,), m.
+        u: Displacement, shape (3,), m.
+        X: Reference position, shape (3,), m.
+        directors: Deformed directors, shape (3,) each: one of a shell, three of a frame.
+    """
+
+    x: Expr
+    u: Expr
+    X: Expr
+    directors: tuple[Expr, ...]
+
+
+@dataclass(frozen=True)
+class LoadFactor:
+    """The factor of a potential that is a load, which is no virtual work of its own.
+
+    Args:
+        factor: The factor.
+    """
+
+    factor: fem.Constant
+
+    def virtual_work(self, mid: Expr, dq: Expr) -> None:
+        """None: the energy has it."""
+
+    def update(self, average: Callable[[TimeFunction | None], float]) -> None:
+        """Set the factor."""
+        self.factor.value = average(None)  # type: ignore[assignment]
+
+
+class UserPotential(PotentialGroup):
+    """A user's potential.
+
+    Args:
+        item: Description.
+        comm: Communicator.
+        points: Where it acts.
+        length: Size of the scene, m.
+
+    Raises:
+        SceneError: If its energy is no scalar of UFL, or does not depend on where the body is.
+    """
+
+    def __init__(self, item: Potential, comm: MPI.Comm, points: Points, length: float) -> None:
+        self._turns = _uses_directors(item, len(points.ends[0].directors), comm)
+        super().__init__(item, comm, points, self._turns, length)
+        if item.load:
+            self.factor = self.constant(1.0)
+            self.weight = self.factor * self.weight
+        self._size = self.constant(length)
+        self._X = self.per_item([end.point for end in points.ends], "X")
+        self._parameters = {name: self.constant(value) for name, value in item.parameters.items()}
+
+    def loads(self) -> LoadFactors | None:
+        """Loads that set the load factor; the force follows from the energy."""
+        return None if self.factor is None else LoadFactor(self.factor)
+
+    def measure(self, q: Expr) -> Expr:
+        """Displacement over the size of the scene, and directors where they matter."""
+        place = self.place(q)
+        u = (place.x - self._X) / self._size
+        directors = place.e if self._turns else ()
+        return ufl.as_vector([u[i] for i in range(3)] + [d[i] for d in directors for i in range(3)])
+
+    def potential(self, e: Expr) -> Expr:
+        """The user's energy."""
+        u = self._size * ufl.as_vector([e[i] for i in range(3)])
+        count = len(self.points.ends[0].directors) if self._turns else 0
+        directors = tuple(ufl.as_vector([e[3 + 3 * k + i] for i in range(3)]) for k in range(count))
+        at = At(self._X + u, u, self._X, directors)
+        found = written(self.item.energy, (at, self._parameters), f"{said(self.item)}: energy")
+        every = sum(e[k] for k in range(e.ufl_shape[0]))
+        return found + self.always * every**2
+
+
+def _uses_directors(item: Potential, count: int, comm: MPI.Comm) -> bool:
+    """Decide whether an energy depends on directors; it must depend on these or on the position.
+
+    Raises:
+        SceneError: If it depends on neither.
+    """
+    domain = node_mesh(comm, 1).mesh
+    parameters = {name: fem.Constant(domain, value) for name, value in item.parameters.items()}
+    x, u, X, *directors = (fem.Constant(domain, np.zeros(3)) for _ in range(3 + count))
+    at, who = At(x, u, X, tuple(directors)), f"{said(item)}: energy"
+    used = set(traverse_unique_terminals(written(item.energy, (at, parameters), who)))
+    if not used & {x, u, *directors}:
+        raise SceneError(
+            f"{who} depends neither on at.x nor on at.u or at.directors; it must, or it exerts no "
+            "force"
+        )
+    return bool(used & set(directors))
+
+
+def potential_groups(
+    scene: Scene,
+    comm: MPI.Comm,
+    find: Finder,
+    meshed: Mapping[str, MeshedBody],
+    rigid_meshes: Mapping[str, MeshedBody],
+    reduced: Mapping[str, Points],
+    length: float,
+) -> list[PotentialGroup]:
+    """All potentials and contacts of a scene; collective.
+
+    Args:
+        scene: The scene as it was given, with its rigid shells and beams.
+        comm: Communicator.
+        find: Places on bodies.
+        meshed: Shells and beams.
+        rigid_meshes: Meshes of those that are rigid.
+        reduced: Points on bodies in modes, by the names of what acts there.
+        length: Size of the scene, m.
+
+    Raises:
+        SceneError: If there is no such place, a function fails, or a body starts in an obstacle.
+    """
+    groups: list[PotentialGroup] = []
+    contacts = (c for c in scene.contacts if not isinstance(c.obstacle, Faces))
+    items: tuple[Any, ...] = (*scene.potentials, *contacts)
+    for item in items:
+        (body,) = scene.bodies_of(item)
+        points = reduced.get(item.name)
+        if points is None:
+            points = acting_points(body.name, item.at, find, meshed, rigid_meshes, said(item))
+        if isinstance(item, Potential):
+            groups.append(UserPotential(item, comm, points, length))
+        else:
+            name = item.obstacle_body
+            carrier = None if name is None else find(name, None, said(item))
+            contact = ContactGroup(item, comm, points, length, carrier)
+            contact.check_start()
+            groups.append(contact)
+    return groups

@@ -16,13 +16,11 @@ from ufl.core.expr import Expr
 from shellmb.arrays import Floats, Ints
 from shellmb.forms.constraints.joints import Place
 from shellmb.forms.state import Layout
-from shellmb.meshes.nodes import NodeMesh
 from shellmb.meshes.spaces import MixedSpace
-from shellmb.model.body import NodeLink
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.locations.ends import End, EndGroup
-from shellmb.model.locations.finder import Finder
-from shellmb.model.locations.nodes import part_dofs, shared_nodes
+from shellmb.model.locations.nodes import Finder, part_dofs, shared_nodes
+from shellmb.model.massless import Places
 from shellmb.model.shells.shell import ShellModel
 from shellmb.native.kernels import compiled
 from shellmb.scene.values.validate import edge_names
@@ -33,14 +31,8 @@ MeshedBody = ShellModel | BeamModel
 BETWEEN = 0.26
 
 
-class Places(Protocol):
+class PointPlaces(Places, Protocol):
     """Places of points at the nodes of a group."""
-
-    parts: dict[str, int]
-
-    def links(self, mixed: MixedSpace) -> list[NodeLink]:
-        """Links of the group's nodal unknowns to those of the body."""
-        ...
 
     def place(self, q: Expr, layout: Layout) -> Place:
         """The points and their directors at a state."""
@@ -74,12 +66,12 @@ class Points:
     # whether positions are linear in the state
     linear = True
 
-    def bound(self, nodes: NodeMesh, turns: bool) -> Places:
-        """The points at nodes of a node mesh; `turns`: whether directors matter."""
+    def bound(self, turns: bool) -> PointPlaces:
+        """The points at nodes of a group; `turns`: whether directors matter."""
         ends = self.ends
         axes = np.array([end.directors if end.framed else np.eye(3) for end in ends])
         arms = any(np.any(end.offset != 0) for end in ends)
-        return EndGroup(nodes, ends, axes, "1", turns or arms)
+        return EndGroup(ends, axes, "1", turns or arms)
 
 
 def acting_points(
@@ -126,10 +118,7 @@ def points_on(body: MeshedBody, on: Any, who: str) -> Points:
         SceneError: If there is no such place.
     """
     nodes = shared_nodes(body, on, who)
-    ends = [
-        End(body.name, body.name, {part: nodes.dofs[part][k] for part in ("u", "w")}, x, d, x)
-        for k, (x, d) in enumerate(zip(nodes.x, nodes.directors, strict=True))
-    ]
+    ends = [nodes.end(k, body.name) for k in range(len(nodes.x))]
     measures = _measures(body, on, who)
     if measures is None:
         return Points(ends, np.ones(len(ends)))

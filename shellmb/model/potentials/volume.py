@@ -22,7 +22,7 @@ import ufl
 from dolfinx import fem
 from ufl.core.expr import Expr
 
-from shellmb.arrays import Floats, Ints
+from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.forms.constraints.volume import (
     Cones,
@@ -34,22 +34,20 @@ from shellmb.forms.constraints.volume import (
 )
 from shellmb.forms.state import Layout
 from shellmb.forms.steps.discrete import gradient
-from shellmb.meshes.nodes import NodeMesh, node_mesh, node_space
 from shellmb.meshes.spaces import mixed_space
-from shellmb.model.body import Constraint, Elastic, FixedDofs, NodeLink, PartScale
+from shellmb.model.body import Body, Constraint, Elastic, FixedDofs, NodeLink, PartScale
 from shellmb.model.elements.lawvalues import LawValues
-from shellmb.model.joints.coordinates import global_dofs
-from shellmb.model.joints.held import Constraints
-from shellmb.model.massless import Massless
+from shellmb.model.joints.constraints import Constraints
+from shellmb.model.massless import NodeGroup, Scale
 from shellmb.model.potentials.cones import ReferenceCones, differ, sides_of
 from shellmb.model.potentials.exact import ExactEnergy
 from shellmb.model.shells.shell import ShellModel
 from shellmb.model.supports.prescribed import Prescribed
 from shellmb.scene import Scene
-from shellmb.scene.checks.locations import numbers_at
-from shellmb.scene.loads.volumes import EnclosedVolume
+from shellmb.scene.loads.potentials import EnclosedVolume
 from shellmb.scene.lookup import said
 from shellmb.scene.schemes import SCHEMES, Traits
+from shellmb.scene.values.user_functions import numbers_at
 
 ADVICE = "a smaller step"
 # pressure, relative to its size, below which it counts as zero
@@ -63,7 +61,7 @@ FLAT = 1e-9
 MOMENT_FREE = {"rotation": 3, "couple": 3}
 
 
-class Filling(Massless):
+class Filling(NodeGroup):
     """Content of a volume: its relative change `v`, and the multiplier that is the pressure.
 
     Where forces have no moment, it has the parts of `MOMENT_FREE`, too.
@@ -90,21 +88,18 @@ class Filling(Massless):
         moment_free: bool,
     ) -> None:
         self.item, self.volume, self.moment_free = item, volume, moment_free
-        self.nodes: NodeMesh = node_mesh(comm, 1)
-        mixed = node_space(self.nodes, {"v": 1, "mu": 1} | (MOMENT_FREE if moment_free else {}))
         who = said(item)
         parts = (
             PartScale("v", f"volume of {who}", 1.0, ADVICE),
             PartScale("mu", f"pressure of {who}", SMALL_PRESSURE, ADVICE),
             *_moment_free_parts(who, moment_free),
         )
-        super().__init__(f"{who}: filling", mixed, parts, ())
+        own = {"v": 1, "mu": 1} | (MOMENT_FREE if moment_free else {})
+        super().__init__(f"{who}: filling", comm, 1, own=own, parts=parts)
         self.kinematic, self.jump_parts = frozenset({"v"}), frozenset({"v", "mu"})
-        self._layout, self.dx = Layout(mixed.parts), ufl.dx(self.nodes.mesh)
-        self.pressure = self._constant(pressure)
-        self._size, self._one = self._constant(volume), self._constant(1.0)
+        self.pressure, self._size = self.constant(pressure), self.constant(volume)
         if item.gas is None:
-            here, change = mixed.dofs["v"], item.change
+            here, change = self.mixed.dofs["v"], item.change
 
             def given(t: float) -> Floats:
                 now = 0.0 if change is None else numbers_at(change(t), t, f"{who}: change")
@@ -112,15 +107,8 @@ class Filling(Massless):
 
             self.fixed.append(FixedDofs(here, given, change is not None))
 
-    def _constant(self, value: float) -> fem.Constant:
-        return fem.Constant(self.nodes.mesh, value)
-
-    def targets(self, part: str) -> Ints:
-        """Global dofs of a part."""
-        return np.atleast_1d(global_dofs(self.nodes, self.mixed, part)[0])
-
     def _change(self, q: Expr) -> Expr:
-        return ufl.as_vector([self._layout.part(q, "v")])
+        return ufl.as_vector([self.layout.part(q, "v")])
 
     @cached_property
     def elastic(self) -> tuple[Elastic, ...]:
@@ -135,8 +123,8 @@ class Filling(Massless):
         gas = self.item.gas
         if gas is None:
             return None
-        pressure, outside = self._constant(gas.pressure), self._constant(gas.outside)
-        n = None if gas.exponent == 1 else self._constant(gas.exponent - 1)
+        pressure, outside = self.constant(gas.pressure), self.constant(gas.outside)
+        n = None if gas.exponent == 1 else self.constant(gas.exponent - 1)
         return lambda e: gas_energy(e[0], pressure, n, outside)
 
     @cached_property
@@ -152,7 +140,7 @@ class Filling(Massless):
         """The volume of the filling, of which the surfaces take theirs."""
 
         def content(q: Expr) -> Expr:
-            return ufl.as_vector([self._size * (1 + self._layout.part(q, "v"))])
+            return ufl.as_vector([self._size * (1 + self.layout.part(q, "v"))])
 
         return (_held(self, Content(content), self.pressure, self.dx),)
 
@@ -163,11 +151,7 @@ class Filling(Massless):
             q: Local array of a state.
             multipliers: That of the step that led there: a given volume has a mean pressure.
         """
-        here = self.nodes.item[: self.nodes.mesh.topology.index_map(1).size_local]
-        found = np.zeros(2)
-        if len(here):
-            found[:] = q[self.mixed.dofs["v"][0]], multipliers[self.mixed.dofs["mu"][0]]
-        self.nodes.mesh.comm.Allreduce(MPI.IN_PLACE, found)
+        found = np.append(self.gathered("v", q), self.gathered("mu", multipliers))
         if self._pressure is None:
             pressure = float(self.pressure.value) * found[1]
         else:
@@ -175,7 +159,7 @@ class Filling(Massless):
         return float(self.volume * (1 + found[0])), pressure
 
 
-class Enclosing(Massless):
+class Enclosing(Body):
     """The surface of one shell as a part of what encloses a volume.
 
     It is on the shell's own mesh, with the shell's displacements, and a pressure that is the same
@@ -237,7 +221,7 @@ class Enclosing(Massless):
         return (_held(self, law, self._pressure, cones.rule),)
 
 
-def _held(body: Massless, law: Any, pressure: fem.Constant, dx: ufl.Measure) -> Constraints:
+def _held(body: Body, law: Any, pressure: fem.Constant, dx: ufl.Measure) -> Constraints:
     """List what the pressure holds; that it holds, Newton's method sees."""
     places = [body.mixed.parts[part] for part in ("mu", *MOMENT_FREE) if part in body.mixed.parts]
     numbers = [first + k for first, size in places for k in range(size)]
@@ -273,7 +257,7 @@ def _displacements(mixed: Any, shell: ShellModel) -> NodeLink:
 
 def _whole(mixed: Any, filling: Filling, part: str) -> NodeLink:
     """Every cell's value of a part is the filling's."""
-    rows, targets = mixed.dofs[part], filling.targets(part)
+    rows, targets = mixed.dofs[part], filling.numbers(part)[0]
     return NodeLink(rows, filling.name, np.tile(targets, len(rows) // len(targets)))
 
 
@@ -292,28 +276,24 @@ class Volume:
     surfaces: list[Enclosing]
 
     @property
-    def bodies(self) -> list[Massless]:
+    def bodies(self) -> list[Body]:
         """All bodies of the volume."""
         return [self.filling, *self.surfaces]
 
 
 def enclosed_volumes(
     scene: Scene,
-    comm: MPI.Comm,
+    scale: Scale,
     shells: Mapping[str, ShellModel],
     prescribed: Prescribed,
-    force: float,
-    length: float,
 ) -> list[Volume]:
     """All enclosed volumes of a scene; collective.
 
     Args:
         scene: The scene.
-        comm: Communicator.
+        scale: Communicator and sizes.
         shells: Its shells, joined and supported.
         prescribed: What supports hold.
-        force: Unit of the multipliers, N.
-        length: Size of the scene, m.
 
     Raises:
         SceneError: If the shells do not close a volume; names the place.
@@ -323,7 +303,7 @@ def enclosed_volumes(
         members = [shells[name] for name in item.shells or shells]
         cones = [ReferenceCones(item, shell) for shell in members]
         lids = [c.lids() for c in cones]
-        signs, normals = sides_of(item, members, lids, prescribed, length)
+        signs, normals = sides_of(item, members, lids, prescribed, scale.length)
         parts = [c.volume() for c in cones]
         volume, size = float(np.dot(signs, parts)), max(s.surface_mesh.length for s in members)
         if abs(volume) < FLAT * size**3:
@@ -333,11 +313,11 @@ def enclosed_volumes(
             )
         outwards = np.sign(volume)
         gas = item.gas
-        pressure = force / length**2 if gas is None else max(gas.pressure, gas.outside)
+        pressure = scale.force / scale.length**2 if gas is None else max(gas.pressure, gas.outside)
         # planes of two normals hold it
         traits = SCHEMES.get(scene.scheme_name, Traits())
         moment_free = traits.keeps_angular_momentum and not differ(normals)
-        filling = Filling(item, comm, abs(volume), pressure, moment_free)
+        filling = Filling(item, scale.comm, abs(volume), pressure, moment_free)
         surfaces = [
             Enclosing(item, shell, float(outwards * sign), filling)
             for shell, sign in zip(members, signs, strict=True)

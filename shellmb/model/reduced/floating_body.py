@@ -1,30 +1,108 @@
-"""Constraints that hold points and frames where the modes of a body place them (`data`)."""
+"""A body in modes: its amplitudes, what holds points and frames where these are, and its loads.
+
+Distributed loads on a body in modes.
+
+Forces that keep their directions do their work on a mean of the body's points,
+
+    sum_I f_I . x_I = f . (W x0 + z),       z = d_a (A_a + Q_ka eta_k),
+
+with their sum `f W` and first moments `f A`. So they are a force on the frame and one at `z`, which
+holds as constraints `d_a . z = A_a + Q_ka eta_k` like the points of `modal`: linear in unknowns,
+and so their work is exact in every scheme. Where a load has several directions there are several
+such points, one for each.
+
+Forces that turn with the body, and moments, are a force `P_a` and a moment `T_a` along the frame's
+axes and forces `F_k` on the amplitudes, linear in these.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 from mpi4py import MPI
+from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
 
 import numpy as np
 import ufl
-from dolfinx import fem
 from ufl import Form
 from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats
 from shellmb.forms.floating import modal as forms
 from shellmb.forms.frame import Vectors, vectors
-from shellmb.meshes.nodes import NodeMesh, constant_vector, node_mesh, node_space
-from shellmb.meshes.spaces import MixedSpace
-from shellmb.model.body import NodeLink, PartScale, Rates
-from shellmb.model.identification import node_links
-from shellmb.model.joints.constraints import ConstraintGroup, forces_and_sizes
+from shellmb.forms.loads import dead_force
+from shellmb.forms.measure import linear
+from shellmb.forms.state import Layout
+from shellmb.forms.steps.damping import ViscousModes
+from shellmb.meshes.nodes import NodeMesh, constant_vector
+from shellmb.model.body import Elastic, LoadFactors, PartScale
+from shellmb.model.joints.constraints import ConstraintGroup
 from shellmb.model.locations.ends import End
+from shellmb.model.massless import NodeGroup, NodeLoads, Scale, Targets
+from shellmb.model.potentials.exact import LinearSprings
 from shellmb.model.reduced.data import ModalBody, amplitudes
-from shellmb.model.reduced.modes import ADVICE, Modes
-from shellmb.model.sections.damping import mass_damping
+from shellmb.model.sections.branches import Resisting, StrainDamping
+
+# couplings of modes below this share of what they have by themselves are round-off: with one time
+# for all strains there are none
+NOTHING = 1e-9
+
+
+def modal_damping(layout: Layout, nodes: NodeMesh, matrix: Floats | None) -> StrainDamping | None:
+    """Damping of the strains of a body in modes; None without any.
+
+    Args:
+        layout: Parts of the state, with the amplitudes.
+        nodes: Node mesh of the amplitudes.
+        matrix: Damping of the modes, shape (K, K), N s/m; None without any.
+    """
+    if matrix is None:
+        return None
+    own = np.sqrt(np.outer(matrix.diagonal(), matrix.diagonal()))
+    pairs = [tuple(pair) for pair in np.argwhere(np.abs(matrix) > NOTHING * own)]
+    values = constant_vector(nodes, np.array([[matrix[pair] for pair in pairs]]), "damping")
+    numbers = [values] if len(pairs) == 1 else [values[k] for k in range(len(pairs))]
+    D: list[list[Expr | None]] = [[None] * len(matrix) for _ in matrix]
+    for (i, k), number in zip(pairs, numbers, strict=True):
+        D[i][k] = number
+
+    strain = linear(lambda q: ufl.as_vector(amplitudes(layout, q)))
+    dx = ufl.dx(nodes.mesh)
+    return StrainDamping(layout, [Resisting(ViscousModes(D), strain, lambda d: d[0] * dx)])
+
+
+ADVICE = "a smaller step, or fewer modes"
+
+
+class Modes(NodeGroup):
+    """Amplitudes of a body's modes, with their stiffness; their inertia is in `InertiaPoints`.
+
+    Args:
+        comm: Communicator.
+        data: The body.
+    """
+
+    def __init__(self, comm: MPI.Comm, data: ModalBody) -> None:
+        self.data, name = data, f"modes of {data.name}"
+        title = PartScale("eta", f"modes of '{data.name}'", data.length, ADVICE)
+        super().__init__(name, comm, 1, own={"eta": data.count}, parts=(title,))
+        self.kinematic = self.jump_parts = frozenset({"eta"})
+        self._k = self.per_item(data.stiffness[None], "stiffness")
+        self.damping = modal_damping(self.layout, self.nodes, data.damping)
+
+    def amplitudes(self, q: Expr) -> list[Expr]:
+        """The amplitudes of a state, m."""
+        return amplitudes(self.layout, q)
+
+    def _stiffness(self) -> list[Expr]:
+        return [self._k] if self.data.count == 1 else [self._k[k] for k in range(self.data.count)]
+
+    @cached_property
+    def elastic(self) -> tuple[Elastic, ...]:
+        """Their stiffness."""
+        return (LinearSprings(self._stiffness(), self.amplitudes, self.amplitudes, self.dx),)
 
 
 @dataclass(frozen=True)
@@ -50,30 +128,24 @@ class Reduced:
         return self.modes.mixed.space.mesh.comm
 
 
-def frame_links(
-    nodes: NodeMesh, mixed: MixedSpace, body: Reduced, others: Sequence[End] = ()
-) -> tuple[NodeLink, ...]:
-    """Links of what acts on a reduced body, or is connected to it.
+def frame_targets(
+    body: Reduced, count: int, parts: Sequence[str], others: Sequence[End] = ()
+) -> Mapping[str, Targets]:
+    """Unknowns of a reduced body, and of places connected to it, that a group has.
 
     Args:
-        nodes: Node mesh with one cell for each item.
-        mixed: Space with parts "eta", and perhaps "u1" and "w1" of the floating frame, and "u2" and
-            "w2" of other places.
         body: The body.
+        count: Number of items of the group.
+        parts: What it has besides the amplitudes "eta": perhaps "u1" and "w1" of the floating
+            frame, and "u2" and "w2" of other places.
         others: The other places, one for each item.
     """
-    modes, count = body.modes, int(nodes.mesh.topology.index_map(1).size_global)
-    wanted = {"eta": ([modes.name] * count, np.tile(modes.numbers(), (count, 1)))}
-    for tag, ends in (("1", [body.frame] * count), ("2", others)):
-        for source in ("u", "w"):
-            if f"{source}{tag}" in mixed.parts:
-                targets = np.array([end.dofs[source] for end in ends])
-                wanted[f"{source}{tag}"] = ([end.body for end in ends], targets)
-    links: list[NodeLink] = []
-    for part, (bodies, targets) in wanted.items():
-        rows = mixed.dofs[part].reshape(-1, mixed.parts[part][1])
-        links += node_links(nodes, rows, bodies, targets)
-    return tuple(links)
+    modes = body.modes
+    found = {"eta": ([modes.name] * count, np.tile(modes.numbers("eta"), (count, 1)))}
+    for part in parts:
+        ends = others if part[1] == "2" else [body.frame] * count
+        found[part] = [end.body for end in ends], np.array([end.dofs[part[0]] for end in ends])
+    return found
 
 
 class OnFrame(ConstraintGroup):
@@ -84,8 +156,7 @@ class OnFrame(ConstraintGroup):
         body: The body.
         parts: Sizes of the parts that are unknown besides these two, by name.
         table: Coefficients, one row for each item.
-        force: Size of the multipliers' forces, N.
-        length: Size of the scene, m.
+        scale: Communicator and sizes.
         others: Places whose nodal unknowns are parts "u2" and "w2", one for each item.
     """
 
@@ -95,18 +166,18 @@ class OnFrame(ConstraintGroup):
         body: Reduced,
         parts: dict[str, int],
         table: Floats,
-        force: float,
-        length: float,
+        scale: Scale,
         others: Sequence[End] = (),
     ) -> None:
-        self.data = data = body.data
-        nodes = node_mesh(body.comm, len(table))
-        mixed = node_space(nodes, {"eta": data.count, **parts})
-        self.table = constant_vector(nodes, table, "coefficients")
-        links = frame_links(nodes, mixed, body, others)
-        name = f"{title} of {data.name}"
-        scales = forces_and_sizes(force, length, parts["mu"], self.directions)
-        super().__init__(name, nodes, mixed, links, self._violation, *scales)
+        self.data, count = body.data, len(table)
+        shared = [part for part in parts if part in ("u1", "w1", "u2", "w2")]
+        targets = frame_targets(body, count, shared, others)
+        own = {part: size for part, size in parts.items() if part not in (*shared, "mu")}
+        sizes = scale.of(parts["mu"], self.directions)
+        given = parts["mu"], self._violation, *sizes
+        name = f"{title} of {body.data.name}"
+        super().__init__(name, body.comm, count, *given, targets=targets, own=own)
+        self.table = self.per_item(table, "coefficients")
 
     def _violation(self, q: Expr) -> Expr:
         raise NotImplementedError
@@ -133,30 +204,28 @@ class OnArms(OnFrame):
         body: Reduced,
         parts: dict[str, int],
         table: Floats,
-        force: float,
-        length: float,
+        scale: Scale,
     ) -> None:
-        super().__init__(title, body, {**parts, "u": 3, "mu": 3}, table, force, length)
+        super().__init__(title, body, {**parts, "u": 3, "mu": 3}, table, scale)
         self.mixed = replace(self.mixed, elementwise=frozenset({"u", "mu"}))
         self.jump_parts = frozenset({"u", "mu"})
-        scale = PartScale("u", f"{title} of '{body.data.name}'", body.data.length, ADVICE)
-        self.parts = (scale, *self.parts)
+        size = PartScale("u", f"{title} of '{body.data.name}'", body.data.length, ADVICE)
+        self.parts = (size, *self.parts)
 
 
 class InertiaPoints(OnArms):
     """Points with mass at places that modes and frame tell: the inertia of the modes."""
 
-    def __init__(self, body: Reduced, force: float, length: float) -> None:
+    def __init__(self, body: Reduced, scale: Scale) -> None:
         data = body.data
         table = np.concatenate(
             [data.points.reshape(len(data.mass), -1), data.mass[:, None], data.coupling], axis=1
         )
         self.arms = np.zeros((len(table), 3))
-        super().__init__("inertia", body, {"w1": 9}, table, force, length)
+        super().__init__("inertia", body, {"w1": 9}, table, scale)
         # the directors are those of the frame, and their rates count here, too
         self.kinematic = frozenset({"u", "w1"})
-        rate = data.slowing
-        self._slowing = fem.Constant(self.nodes.mesh, rate) if rate else None
+        self.slowing = self.constant(data.slowing) if data.slowing else None
 
     def _violation(self, q: Expr) -> Expr:
         parts = forms.components(self.table, 0, amplitudes(self.layout, q))
@@ -185,11 +254,7 @@ class InertiaPoints(OnArms):
         h, g = self._momenta(rate)
         work = ufl.dot(h, self.layout.part(dq, "u"))
         work += sum(ufl.dot(a, b) for a, b in zip(g, self._directors(dq), strict=True))
-        return work * ufl.dx(self.nodes.mesh)
-
-    def applied(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
-        """Damping in proportion to the mass."""
-        return mass_damping(self, self._slowing, rates, dq)
+        return work * self.dx
 
     def momentum(self, v: Expr, axis: Expr) -> Form | None:
         """None: the modes have none."""
@@ -201,7 +266,7 @@ class InertiaPoints(OnArms):
         d = forms.unit_vectors(self._directors(q))
         total = ufl.cross(self.layout.part(q, "u"), h)
         total += sum((ufl.cross(a, b) for a, b in zip(d, g, strict=True)), start=0 * total)
-        return ufl.dot(total, axis) * ufl.dx(self.nodes.mesh)
+        return ufl.dot(total, axis) * self.dx
 
 
 class Interfaces(OnFrame):
@@ -209,13 +274,13 @@ class Interfaces(OnFrame):
 
     directions = (3, 4, 5)
 
-    def __init__(self, body: Reduced, others: Sequence[End], force: float, length: float) -> None:
+    def __init__(self, body: Reduced, others: Sequence[End], scale: Scale) -> None:
         rows = []
         for end, item in zip(others, body.data.interfaces, strict=True):
             turned = [item.shift.ravel(), item.turn.ravel(), end.node - body.frame.node]
             rows.append(np.concatenate([*turned, end.directors.ravel()]))
         parts = {"u1": 3, "w1": 9, "u2": 3, "w2": 9, "mu": 6}
-        super().__init__("interfaces", body, parts, np.array(rows), force, length, others)
+        super().__init__("interfaces", body, parts, np.array(rows), scale, others)
         self.labels = [item.name for item in body.data.interfaces]
 
     def _violation(self, q: Expr) -> Expr:
@@ -231,3 +296,71 @@ class Interfaces(OnFrame):
         apart = forms.held_apart(gap, arm, shift, w)
         turned = forms.turned_apart(turn, w, (v[0], v[1], v[2]))
         return ufl.as_vector([*(apart[i] for i in range(3)), *(turned[i] for i in range(3))])
+
+
+class LoadPoints(OnArms):
+    """Points that loads which keep their directions act on."""
+
+    def __init__(self, body: Reduced, scale: Scale) -> None:
+        self._data = body.data.points_loaded
+        self.arms = np.array([item.arm for item in self._data])
+        rows = np.array([[*p.shape.ravel(), *p.arm, p.share] for p in self._data])
+        super().__init__("loads", body, {"u1": 3, "w1": 9}, rows, scale)
+        self.kinematic = frozenset({"u"})
+
+    def _violation(self, q: Expr) -> Expr:
+        shape = forms.components(self.table, 0, amplitudes(self.layout, q))
+        first = 3 * self.data.count
+        arm = self.table[first], self.table[first + 1], self.table[first + 2]
+        return forms.held_apart(self.layout.part(q, "u"), arm, shape, self._directors(q))
+
+    def _work(self, force: Expr, mid: Expr, dq: Expr) -> Expr:
+        share = self.table[3 * self.data.count + 3]
+        return dead_force(force, share * self.layout.part(dq, "u1") + self.layout.part(dq, "u"))
+
+    def loads(self) -> LoadFactors:
+        """The loads with factors of their own."""
+        values = np.array([item.force for item in self._data])
+        return NodeLoads(self.nodes, values, [item.time for item in self._data], self._work)
+
+
+class FrameLoads(NodeGroup):
+    """Loads that turn with a body in modes, and moments.
+
+    Args:
+        body: The body.
+    """
+
+    def __init__(self, body: Reduced) -> None:
+        data = body.data
+        self._data = data.follower_loads
+        count = len(self._data)
+        targets = frame_targets(body, count, ("u1", "w1"))
+        super().__init__(f"turning loads of {data.name}", body.comm, count, targets)
+        tables = np.array([item.table.ravel() for item in self._data])
+        self._table, self._columns = self.per_item(tables, "forces"), 1 + data.count
+
+    def _work(self, factor: Expr, mid: Expr, dq: Expr) -> Expr:
+        layout, test = self.layout, amplitudes(self.layout, dq)
+        du, dw = layout.part(dq, "u1"), layout.part(dq, "w1")
+        d = forms.unit_vectors(vectors(layout.part(mid, "w1")))
+        # of a moment the component along one axis
+        products = [factor[1 + 3 * a + i] * d[a][i] for a in range(3) for i in range(3)]
+        one_and_eta = [1, *amplitudes(layout, mid)]
+        rows = [
+            sum(self._table[self._columns * row + k] * eta for k, eta in enumerate(one_and_eta))
+            for row in range(6 + len(test))
+        ]
+        work = forms.frame_work(rows[:3], rows[3:6], d, du, dw)
+        work += sum(f * t for f, t in zip(rows[6:], test, strict=True))
+        return sum(products, factor[0]) * work
+
+    def loads(self) -> LoadFactors:
+        """The loads with factors of their own."""
+        values = [np.append(1.0 if p.along is None else 0.0, _or_zero(p.along)) for p in self._data]
+        times = [item.time for item in self._data]
+        return NodeLoads(self.nodes, np.array(values), times, self._work)
+
+
+def _or_zero(along: Floats | None) -> Floats:
+    return np.zeros(9) if along is None else along

@@ -1,54 +1,272 @@
-"""Reduced bodies as the schemes see them: modes, points with mass, interfaces, and loads."""
+"""Reduced bodies as the schemes see them, their points, and terms that users add.
+
+Points of a body in modes that potentials and contacts act on.
+
+They are where frame and amplitudes have them,
+
+    x = X + u0 + sum_a w_a (X_a + phi_ka eta_k) + phi_k eta_k,      X_a from the centre,
+
+with the displacement `u0` of the frame and the changes `w_a` of its directors, and directors alike:
+quadratic in the unknowns, so that measures that are linear in positions keep the energy exact in
+every scheme (`model.potentials`), and nothing is unknown that was not.
+
+Terms that users add to the weak form, of a body in modes.
+
+They are taken where the exact body has them, on its own mesh, at the state that frame and
+amplitudes tell: displacements, strains and normals, their rates and variations are those of the
+modes. The unknowns of a cell are the same for all of them.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
 
-from mpi4py import MPI
+from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
 
-from shellmb.model.body import Body
+import numpy as np
+import ufl
+from dolfinx import fem
+from ufl import Form
+from ufl.core.expr import Expr
+
+from shellmb.arrays import Floats, Ints
+from shellmb.forms.constraints.joints import Place
+from shellmb.forms.floating import modal as forms
+from shellmb.forms.frame import vectors
+from shellmb.forms.state import Layout
+from shellmb.forms.steps.discrete import variation
+from shellmb.meshes.nodes import NodeMesh, constant_vector
+from shellmb.meshes.spaces import MixedSpace, constant_space
+from shellmb.model.body import Body, NodeLink, Rates
+from shellmb.model.frames.beam import BeamModel
 from shellmb.model.frames.rigid import RigidBodies
-from shellmb.model.reduced.data import ModalBody
-from shellmb.model.reduced.floating_body import InertiaPoints, Interfaces, Reduced
-from shellmb.model.reduced.loads import FrameLoads, LoadPoints
-from shellmb.model.reduced.locations import ModalPoints, reduced_points
-from shellmb.model.reduced.modes import Modes
-from shellmb.model.reduced.terms import ModalTerms, has_terms
+from shellmb.model.locations.nodes import part_dofs
+from shellmb.model.massless import Scale, Targets
+from shellmb.model.potentials.points import Points, points_on
+from shellmb.model.reduced.data import Member, ModalBody, amplitudes
+from shellmb.model.reduced.floating_body import (
+    FrameLoads,
+    InertiaPoints,
+    Interfaces,
+    LoadPoints,
+    Modes,
+    Reduced,
+    frame_targets,
+)
+
+
+def _gathered(member: Member, wanted: Ints) -> tuple[Floats, Floats]:
+    """Shapes at nodes that their first dofs name, on all ranks; collective."""
+    body: Any = member.body
+    owned = body.mixed.subspaces["u"].dofmap.index_map.size_local
+    first = part_dofs(body, np.arange(owned, dtype=np.int32), "u")[:, 0]
+    numbers = body.mixed.space.dofmap.index_map.local_to_global(first)
+    parts = body.domain.mesh.comm.allgather((numbers, member.u[:owned], member.w[:owned]))
+    every, u, w = (np.concatenate([part[k] for part in parts]) for k in range(3))
+    order = np.argsort(every)
+    here = order[np.searchsorted(every[order], wanted)]
+    return u[here], w[here]
+
+
+@dataclass(frozen=True)
+class ModalPoints(Points):
+    """Points of a body in modes.
+
+    Args:
+        body: The body.
+        u: Displacements by the modes, shape (n, 3, K).
+        w: Changes of the directors by the modes, shape (n, m, 3, K), 1/m.
+    """
+
+    body: Reduced
+    u: Floats
+    w: Floats
+
+    linear = False
+
+    def bound(self, turns: bool) -> ModalPlaces:
+        """The points at nodes of a group."""
+        return ModalPlaces(self, turns)
+
+
+def reduced_points(body: Reduced, member: str, on: Any, who: str) -> ModalPoints:
+    """Points of one of the shells and beams of a reduced body; collective.
+
+    Args:
+        body: The body.
+        member: Name of the shell or beam.
+        on: Where on it, as of a contact.
+        who: Who asks, for the error.
+
+    Raises:
+        SceneError: If there is no such place.
+    """
+    kept = body.data.members[member]
+    found = points_on(kept.body, on, who)
+    u, w = _gathered(kept, np.array([end.dofs["u"][0] for end in found.ends]))
+    ends = [replace(end, owner=body.data.name) for end in found.ends]
+    return ModalPoints(ends, found.weights, body, u, w, segments=found.segments)
+
+
+class ModalPlaces:
+    """Points of a body in modes at nodes of a node mesh; what `EndGroup` is for others.
+
+    Args:
+        points: The points.
+        turns: Whether directors matter.
+    """
+
+    def __init__(self, points: ModalPoints, turns: bool) -> None:
+        self._points, self._K = points, points.body.data.count
+        X = np.array([end.point for end in points.ends])
+        self._arms = X - points.body.frame.node
+        rows = [X, self._arms, points.u.reshape(len(X), -1)]
+        self._count = points.w.shape[1] if turns else 0
+        if turns:
+            D = np.array([end.directors for end in points.ends])
+            for k in range(self._count):
+                rows += [D[:, k], points.w[:, k].reshape(len(X), -1)]
+        self._rows = np.concatenate(rows, axis=1)
+
+    def bind(self, nodes: NodeMesh) -> None:
+        """Take the group's node mesh, with one node for each point."""
+        self._nodes, self._data = nodes, constant_vector(nodes, self._rows, "places")
+
+    @property
+    def targets(self) -> Mapping[str, Targets]:
+        """Unknowns of frame and modes."""
+        return frame_targets(self._points.body, len(self._rows), ("u1", "w1"))
+
+    def place(self, q: Expr, layout: Layout) -> Place:
+        """The points and their directors at a state."""
+        data, K = self._data, self._K
+        w = vectors(layout.part(q, "w1"))
+        eta = amplitudes(layout, q)
+
+        def vector(first: int) -> Expr:
+            return ufl.as_vector([data[first + i] for i in range(3)])
+
+        def turned(first: int, shape: int) -> Expr:
+            moved = ufl.as_vector(forms.components(data, shape, eta))
+            return forms.carried(vector(first), moved, w)
+
+        x = vector(0) + layout.part(q, "u1") + turned(3, 6)
+        size = 3 + 3 * K
+        starts = [6 + 3 * K + k * size for k in range(self._count)]
+        return Place(x, tuple(vector(s) + turned(s, s + 3) for s in starts))
+
+    def positions(self, q: Floats, mixed: MixedSpace) -> Floats:
+        """Positions of the local points (owned and ghost) at a state's array, shape (n, 3), m."""
+        here, dofs = self._nodes.item, mixed.dofs
+        X = np.array([end.point for end in self._points.ends])[here].reshape(-1, 3)
+        eta = q[dofs["eta"]].reshape(-1, self._K)
+        moved = np.einsum("nik,nk->ni", self._points.u[here], eta)
+        w = q[dofs["w1"]].reshape(-1, 3, 3)
+        turned = np.einsum("na,nai->ni", self._arms[here] + moved, w)
+        return np.asarray(X + q[dofs["u1"]].reshape(-1, 3) + moved + turned)
+
+
+class ModalTerms(Body):
+    """The user's terms of one shell or beam of a body in modes.
+
+    Args:
+        body: The body.
+        member: The shell or beam.
+
+    Attributes:
+        of: Name of the body.
+        center: Where its frame is at rest, shape (3,), m.
+    """
+
+    def __init__(self, body: Reduced, member: Member) -> None:
+        self._of, frame = member.body, body.frame
+        self.of, self.center = body.data.name, frame.node
+        space = self._of.mixed.space
+        mixed = constant_space(space.mesh, {"eta": body.data.count, "u1": 3, "w1": 9})
+        targets: dict[str, tuple[str, Any]] = {
+            "eta": (body.modes.name, body.modes.numbers("eta")[0]),
+            "u1": (frame.body, frame.dofs["u"]),
+            "w1": (frame.body, frame.dofs["w"]),
+        }
+        links = []
+        for part, (name, numbers) in targets.items():
+            rows = mixed.dofs[part].reshape(-1, len(numbers))
+            links.append(NodeLink(rows.ravel(), name, np.tile(numbers, len(rows))))
+        super().__init__(f"terms of {self._of.name}", mixed, (), tuple(links))
+        self.layout, self.kinematic = Layout(mixed.parts), frozenset(mixed.parts)
+        # the vectors of the state: what each is at rest, from the centre of mass
+        directors = self._of.frames if isinstance(self._of, BeamModel) else self._of.director
+        center = ufl.as_vector(list(map(float, frame.node)))
+        rest = {"u": ufl.SpatialCoordinate(space.mesh) - center, "w": directors}
+        self._rest = {
+            first + k: (rest[part], k) if part in rest else None
+            for part, (first, size) in self._of.mixed.parts.items()
+            if part in ("u", "w")
+            for k in range(0, size, 3)
+        }
+        self._shapes = []
+        for column in member.states.T:
+            shape = fem.Function(space)
+            shape.x.array[:] = column
+            self._shapes.append(shape)
+
+    def _state(self, q: Expr) -> Expr:
+        """State of the shell or beam, without resultants."""
+        eta, w = amplitudes(self.layout, q), vectors(self.layout.part(q, "w1"))
+        found = [0 * eta[0]] * self._shapes[0].ufl_shape[0]
+        for first, at in self._rest.items():
+            moved = [
+                sum(
+                    (e * s[i] for e, s in zip(eta[1:], self._shapes[1:], strict=True)),
+                    eta[0] * self._shapes[0][i],
+                )
+                for i in range(first, first + 3)
+            ]
+            A = ufl.as_vector([0 if at is None else at[0][at[1] + i] for i in range(3)])
+            change = forms.carried(A, ufl.as_vector(moved), w)
+            if first == self._of.mixed.parts["u"][0]:
+                change += self.layout.part(q, "u1")
+            found[first : first + 3] = [change[i] for i in range(3)]
+        return ufl.as_vector(found)
+
+    def users(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
+        """The terms at the mid-point."""
+
+        def moved(v: Expr) -> Expr:
+            return variation(self._state, mid, v)
+
+        now = None if rates is None else Rates(moved(rates.now), moved(rates.chord))
+        return self._of.users(self._state(mid), now, moved(dq), time)
 
 
 def modal_bodies(
-    comm: MPI.Comm,
-    data: Sequence[ModalBody],
-    rigid: RigidBodies,
-    dynamic: bool,
-    force: float,
-    length: float,
+    scale: Scale, data: Sequence[ModalBody], rigid: RigidBodies, dynamic: bool
 ) -> list[Body]:
     """The bodies of the system that reduced bodies consist of, besides their frames.
 
     Args:
-        comm: Communicator.
+        scale: Communicator and sizes.
         data: The reduced bodies.
         rigid: All frames, theirs included.
         dynamic: Whether they have inertia.
-        force: Size of the multipliers' forces, N.
-        length: Size of the scene, m.
     """
     ends = rigid.ends()
     found: list[Body] = []
     for kept in data:
-        body = Reduced(Modes(comm, kept), ends[kept.name])
+        body = Reduced(Modes(scale.comm, kept), ends[kept.name])
         found.append(body.modes)
         if dynamic:
-            found.append(InertiaPoints(body, force, length))
+            found.append(InertiaPoints(body, scale))
         if kept.points_loaded:
-            found.append(LoadPoints(body, force, length))
+            found.append(LoadPoints(body, scale))
         if kept.follower_loads:
             found.append(FrameLoads(body))
-        found += [ModalTerms(body, m) for m in kept.members.values() if has_terms(m)]
+        found += [ModalTerms(body, m) for m in kept.members.values() if m.body.described.terms]
         if kept.interfaces:
             others = [ends[item.name] for item in kept.interfaces]
-            found.append(Interfaces(body, others, force, length))
+            found.append(Interfaces(body, others, scale))
     return found
 
 

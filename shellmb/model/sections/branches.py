@@ -1,10 +1,10 @@
-"""Relaxation of a body: strains of the springs of its Maxwell branches, and their stresses."""
+"""Damping and relaxation of a body: of its strains, and in proportion to its mass."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from functools import cached_property, reduce
+from functools import cached_property, partial, reduce
 from typing import Any, NamedTuple
 
 from mpi4py import MPI
@@ -19,16 +19,98 @@ from ufl.core.expr import Expr
 from shellmb.arrays import Floats
 from shellmb.forms.measure import Measure
 from shellmb.forms.state import Layout
-from shellmb.forms.steps.damping import Straining
+from shellmb.forms.steps.damping import Resistance, Straining, at_state, taken
 from shellmb.forms.steps.path import Rows, moment_of
 from shellmb.forms.steps.relaxation import Branch
 from shellmb.meshes.shared import space_on
 from shellmb.model.body import Term
-from shellmb.model.row_terms import path_terms
-from shellmb.model.row_terms import together as joined
+from shellmb.model.sections.strains import path_terms
+from shellmb.model.sections.strains import together as joined
 from shellmb.native.expressions import compiled_expression
 from shellmb.native.kernels import compiled
 from shellmb.native.programs.tables import points_of
+from shellmb.scene import BeamSection, Section
+
+
+class Resisting(NamedTuple):
+    """Resistance to the rate of a strain.
+
+    Args:
+        section: Its stresses.
+        strain: The strain.
+        integrate: Integral of densities, one for each quadrature rule.
+    """
+
+    section: Resistance
+    strain: Measure
+    integrate: Callable[[Sequence[Expr]], Form]
+
+
+class StrainDamping:
+    """Damping of a body's strains, eq. (D1).
+
+    Args:
+        layout: Parts of the state.
+        parts: What resists.
+        rates: Makes `following`; None: forces follow from strains point by point.
+    """
+
+    def __init__(
+        self,
+        layout: Layout,
+        parts: Sequence[Resisting],
+        rates: Callable[[fem.Function, fem.Function], Callable[[], None]] | None = None,
+    ) -> None:
+        self._layout, self._parts, self._rates = layout, parts, rates
+
+    def following(self, q: fem.Function, v: fem.Function) -> Callable[[], None] | None:
+        """Function that gives a velocity at a state rates of resultants; None: none needs them."""
+        return None if self._rates is None else self._rates(q, v)
+
+    def term(self, along: Straining, tests: Sequence[Expr], trial: Expr) -> Term:
+        """Forces in the rows of a step, with their derivatives."""
+        terms = []
+        for section, strain, integrate in self._parts:
+            common = section, self._layout, strain
+            over_time = partial(_over_time, integrate, along.dt)
+            terms.append(path_terms(*common, along.rows, tests, trial, over_time))
+        return reduce(joined, terms)
+
+    def work(self, along: Straining) -> Form:
+        """Work over the step, eq. (D2); never positive."""
+        forms = [_work(part, self._layout, along) for part in self._parts]
+        return sum(forms[1:], forms[0])
+
+    def at(self, q: Expr, v: Expr, dq: Expr) -> Form:
+        """Virtual work of the forces at a state with a velocity."""
+        layout = self._layout
+        forms = [on(at_state(section, layout, e, q, v, dq)) for section, e, on in self._parts]
+        return sum(forms[1:], forms[0])
+
+
+def _work(part: Resisting, layout: Layout, along: Straining) -> Form:
+    densities = taken(part.section, layout, part.strain, along)
+    return part.integrate([-density / along.dt for density in densities])
+
+
+def _over_time(
+    integrate: Callable[[Sequence[Expr]], Form], dt: Expr, densities: Sequence[Expr]
+) -> Form:
+    """Integral of densities over a time.
+
+    Args:
+        integrate: Their integral over the body.
+        dt: The time.
+        densities: The densities.
+    """
+    return integrate([density / dt for density in densities])
+
+
+def slowing(section: Section | BeamSection, mesh: Any) -> fem.Constant | None:
+    """Rate of a section's damping in proportion to its mass, 1/s; None without any."""
+    rate = float(section.mass_damping)
+    return fem.Constant(mesh, rate) if rate else None
+
 
 # relaxation time [s], and whether the branch is relaxed at the start
 type Key = tuple[float, bool]
@@ -114,6 +196,11 @@ class MaxwellBranches:
         """Time of each branch with its stiffness about a state where it is relaxed."""
         for group in self._groups:
             yield from group.stiffness(q)
+
+    def stresses(self, q: fem.Function, change: Expr) -> Iterator[tuple[float, Expr]]:
+        """Time of each branch with its stress by a change of a state where it is relaxed."""
+        for group in self._groups:
+            yield from group.stresses(q, change)
 
     def prepare(self, dt: float) -> None:
         """Set the numbers of a step of a length [s]."""
@@ -248,11 +335,14 @@ class _Group:
             values[:] = 0.0 if relaxed else found
 
     def stiffness(self, q: fem.Function) -> Iterator[tuple[float, Form]]:
-        space, change = q.function_space, self._strain.change
-        stress = self._section.stress(change(q, ufl.TrialFunction(space)))[0]
-        work = ufl.inner(stress, change(q, ufl.TestFunction(space))) * self._dx
+        tested = self._strain.change(q, ufl.TestFunction(q.function_space))
+        for time, stress in self.stresses(q, ufl.TrialFunction(q.function_space)):
+            yield time, ufl.inner(stress, tested) * self._dx
+
+    def stresses(self, q: fem.Function, change: Expr) -> Iterator[tuple[float, Expr]]:
+        stress = self._section.stress(self._strain.change(q, change))[0]
         for time, factor in zip(self._times.tolist(), self._factors, strict=True):
-            yield time, fem.Constant(self._domain, float(factor)) * work
+            yield time, fem.Constant(self._domain, float(factor)) * stress
 
     def _scattered(self, values: Floats) -> Floats:
         out = np.zeros(self.values.shape[1])

@@ -1,4 +1,6 @@
-"""Strains that a body has without stress: what they add to its forces, energy and resultants.
+"""Strains that a body has without stress: what they add to its forces, and their sizes.
+
+Strains that a body has without stress: what they add to its forces, energy and resultants.
 
 With `e - theta e*` in place of the strain `e` of a linear section the forces are those of `e` less
 `theta S*`, `S* = C e*`: a stress that is given, and that acts on the same strains, at the same
@@ -8,18 +10,27 @@ form stays what it is. What is reported is of `e - theta e*`.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
 
+from mpi4py import MPI
+
+import numpy as np
 import ufl
 from dolfinx import fem
 from ufl import Form
 from ufl.core.expr import Expr
 
+from shellmb.arrays import Floats
+from shellmb.errors import SceneError, warn
 from shellmb.forms.measure import Measure
 from shellmb.model.body import TimeFunction
+from shellmb.model.shells.positions import on_all
 from shellmb.scene import BeamNaturalStrain, NaturalStrain
 from shellmb.scene.loads.loads import Load
+from shellmb.scene.lookup import said
+from shellmb.scene.values.user_functions import given_at, on_trial
 
 # what a set of loads of a body may have
 Distributed = Load | NaturalStrain | BeamNaturalStrain
@@ -59,3 +70,68 @@ class NaturalStress:
         e = self.measure.value(q)
         shift = self.now * self.strain / 2 - e
         return self.integrate([self.now * ufl.dot(stress, shift) for stress in self.stresses])
+
+
+# Green's strain of a length that vanishes, and of one that grows by 1.73; beyond 5 % sections
+# whose stress is linear are doubtful, and most strains are slips of units
+LEAST, MOST, LARGE = -0.5, 1.0, 0.05
+RATIO = "a strain is a ratio (1 % is 0.01), so check the units"
+# instants at which factors over time are taken
+INSTANTS = np.linspace(0.0, 1.0, 65)
+
+
+def doubt_natural(comm: MPI.Comm, t_end: float, bodies: Mapping[str, Any]) -> None:
+    """Refuse natural strains below -0.5 or above 1, warn of those beyond 5 %; collective.
+
+    Args:
+        comm: Communicator.
+        t_end: End of the run, s.
+        bodies: Shells and beams by name.
+
+    Raises:
+        SceneError: Names the body and the strain.
+    """
+    for model in bodies.values():
+        body = model.described
+        if body.natural is None:
+            continue
+        extremes = [_principal(*face) for face in on_all(comm, model.natural_faces)]
+        found = np.concatenate([np.concatenate(each) for each in comm.allgather(extremes)])
+        factors = _factors(body.natural.time, t_end, f"natural strain of {said(body)}: time")
+        low, high = (f(np.outer(factors, found), initial=0.0) for f in (np.min, np.max))
+        who = f"{said(body)}: its natural strain{_where(body)} reaches"
+        if low < LEAST or high > MOST:
+            wrong = low if low < LEAST else high
+            raise SceneError(
+                f"{who} {wrong:.4g}; it must be between {LEAST:g}, where no length is left, and "
+                f"{MOST:g}: {RATIO}"
+            )
+        largest = max(low, high, key=abs)
+        if abs(largest) > LARGE:
+            advice = "smaller natural strains, or smaller load steps"
+            model.parts = tuple(replace(p, advice=advice) for p in model.parts)
+            if comm.rank == 0:
+                warn(
+                    f"{who} {largest:.4g}, more than {LARGE:g}: stresses that are linear in such "
+                    f"strains are unreliable; {RATIO}"
+                )
+
+
+def _where(body: object) -> str:
+    curved = np.any(body.natural.curvature) or callable(body.natural.curvature)  # type: ignore[attr-defined]
+    return " at the faces" if curved else ""
+
+
+def _principal(a: Floats | float, b: Floats | float, c: Floats | float) -> Floats:
+    """Both principal strains of 11, 22 and 2*12."""
+    middle, radius = (np.add(a, b)) / 2, np.hypot(np.subtract(a, b), c) / 2
+    return np.ravel([middle - radius, middle + radius])
+
+
+def _factors(time: object, t_end: float, who: str) -> Floats:
+    """Factors over time at many instants, those of corners among them."""
+    if not callable(time):
+        return np.ones(1)
+    corners = [t for t in getattr(time, "corners", ()) if 0 <= t <= t_end]
+    time = on_trial(time)
+    return np.array([given_at(time, float(t), who, 1) for t in (*(t_end * INSTANTS), *corners)])

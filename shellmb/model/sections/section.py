@@ -1,12 +1,29 @@
-"""A section bound to a mesh: its coefficients, and weights that depend on the element size."""
+"""A section bound to a mesh: its rules, its coefficients, and weights by the size of elements.
 
+Coefficients of forms from a shell's section: numbers, or fields where it varies.
+
+A section that varies is evaluated at points of each element: on quadrilaterals at the Gauss points
+of the rule that a coefficient is used with, where its field has its nodes, and on triangles at the
+middle. So stiffness and mass are positive wherever forms are integrated, and what jumps at an edge
+of elements belongs on each side to that side.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from functools import cached_property
+from typing import Any, Literal, NamedTuple
 
+from mpi4py import MPI
+
+import basix
+import basix.ufl
 import numpy as np
 import ufl
 from basix import CellType
 from dolfinx import fem, la, mesh
+from ufl import Form
 from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats
@@ -16,12 +33,213 @@ from shellmb.forms.steps.mixed import Formulation, LinearMixed, LinearOwn
 from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed, Quadratic
 from shellmb.forms.tying import Tying
 from shellmb.meshes.shared import space_on
-from shellmb.meshes.tying import cell_squares
-from shellmb.model.shells.varying import Rule, SectionFields
+from shellmb.meshes.tying import cell_squares, shell_forces
+from shellmb.model.shells.positions import on_all
 from shellmb.model.user_forms import resists_all, written
 from shellmb.native.kernels import compiled
 from shellmb.scene import Hyperelastic, LinearSection, Shell, Wrinkling
 from shellmb.scene.shells.lamination import Layup
+
+
+@dataclass(frozen=True)
+class Rules:
+    """Measures over the surface of a shell, or the line of a beam.
+
+    Args:
+        full: Rule for all that is integrated.
+        nodes: Rule whose points are the nodes, so that the director is of unit length at each.
+        taken: Points where strains are taken that forces of the elements work on.
+    """
+
+    full: ufl.Measure
+    nodes: ufl.Measure
+    taken: tuple[ufl.Measure, ...]
+
+
+def quadrature_rules(domain: mesh.Mesh, degree: int) -> Rules:
+    """Rules for a surface mesh.
+
+    Args:
+        domain: The mesh.
+        degree: Degree of displacement and director.
+    """
+    cell = domain.basix_cell()
+    taken = [custom(r.points, r.weights) for r in shell_forces(cell, degree).rules]
+    if cell == basix.CellType.triangle:
+        points = basix.create_element(basix.ElementFamily.P, cell, 2).points
+        full, nodes = {"quadrature_degree": 4}, custom(points, np.full(6, 1 / 12))
+    else:
+        full = {"quadrature_degree": 2 * degree + 1}
+        nodes = {"quadrature_rule": "GLL", "quadrature_degree": 2 * degree - 1}
+    every = (ufl.Measure("dx", domain, metadata=metadata) for metadata in (full, nodes, *taken))
+    whole, lumped, *others = every
+    return Rules(whole, lumped, tuple(others))
+
+
+def over_surface(rules: Rules, densities: Sequence[Expr]) -> Form:
+    """Integral of densities over a shell, where strains are integrated and where they are taken.
+
+    Args:
+        rules: The rules.
+        densities: The densities, of the first rules if they are fewer.
+    """
+    first, *others = densities
+    return sum((d * dx for d, dx in zip(others, rules.taken, strict=False)), first * rules.full)
+
+
+def over_line(rule: ufl.Measure, densities: Sequence[Expr]) -> Form:
+    """Integral of a density over a beam.
+
+    Args:
+        rule: The rule.
+        densities: The density.
+    """
+    return densities[0] * rule
+
+
+def line_rules(domain: mesh.Mesh, degree: int) -> Rules:
+    """Rules for the mesh of a beam.
+
+    Args:
+        domain: The mesh.
+        degree: Degree of displacement and directors.
+    """
+
+    def measure(metadata: dict[str, Any]) -> ufl.Measure:
+        return ufl.Measure("dx", domain, metadata=metadata)
+
+    return Rules(
+        measure({"quadrature_degree": 2 * degree + 1}),
+        measure({"quadrature_rule": "GLL", "quadrature_degree": 2 * degree - 1}),
+        # as many Gauss points as the degree
+        (measure({"quadrature_degree": 2 * degree - 1}),),
+    )
+
+
+def custom(points: Any, weights: Any) -> dict[str, Any]:
+    """Metadata of a rule given by its points and weights on the reference cell."""
+    return {
+        "quadrature_rule": "custom",
+        "quadrature_points": points,
+        "quadrature_weights": weights,
+    }
+
+
+Rule = Literal["full", "nodes"]
+
+# nodes of elements are drawn this far into them, as a part of the way to the middle: they tell
+# which side of a jump along an edge is meant
+INTO = 1e-6
+
+
+class SectionFields:
+    """Coefficients of a linear section.
+
+    Args:
+        shell: The shell.
+        domain: Its mesh.
+        at_rest: Whether the stiffness is that of statics; it is the long-term one otherwise.
+    """
+
+    def __init__(self, shell: Shell, domain: mesh.Mesh, at_rest: bool = False) -> None:
+        assert isinstance(shell.section, LinearSection)
+        self._section, self._domain, self._degree = shell.section, domain, shell.degree
+        self._who = f"shell '{shell.name}'"
+        self._layups: dict[Rule, Layup] = {}
+        self._at_rest = at_rest
+
+    def of(self, value: Callable[[Layup], Floats], rule: Rule = "full") -> Expr:
+        """A number, or a symmetric matrix, as a coefficient.
+
+        Args:
+            value: What it is of the section at points (...), shape (...) or (..., n, n).
+            rule: The rule that it is used with.
+        """
+        values = np.asarray(value(self._at(rule)), dtype=float)
+        size = np.ndim(value(self._section.generic))
+        if values.ndim == size:
+            # nothing that it depends on varies
+            return fem.Constant(self._domain, values)
+        if size == 0:
+            return self._field(values[..., None], rule)
+        n = values.shape[-1]
+        pairs = [(i, j) for i in range(n) for j in range(i, n)]
+        field = self._field(np.stack([values[..., i, j] for i, j in pairs], axis=-1), rule)
+        place = {pair: k for k, pair in enumerate(pairs)}
+        return ufl.as_matrix(
+            [[field[place[min(i, j), max(i, j)]] for j in range(n)] for i in range(n)]
+        )
+
+    def by_cell(self, value: Callable[[Layup], Floats]) -> Floats:
+        """Means over the elements of this rank, shape (elements,), or one number for all."""
+        values = np.asarray(value(self._at("full")), dtype=float)
+        return values if values.ndim == 0 else values.mean(axis=1)
+
+    def largest(self, value: Callable[[Layup], Floats]) -> float:
+        """The largest value there is; collective."""
+        here = float(np.max(self.by_cell(value), initial=0.0))
+        return float(self._domain.comm.allreduce(here, op=MPI.MAX))
+
+    def mean(self, value: Callable[[Layup], Floats]) -> float:
+        """The mean over all elements; collective."""
+        local = self._domain.topology.index_map(2).size_local
+        values = self.by_cell(value)
+        if values.ndim == 0:
+            return float(values)
+        comm = self._domain.comm
+        total = comm.allreduce(float(values[:local].sum()))
+        return float(total / comm.allreduce(local))
+
+    @cached_property
+    def _quads(self) -> bool:
+        return bool(self._domain.basix_cell() == basix.CellType.quadrilateral)
+
+    def _element(self, rule: Rule, size: int) -> Any:
+        cell, shape = self._domain.basix_cell(), (size,) if size > 1 else ()
+        if not self._quads:
+            return basix.ufl.element("DG", cell, 0, shape=shape)
+        nodes = rule == "nodes"
+        variant = basix.LagrangeVariant.gll_warped if nodes else basix.LagrangeVariant.gl_warped
+        return basix.ufl.element("P", cell, self._degree, variant, shape=shape, discontinuous=True)
+
+    def _field(self, values: Floats, rule: Rule) -> fem.Function:
+        """A field from its values at the points of the elements, shape (elements, points, size)."""
+        size = values.shape[-1]
+        function = fem.Function(space_on(self._domain, self._element(rule, size)))
+        dofs = function.function_space.dofmap.list
+        places = dofs[..., None] * size + np.arange(size)
+        function.x.array[places] = values
+        return function
+
+    def _at(self, rule: Rule) -> Layup:
+        """The section at the points of a rule in all elements of this rank, (elements, points).
+
+        Of a section that does not vary that of no point.
+        """
+        found = self._given_at(rule)
+        return found.at_rest if self._at_rest else found
+
+    def _given_at(self, rule: Rule) -> Layup:
+        if not self._section.functions:
+            return self._section.generic
+        if rule not in self._layups:
+            x = np.moveaxis(self._points(rule), -1, 0)
+            found = on_all(self._domain.comm, lambda: self._section.at(x, self._who))
+            self._layups[rule] = found
+        return self._layups[rule]
+
+    def _points(self, rule: Rule) -> Floats:
+        """Positions of the points of a rule, shape (elements, points, 3)."""
+        points = self._element(rule, 1).basix_element.points
+        middle = basix.geometry(self._domain.basix_cell()).mean(axis=0)
+        inside = points + INTO * (middle - points)
+        coordinates = self._domain.ufl_domain()
+        assert coordinates is not None
+        element = coordinates.ufl_coordinate_element().sub_elements[0]
+        shapes = element.basix_element.tabulate(0, inside)[0, :, :, 0]
+        corners = self._domain.geometry.x[self._domain.geometry.dofmaps[0]]
+        return np.asarray(np.einsum("pd,cdx->cpx", shapes, corners))
+
 
 # Share of the transverse shear energy that displacements of triangles have, per square of an
 # element's slenderness: it resists what the forces, which have one value an edge, do not see

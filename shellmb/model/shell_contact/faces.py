@@ -2,27 +2,50 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+from ufl.core.expr import Expr
 
 from shellmb.arrays import Bools, Floats, Ints
 from shellmb.errors import SceneError
+from shellmb.forms import contact
 from shellmb.model.locations.ends import End
-from shellmb.model.locations.nodes import said_point, shared_nodes
+from shellmb.model.locations.nodes import Finder, said_point, shared_nodes
 from shellmb.model.potentials.contact import TOUCHING
-from shellmb.model.potentials.points import MeshedBody, Points
-from shellmb.model.shell_contact.candidates import Candidates, find
-from shellmb.model.shell_contact.facets import facets_of, nearest
-from shellmb.model.shell_contact.law import Law
-from shellmb.model.shell_contact.mean_distance_slopes import Places
-from shellmb.model.shell_contact.smooth_least_distance import Families
-from shellmb.model.shell_contact.tunnelling import crossings
+from shellmb.model.potentials.points import MeshedBody, Points, acting_points
+from shellmb.model.shell_contact.facets import Candidates, crossings, facets_of, find, nearest
+from shellmb.model.shell_contact.mean_distance_slopes import Families, Places
 from shellmb.model.shell_contact.uncovered_contact import Between
 from shellmb.model.shells.shell import ShellModel
-from shellmb.scene.loads.contacts import Contact
+from shellmb.scene import Scene
+from shellmb.scene.loads.contacts import Contact, Faces
 from shellmb.scene.lookup import said
+
+
+class Law(NamedTuple):
+    """Law of the penetrations of some points.
+
+    Args:
+        reach: Distance at which contact begins, m.
+        stiffness: Stiffness of each point, shape (n,), N/m.
+        item: Smoothing, damping and friction.
+    """
+
+    reach: float
+    stiffness: Floats
+    item: Contact
+
+    def only(self, which: Ints) -> Law:
+        """Law of some of the points."""
+        return self._replace(stiffness=self.stiffness[which])
+
+
+def energy(e: Expr, stiffness: Expr, reach: Expr, smoothing: Expr) -> Expr:
+    """Energy at a distance, as a part of the reach, shape (1,)."""
+    return contact.energy(reach * (1 - e[0]), stiffness, smoothing)
+
 
 # distances that are blended where a point is as near to several facets, of that at which it touches
 BLEND = 1e-4
@@ -286,3 +309,37 @@ def _arms(ends: Sequence[End]) -> tuple[Floats, Ints]:
     count = len(ends[0].directors) if any(np.any(end.offset != 0) for end in ends) else 0
     arms = np.array([end.offset[:count] for end in ends])
     return arms, np.array([end.dofs["w"][: 3 * count] for end in ends])
+
+
+def faces_contacts(
+    scene: Scene,
+    find: Finder,
+    meshed: Mapping[str, MeshedBody],
+    rigid_meshes: Mapping[str, MeshedBody],
+    shells: Mapping[str, ShellModel],
+    length: float,
+) -> list[FacesContact]:
+    """All contacts with faces of shells; collective.
+
+    Args:
+        scene: The scene.
+        find: Places on bodies.
+        meshed: Shells and beams.
+        rigid_meshes: Meshes of those that are rigid.
+        shells: The shells among them.
+        length: Size of the scene, m.
+
+    Raises:
+        SceneError: If there is no such place, or points touch at the start.
+    """
+    found = []
+    for item in scene.contacts:
+        if not isinstance(item.obstacle, Faces):
+            continue
+        (body,) = scene.bodies_of(item)
+        points = acting_points(body.name, item.at, find, meshed, rigid_meshes, said(item))
+        shell = shells[item.obstacle.shell]
+        contact = FacesContact(item, points, meshed.get(body.name), shell, length)
+        contact.check_start()
+        found.append(contact)
+    return found

@@ -1,19 +1,32 @@
-"""Facets of a shell's mid-surface, and the places on them that are nearest to points.
+"""Facets of a shell's mid-surface: places nearest to points, candidates of these, and crossings.
+
+Facets of a shell's mid-surface, and the places on them that are nearest to points.
 
 Elements are split at their nodes into small quadrilaterals or triangles, and the quadrilaterals
 into four triangles about their centre. A place is within a triangle, or on the nearest of its
 sides.
+
+Points that cross triangles on straight paths between two states.
+
+A point and the vertices of a triangle that move along straight lines, all at once, are in a plane
+where a cubic in time is zero. It is found in Bernstein's form: where all four coefficients have one
+sign it has no zero, and nearly all pairs are done with.
 """
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from shellmb.arrays import Floats, Ints
+from shellmb.arrays import Bools, Floats, Ints
 from shellmb.model.locations.nodes import Meshed, part_dofs
+
+if TYPE_CHECKING:
+    from scipy.spatial import cKDTree
+
 
 # parts of a triangle by which a point above its edge counts as above it: slopes are a plane's there
 EDGE = 1e-12
@@ -133,3 +146,172 @@ def nearest(y: Floats, v: Floats) -> Nearest:
     inverse[edge, 0, 0] = 1 / products[edge, 0, 0]
     away = y - np.einsum("mk,mki->mi", weights, v)
     return Nearest(weights, np.linalg.norm(away, axis=1), turns, inverse)
+
+
+class Candidates(NamedTuple):
+    """Pairs of points and triangles, sorted by points.
+
+    Args:
+        point: Number of the point of each, shape (m,).
+        triangle: Number of the triangle, shape (m,).
+        first: First pair of each of the points that have one.
+        y: Positions of all points when they were found, shape (n, 3), m.
+        x: Positions of all nodes of the facets, m.
+        slack: Points and nodes may have moved by half of it since, m.
+    """
+
+    point: Ints
+    triangle: Ints
+    first: Ints
+    y: Floats
+    x: Floats
+    slack: float
+
+    def moved(self, y: Floats, x: Floats) -> float:
+        """Largest motion since then, as part of what is allowed."""
+        most = max(
+            float(np.max(np.vecdot(now - then, now - then), initial=0.0))
+            for now, then in ((y, self.y), (x, self.x))
+        )
+        return 2 * float(np.sqrt(most)) / self.slack
+
+
+def find(
+    facets: Facets, y: Floats, x: Floats, reach: float, slack: float, apart: Bools | None
+) -> Candidates:
+    """Pairs that are within `reach` for as long as nothing moves by more than half of a slack.
+
+    Args:
+        facets: The facets.
+        y: Points, shape (n, 3), m.
+        x: Nodes of the facets, m.
+        reach: Distance of interest, m.
+        slack: Least slack; where all are further apart it is larger, m.
+        apart: Which cells may touch which points, shape (n, cells); None: all.
+    """
+    tree, size = _tree(facets, x)
+    far = reach + slack
+    # no triangle is nearer than its middle is, less its size
+    gap = float(np.min(tree.query(y)[0])) - size - reach
+    if gap > slack and apart is None:
+        none = np.zeros(0, dtype=np.int64)
+        return Candidates(none, none, none, y, x, gap)
+    point, triangle = _pairs(tree, y, far + size)
+    if apart is not None:
+        may = apart[point, facets.cell[triangle]]
+        point, triangle = point[may], triangle[may]
+    near = nearest(y[point], facets.places(x, triangle)).distance <= far
+    point, triangle = point[near], triangle[near]
+    _, first = np.unique(point, return_index=True)
+    return Candidates(point, triangle, first, y, x, slack)
+
+
+def around(facets: Facets, y: Floats, x: Floats, distance: Floats) -> tuple[Ints, Ints]:
+    """Pairs of places and triangles that are no further apart than distances, or a little more.
+
+    Args:
+        facets: The facets.
+        y: Places, shape (n, 3), m.
+        x: Nodes of the facets, m.
+        distance: Distances, shape (n,), m.
+    """
+    tree, size = _tree(facets, x)
+    return _pairs(tree, y, distance + size)
+
+
+def pairs_near(middles: Floats, y: Floats, distance: Floats) -> tuple[Ints, Ints]:
+    """Pairs of places and middles that are no further apart than distances.
+
+    Args:
+        middles: The middles, shape (m, 3), m.
+        y: Places, shape (n, 3), m.
+        distance: Distances, shape (n,), m.
+    """
+    # loaded where there are such contacts only
+    from scipy.spatial import cKDTree
+
+    return _pairs(cKDTree(middles), y, distance)
+
+
+def _tree(facets: Facets, x: Floats) -> tuple[cKDTree, float]:
+    """Middles of all triangles, and the largest distance of a vertex from its one, m."""
+    # loaded where there are such contacts only
+    from scipy.spatial import cKDTree
+
+    v = facets.places(x, np.arange(len(facets.cell)))
+    middles = v.mean(axis=1)
+    return cKDTree(middles), float(np.max(np.linalg.norm(v - middles[:, None], axis=2)))
+
+
+def _pairs(tree: cKDTree, y: Floats, distance: Any) -> tuple[Ints, Ints]:
+    lists = tree.query_ball_point(y, distance, return_sorted=True)
+    counts = np.array([len(some) for some in lists])
+    found = [np.array(some, dtype=np.int64) for some in lists]
+    return np.repeat(np.arange(len(y)), counts), np.concatenate(found)
+
+
+# halvings of an interval in which the cubic changes its sign: to round-off
+HALVINGS = 53
+
+
+def crossings(y: tuple[Floats, Floats], v: tuple[Floats, Floats]) -> tuple[Ints, Floats]:
+    """Moments at which points cross the planes of triangles, within these or beside them.
+
+    Args:
+        y: Positions of points at both states, shape (n, 3) each, m.
+        v: Vertices of triangles, shape (n, 3, 3) each, m.
+
+    Returns:
+        Numbers of the pairs, which may repeat, shape (m,), and parts of the way, shape (m,).
+    """
+    whole = _bernstein(y, v)
+    pairs = np.flatnonzero((whole.min(axis=0) < 0) & (whole.max(axis=0) > 0))
+    b = whole[:, pairs]
+    ends = _between_extremes(b)
+    found, when = [pairs[:0]], [np.zeros(0)]
+    for first, last in itertools.pairwise(ends):
+        begins = _value(b, first)
+        here = np.flatnonzero(begins * _value(b, last) < 0)
+        low, high, rises = first[here], last[here], begins[here] < 0
+        for _ in range(HALVINGS):
+            middle = (low + high) / 2
+            before = (_value(b[:, here], middle) < 0) == rises
+            low, high = np.where(before, middle, low), np.where(before, high, middle)
+        found.append(pairs[here])
+        when.append((low + high) / 2)
+    return np.concatenate(found), np.concatenate(when)
+
+
+def _bernstein(y: tuple[Floats, Floats], v: tuple[Floats, Floats]) -> Floats:
+    """Coefficients of six times the volume over the way, shape (4, n)."""
+    one, two, away = (
+        [x[:, 1] - x[:, 0] for x in v],
+        [x[:, 2] - x[:, 0] for x in v],
+        [point - x[:, 0] for point, x in zip(y, v, strict=True)],
+    )
+    found = np.zeros((4, len(y[0])))
+    for i, j in itertools.product(range(2), repeat=2):
+        normal = np.cross(one[i], two[j])
+        for k in range(2):
+            found[i + j + k] += np.vecdot(normal, away[k])
+    found[1:3] /= 3
+    return found
+
+
+def _value(b: Floats, t: Floats) -> Floats:
+    """Value of the cubic at parts of the way, shape (n,)."""
+    s = 1 - t
+    return np.asarray(((b[0] * s + 3 * b[1] * t) * s + 3 * b[2] * t * t) * s + b[3] * t**3)
+
+
+def _between_extremes(b: Floats) -> list[Floats]:
+    """Ends of intervals without extremes, from 0 to 1, shape (n,) each."""
+    d = np.diff(b, axis=0)
+    # of the derivative d0 s^2 + 2 d1 s t + d2 t^2
+    half, constant, square = d[1] - d[0], d[0], d[0] - 2 * d[1] + d[2]
+    root = np.sqrt(np.maximum(half**2 - square * constant, 0.0))
+    q = -(half + np.where(half < 0, -root, root))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        extremes = np.stack([q / square, constant / q])
+    inner = np.sort(np.clip(np.nan_to_num(extremes, nan=0.0), 0.0, 1.0), axis=0)
+    return [np.zeros(b.shape[1]), *inner, np.ones(b.shape[1])]

@@ -10,8 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from shellmb.arrays import Bools, Floats, Ints
-from shellmb.model.shell_contact.candidates import around, pairs_near
-from shellmb.model.shell_contact.facets import Facets, nearest
+from shellmb.model.shell_contact.facets import Facets, around, nearest, pairs_near
 
 # part of the distance at which bodies touch by which lines are deeper than the nodes at their ends:
 # as of obstacles (`diagnostics.forces.contacts`)

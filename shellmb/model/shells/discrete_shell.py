@@ -22,21 +22,26 @@ from shellmb.forms.tying import Tying, tying
 from shellmb.meshes.directors import reference_director
 from shellmb.meshes.mesh import SurfaceMesh
 from shellmb.meshes.shared import space_on
-from shellmb.meshes.spaces import NO_PARTS, MixedSpace, shell_space
+from shellmb.meshes.spaces import NO_PARTS, shell_space
 from shellmb.meshes.tying import cell_directions, cell_squares, shell_forces
-from shellmb.model.body import FixedDofs, NodeLink, PartScale
-from shellmb.model.frames.floating import FloatingFrame
-from shellmb.model.frames.unit import DirectorConstraint, directors_held
-from shellmb.model.rules import over_surface, quadrature_rules
+from shellmb.model.body import Body, PartScale
+from shellmb.model.frames.frame import DirectorConstraint, FloatingFrame, directors_held
+from shellmb.model.sections.branches import slowing
 from shellmb.model.sections.natural import Distributed, NaturalStress
-from shellmb.model.sections.section import bind_mass, bind_section, has_own_strains
+from shellmb.model.sections.section import (
+    bind_mass,
+    bind_section,
+    has_own_strains,
+    over_surface,
+    quadrature_rules,
+)
 from shellmb.model.sections.strains import Integrate
 from shellmb.model.shells.compatible import forces_of
-from shellmb.model.shells.direction import direction_1
-from shellmb.model.shells.positions import interpolated
+from shellmb.model.shells.positions import direction_1, field_of
 from shellmb.model.user_forms import components
 from shellmb.scene import Shell
 from shellmb.scene.loads.loads import Gravity
+from shellmb.scene.values.user_functions import values_at
 
 # strains that a user's measure gives, and how many of each
 STRAINS = {"eps": 3, "kap": 3, "gam": 2}
@@ -44,7 +49,7 @@ _ADVICE_MOTION = "a smaller step, a finer mesh, or a smaller load step"
 _ADVICE_FORCE = "a smaller step, or check the stiffness and thickness of the section"
 
 
-class DiscreteShell:
+class DiscreteShell(Body):
     """A shell on its mesh, before any force acts in it.
 
     Args:
@@ -68,10 +73,9 @@ class DiscreteShell:
         loads: Sequence[Distributed],
         dynamic: bool,
     ) -> None:
-        self.name, self.shell, self.surface_mesh = shell.name, shell, surface_mesh
-        domain = surface_mesh.mesh
+        self.shell, self.surface_mesh, domain = shell, surface_mesh, surface_mesh.mesh
         own = has_own_strains(shell, domain)
-        self.mixed: MixedSpace = shell_space(domain, shell.degree, own, self.everywhere)
+        super().__init__(shell.name, shell_space(domain, shell.degree, own, self.everywhere))
         self.director = reference_director(
             surface_mesh, self.mixed.subspaces["u"], shell.degree, shell.name
         )
@@ -92,9 +96,7 @@ class DiscreteShell:
         every = replace(shell, rotary_inertia=True, eccentric_inertia=True)
         self.mass_of_section = bind_mass(every, domain) if weighed else None
         self.mass = bind_mass(shell, domain) if dynamic else None
-        self._loads = loads
-        self.fixed: list[FixedDofs] = []
-        self.links: tuple[NodeLink, ...] = ()
+        self._loads, self.slowing = loads, slowing(shell.section, domain)
         self.kinematic = frozenset({"u", "w"})
         # set where joints tie the shell's velocities to those of other bodies
         self.slenderness = slenderness = self.section.sizes.thickness / surface_mesh.length
@@ -114,6 +116,33 @@ class DiscreteShell:
     def domain(self) -> SurfaceMesh:
         """Mesh of the shell with names."""
         return self.surface_mesh
+
+    @property
+    def described(self) -> Shell:
+        """Description of the body."""
+        return self.shell
+
+    @property
+    def extent(self) -> tuple[str, float]:
+        """Small dimension of the body in words, and its size, m."""
+        return "thickness", self.section.sizes.thickness
+
+    @property
+    def material(self) -> tuple[float, float]:
+        """Young's modulus, or stiffness over thickness, and density."""
+        sizes = self.section.sizes
+        E = getattr(self.shell.section, "E", None) or sizes.stiffness / sizes.thickness
+        return E, sizes.mass / sizes.thickness
+
+    def natural_faces(self) -> list[Floats]:
+        """Natural strains 11, 22 and 2*12 at both faces, for a factor of one."""
+        X, half, parts = self.mixed.nodes("u").T, self.section.sizes.thickness / 2, []
+        for name in ("membrane", "curvature"):
+            given = getattr(self.shell.natural, name)
+            who = f"natural strain of shell '{self.name}': {name}"
+            fixed = None if callable(given) else np.reshape(given, (3, 1))
+            parts.append(values_at(given, X, 3, who) if fixed is None else fixed)
+        return [parts[0] + side * half * parts[1] for side in (-1.0, 1.0)]
 
     @property
     def force_size(self) -> float:
@@ -186,12 +215,8 @@ class DiscreteShell:
         domain, formulation = self.mixed.space.mesh, self.section.formulation
         parts: list[Expr] = []
         for name in ("membrane", "curvature"):
-            value = getattr(given, name)
             who = f"natural strain of shell '{self.name}': {name}"
-            if callable(value):
-                parts.append(interpolated(value, self.mixed, 3, who))
-            else:
-                parts.append(fem.Constant(domain, np.asarray(value, dtype=float)))
+            parts.append(field_of(getattr(given, name), self.mixed, 3, who))
         membrane = parts[0] if self.shell.stretching else ufl.as_vector([0, 0, 0])
         e = ufl.as_vector([*membrane, *parts[1], 0.0, 0.0])
         factors: tuple[Any, ...] = given.time, *(fem.Constant(domain, 0.0) for _ in range(2))

@@ -1,7 +1,8 @@
-"""Strains of a shell with their section."""
+"""Strains of a shell with their section, their damping and relaxation."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from functools import partial
 
@@ -11,17 +12,30 @@ import basix
 import numpy as np
 import ufl
 from dolfinx import fem
+from ufl.algorithms.apply_algebra_lowering import apply_algebra_lowering
+from ufl.algorithms.apply_derivatives import apply_derivatives
 from ufl.constantvalue import Zero
 from ufl.core.expr import Expr
+from ufl.corealg.traversal import traverse_unique_terminals
 
+from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.forms import shell as shell_forms
+from shellmb.forms.measure import Measure
+from shellmb.forms.steps.damping import ViscousRule, ViscousShell
+from shellmb.forms.steps.mixed import LinearMixed, LinearOwn, assumed
 from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed
 from shellmb.forms.steps.path import is_quadratic
+from shellmb.forms.steps.stress_work_nonlinear import tangent
 from shellmb.forms.surface import Surface
+from shellmb.model.sections.branches import Fading, MaxwellBranches, Resisting, StrainDamping
+from shellmb.model.sections.section import SectionFields, couples
 from shellmb.model.sections.strains import GeneralStrains, HyperelasticStrains, Strains
+from shellmb.model.shells.compatible import rates_of
 from shellmb.model.shells.discrete_shell import DiscreteShell
 from shellmb.native.expressions import compiled_expression
+from shellmb.scene import LinearSection
+from shellmb.scene.shells.lamination import Layup
 from shellmb.scene.values.validate import show
 
 # a strain at rest, of a shell as thick as it is, that counts as round-off
@@ -95,3 +109,163 @@ def quadratic_strains(shell: DiscreteShell) -> bool:
     if shell.shell.strains is None:
         return True
     return is_quadratic(shell.strain.value, ufl.Coefficient(shell.mixed.space))
+
+
+# eigenvalues of a stiffness that are less than this, relative to the largest, are round-off
+NEGATIVE = 1e-10
+
+
+def strain_damping(shell: DiscreteShell) -> StrainDamping | None:
+    """Damping of the strains of a shell; None without any.
+
+    Args:
+        shell: The shell on its mesh.
+
+    Raises:
+        SceneError: If strains of the user are not quadratic, or an energy is not convex where it
+            is undeformed.
+    """
+    times = shell.shell.section.damping_times
+    if not any(times):
+        return None
+    if not quadratic_strains(shell):
+        own = shell.shell.strains
+        raise SceneError(
+            f"shell '{shell.name}': strains is {getattr(own, '__name__', own)}, which is not "
+            "quadratic in displacement and director; with damping of the section it must be, or "
+            "the damping a term of the shell"
+        )
+    formulation, strain = shell.section.formulation, shell.strain
+    if isinstance(formulation, NonlinearMixed):
+        parts = _of_rest(shell, formulation, strain)
+    else:
+        assert isinstance(formulation, LinearMixed | LinearOwn)
+        parts = _linear(shell, formulation, strain)
+    return StrainDamping(shell.layout, parts, partial(rates_of, shell)) if parts else None
+
+
+def _linear(
+    shell: DiscreteShell, section: LinearMixed | LinearOwn, strain: Measure
+) -> list[Resisting]:
+    """Damping of a linear section; of strains that are constrained none."""
+    membrane, bend, shear = shell.shell.section.damping_times
+
+    def constant(time: float, acts: bool = True) -> Expr | None:
+        return fem.Constant(shell.mixed.space.mesh, time) if time and acts else None
+
+    times = (
+        constant(membrane, shell.shell.stretching),
+        constant(bend),
+        constant(shear, shell.shell.transverse_shear),
+    )
+    if not any(time is not None for time in times):
+        return []
+    return [Resisting(ViscousShell(section, *times), strain, shell.integrate)]
+
+
+def _of_rest(shell: DiscreteShell, section: NonlinearMixed, strain: Measure) -> list[Resisting]:
+    """Damping of the elements' own strains, but for a share of the shear."""
+    (A, B, D, G), found = stiffness_at_rest(shell, section), []
+    if any(part is not None for part in (A, B, D, G)):
+        own = None if G is None else (1 - section.a) * G
+        seen = assumed(strain, shell.layout)
+        found.append(Resisting(ViscousRule(A, B, D, own), seen, shell.integrate))
+    if G is not None:
+        shared = ViscousRule(None, None, None, section.a * G)
+        found.append(Resisting(shared, strain, shell.integrate))
+    return found
+
+
+type Parts = tuple[Expr | None, Expr | None, Expr | None, Expr | None]
+
+
+def stiffness_at_rest(shell: DiscreteShell, section: NonlinearMixed) -> Parts:
+    """Damping from the stiffness of an energy at zero strain: membrane, coupling, bending, shear.
+
+    Args:
+        shell: The shell on its mesh.
+        section: Its mixed form.
+
+    Raises:
+        SceneError: If that is not positive.
+    """
+    mesh = shell.mixed.space.mesh
+    e = fem.Constant(mesh, np.zeros(8))
+    C = _numbers(tangent(section.energy_density, e))
+    label = getattr(shell.shell.section, "label", "section")
+    scale = np.sqrt(np.abs(np.outer(C.diagonal(), C.diagonal())))
+    least = np.linalg.eigvalsh(C / np.where(scale > 0, scale, 1.0)).min()
+    if not least >= -NEGATIVE:
+        raise SceneError(
+            f"shell '{shell.name}': the energy of its {label} has a stiffness at zero strain that "
+            f"is not positive (scaled, its least eigenvalue is {show(float(f'{least:.3g}'))}); "
+            "with damping, which is in proportion to it, it must be"
+        )
+    membrane, bend, shear = shell.shell.section.damping_times
+    B = math.sqrt(membrane * bend) * C[:3, 3:6]
+
+    def part(time: float, value: Floats) -> Expr | None:
+        return fem.Constant(mesh, np.ascontiguousarray(time * value)) if time else None
+
+    coupling = part(1.0, B) if np.abs(B).max() > 0 else None
+    own = part(membrane, C[:3, :3]), part(bend, C[3:6, 3:6]), part(shear, C[6:, 6:])
+    return own[0], coupling, own[1], own[2]
+
+
+def maxwell_branches(shell: DiscreteShell) -> MaxwellBranches | None:
+    """Maxwell branches of a shell's section; None without any.
+
+    Args:
+        shell: The shell on its mesh.
+
+    Raises:
+        SceneError: If strains of the user are not quadratic.
+    """
+    section = shell.shell.section
+    if not (isinstance(section, LinearSection) and section.relaxes):
+        return None
+    if not quadratic_strains(shell):
+        own = shell.shell.strains
+        raise SceneError(
+            f"shell '{shell.name}': strains is {getattr(own, '__name__', own)}, which is not "
+            "quadratic in displacement and director; with relaxation of the section it must be"
+        )
+    mixed, seen = shell.section.formulation, assumed(shell.strain, shell.layout)
+    assert isinstance(mixed, NonlinearMixed)
+    fields, found = SectionFields(shell.shell, shell.mixed.space.mesh), []
+    for shares, branches in section.generic.branches.items():
+
+        def part(name: str, shares: tuple[float, ...] = shares) -> Expr:
+            def value(at: Layup) -> Floats:
+                return np.asarray(getattr(at.scaled(shares), name))
+
+            return fields.of(value)
+
+        B, G = part("B") if couples(shell.shell, section) else None, part("G")
+        common = branches, shell.rules.full, shell.mixed.space.mesh
+        found.append(Fading(seen, _whole(part("A"), B, part("D"), (1 - mixed.a) * G), *common))
+        if not isinstance(mixed.a, Zero):
+            found.append(Fading(shell.strain, _whole(None, None, None, mixed.a * G), *common))
+    return MaxwellBranches(shell.name, shell.layout, found)
+
+
+def _whole(A: Expr | None, B: Expr | None, D: Expr | None, G: Expr) -> Expr:
+    """Stiffness of all strains, shape (8, 8)."""
+
+    def entry(i: int, j: int) -> Expr | int:
+        if max(i, j) >= 6:
+            return G[i - 6, j - 6] if min(i, j) >= 6 else 0
+        block = (A, B, B, D)[2 * (i // 3) + j // 3]
+        # coupling of layers is symmetric
+        return 0 if block is None else block[i % 3, j % 3]
+
+    return ufl.as_matrix([[entry(i, j) for j in range(8)] for i in range(8)])
+
+
+def _numbers(matrix: Expr) -> Floats:
+    """Values of an expression of Constants, shape (n, n)."""
+    lowered = apply_derivatives(apply_algebra_lowering(matrix))
+    terminals = traverse_unique_terminals(lowered)
+    known = {c: c.value.tolist() for c in terminals if isinstance(c, fem.Constant)}
+    n, m = lowered.ufl_shape
+    return np.array([[float(lowered[i, j]((0.0,) * 3, known)) for j in range(m)] for i in range(n)])

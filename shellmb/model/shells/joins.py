@@ -1,13 +1,37 @@
-"""Shells joined along an edge: shared displacements, and shared or mutually locked directors."""
+"""Shells joined along edges, and beams glued to shells.
+
+Reinforcing beams glued to shells: shared nodes, and frames that follow the shell's director.
+
+The displacements of the beam's nodes are those of the shell (Boolean identification, section 5 of
+the paper). A shell's director carries no moment about itself, so the beam's frame is connected to
+it by the shell revolute joint, `e1 . E3 = e2 . E3 = 0` (eq. 35), or, for the same result with
+fewer unknowns, the beam's third director is the shell's.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+from mpi4py import MPI
 
 import numpy as np
+import ufl
+from ufl.core.expr import Expr
 
+from shellmb.arrays import Bools, Floats, Int32s, Ints
 from shellmb.errors import SceneError
-from shellmb.model.body import NodeLink
+from shellmb.forms.constraints.joints import KINDS, Place
+from shellmb.meshes.surfaces.shell_lines import ShellLine, shell_line
+from shellmb.model.body import FixedDofs, NodeLink
+from shellmb.model.frames.beam import BeamModel
+from shellmb.model.joints.constraints import ConstraintGroup
 from shellmb.model.locations.nodes import ON_NODE, Nodes, shared_nodes
 from shellmb.model.shells.shell import ShellModel
-from shellmb.model.supports.nodal import NodalConstraint, kink
-from shellmb.scene import Join
+from shellmb.model.supports.prescribed import NodalConstraint, kink
+from shellmb.scene import Beam, Glue, Join, Scene
+from shellmb.scene.loads.supports import Driven
+from shellmb.scene.multibody.rigid import rotation_matrix
 
 # surfaces whose normals differ by less than this along the edge are one smooth surface [degrees]
 SMOOTH = 3.0
@@ -94,3 +118,237 @@ def _set_directors(body: ShellModel, nodes: Nodes, directors: np.ndarray) -> Non
     place = np.full(index_map.size_local + index_map.num_ghosts, -1)
     place[body.mixed.dofs["w"]] = np.arange(len(body.mixed.dofs["w"]))
     body.director.x.array[place[local[here]]] = directors.ravel()[here]
+
+
+# the rows of the shell revolute joint behind those of the displacements, which are identified
+ALIGNED = slice(3, 5)
+
+
+def line_along(beam: Beam, shell: ShellModel) -> ShellLine:
+    """The line of a shell's mesh along which a beam runs; collective.
+
+    Args:
+        beam: Description of the beam.
+        shell: The shell that its curve names, with its final directors.
+
+    Raises:
+        SceneError: If the line does not follow element edges.
+    """
+    return shell_line(
+        beam.name,
+        beam.curve,
+        shell.shell.surface,
+        shell.domain,
+        shell.mixed,
+        shell.node_directors()[:, 0],
+        beam.degree,
+    )
+
+
+@dataclass(frozen=True)
+class _Glued:
+    """A beam with the nodes of the shell that are its own.
+
+    Args:
+        glue: Description.
+        beam: The beam.
+        shell: The shell.
+        line: Their common nodes.
+        turns: Whether both have rotary inertia, and so jumps of directors' velocities.
+    """
+
+    glue: Glue
+    beam: BeamModel
+    shell: ShellModel
+    line: ShellLine
+    turns: bool
+
+    @property
+    def shares_director(self) -> bool:
+        """Decide whether there is one director for both.
+
+        Where only one of them has inertia, jumps of velocity of the two differ: eq. (35), with the
+        same result.
+        """
+        return self.glue.kind == "director" and self.turns
+
+    @property
+    def numbers(self) -> Ints:
+        """Number along the line of each local node of the beam."""
+        return self.line.line.numbers(self.beam.mixed.subspaces["u"])
+
+    def rows(self, part: str) -> Int32s:
+        """Local dofs of a part of the beam, one row per local node."""
+        size = self.beam.mixed.parts[part][1]
+        return self.beam.mixed.dofs[part].reshape(-1, size)
+
+    def link(self, part: str, columns: slice = slice(None)) -> NodeLink:
+        """Some components of a part of the beam are the part of the shell."""
+        rows = self.rows(part)[:, columns]
+        targets = self.line.dofs[part][self.numbers]
+        return NodeLink(rows.ravel(), self.shell.name, targets.ravel())
+
+    def beam_dofs(self) -> Ints:
+        """Global dofs of the beam's directors in the order of the line, shape (n, 9)."""
+        numbers, rows = self.numbers, self.rows("w")
+        index_map = self.beam.mixed.space.dofmap.index_map
+        pairs = (numbers, index_map.local_to_global(rows.ravel()).reshape(rows.shape))
+        found = np.zeros((len(self.line.x), 9), dtype=np.int64)
+        for where, dofs in self.beam.domain.mesh.comm.allgather(pairs):
+            found[where] = dofs
+        return found
+
+    def held(self) -> Bools:
+        """At which nodes of the line supports hold the shell's director still, shape (n,)."""
+        index_map = self.shell.mixed.space.dofmap.index_map
+        still = [f.dofs for f in self.shell.fixed if not f.moving]
+        local = np.concatenate([*still, np.zeros(0, dtype=np.int32)]).astype(np.int32)
+        gathered = self.shell.domain.mesh.comm.allgather(index_map.local_to_global(local))
+        return np.asarray(np.isin(self.line.dofs["w"], np.concatenate(gathered)).all(axis=1))
+
+    def driven(self, support: Driven) -> Bools:
+        """At which nodes of the line a support moves the shell's director, shape (n,)."""
+        nodes = shared_nodes(self.shell, support.at, support.label)
+        return np.asarray(np.isin(self.line.dofs["w"], nodes.dofs["w"]).all(axis=1))
+
+    def clamp(self, where: Bools, rotation: Callable[[float], Floats] | None = None) -> None:
+        """Prescribe the frames at nodes of the line.
+
+        A support that takes the shell's director takes the whole end of the beam with it, drilling
+        included.
+
+        Args:
+            where: Which nodes, shape (n,).
+            rotation: Their rotation over time, (3, 3); None: they are held.
+        """
+        here = where[self.numbers]
+        own = slice(0, 6) if self.shares_director else slice(0, 9)
+        rows = self.rows("w")[here][:, own]
+        D = self.beam.node_directors()[here][:, : rows.shape[1] // 3]
+        zeros = np.zeros(rows.size)
+
+        def change(t: float) -> Floats:
+            if rotation is None:
+                return zeros
+            return np.asarray((D @ (rotation(t) - np.eye(3)).T).ravel())
+
+        lam = self.rows("lam")[here]
+        if self.shares_director:
+            lam = np.delete(lam, 2, axis=1)
+        idle = np.zeros(lam.size)
+        self.beam.fixed.append(FixedDofs(rows.ravel(), change, rotation is not None))
+        self.beam.fixed.append(FixedDofs(lam.ravel(), lambda t: idle, False))
+
+
+class ShellRevolutes(ConstraintGroup):
+    """Eq. (35) at nodes that beams and shells share.
+
+    Args:
+        name: Name in the system.
+        comm: Communicator.
+        glued: Beams with their shells.
+        nodes: Numbers of the nodes along each line that have the joint.
+        force: Size of the multipliers, N m.
+        turns: Whether frames and shells have rotary inertia, and so jumps of directors' velocities.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        comm: MPI.Comm,
+        glued: Sequence[_Glued],
+        nodes: Sequence[Ints],
+        force: float,
+        turns: bool,
+    ) -> None:
+        both = list(zip(glued, nodes, strict=True))
+        counts, w = [len(k) for _, k in both], [g.beam_dofs()[k] for g, k in both]
+        beams = np.repeat([g.beam.name for g in glued], counts).tolist()
+        shells = np.repeat([g.shell.name for g in glued], counts).tolist()
+        targets = {
+            "d1": (beams, np.concatenate([dofs[:, 0:3] for dofs in w])),
+            "d2": (beams, np.concatenate([dofs[:, 3:6] for dofs in w])),
+            "E3": (shells, np.concatenate([g.line.dofs["w"][k] for g, k in both])),
+        }
+
+        def violation(q: Expr) -> Expr:
+            d1, d2, E3 = (r + self.layout.part(q, part) for part, r in self._reference.items())
+            nowhere = 0 * E3
+            joint = KINDS["shell revolute"]
+            rows = joint.constraints(Place(nowhere, (d1, d2)), Place(nowhere, (E3,)), nowhere)
+            return ufl.as_vector(rows[ALIGNED])
+
+        super().__init__(name, comm, sum(counts), 2, violation, force, targets=targets)
+        triads = np.concatenate([g.line.line.triads[k] for g, k in both])
+        self._reference = {
+            part: self.per_item(triads[:, 3 * k : 3 * k + 3], part)
+            for k, part in enumerate(targets)
+        }
+        self.labels = [
+            f"glue of '{g.beam.name}' and '{g.shell.name}' at "
+            f"({', '.join(f'{c:g}' for c in g.line.x[n])})"
+            for g, k in both
+            for n in k
+        ]
+        self.inertialess, self.moving = not turns, turns
+        if not turns:
+            self.jump_parts = frozenset()
+
+
+def glue_beams(
+    scene: Scene,
+    comm: MPI.Comm,
+    beams: Mapping[str, BeamModel],
+    shells: Mapping[str, ShellModel],
+    lines: Mapping[str, ShellLine],
+) -> list[ShellRevolutes]:
+    """Glue beams to shells; the supports of both must be there already. Collective.
+
+    Args:
+        scene: The scene.
+        comm: Communicator.
+        beams: Beams by name; their links and fixed dofs are filled in.
+        shells: Shells by name.
+        lines: Lines by name of the beam that runs along it.
+
+    Returns:
+        The constraints of eq. (35), in one group for all beams that share their kernels.
+    """
+    groups: dict[bool, list[tuple[_Glued, Ints]]] = {}
+    for glue in scene.glues:
+        beam, shell = beams[glue.beam], shells[glue.shell]
+        jumps = beam.jump_parts & shell.jump_parts
+        glued = _Glued(glue, beam, shell, lines[beam.name], scene.static or "w" in jumps)
+        own = [glued.link("u")]
+        if glued.shares_director:
+            # one director, and one multiplier of its length: both bodies add to its equations
+            own += [glued.link("w", slice(6, 9)), glued.link("lam", slice(2, 3))]
+        glued.beam.links += tuple(own)
+        held = glued.held()
+        glued.clamp(held)
+        for support in scene.supports:
+            if isinstance(support, Driven) and scene.bodies_of(support)[0].name == glue.shell:
+                moved = glued.driven(support) & ~held
+                glued.clamp(moved, _rotation(support))
+                held |= moved
+        nodes = np.flatnonzero(~held)
+        if not glued.shares_director and len(nodes):
+            groups.setdefault(glued.turns, []).append((glued, nodes))
+    return [
+        ShellRevolutes(
+            "shell revolute joints of beams" + ("" if turns else " without rotary inertia"),
+            comm,
+            [g for g, _ in items],
+            [k for _, k in items],
+            max(g.beam.force_size * g.beam.beam.section.size for g, _ in items),
+            turns,
+        )
+        for turns, items in groups.items()
+    ]
+
+
+def _rotation(support: Driven) -> Callable[[float], Floats]:
+    axis = np.asarray(support.axis, dtype=float)
+    axis = axis / np.linalg.norm(axis)
+    angle = support.rotation
+    return lambda t: rotation_matrix(axis * (angle(t) if angle else 0.0))

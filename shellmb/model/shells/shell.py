@@ -1,7 +1,11 @@
 """A shell as the schemes see it: forms of `shellmb.forms` bound to a mesh, a section and loads."""
 
-from collections.abc import Callable
-from functools import cached_property
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import cached_property, partial
+
+from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
 
 import numpy as np
 import numpy.typing as npt
@@ -13,22 +17,27 @@ from ufl.core.expr import Expr
 from shellmb.arrays import Floats
 from shellmb.forms import shell as shell_forms
 from shellmb.forms.constraints.held import Held
+from shellmb.forms.floating import shell as floating
+from shellmb.forms.floating.frame import frame_constraints
+from shellmb.forms.measure import Measure
 from shellmb.forms.shell import Mass, ShellStrains
 from shellmb.forms.steps.mixed import Interval
 from shellmb.forms.steps.path import Step
 from shellmb.forms.terms import Point
-from shellmb.model.body import Constraint, LoadFactors, Manifold, Rates, added, largest
-from shellmb.model.joints.held import Constraints
-from shellmb.model.rules import Rules
-from shellmb.model.sections.branches import MaxwellBranches
-from shellmb.model.sections.damping import StrainDamping, mass_damping, slowing
-from shellmb.model.sections.section import Arm, mass_arm
+from shellmb.meshes.mesh import SurfaceMesh
+from shellmb.model.body import Constraint, LoadFactors, Manifold, Rates, largest
+from shellmb.model.frames.frame import EVERYWHERE, FRAME, FloatingFrame, identified
+from shellmb.model.joints.constraints import Constraints
+from shellmb.model.massless import TimedLoads
+from shellmb.model.sections.branches import MaxwellBranches, StrainDamping
+from shellmb.model.sections.natural import Distributed
+from shellmb.model.sections.section import Arm, Rules, mass_arm
 from shellmb.model.sections.strains import HyperelasticStrains, Strains
 from shellmb.model.shells.discrete_shell import DiscreteShell
-from shellmb.model.shells.elastic import shell_strains
-from shellmb.model.shells.loads import ShellLoads
-from shellmb.model.shells.viscous import maxwell_branches, strain_damping
+from shellmb.model.shells.elastic import maxwell_branches, shell_strains, strain_damping
+from shellmb.model.shells.loads import load_work
 from shellmb.model.user_forms import virtual_work
+from shellmb.scene import Shell
 
 
 class ShellModel(DiscreteShell):
@@ -64,7 +73,7 @@ class ShellModel(DiscreteShell):
         return _over_mass(self.mass, self.rules, density)
 
     @property
-    def jump_parts(self) -> frozenset[str]:
+    def jump_parts(self) -> frozenset[str]:  # type: ignore[override]
         """Parts that have equations for the jump of velocities."""
         rotary = {"w", "lam"} if self._turns else set()
         found = {"u", *rotary, *self.everywhere}
@@ -76,7 +85,7 @@ class ShellModel(DiscreteShell):
         return mass_arm(self.mass, self.mixed.subspaces["u"], self.rules.nodes)
 
     @property
-    def manifold(self) -> Manifold:
+    def manifold(self) -> Manifold:  # type: ignore[override]
         """Unit directors."""
         reference = self.node_directors()[:, 0] if self.held.unit else None
         tangent = self._tangent, self._tangent_values, self._tangent_back
@@ -140,25 +149,21 @@ class ShellModel(DiscreteShell):
 
     def loads(self) -> LoadFactors | None:
         """A set of the shell's loads with time factors of their own."""
-        return ShellLoads(self, self._loads) if self._loads else None
+        return self.loads_of(self._loads) if self._loads else None
 
-    def applied(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
-        """The user's terms at the mid-point, and what damps in proportion to the mass."""
-        forms = [self.users(mid, rates, dq, time), mass_damping(self, self._slowing, rates, dq)]
-        return added(forms)
+    def loads_of(self, loads: Sequence[Distributed]) -> TimedLoads[Distributed]:
+        """Some loads on it with time factors of their own."""
+        timed = [(load.time, load) for load in loads]
+        return TimedLoads(self.mixed.space.mesh, timed, partial(load_work, self))
 
     @cached_property
-    def damping(self) -> StrainDamping | None:
+    def damping(self) -> StrainDamping | None:  # type: ignore[override]
         """Damping of its strains; None without any."""
         return strain_damping(self)
 
     def branches(self) -> MaxwellBranches | None:
         """New Maxwell branches of its section; None without any."""
         return maxwell_branches(self)
-
-    @cached_property
-    def _slowing(self) -> fem.Constant | None:
-        return slowing(self.shell.section, self.mixed.space.mesh)
 
     def users(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
         """Terms that the user added; None without any."""
@@ -263,3 +268,45 @@ def _over_mass(mass: Mass, rules: Rules, density: Callable[[Mass], Expr]) -> For
     if mass.I is not None:
         form += density(shell_forms.director_inertia(mass)) * rules.nodes
     return form
+
+
+class LinearShell(ShellModel):
+    """A shell with a floating frame; made as `DiscreteShell` is."""
+
+    everywhere = EVERYWHERE
+
+    def __init__(
+        self,
+        shell: Shell,
+        surface_mesh: SurfaceMesh,
+        loads: Sequence[Distributed],
+        dynamic: bool,
+    ) -> None:
+        super().__init__(shell, surface_mesh, loads, dynamic)
+        full, force = self.rules.full, self.section.force
+        self.ties = (FloatingFrame(self.mixed, self._apart, full, force),)
+        self.links = tuple(identified(self.mixed, self.name))
+        self.kinematic |= {FRAME}
+
+    def _frame(self, q: Expr) -> Expr:
+        return self.layout.part(q, FRAME)
+
+    def _apart(self, q: Expr) -> Expr:
+        """Constraints that tie the frame, shape (9,)."""
+        return frame_constraints(self._frame(q), floating.turned(*self.straining(q), self.surface))
+
+    def _moved(self, q: Expr) -> tuple[Expr, Expr, Expr]:
+        return (*self.straining(q), self._frame(q))
+
+    @cached_property
+    def strain(self) -> Measure:
+        """Strains relative to the frame, shape (8,)."""
+        return floating.strain_measure(self.surface, self._moved)
+
+
+def build_shell(
+    shell: Shell, surface_mesh: SurfaceMesh, loads: Sequence[Distributed], dynamic: bool
+) -> ShellModel:
+    """A shell with the strains that its model has; arguments as of `DiscreteShell`."""
+    kind = LinearShell if shell.model == "floating-frame" else ShellModel
+    return kind(shell, surface_mesh, loads, dynamic)

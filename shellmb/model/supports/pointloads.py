@@ -6,7 +6,6 @@ from mpi4py import MPI
 
 import numpy as np
 import ufl
-from ufl import Form
 from ufl.core.expr import Expr
 
 from shellmb.errors import SceneError
@@ -17,13 +16,10 @@ from shellmb.forms.loads import (
     follower_frame_moment,
     frame_moment,
 )
-from shellmb.forms.state import Layout
-from shellmb.forms.steps.discrete import variation
-from shellmb.meshes.nodes import constant_vector, node_mesh, node_space, set_constants
-from shellmb.model.body import LoadFactors, TimeFunction
-from shellmb.model.locations.ends import End, EndGroup
-from shellmb.model.locations.finder import Finder
-from shellmb.model.massless import Massless
+from shellmb.model.body import LoadFactors
+from shellmb.model.locations.ends import End, EndGroup, change_of
+from shellmb.model.locations.nodes import Finder
+from shellmb.model.massless import NodeGroup, NodeLoads
 from shellmb.scene import FollowerForce, FollowerMoment, PointForce, PointMoment, Scene
 
 # part of a moment about the director of a shell that counts as none
@@ -79,7 +75,7 @@ def _components(load: PointLoad) -> tuple[float, float, float]:
             return load.components
 
 
-class PointLoads(Massless):
+class PointLoads(NodeGroup):
     """Loads of one kind at points of bodies.
 
     Args:
@@ -98,16 +94,13 @@ class PointLoads(Massless):
         ends: Sequence[End],
         turns: bool,
     ) -> None:
-        self.nodes = node_mesh(comm, len(loads))
         # the vectors of a place are the body's directors
         axes = np.array([e.directors if e.framed else np.eye(3) for e in ends])
-        self._end = EndGroup(self.nodes, ends, axes, "1", turns)
-        mixed = node_space(self.nodes, self._end.parts)
-        super().__init__(name, mixed, (), tuple(self._end.links(mixed)))
-        self.layout = Layout(mixed.parts)
+        self._end = EndGroup(ends, axes, "1", turns)
+        super().__init__(name, comm, len(loads), places=[self._end])
         self.times = [load.time for load in loads]
         self.values = np.array([_components(load) for load in loads], dtype=float)
-        self.work, _ = _WORK[type(loads[0])]
+        self._kind, _ = _WORK[type(loads[0])]
 
     def place(self, q: Expr) -> Place:
         """The places at a state."""
@@ -115,33 +108,10 @@ class PointLoads(Massless):
 
     def loads(self) -> LoadFactors | None:
         """The loads with factors of their own."""
-        return _PointFactors(self)
+        return NodeLoads(self.nodes, self.values, self.times, self._work)
 
-
-class _PointFactors:
-    """Point loads with the time factors of one stage."""
-
-    def __init__(self, body: PointLoads) -> None:
-        self._body = body
-        self._value = constant_vector(body.nodes, 0 * body.values, "load")
-
-    def update(self, average: Callable[[TimeFunction | None], float]) -> None:
-        """Set the loads from their time functions."""
-        factors = np.array([average(time) for time in self._body.times])
-        set_constants(self._value, self._body.nodes, factors[:, None] * self._body.values)
-
-    def virtual_work(self, mid: Expr, dq: Expr) -> Form | None:
-        """Virtual work of the loads at the configuration `mid`."""
-        place = self._body.place(mid)
-        # places are linear in the state
-        change = Place(
-            variation(lambda q: self._body.place(q).x, mid, dq),
-            tuple(
-                variation(lambda q, k=k: self._body.place(q).e[k], mid, dq)  # type: ignore[misc]
-                for k in range(len(place.e))
-            ),
-        )
-        return self._body.work(self._value, place, change) * ufl.dx
+    def _work(self, value: Expr, mid: Expr, dq: Expr) -> Expr:
+        return self._kind(value, self.place(mid), change_of(self.place, mid, dq))
 
 
 def _refuse_drilling(load: PointMoment, end: End) -> None:

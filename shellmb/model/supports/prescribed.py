@@ -1,4 +1,6 @@
-"""Prescribed values of each node, collected before anything is fixed.
+"""Constraints at single nodes, and prescribed values of each node.
+
+Prescribed values of each node, collected before anything is fixed.
 
 A support prescribes components of a nodal vector, rows `normal . q = value(t)` of linear equations.
 Going through those of a node one after the other, a row that is a combination of the ones before it
@@ -10,14 +12,149 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
+from mpi4py import MPI
+
 import numpy as np
+import ufl
+from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats, Ints
 from shellmb.errors import SceneError
+from shellmb.forms.constraints import nodal as nodal_forms
 from shellmb.model.body import FixedDofs, PrescribedTurn
-from shellmb.model.locations.nodes import Meshed, shown
-from shellmb.model.supports.nodal import NodalConstraint, plane
+from shellmb.model.joints.constraints import ConstraintGroup
+from shellmb.model.locations.nodes import Meshed, said_point, shown
 from shellmb.scene.lookup import said
+
+
+class NodalConstraint(ConstraintGroup):
+    """One scalar constraint at each of a list of nodes, with its multiplier.
+
+    Args:
+        name: Name of the constraint.
+        comm: Communicator.
+        parts: Name of each nodal vector to (body, global dofs of shape (n, 3), reference values
+        (n, 3)).
+        constraint: Function of the nodal vectors and of the data, a scalar.
+        data: Values that the constraint needs at each node, shape (n, m).
+        scale: Size of the multiplier's force, N.
+        x: Positions of the nodes, for messages, shape (n, 3), m.
+        size: What violations are relative to: a length, m, or 1 where directors are held.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        comm: MPI.Comm,
+        parts: dict[str, tuple[str, Ints, Floats]],
+        constraint: Callable[[dict[str, Expr], Expr], Expr],
+        data: Floats,
+        scale: float,
+        x: Floats,
+        size: float = 1.0,
+    ) -> None:
+
+        def violation(q: Expr) -> Expr:
+            values = {p: r + self.layout.part(q, p) for p, r in self._reference.items()}
+            return ufl.as_vector([constraint(values, self._constants)])
+
+        targets = {part: ([body] * len(dofs), dofs) for part, (body, dofs, _) in parts.items()}
+        super().__init__(name, comm, len(data), 1, violation, scale, size, targets=targets)
+        self._reference = {p: self.per_item(values, p) for p, (_, _, values) in parts.items()}
+        self._constants = self.per_item(data, "data")
+        extent = float(np.max(np.abs(x))) or 1.0
+        self.labels = [f"{name} at {said_point(node, extent)}" for node in x]
+
+
+def kink(
+    name: str,
+    comm: MPI.Comm,
+    first: tuple[str, Ints, Floats],
+    second: tuple[str, Ints, Floats],
+    scale: float,
+    x: Floats,
+) -> NodalConstraint:
+    """The angle between the directors of two shells is locked at each node of their common edge."""
+    angle = np.sum(first[2] * second[2], axis=1, keepdims=True)
+    return NodalConstraint(
+        name,
+        comm,
+        {"d1": first, "d2": second},
+        lambda q, data: nodal_forms.locked_kink(q["d1"], q["d2"], data),
+        angle,
+        scale,
+        x,
+    )
+
+
+def plane(
+    name: str,
+    comm: MPI.Comm,
+    vector: tuple[str, Ints, Floats],
+    normals: Floats,
+    scale: float,
+    x: Floats,
+    size: float,
+) -> NodalConstraint:
+    """A nodal vector (a change from the reference) stays in the plane with the given normal.
+
+    Args:
+        name: Name of the constraint.
+        comm: Communicator.
+        vector: Name of the body, global dofs of shape (n, 3), reference values (n, 3).
+        normals: Unit normals, shape (n, 3).
+        scale: Size of the multiplier's force, N, or moment, N m.
+        x: Positions of the nodes, for messages, shape (n, 3), m.
+        size: What violations are relative to: the body's length, m, or 1 of a director.
+    """
+    body, dofs, _ = vector
+    return NodalConstraint(
+        name,
+        comm,
+        {"q": (body, dofs, np.zeros((len(normals), 3)))},
+        lambda q, data: nodal_forms.in_plane(q["q"], data),
+        normals,
+        scale,
+        x,
+        size,
+    )
+
+
+def arm_plane(
+    name: str,
+    comm: MPI.Comm,
+    body: str,
+    dofs: dict[str, Ints],
+    arms: Floats,
+    normals: Floats,
+    scale: float,
+    x: Floats,
+    length: float,
+) -> NodalConstraint:
+    """The ends of arms at nodes stay in the planes with the given normals.
+
+    Args:
+        name: Name of the constraint.
+        comm: Communicator.
+        body: Name of the body.
+        dofs: Global dofs of the nodes' displacements "u", (n, 3), and directors "w", (n, 3 m).
+        arms: Components of the arms along the directors, shape (n, m), m.
+        normals: Unit normals, shape (n, 3).
+        scale: Size of the multiplier's force, N.
+        x: Positions of the nodes, for messages, shape (n, 3), m.
+        length: Size of the body, m.
+    """
+    zeros, count = np.zeros((len(x), 3)), arms.shape[1]
+    turns = {f"w{k}": (body, dofs["w"][:, 3 * k : 3 * k + 3], zeros) for k in range(count)}
+
+    def constraint(q: dict[str, Expr], data: Expr) -> Expr:
+        end = sum((data[3 + k] * q[f"w{k}"] for k in range(count)), start=q["u"])
+        return nodal_forms.in_plane(end, ufl.as_vector([data[i] for i in range(3)]))
+
+    parts = {"u": (body, dofs["u"], zeros), **turns}
+    data = np.hstack([normals, arms])
+    return NodalConstraint(name, comm, parts, constraint, data, scale, x, length)
+
 
 Dof = tuple[str, int]
 

@@ -18,8 +18,9 @@ from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats, Int32s
 from shellmb.errors import SceneError
-from shellmb.model.body import LoadFactors, TimeFunction
+from shellmb.model.body import LoadFactors
 from shellmb.model.locations.nodes import ON_NODE, shown
+from shellmb.model.massless import TimedLoads
 from shellmb.model.user_bodies.body import OwnBody
 from shellmb.scene import Scene
 from shellmb.scene.loads.loads import Gravity
@@ -146,29 +147,20 @@ class PlacedBody(OwnBody):
 
     def loads(self) -> LoadFactors | None:
         """Weight of the body."""
-        return _Weight(self) if self.gravity and self._mass is not None else None
+        if not self.gravity or self._mass is None:
+            return None
+        domain, given = self.space.mesh, self.gravity
+        loads = [(g.time, fem.Constant(domain, np.array(g.acceleration, float))) for g in given]
+        return TimedLoads(domain, loads, self._weight)
+
+    def _weight(self, acceleration: fem.Constant, mid: Expr, dq: Expr) -> Form:
+        work = self.momentum_along(dq, acceleration)
+        assert work is not None
+        return work
 
 
 def _lower(a: Floats, b: Floats) -> Floats:
     return np.minimum(a, b)
-
-
-class _Weight:
-    """Weight of a body with the factors of one stage."""
-
-    def __init__(self, body: PlacedBody) -> None:
-        self._body = body
-        self._acceleration = fem.Constant(body.space.mesh, np.zeros(3))
-
-    def update(self, average: Callable[[TimeFunction | None], float]) -> None:
-        """Set the acceleration from the loads' time functions."""
-        self._acceleration.value[:] = sum(
-            average(load.time) * np.asarray(load.acceleration) for load in self._body.gravity
-        )
-
-    def virtual_work(self, mid: Expr, dq: Expr) -> Form | None:
-        """Virtual work of the weight."""
-        return self._body.momentum_along(dq, self._acceleration)
 
 
 def build_own_bodies(scene: Scene, comm: MPI.Comm) -> dict[str, OwnBody]:

@@ -11,7 +11,14 @@ import numpy as np
 from shellmb.arrays import Bools, Floats
 from shellmb.model.body import Body, constraint_errors
 from shellmb.model.joints.joints import JointGroup
-from shellmb.observers.deferred_observer import STEPS, DeferredNumbers, DeferredObserver, Row
+from shellmb.observers.deferred_observer import (
+    STEPS,
+    Booked,
+    DeferredNumbers,
+    DeferredObserver,
+    Row,
+    SharedTable,
+)
 from shellmb.observers.fields.nodal import nodal_bodies
 from shellmb.simulate.simulation import Simulation
 
@@ -21,40 +28,25 @@ SMALL = 2000
 
 
 class Constraints(DeferredObserver):
-    """Largest constraint errors; nothing in linear statics, where constraints are linearised."""
+    """Largest constraint errors; nothing in linear statics, where constraints are linearised.
+
+    Attributes:
+        director_max: Largest deviation so far of a shell's director from unit length, or of a
+            frame from orthonormality. None if not measured.
+        constraint_max: Largest violation of any constraint so far, `director_max` included.
+        joints: Largest violation so far of each joint. Of positions it is relative to the scene's
+            length, of directions in rad; what was left out as redundant counts.
+    """
 
     remembered = ("_director_max", "_constraint_max", "_joints")
+    director_max, constraint_max = Booked[float | None](), Booked[float | None]()
+    joints = Booked[Row]()
 
     def __init__(self) -> None:
         super().__init__()
         self._director_max: float | None = None
         self._constraint_max: float | None = None
         self._joints: dict[str, float] = {}
-
-    @property
-    def director_max(self) -> float | None:
-        """Largest deviation so far of a shell's director from unit length, or of a frame.
-
-        Of a frame it is that from orthonormality. None if not measured.
-        """
-        self.book()
-        return self._director_max
-
-    @property
-    def constraint_max(self) -> float | None:
-        """Largest violation of any constraint so far, `director_max` included."""
-        self.book()
-        return self._constraint_max
-
-    @property
-    def joints(self) -> dict[str, float]:
-        """Largest violation so far of each joint.
-
-        Of positions it is relative to the scene's length, of directions in rad; what was left out
-        as redundant counts.
-        """
-        self.book()
-        return self._joints
 
     def start(self, simulation: Simulation) -> None:
         """Take the errors at the start."""
@@ -79,9 +71,8 @@ class Constraints(DeferredObserver):
         for each, states in zip(kept, self._kept.tables, strict=True):
             each.states = states
         # of each step: of directors, of all constraints, and of each joint
-        self._worst = np.zeros((STEPS, 2 + len(number)))
-        self._measured, self._comm = not simulation.scheme.linear, model.comm
-        self._alone = model.comm.size == 1
+        self._worst = SharedTable(model.comm, (2 + len(number),), MPI.MAX)
+        self._measured = not simulation.scheme.linear
         if self._measured:
             self.take_accepted(simulation, 0)
             self.begin(*self.book_rows(slice(0, 1)))
@@ -95,15 +86,10 @@ class Constraints(DeferredObserver):
             body.take(row)
         for group in self._switched_groups:
             group.take(row)
-        if not self._alone:
-            # booking is not collective
-            self._add(slice(row, row + 1))
-            self._comm.Allreduce(MPI.IN_PLACE, self._worst[row], op=MPI.MAX)
+        self._worst.take(row, self._add)
 
-    def _add(self, rows: slice) -> None:
+    def _add(self, rows: slice, worst: Floats) -> None:
         """Largest violations of directors and of each joint on this rank."""
-        worst = self._worst[rows]
-        worst[:] = 0.0
         for body in self._bodies:
             body.add(rows, worst)
         for group in self._groups:
@@ -113,10 +99,8 @@ class Constraints(DeferredObserver):
     def book_rows(self, rows: slice) -> list[Row]:
         """See which are the largest."""
         if not self._measured:
-            return [{} for _ in self._worst[rows]]
-        if self._alone:
-            self._add(rows)
-        worst = self._worst[rows]
+            return [{} for _ in range(*rows.indices(STEPS))]
+        worst = self._worst.of(rows, self._add)
         director, every, *joints = worst.max(axis=0).tolist()
         self._director_max = max(self._director_max or 0.0, director)
         self._constraint_max = max(self._constraint_max or 0.0, every)

@@ -20,15 +20,13 @@ from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats
 from shellmb.observers.account.energy import EnergyAccount, present
-from shellmb.observers.deferred_observer import STEPS, DeferredObserver, Row
+from shellmb.observers.deferred_observer import STEPS, Booked, DeferredObserver, Row
 from shellmb.observers.forces.impulse import Impulse
 from shellmb.simulate.simulation import Simulation
 from shellmb.system.assembly.deferred import DeferredValues
 from shellmb.system.assembly.functionals import functionals, functionals_of_steps, vector_of
 
 KINDS = {"momentum": "linear", "angular momentum": "angular"}
-# impulses of loads, of supports, and of impacts at which something begins to act
-IMPULSES = ("loads", "supports", "impacts")
 COLUMNS = [f"{name}_{axis}" for name in ("momentum", "angular_momentum") for axis in "xyz"]
 
 # below this part of m v, with v from the largest kinetic energy, and of the impulses of single
@@ -45,15 +43,23 @@ class Momentum(DeferredObserver):
 
     Args:
         account: The energy balance, for the scale of a momentum that is zero.
+
+    Attributes:
+        drift: Largest drift so far, in the units of `values`; empty in statics.
     """
+
+    drift = Booked[Row]()
+    remembered = ("_initial", "_drift", "_largest", "_gross")
 
     def __init__(self, account: EnergyAccount) -> None:
         super().__init__()
         self.account = account
         self._drift: dict[str, float] = {}
-        self._initial: Floats | None = None
-        # both momenta now, and impulses so far
-        self._vectors = np.zeros((1 + len(IMPULSES), 2, 3))
+        # none before the start
+        self._initial = np.zeros((0, 3))
+        # both momenta now, and impulses so far: of loads, of supports, and of impacts at which
+        # something begins to act
+        self._vectors = np.zeros((4, 2, 3))
         self._now_vectors, self._impulses = self._vectors[0], self._vectors[1:]
         self._loads, self._supports, self._impacts = self._impulses
         self._largest = dict.fromkeys(KINDS, 0.0)
@@ -64,12 +70,6 @@ class Momentum(DeferredObserver):
         """Momenta by their `KINDS`, kg m/s and kg m^2/s, each of shape (3,)."""
         self.book()
         return dict(zip(KINDS, self._now_vectors.copy(), strict=True)) if self._drift else {}
-
-    @property
-    def drift(self) -> dict[str, float]:
-        """Largest drift so far, in the units of `values`; empty in statics."""
-        self.book()
-        return self._drift
 
     def start(self, simulation: Simulation) -> None:
         """Make the functionals and take the initial momenta."""
@@ -85,7 +85,7 @@ class Momentum(DeferredObserver):
         self._impulse = Impulse(simulation)
         self._mass = self._total_mass(simulation, bodies)
         self._take()
-        if self._initial is None:
+        if not len(self._initial):
             self._initial = self._now_vectors.copy()
         for kind in KINDS:
             self._drift.setdefault(kind, 0.0)
@@ -163,7 +163,6 @@ class Momentum(DeferredObserver):
         loads, supports = sums[:, :12].reshape(-1, 2, 2, 3).swapaxes(0, 1)
         impacts = np.broadcast_to(self._impacts, loads.shape)
         vectors = np.stack([after, loads, supports, impacts])
-        assert self._initial is not None
         left = after - self._initial - np.add.reduce(vectors[1:])
         drift = np.linalg.norm(left, axis=2).max(axis=0)
         for kind, largest in zip(KINDS, drift.tolist(), strict=True):
@@ -189,22 +188,12 @@ class Momentum(DeferredObserver):
 
     def kept(self) -> dict[str, Any]:
         """The sums and largest values so far."""
-        initial = self._initial
-        return {
-            "initial": {} if initial is None else dict(zip(KINDS, initial.tolist(), strict=True)),
-            "impulses": dict(zip(IMPULSES, self._impulses.tolist(), strict=True)),
-            "drift": dict(self._drift),
-            "largest": dict(self._largest),
-            "gross": self._gross,
-        }
+        return super().kept() | {"impulses": self._impulses.tolist()}
 
     def take_up(self, state: dict[str, Any]) -> None:
         """Take up saved sums."""
-        initial = [state["initial"][kind] for kind in KINDS if kind in state["initial"]]
-        self._initial = np.array(initial) if initial else None
-        self._impulses[:] = [state["impulses"][name] for name in IMPULSES]
-        self._drift, self._largest = dict(state["drift"]), dict(state["largest"])
-        self._gross = float(state["gross"])
+        super().take_up(state)
+        self._impulses[:] = state["impulses"]
 
 
 def _columns(momenta: Floats) -> list[Row]:

@@ -19,7 +19,7 @@ import numpy as np
 
 from shellmb.arrays import Floats
 from shellmb.model.frames.rigid import GROUND, RigidBodies
-from shellmb.observers.deferred_observer import STEPS, DeferredObserver, Row
+from shellmb.observers.deferred_observer import STEPS, Booked, DeferredObserver, Row, SharedTable
 from shellmb.observers.fields.nodal import Nodes, nodal_bodies
 from shellmb.simulate.simulation import Simulation
 
@@ -73,17 +73,18 @@ class Turn:
 
 
 class BodyRotations(DeferredObserver):
-    """Follows how all bodies of a dynamic scene turn."""
+    """Follows how all bodies of a dynamic scene turn.
+
+    Attributes:
+        turns: Rotations, by name of the body in the scene.
+    """
+
+    turns = Booked[dict[str, Turn]]()
+    remembered = ("_turns",)
 
     def __init__(self) -> None:
         super().__init__()
         self._turns: dict[str, Turn] = {}
-
-    @property
-    def turns(self) -> dict[str, Turn]:
-        """Rotations, by name of the body in the scene."""
-        self.book()
-        return self._turns
 
     def start(self, simulation: Simulation) -> None:
         """Find the nodes."""
@@ -102,10 +103,9 @@ class BodyRotations(DeferredObserver):
                 first = body.mixed.dofs["u"].reshape(-1, 3)[:, 0]
                 mine = np.flatnonzero(first < index_map.size_local).astype(np.int32)
                 self._flexible.append(_Flexible(name, Nodes(body, mine)))
-        names = [body.name for body in self._flexible]
-        for name in names + (self._rigid.names if self._rigid else []):
-            self._turns.setdefault(name, Turn())
-        followed = [*(body.name for body in self._flexible)]
+        followed = [body.name for body in self._flexible]
+        rigid = self._rigid.names if self._rigid else []
+        self._turns = {name: Turn() for name in (*followed, *rigid)} | self._turns
         followed += [self._rigid.name] if self._rigid else []
         # states at the start and at the end of a step
         problem = simulation.problem
@@ -114,11 +114,11 @@ class BodyRotations(DeferredObserver):
             name: (here.q.x.array, here.unknown[problem.last].x.array)
             for name, here in levels.items()
         }
-        # chords and sums of flexible bodies, chords of rigid ones, and changes of their state
+        # chords and sums of flexible bodies, changes of the state of rigid ones, and their chords
         self._sums = np.zeros((STEPS, len(self._flexible), 44))
-        self._chords = np.zeros((STEPS, len(self._rigid.names) if self._rigid else 0))
-        size = len(simulation.problem.state(self._rigid.name).x.array) if self._rigid else 0
+        size = len(problem.state(self._rigid.name).x.array) if self._rigid else 0
         self._changes, self._serial = np.zeros((STEPS, size)), model.comm.size == 1
+        self._chords = SharedTable(model.comm, (len(rigid),), MPI.MAX)
 
     def take_solved(self, simulation: Simulation, row: int) -> None:
         """Take what turns in the step: both of its ends are at hand."""
@@ -134,12 +134,13 @@ class BodyRotations(DeferredObserver):
                 comm.Allreduce(MPI.IN_PLACE, sums[1:])
                 sums[0] = comm.allreduce(sums[0], op=MPI.MAX)
         if self._rigid is not None:
-            changes, (start, end) = self._changes[row], self._ends[self._rigid.name]
-            np.subtract(end, start, out=changes)
-            if not self._serial:
-                # booking is not collective
-                self._chords[row] = self._rigid.chords(changes[None])
-                simulation.model.comm.Allreduce(MPI.IN_PLACE, self._chords[row], op=MPI.MAX)
+            start, end = self._ends[self._rigid.name]
+            np.subtract(end, start, out=self._changes[row])
+            self._chords.take(row, self._find_chords)
+
+    def _find_chords(self, rows: slice, chords: Floats) -> None:
+        assert self._rigid is not None
+        chords[:] = self._rigid.chords(self._changes[rows])
 
     def book_rows(self, rows: slice) -> list[Row]:
         """Add the angles of the steps."""
@@ -151,20 +152,15 @@ class BodyRotations(DeferredObserver):
                 found = (part.tolist() for part in fit(self._sums[rows, k, 1:]))
                 for angle, mean, radius, (t, dt) in zip(chords, *found, when, strict=True):
                     turn.add(angle, mean, radius, t, dt)
-            if self._rigid is not None and self._serial:
-                self._chords[rows] = self._rigid.chords(self._changes[rows])
-            chords = self._chords[rows].T.tolist()
-            for name, each in zip(self._rigid.names if self._rigid else (), chords, strict=True):
-                self._turns[name].add_whole([_angle(chord) for chord in each], when)
+            if self._rigid is not None:
+                every = self._chords.of(rows, self._find_chords).T.tolist()
+                for name, each in zip(self._rigid.names, every, strict=True):
+                    self._turns[name].add_whole([_angle(chord) for chord in each], when)
         return [{} for _ in when]
 
-    def kept(self) -> dict[str, Any]:
-        """Findings so far."""
-        return {name: dict(vars(turn)) for name, turn in self._turns.items()}
-
     def take_up(self, state: dict[str, Any]) -> None:
-        """Take it up."""
-        self._turns = {name: Turn(**values) for name, values in state.items()}
+        """Take up findings so far."""
+        self._turns = {name: Turn(**values) for name, values in state["turns"].items()}
 
 
 class _Flexible:

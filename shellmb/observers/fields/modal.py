@@ -1,25 +1,34 @@
-"""Nodal values of shells and beams that are reduced to modes, found from frame and amplitudes."""
+"""Shells and beams that are reduced to modes: nodal values and resultants, by frame and amplitudes.
+
+Strains of a body in modes are linear in the amplitudes, and resultants follow by its own section:
+what the full body has in each mode is looked at once.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 from mpi4py import MPI
 
 import numpy as np
+import ufl
+from dolfinx import fem
+from ufl.algorithms.ad import expand_derivatives
+from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats, Int32s
+from shellmb.model.frames.beam import BeamModel
 from shellmb.model.model import Model
-from shellmb.model.reduced.data import ModalBody
-from shellmb.model.reduced.modes import Modes
-from shellmb.observers.fields.nodal import NodalValues
+from shellmb.model.reduced.data import ModalBody, amplitudes
+from shellmb.model.reduced.floating_body import Modes
+from shellmb.model.shells.shell import ShellModel
+from shellmb.native.expressions import compiled_expression
+from shellmb.observers.fields.nodal import NodalValues, NodeGroup
+from shellmb.observers.fields.resultants import Resultants
 from shellmb.simulate.simulation import Simulation
 
 # displacement of a frame, changes of its directors
 FRAME = 12
-# what of the nodal values takes rates
-RATES = {"velocity", "director_velocity", "angular_velocity"}
 
 
 def modal_members(model: Model) -> dict[str, ModalBody]:
@@ -82,8 +91,8 @@ class ModalState:
         return self.read(frames.x.array, modes.x.array)
 
 
-class ModalNodes:
-    """Nodes of a shell or beam in modes whose values are requested again and again.
+class ModalNodes(NodeGroup):
+    """Nodes of a shell or beam in modes.
 
     Args:
         model: The model.
@@ -97,13 +106,9 @@ class ModalNodes:
         here = slice(None) if which is None else which
         member, center = data.members[name], model.rigid.bodies[model.rigid.index[data.name]].center
         self.state = ModalState(model, data)
-        self._X, self._D = member.body.mixed.nodes("u")[here], member.body.node_directors()[here]
+        X, D = member.body.mixed.nodes("u"), member.body.node_directors()
+        super().__init__(name, X[here], D[here])
         self._arms, self._u, self._w = self._X - center, member.u[here], member.w[here]
-
-    @property
-    def count(self) -> int:
-        """Their number."""
-        return len(self._X)
 
     def shape(self, frame: Floats, eta: Floats) -> Floats:
         """Small displacements of the nodes, shape (n, 3), m.
@@ -114,16 +119,10 @@ class ModalNodes:
         """
         return np.asarray(frame[:3] + self._arms @ frame[3:].reshape(3, 3) + self._u @ eta)
 
-    def now(self, simulation: Simulation, name: str = "", moving: bool = True) -> NodalValues:
-        """Values at the nodes, between two steps of a simulation; collective.
-
-        Args:
-            simulation: The simulation.
-            name: Not used: these nodes know their body.
-            moving: Whether velocities are wanted; they are zero else.
-        """
+    def now(self, simulation: Simulation) -> NodalValues:
+        """Values at the nodes, between two steps of a simulation; collective."""
         frame, eta = self.state.now(simulation)
-        moved = moving and simulation.scheme.dynamic and "v" in simulation.scheme.rates
+        moved = simulation.scheme.dynamic and "v" in simulation.scheme.rates
         rates = self.state.now(simulation, "v") if moved else (0 * frame, 0 * eta)
         change, spin = frame[3:].reshape(3, 3), rates[0][3:].reshape(3, 3)
         d = np.eye(3) + change
@@ -138,21 +137,112 @@ class ModalNodes:
             (self._D + w) @ spin + dw @ d,
         )
 
-    def reader(
-        self, simulation: Simulation, name: str, quantity: str, offsets: Floats | None = None
-    ) -> Callable[[], Floats]:
-        """Reads one quantity between two steps, shape (n, 3); collective.
 
-        Args:
-            simulation: The simulation.
-            name: Not used.
-            quantity: Name of one of the `NodalValues`.
-            offsets: Components along the directors of points fixed to the nodes, m; None: none.
-        """
-        moving = quantity in RATES
+class MeanAmplitudes:
+    """Amplitudes that the elastic forces of a step belong to; of a state in statics.
 
-        def read() -> Floats:
-            values = self.now(simulation, moving=moving)
-            return np.asarray(getattr(values if offsets is None else values.at(offsets), quantity))
+    Args:
+        simulation: The simulation.
+        name: Name of a shell or beam in modes.
+    """
 
-        return read
+    def __init__(self, simulation: Simulation, name: str) -> None:
+        self._simulation, problem = simulation, simulation.problem
+        self._state = ModalState(simulation.model, modal_members(simulation.model)[name])
+        self._values: Floats | None = None
+        self._read: fem.Expression | None = None
+        modes = self._state.modes
+        self._mesh = modes.mixed.space.mesh
+        if not simulation.scheme.dynamic:
+            return
+        mean = problem.steps[modes.name].mean_state()
+        middle = np.full((1, 1), 0.5)
+        self._read = compiled_expression(ufl.as_vector(amplitudes(modes.layout, mean)), middle)
+
+    def solved(self) -> None:
+        """Take them while the start of the step is at hand; collective."""
+        if self._read is None:
+            return
+        comm, found = self._mesh.comm, np.zeros(self._state.modes.data.count)
+        # on the rank that has them
+        if self._mesh.topology.index_map(1).size_local:
+            found += np.ravel(self._read.eval(self._mesh, np.zeros(1, np.int32)))
+        comm.Allreduce(MPI.IN_PLACE, found)
+        self._values = found
+
+    def now(self) -> Floats:
+        """Resultants of the step solved last; before the first, and in statics, of the state."""
+        if self._values is not None and self._simulation.last is not None:
+            return self._values
+        return self._state.now(self._simulation)[1]
+
+
+class ModalResultants(Resultants):
+    """Resultants of a shell or beam in modes, as `Resultants` of an exact one.
+
+    Args:
+        simulation: The simulation.
+        name: Name of the shell or beam.
+    """
+
+    def __init__(self, simulation: Simulation, name: str) -> None:
+        self._mean = MeanAmplitudes(simulation, name)
+        member = modal_members(simulation.model)[name].members[name]
+        # at rest
+        q, along = (fem.Function(member.body.mixed.space) for _ in range(2))
+        vector = self._vector(member.body, q)
+        self._prepare(member.body, [expand_derivatives(ufl.derivative(vector, q, along))])
+        found = []
+        for state in member.states.T:
+            along.x.array[:] = state
+            found.append(self.at_nodes(self._expressions[0]))
+        # of each mode in each element at its nodes, shape (elements, nodes, size, K)
+        self._table: Floats = np.stack(found, axis=-1)
+
+    def _vector(self, body: ShellModel | BeamModel, q: fem.Function) -> Expr:
+        """Vector that is read of a state."""
+        return body.resultants(q)
+
+    def solved(self) -> None:
+        """Take the amplitudes of the step."""
+        self._mean.solved()
+
+    def elements(self) -> Floats:
+        """Values of each element of this rank at its nodes, shape (elements, nodes, size)."""
+        return np.asarray(self._table @ self._mean.now())
+
+
+def resultants_of(simulation: Simulation, body: ShellModel | BeamModel) -> Resultants:
+    """Reader of the resultants of a shell or beam, also in modes; making it is collective.
+
+    Args:
+        simulation: The simulation.
+        body: The shell or beam.
+    """
+    if body.name in modal_members(simulation.model):
+        return ModalResultants(simulation, body.name)
+    return Resultants(simulation, body)
+
+
+class ModalStrained(ModalResultants):
+    """Strains of a shell in modes with a nonlinear section, and its energy per area, shape (9,).
+
+    Args:
+        simulation: The simulation.
+        name: Name of the shell.
+    """
+
+    def _vector(self, body: ShellModel | BeamModel, q: fem.Function) -> Expr:
+        """Strains, and resultants for the energy."""
+        assert isinstance(body, ShellModel)
+        e, R = body.strains(q), super()._vector(body, q)
+        return ufl.as_vector([*e.eps, *e.kap, *e.gam, *(R[k] for k in range(8))])
+
+    def solved(self) -> None:
+        """Strains are those of the state, as `Strained` has them."""
+
+    def elements(self) -> Floats:
+        """Values of each element of this rank at its nodes, shape (elements, nodes, 9)."""
+        values = super().elements()
+        strains, energy = values[..., :8], (values[..., :8] * values[..., 8:]).sum(axis=-1) / 2
+        return np.concatenate([strains, energy[..., None]], axis=-1)

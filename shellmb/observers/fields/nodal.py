@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -76,14 +76,7 @@ class NodalValues:
 
     def take(self, nodes: Int32s) -> NodalValues:
         """Values at some of the nodes, in that order; one node may stand there several times."""
-        return NodalValues(
-            self.reference[nodes],
-            self.displacement[nodes],
-            self.reference_directors[nodes],
-            self.directors[nodes],
-            self.velocity[nodes],
-            self.director_velocity[nodes],
-        )
+        return NodalValues(*(getattr(self, field.name)[nodes] for field in fields(self)))
 
 
 def rotation_vectors(reference: Floats, directors: Floats) -> Floats:
@@ -145,11 +138,50 @@ def nodal_values(simulation: Simulation, name: str) -> NodalValues:
         simulation: The simulation, between two steps.
         name: Name of the body in the system.
     """
-    return Nodes(nodal_bodies(simulation.model)[name]).now(simulation, name)
+    return Nodes(nodal_bodies(simulation.model)[name]).now(simulation)
 
 
-class Nodes:
+class NodeGroup:
     """Nodes of a body whose values are requested again and again.
+
+    Args:
+        name: Name of the body.
+        X: Their reference positions, shape (n, 3), m.
+        D: Their directors in the reference, shape (n, m, 3).
+
+    Attributes:
+        name: Name of the body.
+        count: Their number.
+    """
+
+    def __init__(self, name: str, X: Floats, D: Floats) -> None:
+        self.name, self._X, self._D, self.count = name, X, D, len(X)
+
+    def now(self, simulation: Simulation) -> NodalValues:
+        """Values at the nodes, between two steps of a simulation; collective."""
+        raise NotImplementedError
+
+    def reader(
+        self, simulation: Simulation, quantity: str, offsets: Floats | None = None
+    ) -> Callable[[], Floats] | Reading:
+        """Reads one quantity between two steps, shape (n, 3); collective.
+
+        Args:
+            simulation: The simulation.
+            quantity: Name of one of the `NodalValues`.
+            offsets: Components along the directors of points fixed to the nodes, shape (n, 3), m;
+                None: the nodes themselves.
+        """
+
+        def read() -> Floats:
+            values = self.now(simulation)
+            return np.asarray(getattr(values if offsets is None else values.at(offsets), quantity))
+
+        return read
+
+
+class Nodes(NodeGroup):
+    """Nodes whose positions and directors are unknowns.
 
     Args:
         body: The body.
@@ -159,15 +191,10 @@ class Nodes:
     def __init__(self, body: NodalBody, which: Int32s | None = None) -> None:
         here = slice(None) if which is None else which
         X, D = reference_nodes(body)
+        super().__init__(body.name, X[here], D[here])
         dofs = body.mixed.dofs
-        self._X, self._D = X[here], D[here]
         self._u = dofs["u"].reshape(-1, 3)[here]
         self._w = dofs["w"].reshape(D.shape)[here]
-
-    @property
-    def count(self) -> int:
-        """Their number."""
-        return len(self._X)
 
     @property
     def dofs(self) -> tuple[Int32s, Int32s]:
@@ -205,42 +232,29 @@ class Nodes:
         reference = np.concatenate([self._X, self._D.reshape(-1, 3)])
         return NodeSums(dofs, reference, len(self._X))
 
-    def now(self, simulation: Simulation, name: str) -> NodalValues:
-        """Values at the nodes, between two steps of a simulation.
+    def _dofs(self, simulation: Simulation) -> tuple[Floats, Floats | None]:
+        """Dofs of the body's state and of its rate, if it has one."""
+        rates = simulation.problem.levels[self.name].rates
+        v = np.asarray(rates["v"].x.array) if "v" in rates else None
+        return state(simulation, self.name), v
 
-        Args:
-            simulation: The simulation.
-            name: Name of the body in the system.
-        """
-        rates = simulation.problem.levels[name].rates
-        velocity = np.asarray(rates["v"].x.array) if "v" in rates else None
-        return self.values(state(simulation, name), velocity)
+    def now(self, simulation: Simulation) -> NodalValues:
+        """Values at the nodes, between two steps of a simulation."""
+        return self.values(*self._dofs(simulation))
 
     def reader(
-        self, simulation: Simulation, name: str, quantity: str, offsets: Floats | None = None
+        self, simulation: Simulation, quantity: str, offsets: Floats | None = None
     ) -> Callable[[], Floats] | Reading:
-        """Reads one quantity between two steps, shape (n, 3), and no more than it takes.
-
-        Args:
-            simulation: The simulation.
-            name: Name of the body in the system.
-            quantity: Name of one of the `NodalValues`.
-            offsets: Components along the directors of points fixed to the nodes, shape (n, 3), m;
-                None: the nodes themselves.
-        """
-        q, rates = state(simulation, name), simulation.problem.levels[name].rates
-        v = np.asarray(rates["v"].x.array) if "v" in rates else None
-        none = np.zeros_like(self._X)
+        """Reads one quantity, and no more than it takes; arguments as of `NodeGroup`."""
+        (q, v), none = self._dofs(simulation), np.zeros_like(self._X)
         if quantity == "director" and offsets is None:
             return Reading(q, self._w[:, 0], self._D[:, 0])
         fixed = self._X if offsets is None else self._X + (offsets[:, None] @ self._D)[:, 0]
         kinds = {"displacement": (q, none), "position": (q, fixed), "velocity": (v, none)}
         array, start = kinds.get(quantity, (None, none))
-        if array is not None:
-            return Reading(array, self._u, start, None if offsets is None else self._w, offsets)
-        if offsets is not None:
-            return lambda: getattr(self.now(simulation, name).at(offsets), quantity)
-        return lambda: getattr(self.now(simulation, name), quantity)
+        if array is None:
+            return super().reader(simulation, quantity, offsets)
+        return Reading(array, self._u, start, None if offsets is None else self._w, offsets)
 
 
 class Reading:

@@ -3,25 +3,82 @@
 from __future__ import annotations
 
 from collections import defaultdict
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from shellmb.arrays import Floats, Ints
 from shellmb.errors import SceneError
-from shellmb.meshes.edges_where import true_at
+from shellmb.meshes.regions import true_at
 from shellmb.model.locations.nodes import local_point
 from shellmb.model.shells.shell import ShellModel
 from shellmb.observers.fields.by_section import layup
-from shellmb.observers.fields.chosen import NodalMeans
-from shellmb.observers.fields.judging import Judged, judged
-from shellmb.observers.fields.modal import readable
-from shellmb.observers.fields.modalresultants import resultants_of
-from shellmb.observers.fields.through import SIDES, Slopes, ply_rows, stresses
+from shellmb.observers.fields.modal import readable, resultants_of
+from shellmb.observers.fields.through import SIDES, NodalResultants, ply_rows, stresses
+from shellmb.scene import Reserve, Shell
 from shellmb.scene.loads.loads import PointLoad
 from shellmb.scene.lookup import find_shell, said
 from shellmb.scene.shells.strength import CRITERIA
 from shellmb.simulate.simulation import BaseObserver, Simulation
+
+# reserve factor in fields of what is hardly loaded, or not at all
+MOST = 1000.0
+
+
+@dataclass(frozen=True)
+class Judged:
+    """Utilisations of plies by one criterion.
+
+    Args:
+        reserve: The description.
+        shell: Its shell.
+        strengths: Strengths by the index of the ply.
+    """
+
+    reserve: Reserve
+    shell: Shell
+    strengths: dict[int, Any]
+
+    @property
+    def across(self) -> bool:
+        """Decide whether stresses 13 and 23 are needed."""
+        return CRITERIA[self.reserve.criterion].across
+
+    def utilisations(self, stress: Floats, strain: Floats) -> Floats:
+        """Utilisations by ply, side and mode, shape (n, plies, 3, modes).
+
+        Args:
+            stress: Stresses of all plies at their sides, shape (n, plies, 3, 5).
+            strain: Strains likewise.
+        """
+        criterion = CRITERIA[self.reserve.criterion]
+        found = np.zeros((*stress.shape[:3], len(criterion.modes)))
+        for k, strength in self.strengths.items():
+            found[:, k] = criterion.utilisations(stress[:, k], strain[:, k], strength)
+        return found
+
+    def fields(self, stress: Floats, strain: Floats) -> dict[str, Floats]:
+        """Utilisation, reserve factor (at most `MOST`) and critical ply, each of shape (n,).
+
+        Args:
+            stress: As of `utilisations`.
+            strain: As of `utilisations`.
+        """
+        by_ply = self.utilisations(stress, strain).max(axis=(2, 3))
+        largest = by_ply.max(axis=1)
+        return {
+            "utilisation": largest,
+            "reserve": 1 / np.maximum(largest, 1 / MOST),
+            "critical_ply": np.asarray(1.0 + by_ply.argmax(axis=1), dtype=float),
+        }
+
+
+def judged(reserve: Reserve, shell: Shell) -> Judged:
+    """Utilisations of a shell by a reserve factor."""
+    layers = shell.section.generic.layers  # type: ignore[attr-defined]
+    chosen = reserve.plies or range(1, len(layers) + 1)
+    return Judged(reserve, shell, {k - 1: layers[k - 1].strength for k in chosen})
 
 
 class Critical(NamedTuple):
@@ -54,28 +111,6 @@ class Critical(NamedTuple):
     mode: str
 
 
-class NodalStresses:
-    """Stresses and strains of the plies of a shell at its nodes.
-
-    Args:
-        simulation: The simulation.
-        body: The shell; making it is collective.
-        across: Whether stresses 13 and 23 are needed, which follow from derivatives.
-    """
-
-    def __init__(self, simulation: Simulation, body: ShellModel, across: bool) -> None:
-        self.resultants = resultants_of(simulation, body)
-        self._nodes = NodalMeans(body)
-        self._rows = ply_rows(body.shell, layup(body))
-        self._slopes = Slopes(body) if across else None
-
-    def now(self) -> tuple[Floats, Floats]:
-        """Stresses and strains, shape (n, plies, 3, 5); collective."""
-        R = self._nodes.mean(self.resultants.elements())
-        both = R if self._slopes is None else self._nodes.with_slopes(R, self._slopes)
-        return stresses(self._rows, both)
-
-
 class Reserves(BaseObserver):
     """Records the largest utilisation of each reserve factor of the scene; the same on all ranks.
 
@@ -87,7 +122,7 @@ class Reserves(BaseObserver):
     def __init__(self) -> None:
         self._least: dict[str, Any] = {}
         self._now: dict[str, float] = {}
-        self._stresses: dict[str, NodalStresses] = {}
+        self._resultants: dict[str, NodalResultants] = {}
 
     def start(self, simulation: Simulation) -> None:
         """Find the nodes and take the values at the start.
@@ -121,22 +156,26 @@ class Reserves(BaseObserver):
             for load in scene.loads:
                 if isinstance(load, PointLoad) and shell in scene.bodies_of(load):
                     self._loads[shell.name].append((load.label, _places(body, load)))
-        self._stresses = {name: NodalStresses(simulation, *b) for name, b in bodies.items()}
+        self._rows = {n: ply_rows(b.shell, layup(b)) for n, (b, _) in bodies.items()}
+        self._resultants = {
+            name: NodalResultants(body, resultants_of(simulation, body), across)
+            for name, (body, across) in bodies.items()
+        }
         # a run that goes on has those of its last step, which are means over it
         if not self._now:
             self._take(simulation)
 
     def solved(self, simulation: Simulation) -> None:
         """Keep what means over the step need of its start."""
-        for each in self._stresses.values():
-            each.resultants.solved()
+        for each in self._resultants.values():
+            each.solved()
 
     def accepted(self, simulation: Simulation) -> None:
         """Take the largest utilisations of the step."""
         self._take(simulation)
 
     def _take(self, simulation: Simulation) -> None:
-        now = {name: each.now() for name, each in self._stresses.items()}
+        now = {n: stresses(self._rows[n], each.now()) for n, each in self._resultants.items()}
         for each, nodes, places in self._judged:
             stress, strain = now[each.shell.name]
             found = each.utilisations(stress[nodes], strain[nodes])

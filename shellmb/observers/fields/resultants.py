@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Protocol
-
 import numpy as np
 import ufl
 from dolfinx import fem
@@ -11,10 +9,8 @@ from ufl.algorithms.ad import expand_derivatives
 from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats, Int32s
-from shellmb.forms.steps.mixed import Interval
 from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed
-from shellmb.forms.steps.path import Step
-from shellmb.meshes.spaces import MixedSpace, reading_element
+from shellmb.meshes.spaces import reading_element
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.shells.shell import ShellModel
 from shellmb.native.expressions import compiled_expression
@@ -26,29 +22,6 @@ from shellmb.simulate.simulation import Simulation
 BEAM = {"force": (0, 1, 2), "moment": (3, 4, 5)}
 SHELL = {"membrane": (0, 1, 2), "bending": (3, 4, 5), "shear": (6, 7)}
 RESULTANTS = {**BEAM, **SHELL}
-
-
-class Resulting(Protocol):
-    """A body with resultants: a shell or a beam."""
-
-    name: str
-    mixed: MixedSpace
-
-    def resultants(self, q: Expr) -> Expr:
-        """Resultants as one vector."""
-        ...
-
-    def averaged_resultants(self, span: Interval) -> Expr:
-        """Resultants of the averaged stress of a sub-interval."""
-        ...
-
-    def mean_resultants(self, step: Step) -> Expr:
-        """Resultants as means over a step that is quadratic in time."""
-        ...
-
-    def of_stress(self, stress: Expr, q: Expr) -> Expr:
-        """Resultants of a stress that is conjugate to the strains, at a state."""
-        ...
 
 
 class Resultants:
@@ -74,7 +47,7 @@ class Resultants:
         body: The beam or shell.
     """
 
-    def __init__(self, simulation: Simulation, body: Resulting) -> None:
+    def __init__(self, simulation: Simulation, body: ShellModel | BeamModel) -> None:
         self._simulation, problem = simulation, simulation.problem
         self._levels = levels = problem.levels[body.name]
         natural = getattr(body, "natural", None)
@@ -87,16 +60,12 @@ class Resultants:
             self._start = fem.Function(body.mixed.space, name="start")
             mean = _linear(averaged, levels, natural)
             if (branches := problem.branches.get(body.name)) is not None:
-                at = (
-                    levels.reference.q
-                    if levels.reference
-                    else problem.steps[body.name].mean_state()
-                )
-                mean += body.of_stress(branches.mean(), at)
+                step, rest = problem.steps[body.name], levels.reference
+                mean += body.of_stress(branches.mean(), rest.q if rest else step.mean_state())
             found.append(ufl.replace(mean, {levels.q: self._start}))
         self._prepare(body, found)
 
-    def _prepare(self, body: Resulting, vectors: list[Expr]) -> None:
+    def _prepare(self, body: ShellModel | BeamModel, vectors: list[Expr]) -> None:
         """Make what is read, of states and perhaps as means."""
         nodes = body.mixed.subspaces["u"]
         inner = reading_element(nodes)
@@ -128,20 +97,19 @@ class Resultants:
         values = flat.reshape(len(self._cells), -1, self._size)
         return np.asarray(np.einsum("np,epk->enk", self._continued, values))
 
-    def sums(self, nodes: Int32s, quantity: str) -> tuple[Floats, int]:
-        """Sum of the elements' values at nodes, shape (3,), in N, N m or per m, and their number.
+    def sums(self, nodes: Int32s, quantity: str) -> Floats:
+        """Sum of the elements' values at nodes, in N, N m or per m, and their number, shape (4,).
 
         Args:
             nodes: Local numbers, owned or ghost; elements of this rank alone count.
             quantity: Which of the resultants; the third component of a shear force is zero.
         """
-        total, places = np.zeros(3), np.isin(self._nodes, nodes)
-        if not places.any():
-            return total, 0
-        found = self.elements()[places]
-        components = list(RESULTANTS[quantity])
-        total[: len(components)] = found.sum(axis=0)[components]
-        return total, len(found)
+        total, places = np.zeros(4), np.isin(self._nodes, nodes)
+        if places.any():
+            components = list(RESULTANTS[quantity])
+            total[: len(components)] = self.elements()[places].sum(axis=0)[components]
+            total[3] = places.sum()
+        return total
 
 
 class Strained(Resultants):

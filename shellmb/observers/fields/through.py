@@ -16,11 +16,14 @@ from typing import Any
 
 import numpy as np
 import ufl
+from dolfinx import la
 
 from shellmb.arrays import Floats
+from shellmb.model.frames.beam import BeamModel
 from shellmb.model.shells.shell import ShellModel
 from shellmb.native.expressions import compiled_expression
 from shellmb.observers.fields.by_section import shell_compliance
+from shellmb.observers.fields.resultants import Resultants
 from shellmb.scene import Shell
 from shellmb.scene.shells.lamination import PURE, Layup, shear_step, strain_turn, vector_turn
 
@@ -140,6 +143,70 @@ class Slopes:
         """
         found = np.einsum("cpaf,cfk->cpak", self._weights, values[self._nodes])
         return np.asarray(found.reshape(*found.shape[:2], -1))
+
+
+class NodalMeans:
+    """Means at each node of what the elements around it have there.
+
+    Args:
+        body: The body; all is collective.
+    """
+
+    def __init__(self, body: ShellModel | BeamModel) -> None:
+        space = body.mixed.subspaces["u"]
+        self._map = space.dofmap.index_map
+        topology = space.mesh.topology
+        local = topology.index_map(topology.dim).size_local
+        self._nodes = np.asarray(space.dofmap.list[:local]).ravel()
+        self._count = self._sum(np.ones((len(self._nodes), 1)))
+
+    def mean(self, values: Floats) -> Floats:
+        """Means at the nodes of this rank, shape (n, k).
+
+        Args:
+            values: Values of the cells of this rank at their nodes, shape (c, nodes, k).
+        """
+        flat = values.reshape(-1, values.shape[-1])
+        return self._sum(flat) / np.maximum(self._count, 1.0)
+
+    def _sum(self, flat: Floats) -> Floats:
+        vector = la.vector(self._map, flat.shape[1])
+        table = vector.array.reshape(-1, flat.shape[1])
+        np.add.at(table, self._nodes, flat)
+        # cells of other ranks add to nodes of this one
+        vector.scatter_reverse(la.InsertMode.add)
+        vector.scatter_forward()
+        return table
+
+
+class NodalResultants:
+    """Resultants of a shell or beam at its nodes: means of what the elements there have.
+
+    Args:
+        body: The shell or beam; making it is collective.
+        resultants: Resultants of its elements.
+        slopes: Whether the derivatives of N and M of a shell, along 1 and along 2, stand behind.
+
+    Attributes:
+        solved: Keeps what means over the step need of its start.
+    """
+
+    def __init__(
+        self, body: ShellModel | BeamModel, resultants: Resultants, slopes: bool = False
+    ) -> None:
+        self._resultants, self.solved = resultants, resultants.solved
+        self._nodes = NodalMeans(body)
+        self._slopes: Slopes | None = None
+        if slopes:
+            assert isinstance(body, ShellModel)
+            self._slopes = Slopes(body)
+
+    def now(self) -> Floats:
+        """Resultants, shape (n, k), of a shell (n, 8), or with the derivatives (n, 20)."""
+        R = self._nodes.mean(self._resultants.elements())
+        if self._slopes is None:
+            return R
+        return np.concatenate([R, self._nodes.mean(self._slopes.elements(R[:, :6]))], axis=1)
 
 
 def interlaminar(rows: PlyRows, both: Floats) -> Floats:

@@ -15,13 +15,14 @@ from shellmb.arrays import Floats, Ints
 from shellmb.errors import ControlError, ConvergenceError, Stopped
 from shellmb.files.checksums import add_checksum, checksum
 from shellmb.files.writing import drafted, make_folder, write_text
+from shellmb.observers.deferred_observer import DeferredObserver
 from shellmb.scene.fingerprint import Fingerprint, fingerprint
 from shellmb.simulate.simulation import BaseObserver, Observer, Simulation
 
 Arrays = dict[str, Floats]
 
 INTERVAL = 30.0
-FORMAT = 6
+FORMAT = 7
 # name in the folder
 STATE_FILE = "state.json"
 
@@ -58,23 +59,6 @@ class Written(Protocol):
         ...
 
 
-class Later(Protocol):
-    """An observer whose state behind a step may be requested later."""
-
-    @property
-    def count(self) -> int:
-        """Number of steps that it has taken."""
-        ...
-
-    def look_back(self) -> None:
-        """Keep the state before the last step from now on."""
-        ...
-
-    def state_at(self, count: int) -> dict[str, Any]:
-        """State that must survive a restart from behind the last step, or the one before it."""
-        ...
-
-
 class Checkpoint(BaseObserver):
     """Writes the last accepted state now and then, at the end, and when a run fails.
 
@@ -96,7 +80,7 @@ class Checkpoint(BaseObserver):
         observers: Mapping[str, Observer],
         files: Mapping[str, Written] | None = None,
         interval: float = INTERVAL,
-        later: Mapping[str, Later] | None = None,
+        later: Mapping[str, DeferredObserver] | None = None,
     ) -> None:
         self._folder, self._interval = folder, interval
         self._files, self._later = files or {}, later or {}

@@ -15,13 +15,12 @@ import numpy as np
 from shellmb.arrays import Floats
 from shellmb.errors import ConvergenceError
 from shellmb.files.writing import make_folder
-from shellmb.observers.fields.field_selection import RequestedFields
+from shellmb.observers.fields.chosen import chosen_fields, wants
 from shellmb.observers.fields.nodal import nodal_values
-from shellmb.observers.files.batches import Batches
-from shellmb.observers.files.collection import Collection
 from shellmb.observers.files.grid import Grid
-from shellmb.observers.files.gridfiles import GridFiles
-from shellmb.observers.files.output_parts import drawn_parts
+from shellmb.observers.files.gridfiles import Collection, GridFiles
+from shellmb.observers.files.growingfile import Batches
+from shellmb.observers.files.output_parts import Drawn, DrawnJoints, DrawnMesh, drawn_parts
 from shellmb.observers.forces.joints import JointForces
 from shellmb.simulate.simulation import BaseObserver, Simulation
 
@@ -31,8 +30,67 @@ _log = logging.getLogger(__name__)
 # by more than an angle between two of them [rad]
 USUAL, FINEST, ANGLE = 50, 8, np.radians(20.0)
 
+# fields of states beside the displacement
+DIRECTORS = ("director", "d1", "d2", "d3")
+DIRECTOR_VELOCITIES = tuple(f"{name}_velocity" for name in DIRECTORS)
+XYZ = ("x", "y", "z")
 # a time this fraction of the interval before that of a frame is the frame's
 EARLY = 1e-6
+
+
+class RequestedFields:
+    """Fields of all parts beside their displacement that the scene's output requests.
+
+    Args:
+        simulation: The simulation.
+        forces: Forces of joints, if they are known.
+    """
+
+    def __init__(self, simulation: Simulation, forces: JointForces | None) -> None:
+        scene = simulation.scene
+        self._chosen = chosen_fields(simulation)
+        # those of clamped edges of reduced bodies and of joins of rigid ones, too
+        self._joints = list(simulation.model.mechanism.joints)
+        self._forces = forces
+        self._wanted = [name for name in ("force", "moment") if wants(scene, name)]
+        self._left_out = set() if wants(scene, "director") else set(DIRECTORS)
+        self._left_out |= set() if wants(scene, "velocity") else {"velocity"}
+        self._left_out |= set() if wants(scene, "director_velocity") else set(DIRECTOR_VELOCITIES)
+
+    def components(self, name: str) -> dict[str, tuple[str, ...]]:
+        """Names of components of a part's fields."""
+        vectors = ["displacement", "velocity", *DIRECTORS, *DIRECTOR_VELOCITIES]
+        if name in self._chosen:
+            return {**dict.fromkeys(vectors, XYZ), **self._chosen[name].components}
+        return dict.fromkeys([*vectors, "force", "moment"], XYZ)
+
+    def solved(self) -> None:
+        """Keep what means over the step need of its start."""
+        for chosen in self._chosen.values():
+            chosen.solved()
+
+    def of(self, name: str, part: Drawn, fields: dict[str, Floats]) -> dict[str, Floats]:
+        """Fields of a body on rank 0, nothing elsewhere; collective.
+
+        Args:
+            name: Name of the part.
+            part: The part.
+            fields: Those of its state.
+        """
+        kept = {key: values for key, values in fields.items() if key not in self._left_out}
+        if name in self._chosen:
+            assert isinstance(part, DrawnMesh)
+            for key, values in self._chosen[name].values().items():
+                gathered = part.shape(values)
+                if gathered is not None:
+                    kept[key] = gathered
+        if isinstance(part, DrawnJoints) and self._forces is not None and kept:
+            for row, key in enumerate(("force", "moment")):
+                if key in self._wanted:
+                    acting = np.array([self._forces.acting[j][row] for j in self._joints])
+                    # what acts on the second body, and its opposite on the first one
+                    kept[key] = np.stack([-acting, acting], axis=1).reshape(-1, 3)
+        return kept
 
 
 @dataclass(frozen=True)

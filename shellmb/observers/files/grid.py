@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import itertools
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from mpi4py import MPI
 
@@ -15,10 +14,6 @@ from shellmb.arrays import Floats, Int32s, Ints
 from shellmb.model.locations.nodes import Meshed
 
 
-def _none(*shape: int) -> Ints:
-    return np.zeros(shape, dtype=np.int64)
-
-
 @dataclass(frozen=True)
 class Grid:
     """All nodes and cells of a body; of shells and beams, of the degree of their displacement.
@@ -28,10 +23,6 @@ class Grid:
         nodes: Reference positions of the nodes, shape (n, 3), m.
         vtk_cells: Cells as VTK wants them: the number of nodes before the nodes of each.
         vtk_types: VTK's type of each cell.
-        faces: Corners of flat pieces that together make the surface, shape (f, 3 or 4).
-        outlines: Nodes around each cell of a surface, shape (c, k), closed.
-        lines: Segments that are no part of a surface, shape (s, 2).
-        dots: Nodes that are marked, shape (d,).
         labels: Name of the body or joint of each node, or none.
     """
 
@@ -39,10 +30,6 @@ class Grid:
     nodes: Floats
     vtk_cells: Ints
     vtk_types: npt.NDArray[np.uint8]
-    faces: Ints = field(default_factory=lambda: _none(0, 3))
-    outlines: Ints = field(default_factory=lambda: _none(0, 2))
-    lines: Ints = field(default_factory=lambda: _none(0, 2))
-    dots: Ints = field(default_factory=lambda: _none(0))
     labels: tuple[str, ...] = ()
 
 
@@ -84,20 +71,8 @@ class Gatherer:
         self._order = there[np.argsort(first)]
         number = np.empty(len(nodes), dtype=np.int64)
         number[self._order] = np.arange(len(nodes))
-        nodes, own, vtk[:, 1:] = nodes[self._order], number[own], number[vtk[:, 1:]]
-        cells, types = vtk.ravel(), types.astype(np.uint8)
-        points = np.asarray(space.element.basix_element.points)
-        if dim == 1:
-            along = own[:, np.argsort(points[:, 0])]
-            lines = np.stack([along[:, :-1], along[:, 1:]], axis=-1).reshape(-1, 2)
-            self.grid = Grid(body.name, nodes, cells, types, lines=lines)
-            return
-        if dim == 3:
-            self.grid = Grid(body.name, nodes, cells, types)
-            return
-        pieces, around = lattice(points)
-        faces = own[:, pieces].reshape(-1, pieces.shape[1])
-        self.grid = Grid(body.name, nodes, cells, types, faces, own[:, around])
+        nodes, vtk[:, 1:] = nodes[self._order], number[vtk[:, 1:]]
+        self.grid = Grid(body.name, nodes, vtk.ravel(), types.astype(np.uint8))
 
     def gather(self, values: Floats) -> Floats | None:
         """Values at all nodes on rank 0, None elsewhere.
@@ -118,34 +93,3 @@ def _numbers(index_map, local: Int32s) -> Ints:  # type: ignore[no-untyped-def]
     """Global numbers of nodes, in the shape of the local ones."""
     flat = index_map.local_to_global(np.ascontiguousarray(local, dtype=np.int32).ravel())
     return np.asarray(flat, dtype=np.int64).reshape(local.shape)
-
-
-def lattice(points: Floats) -> tuple[Ints, Ints]:
-    """Flat pieces of a Lagrange cell and the nodes around it, by the positions of its nodes.
-
-    Args:
-        points: Reference positions of the nodes, shape (n, 2).
-
-    Returns:
-        Pieces, shape (p, 3 or 4), and the closed way around, shape (k,).
-    """
-    ij = [np.unique(np.round(points[:, k], 6), return_inverse=True)[1] for k in (0, 1)]
-    node = {(int(i), int(j)): n for n, (i, j) in enumerate(zip(*ij, strict=True))}
-    k = max(i for i, _ in node)
-    steps = range(k)
-    if (k, k) in node:
-        pieces = [
-            [node[i, j], node[i + 1, j], node[i + 1, j + 1], node[i, j + 1]]
-            for i in steps
-            for j in steps
-        ]
-        corners = [(0, 0), (k, 0), (k, k), (0, k), (0, 0)]
-    else:
-        lower = [[(i, j), (i + 1, j), (i, j + 1)] for i in steps for j in steps]
-        upper = [[(i + 1, j), (i + 1, j + 1), (i, j + 1)] for i in steps for j in steps]
-        pieces = [[node[p] for p in piece] for piece in lower + upper if set(piece) <= node.keys()]
-        corners = [(0, 0), (k, 0), (0, k), (0, 0)]
-    around = [node[0, 0]]
-    for (ai, aj), (bi, bj) in itertools.pairwise(corners):
-        around += [node[ai + (bi - ai) * s // k, aj + (bj - aj) * s // k] for s in range(1, k + 1)]
-    return np.array(pieces), np.array(around)

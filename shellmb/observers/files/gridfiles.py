@@ -1,4 +1,4 @@
-"""Files of one grid over time: `NAME_0000.vtu` and so on, and `NAME.vtu.series`."""
+"""Files of grids over time: `NAME_0000.vtu` and so on, `NAME.vtu.series`, and `all.pvd`."""
 
 from __future__ import annotations
 
@@ -6,9 +6,10 @@ import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
+from xml.sax.saxutils import quoteattr
 
 import numpy as np
-from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray, vtk_to_numpy
+from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray
 from vtkmodules.vtkCommonCore import vtkPoints, vtkStringArray
 from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkDataSetAttributes, vtkUnstructuredGrid
 from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridWriter
@@ -16,12 +17,18 @@ from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridWriter
 from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.files.checksums import checksum
-from shellmb.files.grids import read_grid, seal_grid
+from shellmb.files.grids import numbers, read_grid, seal_grid
 from shellmb.files.reading import read_bytes
 from shellmb.files.writing import write_bytes
 from shellmb.observers.files.grid import Grid
 from shellmb.observers.files.growingfile import GrowingFile
 
+# what stands around the files of all grids in their list
+COLLECTION = (
+    '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1" byte_order="LittleEndian">\n'
+    "<Collection>\n"
+)
+COLLECTION_END = "\n</Collection>\n</VTKFile>\n"
 # what stands around the states in their list
 HEAD, END = '{"file-series-version": "1.0", "files": [\n', "\n]}\n"
 
@@ -99,8 +106,8 @@ class GridFiles:
         for key, values in self._cell_data.items():
             _put(data.GetCellData(), key, values)
         by_name = {key: data.GetPointData().GetArray(key) for key in fields}
-        self._points = _numbers(points.GetData())
-        self._fields = {key: _numbers(array) for key, array in by_name.items()}
+        self._points = numbers(points.GetData())
+        self._fields = {key: numbers(array) for key, array in by_name.items()}
         kept = [data.GetPointData().GetArray("reference"), points.GetData(), points]
         kept += [data.GetCellData().GetArray(key) for key in self._cell_data]
         self._arrays = [*by_name.values(), *kept]
@@ -150,7 +157,7 @@ class GridFiles:
             array = read_grid(file).GetPointData().GetArray("displacement")
         except SceneError:
             return None
-        return None if array is None else _numbers(array).copy()
+        return None if array is None else numbers(array).copy()
 
     def has(self, number: int) -> bool:
         """Decide whether a state was written and is not lost."""
@@ -161,12 +168,6 @@ class GridFiles:
         if self._series is not None:
             self._series.close()
             self._series = None
-
-
-def _numbers(array: Any) -> Floats:
-    """The numbers of one of VTK's arrays."""
-    found: Floats = vtk_to_numpy(array)  # type: ignore[no-untyped-call]
-    return found
 
 
 def _grid(grid: Grid) -> vtkUnstructuredGrid:
@@ -204,3 +205,46 @@ def _put(
     for k, component in enumerate(components):
         array.SetComponentName(k, component)
     data.AddArray(array)
+
+
+class Collection:
+    """The list of the files, complete at all times; VTK has a reader for it and no writer.
+
+    Args:
+        path: The file.
+        files: Files of each part by its name.
+    """
+
+    def __init__(self, path: Path, files: Mapping[str, GridFiles]) -> None:
+        self._path, self._files = path, files
+        self._list: GrowingFile | None = None
+        self._listed: set[int] = set()
+
+    def list(self, times: Sequence[float]) -> None:
+        """Add the states that are not in it and that all parts have.
+
+        Args:
+            times: Times of all states so far.
+        """
+        if self._list is None:
+            self._list = GrowingFile(self._path, COLLECTION, "\n", COLLECTION_END)
+        new = [
+            k
+            for k in range(len(times))
+            if k not in self._listed and all(f.has(k) for f in self._files.values())
+        ]
+        items = [
+            f'<DataSet timestep="{times[k]!r}" part="{part}" name={quoteattr(name)} '
+            f"file={quoteattr(files.file(k).name)}/>"
+            for k in new
+            for part, (name, files) in enumerate(self._files.items())
+        ]
+        if items:
+            self._list.add(items)
+            self._listed |= set(new)
+
+    def close(self) -> None:
+        """Close it."""
+        if self._list is not None:
+            self._list.close()
+            self._list = None

@@ -55,10 +55,11 @@ def body_solid(body: RigidBody) -> Solid:
     shape = body.shape
     if isinstance(shape, Path):
         found = read_meshio(shape, said(body))
-        if "tri3" not in found.cells:
+        corners = [nodes for kind, nodes in found.cells if kind == "tri3"]
+        if not corners:
             raise SceneError(f"{said(body)}: {shape} has no triangles; its shape must be a surface")
         # each triangle has corners of its own: edges stay sharp
-        local, triangles = _apart(found.x[found.cells["tri3"]])
+        local, triangles = _apart(found.x[np.array(corners)])
         return Solid(
             body.name, np.asarray(body.position) + local @ body.axes.T, triangles, body.name
         )

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 from mpi4py import MPI
 
 import numpy as np
 
 from shellmb.arrays import Floats
-from shellmb.model.potentials.contact import ContactGroup
-from shellmb.model.potentials.group import PotentialGroup
+from shellmb.model.potentials.contact import ContactGroup, PotentialGroup
+from shellmb.observers.columns import KeptColumns
 from shellmb.observers.forces.impulse import last_middle
 from shellmb.observers.forces.reactions import resistance
-from shellmb.simulate.simulation import BaseObserver, Simulation
+from shellmb.simulate.simulation import Simulation
 from shellmb.system.assembly.residuals import Residuals
 
 AXES = ("Fx", "Fy", "Fz")
@@ -35,19 +36,15 @@ class _Loop(NamedTuple):
     place: Floats
 
 
-class ContactForces(BaseObserver):
+class ContactForces(KeptColumns):
     """Forces [N] of potentials and contacts on their bodies, as means over the step.
 
-    Attributes:
-        values: Columns of the history: `NAME.Fx` to `NAME.Fz`, NaN before the first step; of
-            contacts also `NAME.normal`, `NAME.friction`, sums over the points of what pushes along
-            their normals, and size of the sum of what acts across them; `NAME.penetration`, that
-            of the deepest point at the end of the step, m; where the obstacle moves with a body
-            `NAME.Mx` to `NAME.Mz`, moment on that body about its centre of mass, N m.
+    Columns are `NAME.Fx` to `NAME.Fz`, NaN before the first step; of contacts also `NAME.normal`,
+    `NAME.friction`, sums over the points of what pushes along their normals, and size of the sum of
+    what acts across them; `NAME.penetration`, that of the deepest point at the end of the step, m;
+    where the obstacle moves with a body `NAME.Mx` to `NAME.Mz`, moment on that body about its
+    centre of mass, N m.
     """
-
-    def __init__(self) -> None:
-        self.values: dict[str, float] = {}
 
     def start(self, simulation: Simulation) -> None:
         """Prepare the loops that assemble the forces, and list the columns."""
@@ -81,17 +78,19 @@ class ContactForces(BaseObserver):
             if group.seen is not None:
                 sums[7:] = group.seen.moments(middle, -place, group.mixed).sum(axis=0)
             simulation.model.comm.Allreduce(MPI.IN_PLACE, sums)
-            found = [*sums[:4], float(np.linalg.norm(sums[4:7])), *sums[7:]]
-            for name, value in zip((*AXES, *CONTACT, *MOMENTS), found, strict=True):
-                if f"{group.item.name}.{name}" in self.values:
-                    self.values[f"{group.item.name}.{name}"] = float(value)
+            self._put(group.item.name, [*sums[:4], np.linalg.norm(sums[4:7]), *sums[7:]])
         for faces in self._faces:
             normal, friction = faces.forces()
             across = friction.sum(axis=0)
             whole = [*(normal.sum(axis=0) + across), np.linalg.norm(normal, axis=1).sum()]
             whole.append(np.linalg.norm(across))
-            for name, value in zip((*AXES, *CONTACT), whole, strict=True):
-                self.values[f"{faces.name}.{name}"] = float(value)
+            self._put(faces.name, whole)
+
+    def _put(self, who: str, found: Sequence[Any]) -> None:
+        """Put those numbers into their columns that there are columns of."""
+        for name, value in zip((*AXES, *CONTACT, *MOMENTS), found, strict=False):
+            if f"{who}.{name}" in self.values:
+                self.values[f"{who}.{name}"] = float(value)
 
     def accepted(self, simulation: Simulation) -> None:
         """Take the penetrations."""
@@ -106,7 +105,3 @@ class ContactForces(BaseObserver):
                 self.values[f"{group.item.name}.penetration"] = depth
         for faces in self._faces:
             self.values[f"{faces.name}.penetration"] = faces.depth()
-
-    def measure(self) -> dict[str, float]:
-        """Columns of the history."""
-        return dict(self.values)

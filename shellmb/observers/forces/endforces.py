@@ -1,59 +1,139 @@
-"""Forces at the end of each step beside the means over it, where a scene asks for them."""
+"""Forces at the end of each step beside the means over it, and impulses where velocities jump.
+
+Velocities of EP and ED at the ends of steps violate constraints a little. Made consistent by the
+impulses `p`, `v = w + M^-1 Dg^T p`, they turn the balance of a step into
+
+    M (w_f - w_i)/h + .. + Dg^T [lambda + (p_f - p_i)/h] = ..
+
+but for terms of second order. What `lambda` alternates with, in EP of first order, is in `p`.
+"""
 
 from __future__ import annotations
 
 from functools import partial
 
-import numpy as np
-
-from shellmb.observers.forces.joints import (
-    Span,
-    column_names,
-    columns,
-    group_loops,
-    joint_forces,
-    span_of_step,
-)
-from shellmb.observers.forces.meanforces import ConsistentMeans
+from shellmb.model.joints.columns import read_contacts
+from shellmb.observers.columns import KeptColumns
+from shellmb.observers.deferred_observer import Row
+from shellmb.observers.forces.joints import JointColumns, span_of_state, span_of_step
 from shellmb.observers.forces.supports import SupportForces
-from shellmb.simulate.simulation import BaseObserver, Simulation
-from shellmb.simulate.start.endforces import EndForces
+from shellmb.simulate.simulation import Simulation
+from shellmb.simulate.start.endforces import EndForces, Impulses
 
-ENDING = "_end"
+END, MEAN, IMPULSE = "_end", "_mean", "_impulse"
 
 
-class EndForceColumns(BaseObserver):
+class ImpulseColumns:
+    """Impulses that made velocities consistent, of joints, locks and drivers, by their columns.
+
+    Args:
+        simulation: The simulation, at its start.
+    """
+
+    def __init__(self, simulation: Simulation) -> None:
+        self._impulses = Impulses(simulation.problem)
+        self._joints = JointColumns(simulation.model, self._impulses)
+
+    def __call__(self, simulation: Simulation) -> Row:
+        """Impulses at the present state, N s and N m s; collective."""
+        mechanism = simulation.model.mechanism
+        efforts = mechanism.efforts(self._impulses)
+        for track in read_contacts(self._impulses, mechanism.groups):
+            del efforts[track]
+        return self._joints(partial(span_of_state, simulation)) | efforts
+
+
+class BlowColumns(KeptColumns):
+    """Impulses [N s, N m s] of joints, locks and drivers where something begins to act.
+
+    Velocities jump then, before a step, by an impact without restitution, which goes through the
+    whole mechanism. The row of that step has the impulses, all others have zeros. Directions and
+    points are those of the state in which it happens. Columns are named as the forces with
+    `_impulse` behind.
+
+    Nothing in statics, and in scenes whose locks and joints act always.
+    """
+
+    _new = False
+
+    def start(self, simulation: Simulation) -> None:
+        """List the columns."""
+        self.idle = not (simulation.scheme.dynamic and simulation.model.mechanism.switches.items)
+        if not self.idle:
+            self._read = ImpulseColumns(simulation)
+            self.values = {f"{name}{IMPULSE}": 0.0 for name in self._read(simulation)}
+
+    def switched(self, simulation: Simulation) -> None:
+        """Read the impulses by which velocities were made consistent; collective."""
+        self.values, self._new = _ending(self._read(simulation), IMPULSE), True
+
+    def solved(self, simulation: Simulation) -> None:
+        """Forget them after the row of their step."""
+        if not self._new:
+            self.values = dict.fromkeys(self.values, 0.0)
+        self._new = False
+
+
+class ConsistentMeans:
+    """Means over a step of the forces that go with velocities which the constraints allow.
+
+    It corrects those of joints, drivers and locks; the projection must have been solved.
+
+    Args:
+        simulation: The simulation, at its start.
+    """
+
+    def __init__(self, simulation: Simulation) -> None:
+        self._now = ImpulseColumns(simulation)
+        self.names = [f"{name}{MEAN}" for name in self._now(simulation)]
+        # a run begins with consistent velocities; how far off they are where it is resumed, is not
+        # known
+        self._before = 0.0 if simulation.t == 0 else float("nan")
+        self._last: Row = {}
+
+    def switched(self) -> None:
+        """Velocities have been made consistent."""
+        self._last, self._before = {}, 0.0
+
+    def __call__(self, simulation: Simulation, means: Row) -> Row:
+        """Columns of the step just accepted; collective.
+
+        Args:
+            simulation: The simulation.
+            means: What its scheme solved for, by the names of the columns.
+        """
+        assert simulation.last is not None
+        now, dt = self._now(simulation), simulation.last.dt
+        gained = {k: (p - self._last.get(k, self._before)) / dt for k, p in now.items()}
+        self._last = now
+        return {f"{k}{MEAN}": means[k] + force for k, force in gained.items()}
+
+
+class EndForceColumns(KeptColumns):
     """Forces of joints and all that acts on them, and of supports, at the end of a step.
 
     Those of force elements follow from coordinates and rates there, all others from the equations
-    of motion (`simulate.endforces`).
+    of motion (`simulate.endforces`). Columns are named as the means with `_end` behind; those of
+    supports (`SupportForces`) are there as means, too. NaN before the first step. Those of joints,
+    drivers and locks with `_mean` behind are `ConsistentMeans`.
 
     Nothing without `Output(end_forces=True)`.
-
-    Attributes:
-        values: Columns of the history, named as the means with `_end` behind; those of supports
-            (`SupportForces`) as means, too. NaN before the first step. Those of joints, drivers and
-            locks with `_mean` behind are `ConsistentMeans`.
     """
 
-    def __init__(self) -> None:
-        self.values: dict[str, float] = {}
-        self._solution: EndForces | None = None
-        self._consistent: ConsistentMeans | None = None
-        self._solved: dict[str, float] = {}
+    _consistent: ConsistentMeans | None = None
 
     def start(self, simulation: Simulation) -> None:
         """Make the equations, and list the columns."""
         self.idle = not (simulation.scene.output.end_forces and simulation.scheme.dynamic)
         if self.idle:
             return
-        self._solution = EndForces(simulation.problem)
-        self._loops = group_loops(self._solution, simulation.model.mechanism)
-        balance = simulation.scheme.balance
-        self._acting = group_loops(simulation.problem, simulation.model.mechanism, balance)
-        self._means = SupportForces(simulation.problem, simulation.model, balance)
-        self._ends = SupportForces(self._solution, simulation.model)
-        names = [*self._means.names, *self._measured(simulation, self._solution)]
+        problem, model, balance = simulation.problem, simulation.model, simulation.scheme.balance
+        self._solution = EndForces(problem)
+        self._joints = JointColumns(model, self._solution)
+        self._acting = JointColumns(model, problem, balance)
+        self._means = SupportForces(problem, model, balance)
+        self._ends = SupportForces(self._solution, model)
+        names = [*self._means.names, *self._measured(simulation)]
         if simulation.scheme.rates == ("v",):
             self._consistent = ConsistentMeans(simulation)
             names += self._consistent.names
@@ -61,14 +141,11 @@ class EndForceColumns(BaseObserver):
 
     def solved(self, simulation: Simulation) -> None:
         """Take the means of what supports hold."""
-        if self._solution is not None:
-            over = partial(span_of_step, simulation)
-            self.values.update(self._means(over))
-            if self._consistent is not None:
-                model = simulation.model
-                found = joint_forces(model, self._acting, over)
-                joints = columns(column_names(model.mechanism), found)
-                self._solved = joints | model.mechanism.efforts(simulation.problem)
+        over = partial(span_of_step, simulation)
+        self.values.update(self._means(over))
+        if self._consistent is not None:
+            efforts = simulation.model.mechanism.efforts(simulation.problem)
+            self._solved = self._acting(over) | efforts
 
     def switched(self, simulation: Simulation) -> None:
         """Velocities have been made consistent."""
@@ -77,27 +154,20 @@ class EndForceColumns(BaseObserver):
 
     def accepted(self, simulation: Simulation) -> None:
         """Solve at the new state."""
-        if self._solution is None or simulation.last is None:
-            return
+        assert simulation.last is not None
         self._solution.solve(simulation.t, simulation.last.dt)
         if self._consistent is not None:
             # the solution has begun with the projection of the velocities
             self.values.update(self._consistent(simulation, self._solved))
-        self.values.update(self._measured(simulation, self._solution))
+        self.values.update(self._measured(simulation))
 
-    def _measured(self, simulation: Simulation, solution: EndForces) -> dict[str, float]:
-        model, levels = simulation.model, simulation.problem.levels
+    def _measured(self, simulation: Simulation) -> Row:
+        mechanism, at = simulation.model.mechanism, partial(span_of_state, simulation)
+        efforts = mechanism.efforts(self._solution)
+        efforts |= mechanism.elements(simulation.problem, simulation.t)
+        return _ending(self._joints(at) | efforts | self._ends(at), END)
 
-        def state(body: str) -> Span:
-            return Span(*[np.asarray(levels[body].q.x.array)] * 3)
 
-        mechanism, problem = model.mechanism, simulation.problem
-        efforts = mechanism.efforts(solution) | mechanism.elements(problem, simulation.t)
-        found = {f"{name}{ENDING}": value for name, value in efforts.items()}
-        found_there = joint_forces(model, self._loops, state)
-        joints = columns(column_names(mechanism, ENDING), found_there)
-        return joints | found | self._ends(state, ENDING)
-
-    def measure(self) -> dict[str, float]:
-        """Columns of the history."""
-        return dict(self.values)
+def _ending(columns: Row, ending: str) -> Row:
+    """The same columns with something behind their names."""
+    return {f"{name}{ending}": value for name, value in columns.items()}

@@ -8,14 +8,14 @@ from __future__ import annotations
 
 import math
 
-from mpi4py import MPI
+from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
 
 import numpy as np
 
 from shellmb.arrays import Floats
 from shellmb.model.joints.columns import COLUMN
 from shellmb.model.joints.joints import BoundJoint, JointGroup
-from shellmb.observers.deferred_observer import STEPS, DeferredNumbers
+from shellmb.observers.deferred_observer import DeferredNumbers, SharedTable
 from shellmb.observers.forces.locations import Places
 from shellmb.restart import Restartable
 from shellmb.simulate.simulation import Simulation
@@ -51,11 +51,10 @@ class FreeCoordinates(Restartable):
         ending = f".{COLUMN['rotation']}"
         counts = not simulation.scheme.linear
         self._counting = {name for name in names.values() if counts and name.endswith(ending)}
-        self._comm, self._linear = simulation.model.comm, simulation.scheme.linear
-        self._shared = self._comm.size > 1
+        self._linear = simulation.scheme.linear
         arrays: dict[str, Floats] = {}
-        # of each step: values where ranks share them
-        self._found = np.zeros((STEPS, len(names)))
+        # of each step: values up to whole turns
+        self._found = SharedTable(simulation.model.comm, (len(names),))
         self._read = []
         for group in mechanism.groups if names else []:
             mine = group.nodes.mesh.topology.index_map(1).size_local
@@ -81,19 +80,13 @@ class FreeCoordinates(Restartable):
         Args:
             row: Which of the steps that are counted together.
         """
-        if not self.values:
-            return
-        self._kept.take(row)
-        if self._shared:
-            self._evaluate(slice(row, row + 1))
-            self._comm.Allreduce(MPI.IN_PLACE, self._found[row])
+        if self.values:
+            self._kept.take(row)
+            self._found.take(row, self._find)
 
-    def _evaluate(self, rows: slice) -> None:
-        """Values of some steps on this rank, up to whole turns."""
-        self._found[rows] = 0.0
+    def _find(self, rows: slice, found: Floats) -> None:
         for like in self._read:
-            states = self._states[like.group]
-            self._found[rows, like.numbers] = like.values(states[rows], self._linear)
+            found[:, like.numbers] = like.values(self._states[like.group][rows], self._linear)
 
     def count(self, rows: slice) -> list[dict[str, float]]:
         """Values of some steps, one after the other.
@@ -101,10 +94,8 @@ class FreeCoordinates(Restartable):
         Args:
             rows: The steps.
         """
-        if not self._shared:
-            self._evaluate(rows)
         found = []
-        for row in self._found[rows].tolist():
+        for row in self._found.of(rows, self._find).tolist():
             for name, value in zip(self.values, row, strict=True):
                 if name in self._counting:
                     before = self.values[name]

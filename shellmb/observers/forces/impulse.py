@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from functools import partial
 
-from mpi4py import MPI
+from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
 
 import numpy as np
 import ufl
@@ -24,8 +24,8 @@ from ufl import Form
 from shellmb.arrays import Floats
 from shellmb.model.body import Body
 from shellmb.native.kernels import compile_all
-from shellmb.observers.deferred_observer import STEPS
-from shellmb.observers.forces.reactions import Arms, HeldForces, NodalForces
+from shellmb.observers.deferred_observer import STEPS, SharedTable
+from shellmb.observers.forces.reactions import Arms, HeldForces, gathered
 from shellmb.schemes.residuals.residual import StageForms
 from shellmb.simulate.simulation import Simulation
 from shellmb.system.assembly.deferred import DeferredValues
@@ -48,8 +48,6 @@ class Impulse:
     """
 
     def __init__(self, simulation: Simulation) -> None:
-        self._comm = simulation.model.comm
-        self._alone = self._comm.size == 1
         self._rows = [
             _BalanceRow(simulation, stage, first=number == 0)
             for number, stage in enumerate(simulation.scheme.balance)
@@ -57,7 +55,8 @@ class Impulse:
         size = len(simulation.problem.system.numbering.local_to_global)
         self._together = max(1, TOGETHER // max(size, 1))
         # of each step: impulses over its length, and that
-        self._means, self._dt = np.zeros((STEPS, 13)), np.zeros((STEPS, 1))
+        self._means = SharedTable(simulation.model.comm, (13,))
+        self._dt = np.zeros((STEPS, 1))
 
     def take(self, dt: float, step: int) -> None:
         """Take what acts in the step just solved; collective.
@@ -69,14 +68,13 @@ class Impulse:
         for row in self._rows:
             row.take(step)
         self._dt[step] = dt
-        if not self._alone:
-            self._evaluate(slice(step, step + 1))
-            self._comm.Allreduce(MPI.IN_PLACE, self._means[step])
+        self._means.take(step, self._find)
 
-    def _evaluate(self, steps: slice) -> None:
-        self._means[steps] = 0.0
-        for row in self._rows:
-            row.add(steps, self._means[steps])
+    def _find(self, steps: slice, means: Floats) -> None:
+        for begin in range(0, len(means), self._together):
+            some = slice(begin, min(begin + self._together, len(means)))
+            for row in self._rows:
+                row.add(slice(steps.start + some.start, steps.start + some.stop), means[some])
 
     def of_steps(self, steps: slice) -> Floats:
         """Exchange of some steps with the outside, shape (n, 13).
@@ -88,11 +86,7 @@ class Impulse:
         Args:
             steps: Which of those taken.
         """
-        if self._alone:
-            first, last, _ = steps.indices(STEPS)
-            for begin in range(first, last, self._together):
-                self._evaluate(slice(begin, min(begin + self._together, last)))
-        return np.asarray(self._means[steps] * self._dt[steps])
+        return np.asarray(self._means.of(steps, self._find) * self._dt[steps])
 
 
 class _BalanceRow:
@@ -106,8 +100,17 @@ class _BalanceRow:
 
     def __init__(self, simulation: Simulation, stage: str, first: bool) -> None:
         problem = simulation.problem
-        self._first = first
-        self._acting = _Acting(simulation, stage)
+        self._first, self._system = first, problem.system
+        # loads and added terms; all of what potentials exert comes from outside, and what volumes
+        # exert on lids, which are no bodies; residuals are against it
+        self._acting: list[tuple[float, slice, DeferredValues]] = []
+        for body in simulation.model.bodies:
+            row, outside = problem.forms[body.name][stage], body in simulation.model.outside
+            if forms := row.residual if outside else _work(row, body):
+                number = problem.number(body.name, stage)
+                works = residuals_of_steps(self._system, number, compile_all(forms), STEPS)
+                where = self._system.numbering.slice(number)
+                self._acting.append((-1.0 if outside else 1.0, where, works))
         self._held = HeldForces(problem, simulation.model, stage)
         self._reactions = self._held.room(STEPS)
         self._arms = [
@@ -118,14 +121,15 @@ class _BalanceRow:
 
     def take(self, step: int) -> None:
         """Take forces and where they act."""
-        self._acting.take(step)
+        for _, _, works in self._acting:
+            works.take(step)
         self._held.take(self._reactions, step)
         for states, arm in zip(self._states, self._arms, strict=True):
             states[step] = arm()
 
     def add(self, steps: slice, sums: Floats) -> None:
         """Add the resultants of this rank to those of `Impulse.of_steps`, by time."""
-        forces = [self._acting.nodal(steps), self._held.nodal(self._reactions, steps)]
+        forces = [self._nodal(steps), self._held.nodal(self._reactions, steps)]
         there = [(k, f) for k, f in enumerate(forces) if f is not None]
         for carrier, states in zip(self._held.carriers, self._states, strict=True):
             arms = Arms(states[steps], whole=1.0 if self._first else 0.0)
@@ -137,47 +141,19 @@ class _BalanceRow:
             if self._first:
                 sums[:, 12] += gross
 
-
-class _Acting(NodalForces):
-    """Loads and added terms of a row.
-
-    Args:
-        simulation: The simulation.
-        stage: The row.
-    """
-
-    def __init__(self, simulation: Simulation, stage: str) -> None:
-        problem = simulation.problem
-        super().__init__(problem.system)
-        # all of what potentials exert comes from outside, and what volumes exert on lids, which
-        # are no bodies; residuals are against it
-        self._forces: list[tuple[float, slice, DeferredValues]] = []
-        for body in simulation.model.bodies:
-            row, outside = problem.forms[body.name][stage], body in simulation.model.outside
-            forms = row.residual if outside else self._work(row, body)
-            if forms:
-                number, system = problem.number(body.name, stage), problem.system
-                works = residuals_of_steps(system, number, compile_all(forms), STEPS)
-                where = system.numbering.slice(number)
-                self._forces.append((-1.0 if outside else 1.0, where, works))
-        self._size = len(problem.system.numbering.local_to_global)
-
-    @staticmethod
-    def _work(row: StageForms, body: Body) -> list[Form]:
-        dq = ufl.TestFunction(body.mixed.space)
-        work = (f for s in row.samples for f in (s.of_loads(dq), s.of_terms(body, dq)))
-        return [form for form in work if form is not None and not form.empty()]
-
-    def take(self, step: int) -> None:
-        """Take what they are now."""
-        for _, _, works in self._forces:
-            works.take(step)
-
-    def nodal(self, steps: slice) -> Floats | None:
+    def _nodal(self, steps: slice) -> Floats | None:
         """Nodal forces on this rank in some steps; None without any; collective."""
-        if not self._forces:
+        if not self._acting:
             return None
-        local = np.zeros((len(range(*steps.indices(STEPS))), self._size))
-        for sign, where, works in self._forces:
+        size = len(self._system.numbering.local_to_global)
+        local = np.zeros((len(range(*steps.indices(STEPS))), size))
+        for sign, where, works in self._acting:
             local[:, where] = sign * works.of(steps)
-        return self.gathered(local)
+        return gathered(self._system, local)
+
+
+def _work(row: StageForms, body: Body) -> list[Form]:
+    """Virtual work of loads and added terms on a body."""
+    dq = ufl.TestFunction(body.mixed.space)
+    work = (f for s in row.samples for f in (s.of_loads(dq), s.of_terms(body, dq)))
+    return [form for form in work if form is not None and not form.empty()]

@@ -11,12 +11,13 @@ import numpy as np
 
 from shellmb.arrays import Floats
 from shellmb.model.joints.columns import element_columns
-from shellmb.model.joints.coordinates import CoordinateGroup, gathered
+from shellmb.model.joints.coordinates import CoordinateGroup
 from shellmb.model.joints.joints import BoundJoint, JointGroup
-from shellmb.model.joints.linear import TiedCoordinates
 from shellmb.model.joints.mechanism import Mechanism
+from shellmb.model.joints.switches import TiedCoordinates
+from shellmb.model.massless import gathered
 from shellmb.model.model import Model
-from shellmb.observers.deferred_observer import STEPS, DeferredObserver, Row
+from shellmb.observers.deferred_observer import STEPS, DeferredObserver, Row, SharedTable
 from shellmb.observers.forces.free_coordinates import FreeCoordinates
 from shellmb.observers.forces.locations import Places
 from shellmb.observers.forces.reactions import Assembled, resistance, resistance_of_steps
@@ -63,14 +64,12 @@ class JointForces(DeferredObserver):
     def start(self, simulation: Simulation) -> None:
         """Prepare the loops that assemble the forces, and list the columns."""
         problem, mechanism = simulation.problem, simulation.model.mechanism
-        self._comm = simulation.model.comm
-        self._alone = self._comm.size == 1
         self._loops = group_loops(problem, mechanism, simulation.scheme.balance)
         self._joints, self._names = list(mechanism.joints), column_names(mechanism)
         self._found = np.zeros((len(self._joints), 4, 3))
-        # of each step: states of the groups, forces where ranks share them
+        # of each step: states of the groups, and forces
         self._spans = [Span(*np.zeros((3, STEPS, loop.size))) for loop in self._loops]
-        self._forces = np.zeros((STEPS, *self._found.shape))
+        self._forces = SharedTable(simulation.model.comm, self._found.shape)
         columns: Row = dict.fromkeys(self._names, float("nan"))
         self._freedoms.start(simulation)
         columns |= self._freedoms.values
@@ -110,16 +109,12 @@ class JointForces(DeferredObserver):
                 acted = acted + gathered(group.nodes, branches.forces(mean=True))
             read |= element_columns(group, acted)
         self._read[row] = read
-        if not self._alone:
-            # booking is not collective
-            self._act(slice(row, row + 1))
-            self._comm.Allreduce(MPI.IN_PLACE, self._forces[row])
+        self._forces.take(row, self._act)
 
-    def _act(self, rows: slice) -> None:
+    def _act(self, rows: slice, forces: Floats) -> None:
         """Forces of some steps on this rank."""
-        self._forces[rows] = 0.0
         for loop, kept in zip(self._loops, self._spans, strict=True):
-            loop.add(self._forces[rows], Span(*(states[rows] for states in kept)), rows)
+            loop.add(forces, Span(*(states[rows] for states in kept)), rows)
 
     @property
     def acting(self) -> dict[str, Floats]:
@@ -138,9 +133,7 @@ class JointForces(DeferredObserver):
 
     def book_rows(self, rows: slice) -> list[Row]:
         """Find forces in the axes of the joints, and count turns."""
-        if self._alone:
-            self._act(rows)
-        forces = self._forces[rows]
+        forces = self._forces.of(rows, self._act)
         self._found = forces[-1].copy()
         found = []
         for values, read, turned in zip(
@@ -180,6 +173,11 @@ def span_of_step(simulation: Simulation, name: str) -> Span:
     return Span(*forms.ends(), forms.middle())
 
 
+def span_of_state(simulation: Simulation, name: str) -> Span:
+    """The state of a group between two steps."""
+    return Span(*[np.asarray(simulation.problem.levels[name].q.x.array)] * 3)
+
+
 def group_loops(
     problem: Assembled,
     mechanism: Mechanism,
@@ -202,42 +200,39 @@ def group_loops(
     return loops
 
 
-def joint_forces(model: Model, groups: list[GroupForces], at: Callable[[str], Span]) -> Floats:
-    """Force and moment of each joint in its frame and the scene's, (joints, 4, 3); collective.
+class JointColumns:
+    """Forces and moments of all joints in their frames as columns of the history.
 
     Args:
         model: The bodies.
-        groups: What finds them.
-        at: States of a group over which they act, by its name.
+        problem: The system that has the multipliers of joints.
+        balance: Stages of the rows that balance momenta, as of a scheme.
     """
-    found = np.zeros((len(model.mechanism.joints), 4, 3))
-    for group in groups:
-        group.take(0)
-        span = Span(*(state[None] for state in at(group.name)))
-        group.add(found[None], span, slice(0, 1))
-    if model.comm.size > 1:
-        model.comm.Allreduce(MPI.IN_PLACE, found)
-    return found
+
+    def __init__(self, model: Model, problem: Assembled, balance: Sequence[str] = (END,)) -> None:
+        self._comm, self._names = model.comm, column_names(model.mechanism)
+        self._groups = group_loops(problem, model.mechanism, balance)
+        self._found = np.zeros((1, len(model.mechanism.joints), 4, 3))
+
+    def __call__(self, at: Callable[[str], Span]) -> Row:
+        """Columns now; collective.
+
+        Args:
+            at: States of a group over which forces act, by its name.
+        """
+        self._found[:] = 0.0
+        for group in self._groups:
+            group.take(0)
+            span = Span(*(state[None] for state in at(group.name)))
+            group.add(self._found, span, slice(0, 1))
+        if self._comm.size > 1:
+            self._comm.Allreduce(MPI.IN_PLACE, self._found)
+        return dict(zip(self._names, self._found[0, :, :2].ravel().tolist(), strict=True))
 
 
-def column_names(mechanism: Mechanism, ending: str = "") -> list[str]:
-    """Names of the columns of all joints.
-
-    Args:
-        mechanism: The joints.
-        ending: What the names end with.
-    """
-    return [f"{name}.{c}{ending}" for name in mechanism.joints for c in COMPONENTS]
-
-
-def columns(names: list[str], forces: Floats) -> dict[str, float]:
-    """Forces and moments of joints in their frames as columns of the history.
-
-    Args:
-        names: Those of `column_names`.
-        forces: Those of `joint_forces`.
-    """
-    return dict(zip(names, forces[:, :2].ravel().tolist(), strict=True))
+def column_names(mechanism: Mechanism) -> list[str]:
+    """Names of the columns of all joints."""
+    return [f"{name}.{c}" for name in mechanism.joints for c in COMPONENTS]
 
 
 type Joints = list[tuple[int, BoundJoint]]

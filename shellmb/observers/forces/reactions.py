@@ -85,29 +85,20 @@ class Arms(NamedTuple):
     whole: float
 
 
-class NodalForces:
-    """Forces of all that share a node, summed up.
+def gathered(system: BlockSystem, local: Floats, reactions: Floats | None = None) -> Floats:
+    """Sums of nodal forces of all that share a node, as this rank sees them; collective.
 
     Args:
         system: The block system.
+        local: Forces that this rank finds at each local dof in some steps, shape (k, local dofs).
+        reactions: Forces on the fixed unknowns that come on top, shape (k, n).
     """
-
-    def __init__(self, system: BlockSystem) -> None:
-        self._system = system
-
-    def gathered(self, local: Floats, reactions: Floats | None = None) -> Floats:
-        """Sums of local nodal forces, as this rank sees them, of some steps; collective.
-
-        Args:
-            local: Forces that this rank finds at each local dof, shape (k, local dofs).
-            reactions: Forces on the fixed unknowns that come on top, shape (k, n).
-        """
-        fixed = self._system.fixed if reactions is not None else np.zeros(0, np.int64)
-        more = np.zeros((len(local), 0)) if reactions is None else reactions
-        return self._system.exchange.shared(local, fixed, more)
+    fixed = system.fixed if reactions is not None else np.zeros(0, np.int64)
+    more = np.zeros((len(local), 0)) if reactions is None else reactions
+    return system.exchange.shared(local, fixed, more)
 
 
-class HeldForces(NodalForces):
+class HeldForces:
     """Forces of supports, drivers and joints to ground in a row.
 
     Args:
@@ -120,16 +111,16 @@ class HeldForces(NodalForces):
     """
 
     def __init__(self, problem: Assembled, model: Model, stage: str) -> None:
-        super().__init__(problem.system)
+        self._system = problem.system
+
+        def where(body: str) -> slice:
+            return problem.system.numbering.slice(problem.number(body, stage))
+
         self.carriers: list[Carrier | ArmCarrier] = [
-            Carrier(name, body, problem.system.numbering.slice(problem.number(name, stage)))
-            for name, body in nodal_bodies(model).items()
+            Carrier(body, where(name)) for name, body in nodal_bodies(model).items()
         ]
-        self.carriers += [
-            ArmCarrier(body, problem.system.numbering.slice(problem.number(body.name, stage)))
-            for body in model.bodies
-            if isinstance(body, OnArms)
-        ]
+        on_arms = (body for body in model.bodies if isinstance(body, OnArms))
+        self.carriers += [ArmCarrier(body, where(body.name)) for body in on_arms]
         self._planes = [
             (problem.number(plane.name, stage), *resistance(problem, plane.name, stage))
             for plane in model.planes
@@ -168,20 +159,19 @@ class HeldForces(NodalForces):
         for (k, *_), r in zip(self._planes, works, strict=True):
             # on the left-hand side they resist
             local[:, self._system.numbering.slice(k)] -= r[steps]
-        return self.gathered(local, reactions[steps])
+        return gathered(self._system, local, reactions[steps])
 
 
 class Carrier:
     """A body that forces arrive at.
 
     Args:
-        name: Its name in the system.
         body: The body.
         where: Its local dofs among those of the system.
     """
 
-    def __init__(self, name: str, body: NodalBody, where: slice) -> None:
-        self.name, self._nodes, self._where = name, Nodes(body), where
+    def __init__(self, body: NodalBody, where: slice) -> None:
+        self.name, self._nodes, self._where = body.name, Nodes(body), where
         self._sums = self._nodes.sums()
         # a node that two bodies share counts on the one that it belongs to
         index_map = body.mixed.space.dofmap.index_map

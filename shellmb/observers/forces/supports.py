@@ -58,12 +58,11 @@ class SupportForces:
                 here |= found
         self.names = [f"{place}.{component}" for place in places for component in COMPONENTS]
 
-    def __call__(self, span: Callable[[str], Span], ending: str = "") -> dict[str, float]:
+    def __call__(self, span: Callable[[str], Span]) -> dict[str, float]:
         """Columns of the history; collective.
 
         Args:
             span: States of a body over which they act, by its name.
-            ending: What the names of the columns end with.
         """
         sums = np.zeros((len(self._places), 6))
         for number, held in enumerate(self._rows):
@@ -81,8 +80,7 @@ class SupportForces:
                 first = 3 * number
                 sums[row, first:] += found[first:]
         self._comm.Allreduce(MPI.IN_PLACE, sums)
-        values = sums.ravel().tolist()
-        return {f"{name}{ending}": v for name, v in zip(self.names, values, strict=True)}
+        return dict(zip(self.names, sums.ravel().tolist(), strict=True))
 
 
 def _place(where: object) -> str:

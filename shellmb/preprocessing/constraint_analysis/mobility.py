@@ -24,7 +24,7 @@ from shellmb.forms.steps.mixed import Interval
 from shellmb.model.body import Body, Dofs, added
 from shellmb.model.elements.elements import ElementGroup
 from shellmb.model.model import Model
-from shellmb.model.reduced.terms import ModalTerms
+from shellmb.model.reduced.modal import ModalTerms
 from shellmb.model.unknowns import NOT_GIVEN, Unknowns
 from shellmb.native.kernels import compiled
 from shellmb.preprocessing.constraint_analysis.motions import Frame, describe
@@ -69,7 +69,7 @@ def refuse_mechanisms(model: Model) -> None:
         # a place on a reduced body is kept with it, and moves with it
         if words and not {body, whole} & kept and (whole == body or not every[whole]):
             reduced: Any = members.get(body)
-            described = getattr(reduced, "shell", None) or getattr(reduced, "beam", None)
+            described = getattr(reduced, "described", None)
             found.append(f"{said(described or model.scene.body(body))} can {words}")
     if not found:
         return
@@ -148,16 +148,14 @@ class Motions:
 
     def _index(self) -> None:
         """Collect how unknowns that something holds or ties change with motions, on all ranks."""
-        numbers, columns, values = [], [], []
+        ties: list[tuple[Ints, Ints, Floats]] = []
         self._joined: list[tuple[Ints, Ints, Floats]] = []
         held = [np.zeros(0, dtype=np.int64)]
         for name in self.blocks:
             body, dofs, places, rows = self._along(name)
             number = self._unknowns.numbers[body.name][dofs]
             linked = self._unknowns.linked[body.name][dofs]
-            numbers.append(number[~linked])
-            columns.append(places[~linked])
-            values.append(rows[~linked])
+            ties.append((number[~linked], places[~linked], rows[~linked]))
             self._joined.append((number[linked], places[linked], rows[linked]))
             held.append(number[linked])
         for group in self.model.mechanism.coordinate_groups:
@@ -165,27 +163,20 @@ class Motions:
             place = np.zeros((len(x), 6), dtype=np.int64)
             place[:, 0] = self._first[group.name] + group.nodes.item
             unit = 1.0 if group.kind == "rotation" else self.model.length
-            numbers.append(x)
-            columns.append(place)
-            values.append(np.tile(unit * np.eye(6)[0], (len(x), 1)))
+            ties.append((x, place, np.tile(unit * np.eye(6)[0], (len(x), 1))))
         assert self.model.scene.dt is not None
         given = self._unknowns.given([0.0], RATE_STEP * self.model.scene.dt)
         self._given = np.unique(given.numbers)
         self._tied = local_rows(self.model, self._unknowns, NOT_GIVEN)
         held += [self._given, *(row.columns for row in self._tied)]
         wanted = np.unique(np.concatenate(self._comm.allgather(np.concatenate(held))))
-        number = np.concatenate([np.zeros(0, dtype=np.int64), *numbers])
-        here = np.isin(number, wanted)
-        mine = (
-            number[here],
-            np.concatenate([np.zeros((0, 6), dtype=np.int64), *columns])[here],
-            np.concatenate([np.zeros((0, 6)), *values])[here],
-        )
-        every = self._comm.allgather(mine)
-        number = np.concatenate([part[0] for part in every])
+        none = held[0], np.zeros((0, 6), dtype=np.int64), np.zeros((0, 6))
+        mine = [np.concatenate(each) for each in zip(none, *ties, strict=True)]
+        here = np.isin(mine[0], wanted)
+        every = self._comm.allgather([each[here] for each in mine])
+        number, columns, values = (np.concatenate(each) for each in zip(*every, strict=True))
         self._numbers, first = np.unique(number, return_index=True)
-        self._columns = np.concatenate([part[1] for part in every])[first]
-        self._values = np.concatenate([part[2] for part in every])[first]
+        self._columns, self._values = columns[first], values[first]
 
     def _rows(self, numbers: Ints) -> Floats:
         """Evaluate how unknowns change with the motions, shape (n, motions)."""

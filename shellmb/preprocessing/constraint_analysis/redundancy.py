@@ -24,7 +24,7 @@ from shellmb.model.model import Model
 from shellmb.model.unknowns import Given, Unknowns
 from shellmb.preprocessing.constraint_analysis.rows import Row, connected, inner_rows, local_rows
 from shellmb.scene.lookup import listed
-from shellmb.scene.multibody.edge_hinges import EdgeHinge
+from shellmb.scene.multibody.joints import EdgeHinge
 
 # a row whose part outside the rows before it is below this fraction of it counts as dependent:
 # far above round-off, far below the angle between independent constraints of a sound mechanism
@@ -339,14 +339,20 @@ def largest_gap(model: Model, q: Mapping[str, fem.Function]) -> tuple[float, str
         The violation, relative to the scene's length, or of directions; whose it is; the violation
         in words.
     """
-    worst = (0.0, "", "")
-    for body in model.bodies:
-        if not isinstance(body, ConstraintGroup):
-            continue
-        values = body.apart(q[body.name])
-        if np.max(values, initial=0.0) > worst[0]:
-            row, component = np.unravel_index(np.argmax(values), values.shape)
-            apart = float(values[row, component])
-            label = body.labels[int(body.nodes.item[row])]
-            worst = (apart, label, body.said(int(component), apart))
-    return max(model.comm.allgather(worst))
+    groups = [body for body in model.bodies if isinstance(body, ConstraintGroup)]
+    found = [worst_of(group, group.apart(q[group.name])) for group in groups]
+    return max(model.comm.allgather(max(found, default=(0.0, "", ""))))
+
+
+def worst_of(group: ConstraintGroup, values: Floats) -> tuple[float, str, str]:
+    """The largest violation among some of a group; as of `largest_gap`, on this rank.
+
+    Args:
+        group: The group.
+        values: The violations, shape (nodes, constraints).
+    """
+    if not values.any():
+        return 0.0, "", ""
+    row, component = np.unravel_index(np.argmax(values), values.shape)
+    apart = float(values[row, component])
+    return apart, group.labels[int(group.nodes.item[row])], group.said(int(component), apart)

@@ -241,7 +241,7 @@ class _Modes:
         """Masses of the points (R,), where they are (R, 3, K), and their coupling (R, 3)."""
         isolated, K = self._isolated, len(self.arrays)
         # in the order of the axes, then of the modes
-        shapes = [isolated.along_x(arrays, a) for a in range(3) for arrays in self.arrays]
+        shapes = [isolated.moved(arrays, a) for a in range(3) for arrays in self.arrays]
         arms = [isolated.arm(a, self.center) for a in range(3)]
         gram = self._masses([*arms, *shapes])
         # of each mode nearly all of its own mass is kept, however small that is

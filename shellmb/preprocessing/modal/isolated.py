@@ -171,7 +171,7 @@ class IsolatedBody:
 
     def one(self) -> Arrays:
         """The scalar field 1, along x."""
-        return self.along_x(self.motion(0, np.zeros(3)), 0)
+        return self.moved(self.motion(0, np.zeros(3)), 0, 0)
 
     def arm(self, a: int, about: Floats) -> Arrays:
         """The scalar field `X_a` with the directors' `D_a`, along x."""
@@ -183,16 +183,14 @@ class IsolatedBody:
             arrays[name][dofs["w"].reshape(D.shape)[:, :, 0]] = D[:, :, a]
         return arrays
 
-    def along_x(self, arrays: Arrays, a: int) -> Arrays:
-        """One component of a vector field as a scalar field, along x."""
-        return self._moved(arrays, a, 0)
+    def moved(self, arrays: Arrays, a: int, to: int = 0) -> Arrays:
+        """One component of a vector field as another one, of a field that has no more.
 
-    def along(self, arrays: Arrays, a: int) -> Arrays:
-        """A scalar field, which is along x, along another axis."""
-        return self._moved(arrays, 0, a)
-
-    def _moved(self, arrays: Arrays, a: int, to: int) -> Arrays:
-        """A component of a vector field as another one, of a field that has no more."""
+        Args:
+            arrays: The field.
+            a: Number of the component.
+            to: That of the other one; scalar fields are along x.
+        """
         out = self.zeros()
         for name in self.model.meshed:
             dofs = self.bodies[name].mixed.dofs

@@ -1,9 +1,9 @@
 """Distributed loads and users' terms on a body in modes, by the virtual work of each.
 
 That of a dead load is linear in positions and directors, and so the same as that of one force at a
-point for each direction that the load has (`model.reduced.loads`). What turns with the body, and
-moments, are taken to the first order in the modes. Terms act on the body's own mesh, and only the
-modes follow from what they are at rest.
+point for each direction that the load has (`model.reduced.floating_body`). What turns with the
+body, and moments, are taken to the first order in the modes. Terms act on the body's own mesh, and
+only the modes follow from what they are at rest.
 """
 
 from __future__ import annotations
@@ -23,9 +23,7 @@ from ufl import Form
 
 from shellmb.arrays import Floats
 from shellmb.model.body import Rates, TimeFunction
-from shellmb.model.frames.beam import BeamLoads, BeamModel
 from shellmb.model.reduced.data import ModalForces, ModalPoint
-from shellmb.model.shells.loads import DistributedLoads, ShellLoads
 from shellmb.native.derivatives import derivative
 from shellmb.native.kernels import compiled
 from shellmb.preprocessing.modal.isolated import Arrays, IsolatedBody
@@ -93,7 +91,7 @@ class SpreadLoads:
         """Nodal forces of all loads, of dead ones along each axis: as the body may be turned."""
         isolated, found = self._isolated, []
         for dead in self._dead:
-            found += [isolated.along(dead.profile, axis) for axis in range(3)]
+            found += [isolated.moved(dead.profile, 0, axis) for axis in range(3)]
         for item in self._followers:
             arrays = isolated.zeros()
             arrays[item.body] = item.work(None)
@@ -114,7 +112,7 @@ class SpreadLoads:
         fields = (
             [isolated.one(), *(isolated.arm(a, center) for a in range(3))] if self._dead else []
         )
-        fields += [isolated.along_x(m, a) for a in range(3) for m in modes] if self._dead else []
+        fields += [isolated.moved(m, a) for a in range(3) for m in modes] if self._dead else []
         for dead in self._dead:
             sums = np.array([self._work(dead.profile, field) for field in fields])
             # forces and moments in one unit: nothing of the arms is large
@@ -136,7 +134,7 @@ class SpreadLoads:
         isolated = self._isolated
         arrays = isolated.zeros()
         arrays[load.body] = _assembled(isolated.bodies[load.body], load)(None)
-        parts = [isolated.along_x(arrays, i) for i in range(3)]
+        parts = [isolated.moved(arrays, i) for i in range(3)]
         gram = np.array([[self._work(a, b) for b in parts] for a in parts])
         sizes, directions = np.linalg.eigh(gram)
         for size, direction in zip(sizes, directions.T, strict=True):
@@ -156,12 +154,14 @@ class SpreadLoads:
             yield follower(load, None)
             return
         given: Any = load.moment
+        described: Any = load
         for a, unit in enumerate(np.eye(3)):
             if not callable(given):
-                yield follower(_with(load, tuple(map(float, unit))), np.outer(unit, given).ravel())
+                turned = replace(described, moment=tuple(map(float, unit)))
+                yield follower(turned, np.outer(unit, given).ravel())
                 continue
             for i in range(3):
-                turned = _with(load, partial(_component, given, a, i))
+                turned = replace(described, moment=partial(_component, given, a, i))
                 yield follower(turned, np.outer(unit, np.eye(3)[i]).ravel())
 
     def _table(self, item: FollowerLoad, modes: list[Arrays], center: Floats) -> Floats:
@@ -268,8 +268,7 @@ class TermsAtRest:
 
 def _assembled(body: Any, load: Any) -> Callable[[Floats | None], Floats]:
     """Virtual work of a load at rest, or its derivative along a state; local arrays."""
-    kind: Any = BeamLoads if isinstance(body, BeamModel) else ShellLoads
-    acting: DistributedLoads = kind(body, [load])
+    acting = body.loads_of([load])
     acting.update(lambda time: 1.0)
     q, change = fem.Function(body.mixed.space), fem.Function(body.mixed.space)
     work = acting.virtual_work(q, ufl.TestFunction(body.mixed.space))
@@ -290,10 +289,6 @@ def _nodal(form: Form) -> Floats:
     vector.scatter_reverse(la.InsertMode.add)
     vector.scatter_forward()
     return np.array(vector.array)
-
-
-def _with(load: Any, moment: Any) -> Any:
-    return replace(load, moment=moment)
 
 
 def _component(moment: Callable[[Any], Any], a: int, i: int, x: Any) -> Floats:

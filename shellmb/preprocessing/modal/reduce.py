@@ -12,24 +12,22 @@ import numpy as np
 
 from shellmb.errors import SceneError
 from shellmb.meshes.mesh import build_surface
-from shellmb.model.frames.glue import line_along
-from shellmb.model.frames.linear import build_beam
-from shellmb.model.frames.rigid_from_mesh import about_director, hinged
-from shellmb.model.frames.rigidpoints import RigidMeshes
+from shellmb.model.frames.beam import build_beam
+from shellmb.model.frames.rigid_from_mesh import RigidMeshes, about_director, hinged
 from shellmb.model.locations.nodes import ON_NODE, shared_nodes
 from shellmb.model.reduced.data import ModalBody
+from shellmb.model.shells.joins import line_along
 from shellmb.model.shells.shell import ShellModel
 from shellmb.preprocessing.modal.basis import Attachment, reduced_body
 from shellmb.preprocessing.modal.supports import edges, stays_rigid
 from shellmb.scene import Gravity, InitialVelocity, RigidBody, Scene
 from shellmb.scene.checks.fields import has_field
-from shellmb.scene.checks.reduced import groups_of
+from shellmb.scene.checks.whole import groups_of
 from shellmb.scene.loads.loads import PointLoad
 from shellmb.scene.loads.supports import Fixed, Hinged
 from shellmb.scene.lookup import said
-from shellmb.scene.multibody.edge_hinges import EdgeHinge
 from shellmb.scene.multibody.elements import PointElement
-from shellmb.scene.multibody.joints import GROUND, Joint, Spherical, Weld
+from shellmb.scene.multibody.joints import GROUND, EdgeHinge, Joint, Spherical, Weld
 from shellmb.scene.multibody.offsets import Offset, arm_components, node_of
 from shellmb.scene.multibody.rigid import Interface
 from shellmb.scene.probes import MOTIONS

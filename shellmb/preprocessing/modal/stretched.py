@@ -119,7 +119,7 @@ def _moved(isolated: IsolatedBody, force: PETSc.Vec, linear: PETSc.Vec) -> PETSc
     """
     energy, inertia = (float(isolated.gram(A, [linear])[0, 0]) for A in (isolated.K, isolated.M))
     omega2 = SLOW * energy / inertia if inertia > 0 else 0.0
-    moved, part = linear.copy(), force.duplicate()
+    moved, part, change = linear.copy(), force.duplicate(), force.duplicate()
     for _ in range(ITERATIONS):
         half, K = isolated.tangent_at(0.5 * moved), isolated.tangent_at(moved)
         left = force.copy()
@@ -132,18 +132,11 @@ def _moved(isolated: IsolatedBody, force: PETSc.Vec, linear: PETSc.Vec) -> PETSc
         ):
             A.mult(along, part)
             left.axpy(-weight, part)
-        change = _solved(isolated, K, left, omega2)
+        _solver(isolated, K, omega2).solve(left, change)
         moved += change
         if abs(change.dot(left)) < CONVERGED * energy:
             return moved
     return None
-
-
-def _solved(isolated: IsolatedBody, K: PETSc.Mat, force: PETSc.Vec, omega2: float) -> PETSc.Vec:
-    """Solve for what a force does to a stiffness and the mass at a square of a rate."""
-    found = K.createVecRight()
-    _solver(isolated, K, omega2).solve(force, found)
-    return found
 
 
 def _solver(isolated: IsolatedBody, K: PETSc.Mat, omega2: float) -> PETSc.KSP:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import time as clock
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -61,50 +62,101 @@ def find_modes(
         ConvergenceError: If the static state or the modes do not converge.
         RunError: If the function `results` raises, or the disk is full.
     """
-    directory, begin = Path(out), clock.perf_counter()
-    with claimed(directory, comm, new=True), written(directory, comm):
-        check_memory(scene, comm)
-        STOPPING.renew()
+    with modes_directory(scene, out, comm) as run:
         modes = modes_at_rest(scene, comm, count, loaded)
-        wall = clock.perf_counter() - begin
-        summary: dict[str, Any] = {
-            "scene": scene.name,
+        summary = run.summary(modes.model, modes.unknowns) | {
             "loaded": loaded,
             "frequencies_hz": modes.frequencies,
             "omega_rad_per_s": modes.omega,
             "growth_per_s": modes.growth,
             "rigid_modes": modes.rigid,
             "warnings": modes.warnings,
-            "unknowns": modes.unknowns,
             "elements": modes.model.elements,
-            "ranks": comm.size,
-            "wall_s": wall,
-            "versions": versions(),
-            "results": {},
         }
-        _write(directory, modes, summary, pictures, comm)
-        if results is not None:
-            summary["results"] = measured(results, modes, comm, "mode_results")
-            if comm.rank == 0:
-                write_json(directory / SUMMARY, summary)
+        rows = zip(modes.frequencies, modes.omega, modes.growth, ~modes.growing, strict=True)
+        lines = [
+            f"{k},{float(f)!r},{float(w)!r},{float(g)!r},{int(stable)}"
+            for k, (f, w, g, stable) in enumerate(rows, start=1)
+        ]
+        table = ["mode,frequency_hz,omega_rad_per_s,growth_per_s,stable", *lines]
+        write_shapes(run.directory, modes.model, modes.fields, table, summary)
+        run.draw(pictures)
+        run.measure(results, modes, summary)
     return modes, summary
 
 
-def _write(
-    directory: Path, modes: Modes, summary: dict[str, Any], pictures: bool, comm: MPI.Comm
-) -> None:
-    rows = zip(modes.frequencies, modes.omega, modes.growth, ~modes.growing, strict=True)
-    lines = [
-        f"{k},{float(f)!r},{float(w)!r},{float(g)!r},{int(stable)}"
-        for k, (f, w, g, stable) in enumerate(rows, start=1)
-    ]
-    table = ["mode,frequency_hz,omega_rad_per_s,growth_per_s,stable", *lines]
-    write_shapes(directory, modes.model, modes.fields, table, summary)
-    if pictures and comm.rank == 0:
-        from shellmb.show.pictures import draw_directory
+@dataclass(frozen=True)
+class ModesDirectory:
+    """A directory into which modes are written.
 
-        draw_directory(directory)
-    arrive(comm)
+    Args:
+        directory: The directory.
+        comm: Communicator.
+        begin: When it was begun, s.
+    """
+
+    directory: Path
+    comm: MPI.Comm
+    begin: float
+
+    def summary(self, model: Model, unknowns: int) -> dict[str, Any]:
+        """Entries of the summary of all modes.
+
+        Args:
+            model: The model.
+            unknowns: Number of unknowns of the eigenproblem.
+        """
+        return {
+            "scene": model.scene.name,
+            "unknowns": unknowns,
+            "ranks": self.comm.size,
+            "wall_s": clock.perf_counter() - self.begin,
+            "versions": versions(),
+            "results": {},
+        }
+
+    def draw(self, pictures: bool) -> None:
+        """Draw the modes, if pictures are wanted; collective."""
+        if pictures and self.comm.rank == 0:
+            from shellmb.show.pictures import draw_directory
+
+            draw_directory(self.directory)
+        arrive(self.comm)
+
+    def measure(
+        self, results: Callable[[Any], dict[str, float]] | None, modes: Any, summary: dict[str, Any]
+    ) -> None:
+        """Put the results of a scene into a summary.
+
+        Args:
+            results: Gives them; None: there are none.
+            modes: What it gets.
+            summary: The summary.
+        """
+        if results is not None:
+            summary["results"] = measured(results, modes, self.comm, "mode_results")
+            if self.comm.rank == 0:
+                write_json(self.directory / SUMMARY, summary)
+
+
+@contextmanager
+def modes_directory(scene: Scene, out: Path | str, comm: MPI.Comm) -> Iterator[ModesDirectory]:
+    """Context in which a directory is of the modes of a scene alone; collective.
+
+    Args:
+        scene: The scene.
+        out: The directory.
+        comm: Communicator.
+
+    Raises:
+        SceneError: If it is not empty or cannot be written.
+        RunError: If the disk is full.
+    """
+    directory, begin = Path(out), clock.perf_counter()
+    with claimed(directory, comm, new=True), written(directory, comm):
+        check_memory(scene, comm)
+        STOPPING.renew()
+        yield ModesDirectory(directory, comm, begin)
 
 
 def write_shapes(
@@ -187,34 +239,21 @@ def find_buckling(
         ConvergenceError: If there are fewer load factors.
         RunError: If the disk is full.
     """
-    directory, begin = Path(out), clock.perf_counter()
-    with claimed(directory, comm, new=True), written(directory, comm):
-        check_memory(scene, comm)
-        STOPPING.renew()
+    with modes_directory(scene, out, comm) as run:
         found = linear_buckling(scene, comm, count)
         shapes = [mode_shape(found.system, found.model, vector) for vector in found.vectors]
         warnings = [
             *lone_modes(found.model, parts_of(found.system, found.vectors)),
             *wrinkled_modes(found.model, None),
         ]
-        summary: dict[str, Any] = {
-            "scene": scene.name,
+        summary = run.summary(found.model, found.system.size) | {
             "load_factors": found.factors,
             "negative_load_factor": found.negative,
             "warnings": warnings,
-            "unknowns": found.system.size,
             "elements": found.model.elements,
-            "ranks": comm.size,
-            "wall_s": clock.perf_counter() - begin,
-            "versions": versions(),
-            "results": {},
         }
         rows = [f"{k},{float(f)!r}" for k, f in enumerate(found.factors, start=1)]
         fields = [{"displacement": shape} for shape in shapes]
-        write_shapes(directory, found.model, fields, ["mode,load_factor", *rows], summary)
-        if pictures and comm.rank == 0:
-            from shellmb.show.pictures import draw_directory
-
-            draw_directory(directory)
-        arrive(comm)
+        write_shapes(run.directory, found.model, fields, ["mode,load_factor", *rows], summary)
+        run.draw(pictures)
     return BucklingModes(found.factors, found.negative, shapes, warnings)

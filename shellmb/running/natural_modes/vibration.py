@@ -9,7 +9,7 @@ from petsc4py import PETSc
 import numpy as np
 
 from shellmb.arrays import Bools, Floats
-from shellmb.diagnostics.elements.locked_modes import locked_modes
+from shellmb.diagnostics.elements.locked import locked_modes
 from shellmb.diagnostics.elements.wrinkled import wrinkled_modes
 from shellmb.diagnostics.stiffened_modes import Motion, stiffened_modes
 from shellmb.errors import SceneError, petsc_in_words

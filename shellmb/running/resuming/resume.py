@@ -11,7 +11,7 @@ from mpi4py import MPI
 
 from shellmb.errors import SceneError
 from shellmb.running.directory import claimed
-from shellmb.running.execute import RunResult, carry_out
+from shellmb.running.execute import RunResult, execute
 from shellmb.running.loader import SceneModule
 from shellmb.running.request import REQUEST, Request, StoredRequest, read_request
 from shellmb.running.results import Results
@@ -81,7 +81,7 @@ def resume(
             _log.warning("resume: %s", line)
         if module is not None:
             results = module.results
-        return carry_out(
+        return execute(
             scene,
             directory,
             observers,
@@ -90,6 +90,7 @@ def resume(
             request=request,
             results=results,
             saved=saved,
+            new=False,
         )
 
 

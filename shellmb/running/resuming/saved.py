@@ -12,11 +12,10 @@ from pydantic import BaseModel, ConfigDict, Field, StringConstraints, Validation
 from shellmb.barrier import first_found
 from shellmb.errors import SceneError
 from shellmb.files.checksums import checksum, is_intact
-from shellmb.files.reading import read_bytes
+from shellmb.files.reading import Damaged, first_error, read_bytes, read_json
 from shellmb.observers.files.checkpoint import FORMAT, STATE_FILE, Saved
 from shellmb.observers.history import read_rows
 from shellmb.running.standard import HISTORY, STATE, SUMMARY
-from shellmb.running.tables import Damaged, first_error, read_table
 from shellmb.simulate.start.stored import read_arrays
 
 Count = Annotated[int, Field(ge=0)]
@@ -118,7 +117,7 @@ def read_saved(directory: Path, comm: MPI.Comm, spread: bool = False) -> Saved:
         if comm.rank == 0:
             found = _read_state(directory / STATE / STATE_FILE, None if spread else comm.size)
             _check_history(directory / HISTORY, found)
-    except (Damaged, SceneError) as error:
+    except SceneError as error:
         wrong = _sentence(error)
     found, wrong = comm.bcast((found, wrong))
     if wrong is None:
@@ -135,8 +134,8 @@ def read_saved(directory: Path, comm: MPI.Comm, spread: bool = False) -> Saved:
     return Saved(arrays, found["simulation"], found["observers"], found["scene"], ranks)
 
 
-def _sentence(error: Exception) -> str:
-    if isinstance(error, SceneError):
+def _sentence(error: SceneError) -> str:
+    if not isinstance(error, Damaged):
         return str(error)
     return f"resume: {error}, so the run cannot continue from it; {ANEW}"
 
@@ -144,7 +143,7 @@ def _sentence(error: Exception) -> str:
 def _read_state(file: Path, ranks: int | None) -> dict[str, Any]:
     if not file.is_file():
         raise SceneError(f"resume: there is no state {file}; give the directory of a run")
-    values = read_table(file)
+    values = read_json(file)
     version = values.get("format")
     if version != FORMAT and isinstance(version, int) and 0 < version < FORMAT:
         raise SceneError(
@@ -167,10 +166,7 @@ def _read_state(file: Path, ranks: int | None) -> dict[str, Any]:
 
 def _read_arrays(folder: Path, state: dict[str, Any], rank: int) -> dict[str, Any]:
     file = folder / f"{state['arrays']}-rank{rank}.npz"
-    try:
-        return read_arrays(file, state["arrays_sha256"][rank])
-    except SceneError as error:
-        raise Damaged(str(error)) from None
+    return read_arrays(file, state["arrays_sha256"][rank])
 
 
 def _read_ranks(
@@ -183,12 +179,8 @@ def _read_ranks(
             f"resume: the run was made on {count} ranks by a version of shellmb whose runs resume "
             f"on the same number only; resume it with `mpiexec -n {count}`"
         )
-    try:
-        numbers = [
-            read_arrays(folder / f"cells-of-{count}-rank{k}.npz", sums[k]) for k in range(count)
-        ]
-    except SceneError as error:
-        raise Damaged(str(error)) from None
+    cells = f"cells-of-{count}"
+    numbers = [read_arrays(folder / f"{cells}-rank{k}.npz", sums[k]) for k in range(count)]
     return tuple((_read_arrays(folder, state, k), numbers[k]) for k in range(count))
 
 
@@ -199,8 +191,6 @@ def _check_history(file: Path, state: dict[str, Any]) -> None:
     try:
         lines = read_bytes(file).split(b"\n")[: count + 1]
         rows = read_rows(b"\n".join(lines).decode(), count)
-    except SceneError as error:
-        raise Damaged(str(error)) from None
     except ValueError as error:
         raise Damaged(f"{file} is damaged ({error})") from None
     if checksum(b"\n".join([*lines, b""])) != history["sha256"]:

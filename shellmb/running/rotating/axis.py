@@ -48,18 +48,14 @@ class Axis:
         SceneError: If the direction is no vector, or zero.
     """
 
-    axis: tuple[float, float, float]
-    about: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    axis: Sequence[float]
+    about: Sequence[float] = (0.0, 0.0, 0.0)
     within: float = ON_AXIS
 
     def __post_init__(self) -> None:
         """Check that there is a direction."""
         for name in ("axis", "about"):
-            given = np.asarray(getattr(self, name), dtype=float)
-            if given.shape != (3,) or not np.all(np.isfinite(given)):
-                raise SceneError(
-                    f"modes: {name} is {show(getattr(self, name))}; it must be three numbers"
-                )
+            object.__setattr__(self, name, _three(name, getattr(self, name)))
         if not np.any(self.axis):
             raise SceneError("modes: axis is (0, 0, 0); it must have a direction")
 
@@ -95,14 +91,14 @@ def find_axis(
         SceneError: If the scene has none, or several that differ.
     """
     if axis is not None:
-        return Axis(three("axis", axis), three("about", about or (0.0, 0.0, 0.0)))
-    found = [Axis(three("axis", a), three("about", p)) for a, p in _axes_of_parts(scene)]
+        return Axis(axis, about or (0.0, 0.0, 0.0))
+    found = [Axis(*line) for line in _axes_of_parts(scene)]
     if not found:
         raise SceneError(
             f"modes: scene '{scene.name}' has no initial spin, no driven edge and no driven joint "
             "to ground, so its axis of rotation is unknown; give axis, and about"
         )
-    first = found[0] if about is None else Axis(found[0].axis, three("about", about))
+    first = found[0] if about is None else Axis(found[0].axis, about)
     for other in found:
         if not first.along(other.axis) or (
             about is None and not first.has(other.about, _size(scene))
@@ -115,17 +111,15 @@ def find_axis(
     return first
 
 
-def three(name: str, values: Sequence[float]) -> tuple[float, float, float]:
-    """Three numbers.
-
-    Raises:
-        SceneError: If they are something else; says so of `name`.
-    """
+def _three(name: str, values: Any) -> tuple[float, ...]:
+    """Three numbers, which the error calls by a name."""
     try:
-        a, b, c = (float(v) for v in values)
+        found = tuple(float(v) for v in values)
     except (TypeError, ValueError):
-        raise SceneError(f"modes: {name} is {show(values)}; it must be three numbers") from None
-    return a, b, c
+        found = ()
+    if len(found) != 3 or not np.all(np.isfinite(found)):
+        raise SceneError(f"modes: {name} is {show(values)}; it must be three numbers")
+    return found
 
 
 def _axes_of_parts(scene: Scene) -> Iterator[tuple[Any, Any]]:
@@ -149,12 +143,12 @@ def bearing(scene: Scene) -> Axis | None:
     """The axis of the first driven edge or bearing to ground; None without any."""
     for support in scene.supports:
         if isinstance(support, Driven) and support.rotation is not None:
-            return Axis(three("axis", support.axis), three("about", support.about))
+            return Axis(support.axis, support.about)
     for joint in scene.joints:
         if isinstance(joint, Revolute | Cylindrical) and _grounded(joint):
             place = _place(scene, joint, joint.first, joint.at)
             if place is not None:
-                return Axis(three("axis", joint.axis), three("about", place.tolist()))
+                return Axis(joint.axis, place.tolist())
     return None
 
 
@@ -301,18 +295,13 @@ def _check_element(scene: Scene, element: Any, axis: Axis, size: float) -> None:
 
 def held(scene: Scene) -> Scene:
     """The scene in a frame that turns: drives to ground and driven edges stand still there."""
-    drivers = tuple(
-        replace(d, rotation=_still(d.rotation))
-        if d.rotation is not None and _grounded(scene.joint(d.joint))
-        else d
-        for d in scene.drivers
-    )
-    supports = tuple(
-        replace(s, rotation=_still(s.rotation))
-        if isinstance(s, Driven) and s.rotation is not None
-        else s
-        for s in scene.supports
-    )
+
+    def still(item: Any, turns: bool) -> Any:
+        held = turns and item.rotation is not None
+        return replace(item, rotation=_still(item.rotation)) if held else item
+
+    drivers = tuple(still(d, _grounded(scene.joint(d.joint))) for d in scene.drivers)
+    supports = tuple(still(s, isinstance(s, Driven)) for s in scene.supports)
     return replace(scene, drivers=drivers, supports=supports, initial=(), start="given")
 
 

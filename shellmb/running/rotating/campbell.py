@@ -19,7 +19,7 @@ from shellmb.native.assembler import assembled_as
 from shellmb.running.natural_modes.vibration import check_count
 from shellmb.running.rotating.axis import Axis, check_steady, find_axis
 from shellmb.running.rotating.modes import SPARE, RotatingModes, modes_at
-from shellmb.running.rotating.quadratic import Pair
+from shellmb.running.rotating.quadratic import Pair, product
 from shellmb.running.rotating.steady import SteadyRotation
 from shellmb.scene import Scene
 from shellmb.scene.values.validate import show
@@ -132,26 +132,12 @@ def assurance(first: Sequence[Pair], second: Sequence[Pair], mass: PETSc.Mat) ->
     Returns:
         Shape (first, second), from 0 to 1.
     """
-
-    def times(pair: Pair) -> tuple[PETSc.Vec, PETSc.Vec]:
-        found = []
-        for vector in (pair.real, pair.imaginary):
-            y = mass.createVecLeft()
-            mass.mult(vector, y)
-            found.append(y)
-        return found[0], found[1]
-
-    def inner(v: Pair, y: tuple[PETSc.Vec, PETSc.Vec], sign: float) -> complex:
-        a, b = y
-        real = v.real.dot(a) + sign * v.imaginary.dot(b)
-        return complex(real, sign * v.real.dot(b) - v.imaginary.dot(a))
-
-    columns = [times(w) for w in second]
-    own, other = (np.array([abs(inner(p, times(p), 1.0)) for p in of]) for of in (first, second))
-    rows = [
-        [max(abs(inner(v, y, 1.0)), abs(inner(v, y, -1.0))) ** 2 for y in columns] for v in first
-    ]
-    return np.array(rows) / np.outer(own, other)
+    own, other = (np.array([product(mass, p, p).real for p in of]) for of in (first, second))
+    v = np.array([p.real.array_r + 1j * p.imaginary.array_r for p in first])
+    images = [((mass * p.real).array_r, (mass * p.imaginary).array_r) for p in second]
+    y = np.array([real + 1j * imaginary for real, imaginary in images])
+    both = mass.getComm().tompi4py().allreduce(np.array([v.conj() @ y.T, v @ y.T]))
+    return np.asarray(np.abs(both).max(axis=0) ** 2 / np.outer(own, other))
 
 
 def _mixed(alike: Floats, first: Floats, second: Floats) -> Floats:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import time as clock
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -13,12 +12,9 @@ from mpi4py import MPI
 from shellmb.barrier import arrive
 from shellmb.errors import SceneError
 from shellmb.files.writing import write_text
-from shellmb.observers.summary import versions, write_json
-from shellmb.running.directory import claimed, written
-from shellmb.running.memory import check_memory
-from shellmb.running.natural_modes.run import write_shapes
+from shellmb.observers.summary import write_json
+from shellmb.running.natural_modes.run import ModesDirectory, modes_directory, write_shapes
 from shellmb.running.natural_modes.vibration import check_count
-from shellmb.running.results import measured
 from shellmb.running.resuming.reached import state_of_run
 from shellmb.running.rotating.axis import Axis
 from shellmb.running.rotating.campbell import Campbell, campbell
@@ -27,9 +23,10 @@ from shellmb.running.rotating.state import MovingState, StateModes, check_state
 from shellmb.running.standard import SUMMARY
 from shellmb.scene import Scene
 from shellmb.scene.values.validate import show
-from shellmb.stopping import STOPPING
 
 TABLE, PICTURE = "campbell.csv", "campbell.png"
+# entries of the summary of a diagram that those of its rates have, too
+OF_RATES = ("scene", "loaded", "axis", "about", "unknowns", "ranks", "versions", "results")
 
 HEADER = "mode,frequency_hz,omega_rad_per_s,growth_per_s,damping_ratio,whirl,direction,stable"
 
@@ -79,32 +76,25 @@ def find_campbell(
         ConvergenceError: If an equilibrium or the modes do not converge.
         RunError: If the function `results` raises, or the disk is full.
     """
-    directory, begin = Path(out), clock.perf_counter()
-    with claimed(directory, comm, new=True), written(directory, comm):
-        check_memory(scene, comm)
-        STOPPING.renew()
+    with modes_directory(scene, out, comm) as run:
         found = campbell(scene, rates, comm, count, loaded, axis, about)
-        head = _head(scene, loaded, found.axis, found.modes[0], comm)
-        summary: dict[str, Any] = head | {
+        summary = _head(run, loaded, found.axis, found.modes[0]) | {
             "rates_rad_per_s": found.rates,
             "stable": not found.unstable,
             "verdict": found.verdict,
             "warnings": found.warnings,
-            "wall_s": clock.perf_counter() - begin,
         }
+        head = {name: summary[name] for name in OF_RATES}
         for number, modes in enumerate(found.modes, start=1):
-            _write_rate(folder(directory, number), modes, head)
+            _write_rate(folder(run.directory, number), modes, head)
         if comm.rank == 0:
-            write_text(directory / TABLE, "\n".join(_table(found)) + "\n")
-            write_json(directory / SUMMARY, summary)
-        if results is not None:
-            summary["results"] = measured(results, found, comm, "mode_results")
-            if comm.rank == 0:
-                write_json(directory / SUMMARY, summary)
+            write_text(run.directory / TABLE, "\n".join(_table(found)) + "\n")
+            write_json(run.directory / SUMMARY, summary)
+        run.measure(results, found, summary)
         if pictures and comm.rank == 0:
             from shellmb.show.campbell import draw_campbell
 
-            draw_campbell(directory / TABLE, directory / PICTURE)
+            draw_campbell(run.directory / TABLE, run.directory / PICTURE)
         arrive(comm)
     return found, summary["results"]
 
@@ -143,7 +133,6 @@ def find_state_modes(
         ConvergenceError: If a step fails, or accelerations or modes do not follow.
         RunError: If the disk is full.
     """
-    directory, begin = Path(out), clock.perf_counter()
     check_count(count)
     if rates is not None and not (len(rates) == 1 and math.isfinite(rates[0])):
         raise SceneError(
@@ -155,13 +144,11 @@ def find_state_modes(
     except SceneError as error:
         raise SceneError(f"modes: {str(error).removeprefix('resume: ')}") from None
     check_state(scene, meant.scheme)
-    with claimed(directory, comm, new=True), written(directory, comm):
-        check_memory(scene, comm)
-        STOPPING.renew()
+    with modes_directory(scene, out, comm) as run:
         moving = MovingState(scene, *meant.reach(comm), comm, rate, axis, about)
         found = StateModes(modes_of(moving, count), moving)
         unsteady = moving.unsteady
-        summary: dict[str, Any] = _head(scene, True, moving.axis, found.modes, comm) | {
+        summary = _head(run, True, moving.axis, found.modes) | {
             "run": None if state is None else str(state),
             "t": moving.time,
             "run_again_from": meant.begin,
@@ -174,14 +161,9 @@ def find_state_modes(
             "relative_acceleration": unsteady.acceleration,
             "relative_energy_share": unsteady.energy_share,
             "relative_acceleration_share": unsteady.acceleration_share,
-            "wall_s": clock.perf_counter() - begin,
         }
-        _write_rate(directory, found.modes, summary)
-        if pictures and comm.rank == 0:
-            from shellmb.show.pictures import draw_directory
-
-            draw_directory(directory)
-        arrive(comm)
+        _write_rate(run.directory, found.modes, summary)
+        run.draw(pictures)
     return found
 
 
@@ -206,19 +188,12 @@ def _table(found: Campbell) -> list[str]:
     return lines
 
 
-def _head(
-    scene: Scene, loaded: bool, axis: Axis, modes: RotatingModes, comm: MPI.Comm
-) -> dict[str, Any]:
+def _head(run: ModesDirectory, loaded: bool, axis: Axis, modes: RotatingModes) -> dict[str, Any]:
     """Entries that all summaries begin with."""
-    return {
-        "scene": scene.name,
+    return run.summary(modes.model, modes.unknowns) | {
         "loaded": loaded,
         "axis": list(axis.axis),
         "about": list(axis.about),
-        "unknowns": modes.unknowns,
-        "ranks": comm.size,
-        "versions": versions(),
-        "results": {},
     }
 
 

@@ -10,7 +10,6 @@ from petsc4py import PETSc
 import ufl
 from dolfinx import fem
 
-from shellmb.errors import SceneError
 from shellmb.model.body import added
 from shellmb.model.model import Model
 from shellmb.model.sections.branches import branches_of
@@ -51,13 +50,6 @@ class Linearised:
         time: float,
         loaded: bool,
     ) -> None:
-        for element in model.scene.force_elements:
-            if element.relaxation is not None:
-                raise SceneError(
-                    f"modes: the {element.label} '{element.name}' relaxes, and damped modes, modes "
-                    "about rotations and matrices have no springs that relax; it must be without, "
-                    "or the modes those at rest, which are of the long-term stiffness"
-                )
         self.model, self.axis, self.frames, self.levels = model, axis, frames, levels
         self._shift = shift_below(model, loaded)
         self.relaxation = Relaxation(model, levels, 1 / math.sqrt(abs(self._shift)), frames, time)
@@ -109,19 +101,23 @@ class Linearised:
         C.axpy(2 * self.rate, self.transport)
         return K, C, self.mass
 
-    def branches(self) -> dict[float, PETSc.Mat]:
-        """Stiffness of Maxwell branches that are relaxed at the state, by their times [s]."""
+    def branches(self, columns: bool = False) -> dict[float, PETSc.Mat]:
+        """Stiffness of Maxwell branches that are relaxed at the state, by their times [s].
+
+        Args:
+            columns: Whether those of fixed dofs stay.
+        """
         forms: dict[float, Blocks] = {}
         for k, body in enumerate(self.model.bodies):
             own = branches_of(body)
             q = self.relaxation.functions[body.name]
             for time, form in () if own is None else own.stiffness(q):
                 forms.setdefault(time, {}).setdefault((k, k), []).append(form)
-        return {time: self.system.symmetric_matrix(of, 0.0) for time, of in forms.items()}
+        matrix = self.system.symmetric_matrix
+        return {time: matrix(of, 0.0, columns) for time, of in forms.items()}
 
     def columns(self) -> tuple[PETSc.Mat, PETSc.Mat, PETSc.Mat]:
         """Matrices with the columns of fixed dofs, by which prescribed motions act."""
-        refuse_relaxation(self.model)
         K, matrix = self.relaxation.tangent(columns=True), self.system.symmetric_matrix
         C, M = (matrix(forms, 0.0, columns=True) for forms in (self._damping, self._mass))
         self.turn(1.0)
@@ -133,19 +129,3 @@ class Linearised:
     def shift(self) -> float:
         """A positive real number of the size of the lowest eigenvalues, rad/s."""
         return math.hypot(math.sqrt(abs(self._shift)), self.rate / 2)
-
-
-def refuse_relaxation(model: Model) -> None:
-    """Check that no section relaxes, as mass, damping and stiffness do not tell how.
-
-    Raises:
-        SceneError: Names the body.
-    """
-    for meshed in model.meshed.values():
-        described = getattr(meshed, "shell", None) or getattr(meshed, "beam", None)
-        if described is not None and described.section.relaxes:
-            raise SceneError(
-                f"modes: the section of '{meshed.name}' relaxes, and linear systems, modes about "
-                "states of runs, and matrices have no relaxation; request modes about rest, an "
-                "equilibrium or a rotation with rates=[...]"
-            )

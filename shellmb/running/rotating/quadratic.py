@@ -5,9 +5,11 @@ Maxwell branches add `sum_i s tau_i/(1 + s tau_i) K_i` to the stiffness.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
+from mpi4py import MPI as _MPI  # noqa: F401  (before petsc4py)
 from petsc4py import PETSc
 from slepc4py import SLEPc
 
@@ -33,6 +35,8 @@ MOST = 100
 
 # Newton's method ends at this change of the pole, relative; so many steps at most
 EXACT, STEPS = 1e-11, 30
+# where its matrix is singular, it goes on beside that by this part
+ASIDE = 1e-13
 # so many more modes than wanted: branches order them anew
 SPARE = 4
 # poles nearer than this, with shapes as near, are one
@@ -107,35 +111,29 @@ def _first(
 ) -> SLEPc.PEP:
     """The solver after the first of some attempts whose eigenvalues could be sorted."""
     failure: Exception | None = None
+    size = 2 * K.getSize()[0]
+    wanted = min(2 * count, size)
     for part, basis in attempts:
+        solver = SLEPc.PEP().create(K.getComm())
+        solver.setOperators([K, C, M])
+        solver.setProblemType(SLEPc.PEP.ProblemType.GENERAL)
+        solver.setType(SLEPc.PEP.Type.TOAR)
+        solver.setWhichEigenpairs(SLEPc.PEP.Which.TARGET_MAGNITUDE)
+        solver.setTarget(part * shift)
+        solver.setDimensions(wanted, min(max(basis * wanted, 10 * basis), size))
+        solver.setTolerances(1e-11, MOST)
         try:
-            return _solved(K, C, M, count, part * shift, basis)
+            shift_and_invert(solver)
+            solver.solve()
         except (PETSc.Error, SystemError) as error:
             # raised through Cython it may come as the cause of a SystemError
             failure = error
+        else:
+            return solver
     raise ConvergenceError(
         "modes: the eigenproblem has no solution; its matrix must be regular: look for "
         f"bodies without stiffness and mass ({failure})"
     ) from failure
-
-
-def _solved(
-    K: PETSc.Mat, C: PETSc.Mat, M: PETSc.Mat, count: int, shift: float, basis: int
-) -> SLEPc.PEP:
-    """The solver after its work, with a basis of so many times the eigenvalues wanted."""
-    solver = SLEPc.PEP().create(K.getComm())
-    solver.setOperators([K, C, M])
-    solver.setProblemType(SLEPc.PEP.ProblemType.GENERAL)
-    solver.setType(SLEPc.PEP.Type.TOAR)
-    solver.setWhichEigenpairs(SLEPc.PEP.Which.TARGET_MAGNITUDE)
-    solver.setTarget(shift)
-    size = 2 * K.getSize()[0]
-    wanted = min(2 * count, size)
-    solver.setDimensions(wanted, min(max(basis * wanted, 10 * basis), size))
-    solver.setTolerances(1e-11, MOST)
-    shift_and_invert(solver)
-    solver.solve()
-    return solver
 
 
 def _left(pair: Pair, K: PETSc.Mat, C: PETSc.Mat, M: PETSc.Mat) -> float:
@@ -146,23 +144,37 @@ def _left(pair: Pair, K: PETSc.Mat, C: PETSc.Mat, M: PETSc.Mat) -> float:
 
 def product(A: PETSc.Mat, first: Pair, second: Pair) -> complex:
     """`v^H A w` of the vectors of two pairs, for a real matrix."""
-    y = A.createVecLeft()
-    parts = []
-    for vector in (second.real, second.imaginary):
-        A.mult(vector, y)
-        parts.append(complex(first.real.dot(y), -first.imaginary.dot(y)))
-    return parts[0] + 1j * parts[1]
+    y, z = A * second.real, A * second.imaginary
+    real = first.real.dot(y) + first.imaginary.dot(z)
+    return complex(real, first.real.dot(z) - first.imaginary.dot(y))
 
 
 def turned(pair: Pair, angle: float) -> Pair:
     """The pair with its vector times `exp(i angle)`."""
-    cosine, sine = np.cos(angle), np.sin(angle)
-    real, imaginary = pair.real.copy(), pair.imaginary.copy()
-    real.scale(cosine)
-    real.axpy(-sine, pair.imaginary)
-    imaginary.scale(cosine)
-    imaginary.axpy(sine, pair.real)
-    return Pair(pair.value, real, imaginary)
+    cosine, sine = math.cos(angle), math.sin(angle)
+    real = cosine * pair.real - sine * pair.imaginary
+    return Pair(pair.value, real, cosine * pair.imaginary + sine * pair.real)
+
+
+def poles_of_one(parts: Sequence[complex], branches: Mapping[float, complex]) -> list[complex]:
+    """Poles of one coordinate that oscillate, of pairs one, and then those that grow.
+
+    Args:
+        parts: Mass, damping and long-term stiffness.
+        branches: Stiffness of the branches, by time [s].
+    """
+    whole = np.poly1d(parts)
+    for time in branches:
+        whole *= np.poly1d([time, 1.0])
+    for time, own in branches.items():
+        term = np.poly1d([time * own, 0.0])
+        for other in branches:
+            term *= np.poly1d([other, 1.0] if other != time else [1.0])
+        whole += term
+    roots = np.asarray(whole.roots)
+    straight = np.abs(roots.imag) < SAME * np.abs(roots)
+    high = roots[~straight & (roots.imag > 0)].tolist()
+    return [*high, *roots[straight & (roots.real > 0)].real.astype(complex).tolist()]
 
 
 class Relaxing:
@@ -213,18 +225,7 @@ class Relaxing:
     def _starts(self, v: Pair) -> list[complex]:
         """Roots of `v^H T(s) v` that oscillate, of pairs one, or grow."""
         parts = [product(A, v, v) for A in (self.M, self.C, self.K)]
-        whole = np.poly1d(parts)
-        for time in self.branches:
-            whole *= np.poly1d([time, 1.0])
-        for time, own in self.branches.items():
-            term = np.poly1d([time * product(own, v, v), 0.0])
-            for other in self.branches:
-                term *= np.poly1d([other, 1.0] if other != time else [1.0])
-            whole += term
-        roots = np.asarray(whole.roots)
-        straight = np.abs(roots.imag) < SAME * np.abs(roots)
-        high = roots[~straight & (roots.imag > 0)].tolist()
-        return [*high, *roots[straight & (roots.real > 0)].real.astype(complex).tolist()]
+        return poles_of_one(parts, {t: product(own, v, v) for t, own in self.branches.items()})
 
     def _refined(self, v: Pair, shift: float) -> Iterator[Pair]:
         """The poles near a mode; none where it neither oscillates nor grows."""
@@ -239,6 +240,10 @@ class Relaxing:
         for _ in range(STEPS):
             x = self._inverse(s, v)
             step = product(self.M, v, v) / product(self.M, v, x)
+            if not np.isfinite(step):
+                # it is a pole to the last digit, where there is no inverse
+                s *= 1 + ASIDE
+                continue
             s -= step
             size = np.sqrt(product(self.M, x, x).real)
             for part in (x.real, x.imaginary):
@@ -262,21 +267,16 @@ class Relaxing:
         own = self.branches.items()
         stiff = [(s * t / (1 + s * t), t / (1 + s * t) ** 2, A) for t, A in own]
         terms = [(1.0, 0.0, self.K), (s, 1.0, self.C), (s**2, 2 * s, self.M), *stiff]
-        real, imaginary = self.K.copy(), self.K.copy()
-        first, second = self.K.createVecLeft(), self.K.createVecLeft()
-        real.scale(0.0)
-        imaginary.scale(0.0)
-        y = first.duplicate()
+        real, imaginary = 0.0 * self.K, 0.0 * self.K
+        first, second = 0.0 * v.real, 0.0 * v.real
         for factor, slope, A in terms:
             whole, change = complex(factor), complex(slope)
             real.axpy(whole.real, A)
             imaginary.axpy(whole.imag, A)
-            for part, on in ((v.real, change), (v.imaginary, 1j * change)):
-                A.mult(part, y)
-                first.axpy(on.real, y)
-                second.axpy(on.imag, y)
-        minus = imaginary.copy()
-        minus.scale(-1.0)
+            y, z = A * v.real, A * v.imaginary
+            first += change.real * y - change.imag * z
+            second += change.imag * y + change.real * z
+        minus = -1.0 * imaginary
         nested = PETSc.Mat().createNest([[real, minus], [imaginary, real]], comm=self.K.getComm())
         matrix = nested.convert("aij")
         b, x = matrix.createVecLeft(), matrix.createVecRight()

@@ -85,38 +85,30 @@ class Products:
 
     def __init__(self, model: Model, q: Functions) -> None:
         self.model, self.q = model, q
-        self._ends: list[tuple[dict[str, fem.Function], list[tuple[fem.Constant, ...]]]] = []
-        sides: list[dict[str, ufl.core.expr.Expr]] = []
-        for _ in range(2):
-            functions: dict[str, fem.Function] = {}
-            constants: list[tuple[fem.Constant, ...]] = []
-            side = {}
-            for body in model.bodies:
-                mesh = body.mixed.space.mesh
+        # by body: its function, and the constants of its field
+        self._ends: list[dict[str, tuple[fem.Function, fem.Constant, fem.Constant]]] = [{}, {}]
+        forms = []
+        for body in model.bodies:
+            mesh, sides = body.mixed.space.mesh, []
+            for end in self._ends:
                 matrix = fem.Constant(mesh, np.zeros((3, 3)))
-                shift = fem.Constant(mesh, np.zeros(3))
-                constants.append((matrix, shift))
-                functions[body.name] = fem.Function(body.mixed.space)
+                function, shift = fem.Function(body.mixed.space), fem.Constant(mesh, np.zeros(3))
+                end[body.name] = function, matrix, shift
                 frame = RotatingFrame(body, Axis((0.0, 0.0, 1.0)))
                 field = frame.turned(q[body.name], partial(ufl.dot, matrix), shift)
-                side[body.name] = functions[body.name] + field
-            self._ends.append((functions, constants))
-            sides.append(side)
-        forms = [body.inertia(sides[0][body.name], sides[1][body.name]) for body in model.bodies]
+                sides.append(function + field)
+            forms.append(body.inertia(*sides))
         self._sum = scalar(forms, model.comm)
 
     def __call__(
         self, first: tuple[Functions | None, Affine], second: tuple[Functions | None, Affine]
     ) -> float:
         """The product of two motions."""
-        for (functions, constants), (given, (matrix, shift)) in zip(
-            self._ends, (first, second), strict=True
-        ):
-            for name, function in functions.items():
+        for end, (given, field) in zip(self._ends, (first, second), strict=True):
+            for name, (function, A, c) in end.items():
                 some = (given or {}).get(name)
                 function.x.array[:] = 0.0 if some is None else some.x.array
-            for A, c in constants:
-                A.value[:], c.value[:] = matrix, shift
+                A.value[:], c.value[:] = field
         return 0.0 if self._sum is None else self._sum()
 
     def square(self, motion: Functions | None, field: Affine = NOTHING) -> float:
@@ -287,26 +279,22 @@ class Spins:
             for here in _single(body):
                 turned = [np.where(here, np.cross(e, d), 0.0) for e in np.eye(3)]
                 mixed = [mixing.swapaxes(1, 2) @ part for part in turned]
-                functions = [
-                    [{body.name: self._function(body, w, part)} for part in parts]
+                rows, columns = (
+                    [({body.name: _directed(body, w, part)}, NOTHING) for part in parts]
                     for parts in (mixed, turned)
-                ]
-                found = np.array(
-                    [
-                        [self._products((a, NOTHING), (b, NOTHING)) for b in functions[1]]
-                        for a in functions[0]
-                    ]
                 )
+                found = np.array([[self._products(a, b) for b in columns] for a in rows])
                 changes += float(np.linalg.norm(found + found.T))
         about = [spinning(e, whole.centre) for e in np.eye(3)]
         inertia = sum(self._products.square(None, turn) for turn in about) / 2
         return changes / inertia if inertia > 0 else 0.0
 
-    @staticmethod
-    def _function(body: FrameBody, w: Int32s, values: Floats) -> fem.Function:
-        function = fem.Function(body.mixed.space)
-        function.x.array[w] = values
-        return function
+
+def _directed(body: FrameBody, w: Int32s, values: Floats) -> fem.Function:
+    """A function of a body with values of its directors alone."""
+    function = fem.Function(body.mixed.space)
+    function.x.array[w] = values
+    return function
 
 
 def _single(body: FrameBody) -> Iterator[Bools]:

@@ -24,9 +24,9 @@ from shellmb.native.assembler import assembled_as
 from shellmb.preprocessing.bodyfields import kinematic_dofs
 from shellmb.preprocessing.checked_model import checked_model
 from shellmb.running.natural_modes.vibration import in_motion
-from shellmb.running.rotating.axis import Axis, bearing, check_steady, three
+from shellmb.running.rotating.axis import Axis, bearing, check_steady
 from shellmb.running.rotating.frame import RotatingFrame
-from shellmb.running.rotating.linearised import Linearised, refuse_relaxation
+from shellmb.running.rotating.linearised import Linearised
 from shellmb.running.rotating.modes import RotatingModes
 from shellmb.running.rotating.rigid import (
     NOTHING,
@@ -214,6 +214,7 @@ class MovingState(Linearised):
         about: Sequence[float] | None = None,
     ) -> None:
         self.time = t = float(counters["t"])
+        _refuse_strained(scene, any(key.endswith("/v") for key in arrays))
         moving = in_motion(scene)
         model, _ = checked_model(moving, comm)
         model.mechanism.switches.restore(counters["switches"])
@@ -230,7 +231,6 @@ class MovingState(Linearised):
         }
         levels = {b.name: Levels(q[b.name], {}, {}, b.manifold.tangent) for b in model.bodies}
         self.unsteady = unsteady_part(scene, products, whole, (velocity, acceleration), line, omega)
-        refuse_relaxation(model)
         super().__init__(model, line, frames, levels, t, True)
         self.rate = omega
         self.turn(omega)
@@ -243,9 +243,7 @@ class MovingState(Linearised):
         if not moved < BALANCED:
             raise ConvergenceError(
                 f"modes: the state at t = {t:g} is not in balance with its accelerations (by "
-                f"{moved:.1e} of the bodies' scales); run it with a smaller tolerance or step",
-                None,
-                {},
+                f"{moved:.1e} of the bodies' scales); run it with a smaller tolerance or step"
             )
 
 
@@ -286,6 +284,22 @@ def check_state(scene: Scene, scheme: str) -> None:
             raise SceneError(
                 f"modes: {joint.said} rolls on ground or slips; states with such contacts have no "
                 "modes here"
+            )
+
+
+def _refuse_strained(scene: Scene, moved: bool) -> None:
+    """Check that all branches are relaxed at a state: of a motion or of statics.
+
+    Raises:
+        SceneError: Names what relaxes.
+    """
+    sections = {said(b): b.section for b in scene.meshed if b.section.relaxes}
+    series = {said(e): e.relaxation for e in scene.force_elements if e.relaxation is not None}
+    for who, item in (sections | series).items():
+        if moved or not item.relaxed:
+            raise SceneError(
+                f"modes: {who} relaxes, and there are equations about states where its branches "
+                "are relaxed only: rest, a steady rotation, and with relaxed=True an equilibrium"
             )
 
 
@@ -332,7 +346,7 @@ def _frame(
     """Axis and rate of the frame, and why it stands."""
     rate, axis, about = given
     held = bearing(scene) if axis is None else None
-    chosen = Axis(three("axis", axis)) if axis is not None else held
+    chosen = Axis(axis) if axis is not None else held
     omega = whole.rotation(velocity, None if chosen is None else chosen.unit)
     if held is not None:
         # the rotation about that very line
@@ -352,15 +366,15 @@ def _frame(
     unit = chosen.unit if chosen is not None else omega / size if size > 0 else np.eye(3)[2]
     own = float(rate) if rate is not None else 0.0 if still else float(unit @ omega)
     if about is not None:
-        point = three("about", about)
+        point = about
     elif held is not None:
         point = held.about
     else:
         # of what turns about an axis the centre is accelerated towards it
         pull = whole.translation(acceleration)
         away = (pull - (pull @ unit) * unit) / own**2 if own else np.zeros(3)
-        point = three("about", (whole.centre + away).tolist())
-    line = Axis(three("axis", unit.tolist()), point, KNOWN)
+        point = (whole.centre + away).tolist()
+    line = Axis(unit.tolist(), point, KNOWN)
     if own == 0:
         return line, 0.0, "nothing turns" if rate is None else "its rate is given as 0"
     try:

@@ -86,10 +86,8 @@ class SteadyRotation(Linearised):
             except ConvergenceError as error:
                 part /= 2
                 if part < 0.5**HALVINGS:
-                    raise ConvergenceError(
-                        f"modes: no relative equilibrium at {math.sqrt(square):.6g} rad/s: {error}",
-                        error.field,
-                        error.norms,
+                    raise error.reworded(
+                        f"modes: no relative equilibrium at {math.sqrt(square):.6g} rad/s: {error}"
                     ) from error
                 for name, levels in self.levels.items():
                     levels.q.x.array[:] = kept[name]
@@ -109,7 +107,7 @@ class SteadyRotation(Linearised):
                 return
             tau *= GROWTH if moved > SLOW * before else 1.0
             before = moved
-        raise ConvergenceError(f"nothing came to rest in {STEPS} steps", None, {})
+        raise ConvergenceError(f"nothing came to rest in {STEPS} steps")
 
 
 def _check_closed(model: Model, levels: dict[str, Levels]) -> None:

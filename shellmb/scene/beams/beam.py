@@ -1,7 +1,5 @@
 """Beams, and how they are glued to shells."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any, Literal
 
@@ -11,20 +9,11 @@ from pydantic import InstanceOf
 from shellmb.errors import SceneError
 from shellmb.scene.beams.curves import Curve
 from shellmb.scene.beams.sections import BeamSection
+from shellmb.scene.types import NONE, Axis, Listed, Name, PositiveInt
+from shellmb.scene.values.messages import error_of, refused
 from shellmb.scene.values.models import BodyModel, Deforming
 from shellmb.scene.values.natural import BeamNaturalStrain
-from shellmb.scene.values.validate import (
-    NONE,
-    Axis,
-    Listed,
-    Name,
-    PositiveInt,
-    described,
-    show,
-    unit_vector,
-)
-
-__all__ = ["Beam", "Glue"]
+from shellmb.scene.values.validate import described, show, unit_vector
 
 
 @described("beam")
@@ -78,9 +67,8 @@ class Beam(Deforming):
                 is given where the shell tells it.
         """
         if self.natural is not None and not self.exact:
-            raise SceneError(
-                f"beam '{self.name}': natural is given, and its model is {show(self.model)}; it "
-                "must be 'exact'"
+            raise error_of(
+                self, f"natural is given, and its model is {show(self.model)}; it must be 'exact'"
             )
         if self.natural is not None and self.natural.extension and not self.stretching:
             raise SceneError(
@@ -89,16 +77,10 @@ class Beam(Deforming):
             )
         if self.curve.shell is not None:
             if self.up is not None:
-                raise SceneError(
-                    f"beam '{self.name}': up is {show(self.up)}; it must be left out along a "
-                    "shell, whose director is d3"
-                )
+                raise refused(self, "up", "it must be left out along a shell, whose director is d3")
             return
         if self.curve.closed and self.elements < 3:
-            raise SceneError(
-                f"beam '{self.name}': elements is {show(self.elements)}; it must be at least 3 "
-                "around a closed curve"
-            )
+            raise refused(self, "elements", "it must be at least 3 around a closed curve")
         if self.up is not None:
             up = unit_vector(self.up, f"beam '{self.name}': up")
             xi = np.linspace(0, 1, 33)

@@ -4,8 +4,6 @@ Every curve has a parameter ``xi`` in [0, 1] and the named points ``start`` (xi 
 (xi = 1); a closed one has ``start`` only.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import field
@@ -16,19 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shellmb.errors import SceneError
-from shellmb.scene.values.validate import (
-    Axis,
-    Finite,
-    Name,
-    Spot,
-    Vec3,
-    described,
-    in_words,
-    show,
-    unit_vector,
-)
-
-__all__ = ["AlongEdge", "AlongLine", "Arc", "CircularArc", "Curve", "Line", "ParametricCurve"]
+from shellmb.scene.types import Axis, Finite, Name, Spot, Vec3
+from shellmb.scene.values.messages import check_differ, refused
+from shellmb.scene.values.validate import described, in_words, show, unit_vector
 
 type Points = NDArray[np.float64]
 
@@ -114,8 +102,7 @@ class Line(Curve):
         Raises:
             SceneError: If both ends coincide.
         """
-        if self.start == self.end:
-            raise SceneError(f"line: start and end are both {show(self.start)}; they must differ")
+        check_differ(self, "start", "end")
 
     def position(self, xi: Points) -> Points:
         """Reference positions, shape (3, n)."""
@@ -150,10 +137,7 @@ class CircularArc(Curve):
             SceneError: If the angle is zero or more than a turn, or ``start`` is on the axis.
         """
         if not 0 < abs(self.angle_rad) <= 2 * math.pi * (1 + 1e-12):
-            raise SceneError(
-                f"circular arc: angle_rad is {show(self.angle_rad)}; it must not be zero "
-                "and at most a turn of 2 pi"
-            )
+            raise refused(self, "angle_rad", "it must not be zero and at most a turn of 2 pi")
         if not self.radius > 1e-12 * float(np.linalg.norm(np.subtract(self.start, self.center))):
             raise SceneError(
                 f"circular arc: start {show(self.start)} is on the axis; it must be beside it"
@@ -316,7 +300,4 @@ class AlongLine(Curve):
         Raises:
             SceneError: If both ends coincide.
         """
-        if self.start == self.end:
-            raise SceneError(
-                f"curve along a line: start and end are both {show(self.start)}; they must differ"
-            )
+        check_differ(self, "start", "end")

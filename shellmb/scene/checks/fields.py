@@ -1,22 +1,15 @@
 """Check that the fields that a scene asks for are those of its bodies."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 from shellmb.errors import SceneError
 from shellmb.scene.beams.beam import Beam
+from shellmb.scene.description import Body, Description
 from shellmb.scene.fields import DEFAULT, FIELDS, JUDGED
-from shellmb.scene.lookup import find_shell, listed, said
+from shellmb.scene.lookup import find_shell
 from shellmb.scene.shells.laminate import Laminate
 from shellmb.scene.shells.sections import LinearSection
 from shellmb.scene.shells.shell import Shell
 from shellmb.scene.shells.strength import CRITERIA
-
-if TYPE_CHECKING:
-    from shellmb.scene.description import Body, Description
-
-__all__ = ["check_fields", "check_reserves", "has_field", "kinds_of", "wanted_fields"]
+from shellmb.scene.values.messages import error_of, listed, said
 
 # what there has to be for a field, in words
 OWNERS = {
@@ -81,15 +74,12 @@ def check_fields(scene: Description) -> None:
         there.add("joint")
     for name in scene.output.fields:
         if name in JUDGED and not scene.reserves:
-            raise SceneError(
-                f"scene '{scene.name}': output: fields has '{name}'; the scene must have a Reserve"
-            )
+            raise error_of(scene, f"output: fields has '{name}'; the scene must have a Reserve")
         if has_field(name, there):
             continue
         owners = " or ".join(OWNERS[kind] for kind in OWNERS if kind in FIELDS[name].bodies)
-        raise SceneError(
-            f"scene '{scene.name}': output: fields has '{name}'; it must be left out, as there is "
-            f"no {owners}"
+        raise error_of(
+            scene, f"output: fields has '{name}'; it must be left out, as there is no {owners}"
         )
 
 

@@ -1,28 +1,23 @@
 """Checks that nothing is requested that would have no effect, or twice the effect."""
 
-from __future__ import annotations
-
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from shellmb.errors import SceneError, warn
 from shellmb.scene.control.signals import Signal
+from shellmb.scene.description import Body, Description
 from shellmb.scene.initial import FromMode
 from shellmb.scene.loads.loads import Gravity
-from shellmb.scene.loads.supports import Driven, Fixed
-from shellmb.scene.lookup import bodies_of, coordinates_of, listed, said
+from shellmb.scene.loads.supports import Driven
+from shellmb.scene.lookup import bodies_of, coordinates_of
 from shellmb.scene.multibody.own_bodies import UserBody
 from shellmb.scene.multibody.rigid import RigidBody
 from shellmb.scene.schemes import DISSIPATIVE
-from shellmb.scene.values.copies import on_trial
+from shellmb.scene.values.messages import error_of, listed, refused, said
+from shellmb.scene.values.user_functions import on_trial
 from shellmb.scene.values.validate import show
-
-if TYPE_CHECKING:
-    from shellmb.scene.description import Body, Description
-
-__all__ = ["check", "check_begin", "dissipates", "doubts"]
 
 # a step longer than the whole run by less than this fraction of it is round-off
 ROUND_OFF = 1e-9
@@ -131,20 +126,15 @@ def _steps(scene: Description) -> None:
     assert scene.dt is not None and scene.t_end is not None
     low, high = SPAN
     if not low <= scene.dt <= high:
-        raise SceneError(
-            f"scene '{scene.name}': dt is {show(scene.dt)}; it must be between {low:g} and "
-            f"{high:g}, or its square is no number"
+        raise refused(
+            scene, "dt", f"it must be between {low:g} and {high:g}, or its square is no number"
         )
     if scene.dt > scene.t_end * (1 + ROUND_OFF):
-        raise SceneError(
-            f"scene '{scene.name}': dt is {show(scene.dt)}; it must be at most t_end, which is "
-            f"{show(scene.t_end)}"
-        )
+        raise refused(scene, "dt", f"it must be at most t_end, which is {show(scene.t_end)}")
     least = scene.step_control.min_dt
     if least is not None and least > scene.dt * (1 + ROUND_OFF):
-        raise SceneError(
-            f"scene '{scene.name}': min_dt is {show(least)}; it must be at most dt, which is "
-            f"{show(scene.dt)}"
+        raise error_of(
+            scene, f"min_dt is {show(least)}; it must be at most dt, which is {show(scene.dt)}"
         )
 
 
@@ -200,19 +190,11 @@ def check_begin(scene: Description) -> None:
     if scene.static or any(not isinstance(s, FromMode) for s in scene.starts):
         return
     for support in scene.supports:
-        if isinstance(support, Fixed):
-            for what in ("displacement", "director"):
-                for k, c in enumerate(getattr(support, what)):
-                    _at_rest(scene, c, f"{said(support)}: {what}[{k}]")
-        elif isinstance(support, Driven):
-            _at_rest(scene, support.rotation, f"{said(support)}: rotation")
-            _at_rest(scene, support.translation, f"{said(support)}: translation")
-
-
-def _at_rest(scene: Description, value: Any, who: str) -> None:
-    begin = value(0.0) if callable(value) else value
-    if begin is not None and np.any(begin):
-        raise SceneError(
-            f"{who} is {show(begin)} at t = 0; with scheme {show(scene.scheme_name)} it must begin "
-            "at 0, where the body is, or the scene must have start='equilibrium'"
-        )
+        for name, value in support.given.items():
+            begin = value(0.0) if callable(value) else value
+            if begin is not None and np.any(begin):
+                raise SceneError(
+                    f"{said(support)}: {name} is {show(begin)} at t = 0; with scheme "
+                    f"{show(scene.scheme_name)} it must begin at 0, where the body is, or the "
+                    "scene must have start='equilibrium'"
+                )

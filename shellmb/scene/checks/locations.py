@@ -1,25 +1,16 @@
 """Names of edges, points and times that a scene speaks of, tried against what there is."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any
-
-import numpy as np
+from typing import Any
 
 from shellmb.errors import SceneError
 from shellmb.scene.beams.beam import Beam
-from shellmb.scene.lookup import listed, said
+from shellmb.scene.description import Body
 from shellmb.scene.multibody.offsets import Offset
 from shellmb.scene.multibody.own_bodies import UserBody
 from shellmb.scene.multibody.rigid import RigidBody
 from shellmb.scene.shells.shell import Shell
-from shellmb.scene.values.copies import on_trial
-from shellmb.scene.values.validate import edge_names, in_words, show
-
-if TYPE_CHECKING:
-    from shellmb.scene.description import Body
-
-__all__ = ["areas_of", "check_edges", "check_point", "edges_of", "finite_in_time", "points_of"]
+from shellmb.scene.values.messages import listed, said
+from shellmb.scene.values.validate import edge_names, show
 
 
 def edges_of(body: Body) -> tuple[str, ...] | None:
@@ -90,59 +81,3 @@ def check_point(body: Body, point: Any, who: str) -> None:
             f"{who}: {said(body)} has no point '{point}'; its points are "
             f"{listed(known) or 'none'}, or give coordinates"
         )
-
-
-def finite_in_time(function: Any, t_end: float, who: str, size: int) -> None:
-    """Try a function of time at the beginning, the middle and the end; anything else passes.
-
-    Raises:
-        SceneError: If it fails, or gives something else than ``size`` finite numbers.
-    """
-    if not callable(function):
-        return
-    # a scene is checked again with each option: its functions begin their memory in the run
-    function = on_trial(function)
-    for t in (0.0, t_end / 2, t_end):
-        given_at(function, t, who, size)
-
-
-def given_at(function: Any, t: float, who: str, size: int) -> Any:
-    """Value of a function of time.
-
-    Raises:
-        SceneError: If it fails, or gives something else than ``size`` finite numbers.
-    """
-    try:
-        given = function(t)
-    except (Exception, SystemExit) as error:
-        raise SceneError(
-            f"{who} fails at t = {t:g} ({in_words(error)}); it must give {_wanted(size)}"
-        ) from error
-    return numbers_at(given, t, who, size)
-
-
-def numbers_at(given: Any, t: float, who: str, size: int = 1) -> Any:
-    """Numbers that a function of time gave, checked.
-
-    Args:
-        given: It.
-        t: The time [s].
-        who: What messages call the function.
-        size: How many numbers it must be.
-
-    Raises:
-        SceneError: If it is something else than ``size`` finite numbers.
-    """
-    try:
-        value = np.asarray(given)
-    except (TypeError, ValueError):
-        value = np.asarray("")
-    # texts, complex numbers and truth values are no numbers, nor is an array that has one
-    shape = () if size == 1 else (size,)
-    if not (value.dtype.kind in "iuf" and value.shape == shape and np.isfinite(value).all()):
-        raise SceneError(f"{who} gives {show(given)} at t = {t:g}; it must give {_wanted(size)}")
-    return value
-
-
-def _wanted(size: int) -> str:
-    return "a finite number" if size == 1 else f"{size} finite numbers"

@@ -1,21 +1,14 @@
 """Checks of what connects bodies, moves joints, and holds or loads the whole."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from shellmb.errors import SceneError
 from shellmb.scene.beams.beam import Beam
 from shellmb.scene.beams.curves import AlongEdge, AlongLine
-from shellmb.scene.checks.locations import (
-    areas_of,
-    check_edges,
-    check_point,
-    edges_of,
-    finite_in_time,
-)
+from shellmb.scene.checks.locations import areas_of, check_edges, check_point, edges_of
 from shellmb.scene.control.signals import Signal
+from shellmb.scene.description import Body, Description
 from shellmb.scene.loads.supports import Fixed
 from shellmb.scene.lookup import (
     bodies_of,
@@ -23,18 +16,15 @@ from shellmb.scene.lookup import (
     find_body,
     find_end,
     find_shell,
-    listed,
     model_of,
-    said,
 )
 from shellmb.scene.multibody.couplings import Coupled
-from shellmb.scene.multibody.drivers import Driver, Lock
-from shellmb.scene.multibody.edge_hinges import EdgeHinge
-from shellmb.scene.multibody.elements import JointElement, PointElement
+from shellmb.scene.multibody.elements import Driver, JointElement, Lock, PointElement
 from shellmb.scene.multibody.joints import (
     GROUND,
     Cylindrical,
     Distance,
+    EdgeHinge,
     Joint,
     Prismatic,
     Revolute,
@@ -49,12 +39,9 @@ from shellmb.scene.multibody.rolling import Contact, Rolling
 from shellmb.scene.probes import MOTIONS
 from shellmb.scene.shells.sections import LinearSection
 from shellmb.scene.shells.shell import Shell
+from shellmb.scene.values.messages import error_of, listed, said
+from shellmb.scene.values.user_functions import finite_in_time
 from shellmb.scene.values.validate import show
-
-if TYPE_CHECKING:
-    from shellmb.scene.description import Body, Description
-
-__all__ = ["check"]
 
 # joints whose second body has no motion of its own where all of their coordinates are driven
 DRIVEN = (Revolute, Prismatic, Cylindrical, Screw)
@@ -108,14 +95,11 @@ def _joint(scene: Description, joint: Joint) -> None:
                 f"{said(second)}: {known}, because its nodes carry no moment"
             )
     if isinstance(joint, ShellRevolute) and not isinstance(second, Shell):
-        raise SceneError(
-            f"{joint.said}: second is {_end_said(second)}; it must be a shell, or use Weld"
-        )
+        raise error_of(joint, f"second is {_end_said(second)}; it must be a shell, or use Weld")
     if joint.at is None:
         if not isinstance(first, RigidBody):
-            raise SceneError(
-                f"{joint.said}: at is missing; it must be given where the first body is "
-                f"{_end_said(first)}"
+            raise error_of(
+                joint, f"at is missing; it must be given where the first body is {_end_said(first)}"
             )
     else:
         _end(scene, joint.first, joint.at, joint.said)
@@ -123,25 +107,17 @@ def _joint(scene: Description, joint: Joint) -> None:
     if joint.second_at is not None and joint.second_at not in along:
         _end(scene, joint.second, joint.second_at, joint.said)
     elif isinstance(joint, Distance):
-        raise SceneError(
-            f"{joint.said}: second_at is missing; it must be the other end of the distance"
-        )
+        raise error_of(joint, "second_at is missing; it must be the other end of the distance")
     elif isinstance(joint, Rolling) and not isinstance(second, RigidBody):
         raise SceneError(
             f"{joint.said}: second_at is missing; it must be the centre of the wheel where the "
             f"second body is {_end_said(second)}"
         )
-    if isinstance(joint, Distance) and joint.length is None and joint.second_at == joint.at:
-        raise SceneError(
-            f"{joint.said}: at and second_at are both {show(joint.at)}; they must differ where no "
-            "length is given"
-        )
-    if isinstance(joint, Distance) and callable(joint.length):
-        if joint.second_at == joint.at:
-            raise SceneError(
-                f"{joint.said}: at and second_at are both {show(joint.at)}; they must differ where "
-                "length is a function of time"
-            )
+    if isinstance(joint, Distance) and joint.second_at == joint.at:
+        if joint.length is None or joint.given:
+            where = "length is a function of time" if joint.given else "no length is given"
+            both = f"at and second_at are both {show(joint.at)}"
+            raise error_of(joint, f"{both}; they must differ where {where}")
     _within_time(scene, joint.active, f"{joint.said}: active")
     if isinstance(joint, Contact) and scene.static:
         raise SceneError(
@@ -246,8 +222,8 @@ def _coordinates(scene: Description) -> None:
                     f"{other}; it must be prescribed once"
                 )
     for driver in scene.drivers:
-        for name in driver.coordinates:
-            finite_in_time(getattr(driver, name), scene.t_end, f"{said(driver)}: {name}", 1)
+        for name, function in driver.given.items():
+            finite_in_time(function, scene.t_end, f"{said(driver)}: {name}", 1)
     for lock in scene.locks:
         # one that begins after the end, as of a run that is cut short, is just not there
         for start, end in lock.active or ():
@@ -330,24 +306,18 @@ def _quantity(scene: Description, probe: Any) -> None:
     if q == "director" and isinstance(body, UserBody):
         raise SceneError(f"{said(probe)}: quantity is 'director'; {said(body)} has none")
     if isinstance(probe.at, Offset) and q not in MOTIONS:
-        raise SceneError(
-            f"{said(probe)}: quantity is {show(q)} and at an Offset; at must be a node"
-        )
+        raise error_of(probe, f"quantity is {show(q)} and at an Offset; at must be a node")
     if q in ("membrane", "bending", "shear") and not isinstance(body, Shell):
         needed = "a shell; of a beam record force and moment"
     elif q == "shear" and probe.component == 2:
-        raise SceneError(
-            f"{said(probe)}: component is 2; it must be 0 (13), 1 (23) or 'norm' for the shear"
-        )
+        raise error_of(probe, "component is 2; it must be 0 (13), 1 (23) or 'norm' for the shear")
     elif q in ("rotation", "angular_velocity") and _frameless(body):
         needed = "a beam or a rigid body; of a shell record the director"
     elif q in ("force", "moment") and not isinstance(body, Beam):
         needed = "a beam; of a shell record membrane, bending and shear"
     else:
         return
-    raise SceneError(
-        f"{said(probe)}: quantity is {show(q)} and the body {said(body)}; it must be {needed}"
-    )
+    raise error_of(probe, f"quantity is {show(q)} and the body {said(body)}; it must be {needed}")
 
 
 def _frame(scene: Description, probe: Any) -> None:
@@ -361,9 +331,8 @@ def _frame(scene: Description, probe: Any) -> None:
     if probe.frame_at is not None:
         check_point(body, probe.frame_at, f"{said(probe)}: frame_at")
     elif isinstance(body, Beam) and body.nodal:
-        raise SceneError(
-            f"{said(probe)}: frame_at is missing; it must be the node of {said(body)} whose frame "
-            "it is"
+        raise error_of(
+            probe, f"frame_at is missing; it must be the node of {said(body)} whose frame it is"
         )
 
 

@@ -1,27 +1,22 @@
 """Checks of potentials and contacts: where they act, and under which schemes."""
 
-from __future__ import annotations
-
 from collections import Counter
 from itertools import combinations
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from shellmb.errors import SceneError
 from shellmb.scene.checks.locations import areas_of, check_point, edges_of, points_of
+from shellmb.scene.description import Description
 from shellmb.scene.loads.contacts import Contact, Faces
-from shellmb.scene.loads.volumes import EnclosedVolume
-from shellmb.scene.lookup import bodies_of, find_body, find_shell, kind_of, listed, model_of, said
+from shellmb.scene.loads.potentials import EnclosedVolume
+from shellmb.scene.lookup import bodies_of, find_body, find_shell, model_of
 from shellmb.scene.multibody.elements import JointStop
 from shellmb.scene.multibody.rigid import RigidBody
 from shellmb.scene.schemes import COMPLETE
 from shellmb.scene.shells.shell import Shell
+from shellmb.scene.values.messages import kind_of, listed, said
 from shellmb.scene.values.models import Modal
 from shellmb.scene.values.validate import show
-
-if TYPE_CHECKING:
-    from shellmb.scene.description import Description
-
-__all__ = ["check_potentials"]
 
 
 def check_potentials(scene: Description) -> None:

@@ -1,25 +1,25 @@
 """Checks of sensors, controllers, events, and of what they act on."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from shellmb.errors import SceneError
 from shellmb.scene.control.controllers import Law
-from shellmb.scene.control.inputs import inputs_of, named_inputs
-from shellmb.scene.control.signals import Acceleration, Commanded, Signal, Switched
-from shellmb.scene.loads.supports import Driven, Fixed
-from shellmb.scene.lookup import coordinates_of, find_joint, listed, said
+from shellmb.scene.control.signals import (
+    Acceleration,
+    Commanded,
+    Signal,
+    Switched,
+    inputs_of,
+    named_inputs,
+)
+from shellmb.scene.description import Description
+from shellmb.scene.lookup import coordinates_of, find_joint
 from shellmb.scene.multibody.elements import JointElement, Motor, PointElement
 from shellmb.scene.schemes import SCHEMES
+from shellmb.scene.values.messages import listed, refused, said
 from shellmb.scene.values.validate import show
-
-if TYPE_CHECKING:
-    from shellmb.scene.description import Description
-
-__all__ = ["check_signals", "coordinate_read"]
 
 # a period is a multiple of the step to this part of it
 MULTIPLE = 1e-9
@@ -57,11 +57,8 @@ def check_signals(scene: Description) -> None:
     for signal, who in _signals(scene):
         _known(scene, signal, who)
     for lock in scene.locks:
-        if lock.switch is not None and lock.switch not in names:
-            raise SceneError(
-                f"lock of joint '{lock.joint}': there is no event '{lock.switch}'; the scene has "
-                f"{listed(names) or 'none'}"
-            )
+        if lock.switch is not None:
+            _event(scene, lock.switch, f"lock of joint '{lock.joint}'")
     if scene.controllers or scene.all_events:
         _scheme(scene)
     for controller in scene.controllers:
@@ -75,9 +72,9 @@ def _signals(scene: Description) -> Iterator[tuple[Any, str]]:
         if isinstance(load.time, Signal):
             yield load.time, f"{said(load)}: time"
     for driver in scene.drivers:
-        for name in driver.coordinates:
-            if isinstance(getattr(driver, name), Signal):
-                yield getattr(driver, name), f"{said(driver)}: {name}"
+        for name, value in driver.given.items():
+            if isinstance(value, Signal):
+                yield value, f"{said(driver)}: {name}"
     for element in scene.force_elements:
         if isinstance(element, Motor) and isinstance(element.command, Commanded):
             yield element.command, f"{said(element)}: command"
@@ -86,13 +83,8 @@ def _signals(scene: Description) -> Iterator[tuple[Any, str]]:
 def _places(scene: Description) -> None:
     """Commands and switches where they make sense."""
     for support in scene.supports:
-        values: tuple[Any, ...] = ()
-        if isinstance(support, Fixed):
-            values = (*support.displacement, *support.director)
-        elif isinstance(support, Driven):
-            values = (support.rotation, support.translation)
         _moves_on(support)
-        for value in values:
+        for value in support.given.values():
             if isinstance(value, Signal):
                 raise SceneError(
                     f"{said(support)}: {show(value)} is no motion of a support; it must be a "
@@ -100,14 +92,12 @@ def _places(scene: Description) -> None:
                 )
     for load in scene.loads:
         if isinstance(load.time, Acceleration):
-            raise SceneError(
-                f"{said(load)}: time is {show(load.time)}; it must be Command(...), as a load has "
-                "no coordinate to accelerate"
+            raise refused(
+                load, "time", "it must be Command(...), as a load has no coordinate to accelerate"
             )
     for driver in scene.drivers:
         _moves_on(driver)
-        for name in driver.coordinates:
-            value = getattr(driver, name)
+        for name, value in driver.given.items():
             if isinstance(value, Signal) and not isinstance(value, Acceleration):
                 raise SceneError(
                     f"{said(driver)}: {name} is {show(value)}, which jumps, and a coordinate cannot"
@@ -128,12 +118,7 @@ def _moves_on(item: Any) -> None:
 def _known(scene: Description, signal: Any, who: str) -> None:
     """Check that what a signal is of is there."""
     if isinstance(signal, Switched):
-        events = [event.name for event in scene.all_events]
-        if signal.event not in events:
-            raise SceneError(
-                f"{who}: there is no event '{signal.event}'; the scene has "
-                f"{listed(events) or 'none'}"
-            )
+        _event(scene, signal.event, who)
         return
     assert isinstance(signal, Commanded)
     found = [c for c in scene.controllers if c.name == signal.controller]
@@ -152,6 +137,13 @@ def _known(scene: Description, signal: Any, who: str) -> None:
             f"{who}: controller '{signal.controller}' has no output '{signal.output}'; it has "
             f"{listed(outputs)}"
         )
+
+
+def _event(scene: Description, name: str, who: str) -> None:
+    names = dict.fromkeys(event.name for event in scene.all_events)
+    if name not in names:
+        known = listed(names) or "none"
+        raise SceneError(f"{who}: there is no event '{name}'; the scene has {known}")
 
 
 def _scheme(scene: Description) -> None:

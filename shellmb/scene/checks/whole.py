@@ -1,50 +1,57 @@
 """Checks of a scene that concern several of its parts; all of them before DOLFINx is imported."""
 
-from __future__ import annotations
-
 from collections import Counter
+from collections.abc import Iterator
 from itertools import combinations
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from shellmb.errors import SceneError
 from shellmb.scene.beams.beam import Beam
 from shellmb.scene.checks import ignored_settings as checks_effect
-from shellmb.scene.checks import linear as checks_linear
 from shellmb.scene.checks import multibody as checks_multibody
-from shellmb.scene.checks import reduced as checks_reduced
-from shellmb.scene.checks.control import check_control
-from shellmb.scene.checks.locations import (
-    areas_of,
-    check_edges,
-    check_point,
-    edges_of,
-    finite_in_time,
-    points_of,
-)
-from shellmb.scene.checks.names import check_names
+from shellmb.scene.checks import schemes as checks_schemes
+from shellmb.scene.checks.fields import check_fields, check_reserves
+from shellmb.scene.checks.locations import areas_of, check_edges, check_point, edges_of, points_of
 from shellmb.scene.checks.potentials import check_potentials
 from shellmb.scene.checks.signals import check_signals
+from shellmb.scene.description import Body, Description
 from shellmb.scene.loads.body_loads import LineForce
 from shellmb.scene.loads.loads import EdgeLoad, PointLoad
-from shellmb.scene.loads.supports import Driven, Fixed, HardSupport, Support
-from shellmb.scene.lookup import bodies_of, find_shell, kind_of, listed, said
+from shellmb.scene.loads.supports import Fixed, HardSupport, Support, at_rest
+from shellmb.scene.lookup import bodies_of, find_shell
 from shellmb.scene.multibody.joints import GROUND
 from shellmb.scene.multibody.own_bodies import UserBody
+from shellmb.scene.multibody.rolling import Contact
 from shellmb.scene.probes import Probe
-from shellmb.scene.schemes import DISSIPATIVE, SCHEMES, Traits
 from shellmb.scene.shells.sections import LinearSection
 from shellmb.scene.shells.shell import Join, Shell
+from shellmb.scene.values.messages import error_of, kind_of, listed, said
 from shellmb.scene.values.models import Modal
-from shellmb.scene.values.positions import values_at
-from shellmb.scene.values.renamed import choice_of_today
+from shellmb.scene.values.user_functions import finite_in_time, values_at
 from shellmb.scene.values.validate import edge_names, show
 
-if TYPE_CHECKING:
-    from shellmb.scene.description import Body, Description
-
-__all__ = ["check"]
+# parts of a scene whose names differ within each of them, and others with names
+NAMED = (
+    "bodies",
+    "joints",
+    "drivers",
+    "force_elements",
+    "couplings",
+    "probes",
+    "reserves",
+    "controllers",
+)
+ALSO_NAMED = ("potentials", "contacts", "volumes", "events")
+# what separates folders, columns and texts
+SEPARATORS = "/\\,;\"'"
+# file systems take 255 bytes, endings included
+LONGEST = 200
+# files of all rigid bodies, of their shapes, of all joints, and of all obstacles
+RESERVED = ("rigid_bodies", "solids", "joints", "obstacles")
+# columns that every history has
+COLUMNS = ("step", "t", "dt", "iterations", "rejected", "jump", "wall_s")
 
 
 def check(scene: Description) -> None:
@@ -54,44 +61,80 @@ def check(scene: Description) -> None:
         SceneError: At the first thing that is impossible.
     """
     _names(scene)
-    _scheme(scene)
-    _quadratic(scene)
-    _end_forces(scene)
+    checks_schemes.check_scheme(scene)
     _relaxation(scene)
     _targets(scene)
     _time_functions(scene)
     _functions_of_position(scene)
     checks_multibody.check(scene)
     check_potentials(scene)
-    checks_reduced.check(scene)
+    check_reduced(scene)
     checks_effect.check(scene)
-    checks_linear.check(scene)
+    checks_schemes.check_linear(scene)
     check_signals(scene)
+    checks_schemes.check_path(scene)
+    check_fields(scene)
+    check_reserves(scene)
+
+
+def check_names(scene: Description) -> None:
+    """Refuse names that cannot be those of files and columns.
+
+    Raises:
+        SceneError: At the first.
+    """
+    several = (getattr(scene, what) for what in (*NAMED, *ALSO_NAMED))
+    named: list[Any] = [item for items in several for item in items]
+    for item in (scene, *named):
+        wrong = _wrong(item.name)
+        if wrong:
+            raise SceneError(
+                f"{item.label}: name is {item.name[:60]!r}, {wrong}; it must be possible as the "
+                "name of a file and of a column: letters, digits, spaces, and signs such as "
+                "_ - + . ( )"
+            )
+    files: dict[str, str] = {}
+    for body in scene.meshed:
+        stem = body.name.replace(" ", "_")
+        if stem in RESERVED or stem in files:
+            other = f"that of '{files[stem]}'" if stem in files else "that of all of them"
+            raise error_of(
+                body, f"its files would be called '{stem}', as {other}; it must have another name"
+            )
+        files[stem] = body.name
+    columns: tuple[Any, ...] = (*scene.probes, *scene.reserves)
+    for item in columns:
+        if item.name in COLUMNS:
+            raise SceneError(
+                f"{said(item)}: every history has a column '{item.name}'; it must have another name"
+            )
+
+
+def _wrong(name: str) -> str:
+    """Say what is wrong with a name, if anything is."""
+    separators = [sign for sign in SEPARATORS if sign in name]
+    if separators:
+        return f"with {separators[0]} in it"
+    if not name.isprintable():
+        return "with a sign in it that cannot be printed"
+    if name != name.strip():
+        return "with a space at its end" if name.strip() else "of spaces only"
+    if name.startswith("."):
+        return "with a dot at its beginning"
+    length = len(name.encode())
+    return f"of {length} bytes (at most {LONGEST})" if length > LONGEST else ""
 
 
 def _names(scene: Description) -> None:
     if not scene.bodies:
-        raise SceneError(
-            f"scene '{scene.name}': it has no bodies; it must have a shell, a beam or a rigid body"
-        )
+        raise error_of(scene, "it has no bodies; it must have a shell, a beam or a rigid body")
     for body in scene.bodies:
         if body.name == GROUND:
             raise SceneError(
                 f"scene '{scene.name}': a {kind_of(body)} is named '{GROUND}'; it must have "
                 "another name, because this one is reserved"
             )
-    named = (
-        "shells",
-        "bodies",
-        "joints",
-        "drivers",
-        "force_elements",
-        "couplings",
-        "probes",
-        "reserves",
-        "controllers",
-    )
-    for what in (*named, "controllers"):
+    for what in ("shells", *NAMED):
         for name, count in Counter(item.name for item in getattr(scene, what)).items():
             if count > 1:
                 raise SceneError(
@@ -99,81 +142,6 @@ def _names(scene: Description) -> None:
                     "each must have a name of its own"
                 )
     check_names(scene)
-
-
-def _scheme(scene: Description) -> None:
-    scheme = scene.scheme
-    if isinstance(scheme, str):
-        if scheme not in SCHEMES:
-            raise SceneError(
-                f"scene '{scene.name}': scheme is {show(scheme)}; "
-                f"it must be one of {listed(SCHEMES)}, or a scheme object"
-                + choice_of_today("scheme", scheme)
-            )
-        has_jump = SCHEMES[scheme].jump
-    elif not isinstance(getattr(scheme, "name", None), str):
-        raise SceneError(
-            f"scene '{scene.name}': scheme is {show(scheme)}; "
-            f"it must be one of {listed(SCHEMES)}, or a scheme object with a name"
-        )
-    else:
-        has_jump = "j" in getattr(scheme, "stages", ())
-    for what in ("dt", "t_end"):
-        if getattr(scene, what) is None:
-            raise SceneError(
-                f"scene '{scene.name}': {what} is missing; scheme '{scene.scheme_name}' needs it"
-            )
-    if scene.step_control.jump_tolerance is not None and not has_jump:
-        raise SceneError(
-            f"scene '{scene.name}': jump_tolerance is {show(scene.step_control.jump_tolerance)}; "
-            f"it must be left out, because scheme '{scene.scheme_name}' has no jump as 'ed' has"
-        )
-    check_control(scene)
-
-
-def _quadratic(scene: Description) -> None:
-    """Refuse what schemes that are quadratic in time cannot do where directors have no inertia.
-
-    Raises:
-        SceneError: Names the body, or those that share directors.
-    """
-    scheme = scene.scheme_name
-    if not SCHEMES.get(scheme, Traits()).quadratic:
-        return
-    bodies: list[Any] = [*scene.shells, *scene.beams]
-    light = {b.name: not (b.rotary_inertia and b.section.masses[2]) for b in bodies if b.nodal}
-    alpha = getattr(scene.scheme, "alpha", scene.dissipation if scheme in DISSIPATIVE else 0.0)
-    for body in scene.meshed:
-        if alpha == 0 and light.get(body.name):
-            raise SceneError(
-                f"{said(body)}: rotary_inertia is False, or its section has no second moments of "
-                f"mass; scheme '{scheme}' without dissipation keeps errors of directors without "
-                "inertia, which arise at the start and where loads jump: they must have inertia, "
-                "or use scheme 'ed3' with alpha > 0, 'ep' or 'ed'"
-            )
-    pairs = [(join.first, join.second) for join in scene.joins]
-    pairs += [(glue.beam, glue.shell) for glue in scene.glues]
-    for pair in pairs:
-        if len({light[name] for name in pair if name in light}) > 1:
-            idle, inert = sorted(pair, key=lambda name: not light[name])
-            raise SceneError(
-                f"'{idle}' and '{inert}' are joined: only '{idle}' has no rotary inertia; with "
-                f"scheme '{scheme}' both or none must have it, because directors of the one are "
-                "tied to those of the other"
-            )
-
-
-def _end_forces(scene: Description) -> None:
-    """Forces at the end of a step need resultants that follow from strains."""
-    if scene.static or not scene.output.end_forces:
-        return
-    for body in scene.meshed:
-        if body.holds_strains:
-            raise SceneError(
-                f"{said(body)}: it holds strains at zero, and the forces that hold them are "
-                "known as means over a step only; output must be without end_forces, or the body "
-                "must have all of its strains"
-            )
 
 
 _FROM_EQUILIBRIUM = (
@@ -303,12 +271,10 @@ def _time_functions(scene: Description) -> None:
     for volume in scene.volumes:
         finite_in_time(volume.change, end, f"{said(volume)}: change", 1)
     for s in scene.supports:
-        if isinstance(s, Fixed):
-            for c in (*s.displacement, *s.director):
-                finite_in_time(c, end, "fixed components: prescribed value", 1)
-        elif isinstance(s, Driven):
-            finite_in_time(s.rotation, end, "driven edge: rotation", 1)
-            finite_in_time(s.translation, end, "driven edge: translation", 3)
+        for name, value in s.given.items():
+            what = "prescribed value" if isinstance(s, Fixed) else name
+            size = 3 if name == "translation" else 1
+            finite_in_time(value, end, f"{s.label}: {what}", size)
 
 
 def _functions_of_position(scene: Description) -> None:
@@ -336,3 +302,88 @@ def _functions_of_position(scene: Description) -> None:
             values_at(shell.direction, x, 3, f"shell '{shell.name}': direction")
         if isinstance(shell.section, LinearSection) and shell.section.functions:
             shell.section.at(x, f"shell '{shell.name}'")
+
+
+def check_reduced(scene: Description) -> None:
+    """Check what concerns bodies in modes.
+
+    Raises:
+        SceneError: At the first thing that they cannot have.
+    """
+    groups = list(groups_of(scene))
+    if not groups:
+        return
+    _alike(scene)
+    for group in groups:
+        _slowed_alike(scene, group)
+        for body in scene.meshed:
+            if body.name in group and not checks_multibody.mass_of(body) > 0:
+                raise SceneError(
+                    f"{said(body)} is reduced to modes and has no mass, by which these are found, "
+                    "in statics too; give its section a density"
+                )
+    modal = {name: group for group in groups for name in group}
+    for support in scene.supports:
+        for target in bodies_of(scene, support):
+            if target.name in modal and not at_rest(support):
+                raise SceneError(
+                    f"{support.label}: {said(target)} is reduced to modes and would be moved; what "
+                    "moves it must be a Driver of a joint, and supports must hold it where it is"
+                )
+    for joint in scene.joints:
+        if isinstance(joint, Contact) and {joint.first, joint.second} & modal.keys():
+            raise SceneError(
+                f"{joint.said}: one of its bodies is reduced to modes; what rolls must be a rigid "
+                "body or a beam with model='exact'"
+            )
+
+
+def _alike(scene: Description) -> None:
+    """Check that shells with joined edges are reduced together, and glued beams with theirs."""
+    named = {body.name: body for body in scene.meshed}
+    pairs = [(join.first, join.second, "join") for join in scene.joins]
+    pairs += [(glue.shell, glue.beam, "glue") for glue in scene.glues]
+    for first, second, what in pairs:
+        one, other = (named[n].model for n in (first, second))
+        wrong = isinstance(one, Modal) != isinstance(other, Modal)
+        if what == "glue":
+            wrong = wrong and not isinstance(one, Modal)
+            wrong = wrong or (isinstance(one, Modal) and other == "rigid")
+        if wrong or (isinstance(one, Modal) and isinstance(other, Modal) and one != other):
+            raise SceneError(
+                f"{what} of '{first}' and '{second}': their models are {_word(one)} and "
+                f"{_word(other)}; what is reduced to modes and shares an edge is one body: both "
+                "must have the same Modal(...), or be connected by joints"
+            )
+
+
+def _slowed_alike(scene: Description, group: tuple[str, ...]) -> None:
+    """Modes know one mass matrix: what damps in proportion to it has one rate."""
+    bodies = [body for body in scene.meshed if body.name in group]
+    first = bodies[0]
+    for body in bodies[1:]:
+        if body.section.mass_damping != first.section.mass_damping:
+            raise SceneError(
+                f"{said(first)} and {said(body)} are one body in modes, and mass_damping of their "
+                f"sections is {show(first.section.mass_damping)} and "
+                f"{show(body.section.mass_damping)}; it must be the same, or the model 'exact'"
+            )
+
+
+def _word(model: object) -> str:
+    return f"Modal({model.modes})" if isinstance(model, Modal) else repr(model)
+
+
+def groups_of(scene: Description) -> Iterator[tuple[str, ...]]:
+    """Names of the shells and beams that make up each reduced body, in the order of the scene."""
+    group = {b.name: b.name for b in scene.meshed if isinstance(b.model, Modal)}
+    group |= {glue.beam: glue.beam for glue in scene.glues if glue.shell in group}
+    pairs = [(join.first, join.second) for join in scene.joins]
+    pairs += [(glue.shell, glue.beam) for glue in scene.glues]
+    for first, second in pairs:
+        if first in group and second in group:
+            old, new = group[second], group[first]
+            group = {name: new if g == old else g for name, g in group.items()}
+    names = [b.name for b in scene.meshed if b.name in group]
+    for head in dict.fromkeys(group[name] for name in names):
+        yield tuple(name for name in names if group[name] == head)

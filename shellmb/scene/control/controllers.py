@@ -1,7 +1,5 @@
 """Controllers: laws in plain Python with a memory, which read sensors and give commands."""
 
-from __future__ import annotations
-
 import copy
 import math
 from collections.abc import Callable
@@ -12,18 +10,10 @@ from pydantic import BeforeValidator, InstanceOf
 from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.scene.control.sensors import Sensor
+from shellmb.scene.types import Finite, Name, NonNegative, Positive, Several
+from shellmb.scene.values.messages import refused
 from shellmb.scene.values.times import TimeFunction
-from shellmb.scene.values.validate import (
-    Finite,
-    Name,
-    NonNegative,
-    Positive,
-    Several,
-    described,
-    show,
-)
-
-__all__ = ["PID", "Controller", "Law"]
+from shellmb.scene.values.validate import described, show
 
 
 def _names(value: Any) -> Any:
@@ -93,10 +83,7 @@ class Controller(Law):
     def __post_init__(self) -> None:
         """Check that it gives something."""
         if not self.outputs or len(set(self.outputs)) < len(self.outputs):
-            raise SceneError(
-                f"controller '{self.name}': outputs is {show(self.outputs)}; it must be one name "
-                "at least, each once"
-            )
+            raise refused(self, "outputs", "it must be one name at least, each once")
         try:
             copy.deepcopy(self.state)
         except Exception as error:
@@ -140,6 +127,10 @@ class PID(Law):
     filter: NonNegative = 0.0
     period: Positive | None = None
 
+    outputs = ("u",)
+    # at first; then integral, derivative, error and target of the previous sample
+    state = None
+
     def __post_init__(self) -> None:
         """Check the limits.
 
@@ -147,20 +138,7 @@ class PID(Law):
             SceneError: If they are in no order.
         """
         if self.limits is not None and not self.limits[0] < self.limits[1]:
-            raise SceneError(
-                f"PID controller '{self.name}': limits is {show(self.limits)}; the first must be "
-                "less than the second"
-            )
-
-    @property
-    def outputs(self) -> tuple[str, ...]:  # type: ignore[override]
-        """Names of the outputs, of which there is one."""
-        return ("u",)
-
-    @property
-    def state(self) -> None:
-        """None at first; then integral, derivative, error and target of the previous sample."""
-        return
+            raise refused(self, "limits", "the first must be less than the second")
 
     @property
     def sensors(self) -> tuple[Sensor, ...]:  # type: ignore[override]

@@ -4,22 +4,12 @@ The directors d1, d2, d3 are those of a beam's section, d1 along it, or the axes
 dead load keeps its direction, a follower load turns with the directors.
 """
 
-from __future__ import annotations
-
 from shellmb.scene.loads.loads import Load, PointLoad
 from shellmb.scene.multibody.offsets import Point
-from shellmb.scene.values.positions import OfPosition
+from shellmb.scene.types import Name, Vec3
 from shellmb.scene.values.times import TimeFunction
-from shellmb.scene.values.validate import Name, Vec3, described
-
-__all__ = [
-    "FollowerForce",
-    "FollowerLineForce",
-    "FollowerMoment",
-    "LineForce",
-    "LineMoment",
-    "PointMoment",
-]
+from shellmb.scene.values.user_functions import OfPosition
+from shellmb.scene.values.validate import described
 
 
 @described("line force")

@@ -1,7 +1,5 @@
 """Contact with rigid obstacles, fixed in space or to a rigid body, and with faces of shells."""
 
-from __future__ import annotations
-
 from functools import cached_property
 from typing import Any, ClassVar
 
@@ -9,22 +7,8 @@ import numpy as np
 from pydantic import InstanceOf
 
 from shellmb.errors import SceneError
-from shellmb.scene.values.validate import (
-    Axis,
-    Name,
-    NonNegative,
-    Place,
-    Positive,
-    Vec3,
-    described,
-    show,
-    unit_vector,
-)
-
-__all__ = ["Ball", "Box", "Contact", "Faces", "Obstacle", "Plane", "Rod"]
-
-# cosine of the angle of two axes above which they are not perpendicular
-SKEW = 1e-9
+from shellmb.scene.types import Axis, Name, NonNegative, Place, Positive, Vec3
+from shellmb.scene.values.validate import described, frame, show
 
 
 class Obstacle:
@@ -109,17 +93,12 @@ class Box(Obstacle):
                 f"box: rounding is {self.rounding:g}; it must be less than half the smallest "
                 f"extent, which is {min(self.size):g}"
             )
-        if abs(self.axes[0] @ self.axes[1]) > SKEW:
-            raise SceneError(
-                f"box: axis1 {show(self.axis1)} and axis2 {show(self.axis2)} are not "
-                "perpendicular; they must be"
-            )
+        _ = self.axes
 
     @cached_property
     def axes(self) -> np.ndarray:
         """Unit vectors along its edges as rows, shape (3, 3)."""
-        e1, e2 = unit_vector(self.axis1, "box: axis1"), unit_vector(self.axis2, "box: axis2")
-        return np.array([e1, e2, np.cross(e1, e2)])
+        return np.array(frame("box", "axis1", self.axis1, "axis2", self.axis2))
 
 
 @described("faces")

@@ -9,28 +9,13 @@ follower load turns with the convected basis E1, E2, E3 of the deformed shell, w
 material 1-direction, the one across it, and the normal.
 """
 
-from __future__ import annotations
-
 from typing import Any, ClassVar
 
 from shellmb.scene.multibody.offsets import Point
-from shellmb.scene.values.positions import OfPosition
+from shellmb.scene.types import Edge, Finite, Name, Vec3
 from shellmb.scene.values.times import TimeFunction
-from shellmb.scene.values.validate import Edge, Finite, Name, Vec3, described
-
-__all__ = [
-    "EdgeForce",
-    "EdgeLoad",
-    "EdgeMoment",
-    "FollowerEdgeForce",
-    "FollowerSurfaceForce",
-    "Gravity",
-    "Load",
-    "PointForce",
-    "PointLoad",
-    "Pressure",
-    "SurfaceForce",
-]
+from shellmb.scene.values.user_functions import OfPosition
+from shellmb.scene.values.validate import described
 
 
 class Load:

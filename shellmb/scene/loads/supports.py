@@ -8,30 +8,14 @@ edge's, except where a support goes along an edge (``HardSupport``). ``Clamped``
 joints to the ground.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any, ClassVar
 
 from shellmb.errors import SceneError
 from shellmb.scene.multibody.offsets import Arm
+from shellmb.scene.types import Axis, Edge, Finite, Name, Place, Vec3
 from shellmb.scene.values.times import TimeFunction
-from shellmb.scene.values.validate import Axis, Edge, Finite, Name, Place, Vec3, described, show
-
-__all__ = [
-    "Clamped",
-    "Diaphragm",
-    "Driven",
-    "Fixed",
-    "HardSupport",
-    "Hinged",
-    "SoftSupport",
-    "Support",
-    "SymmetryPlane",
-    "at_rest",
-    "moves",
-]
-
+from shellmb.scene.values.validate import described, show
 
 Component = Finite | Callable[[float], float] | None
 Components = tuple[Component, Component, Component]
@@ -49,6 +33,11 @@ class Support:
     at: Any
     body: str | None
     label: ClassVar[str] = "support"
+
+    @property
+    def given(self) -> dict[str, Any]:
+        """Values that it prescribes, numbers or functions of time, by their names; None: free."""
+        return {}
 
 
 @described("clamped edge")
@@ -162,13 +151,19 @@ class Fixed(Support):
     director: Components = (None, None, None)
     body: Name | None = None
 
+    @property
+    def given(self) -> dict[str, Any]:
+        """Each of the components."""
+        both = {"displacement": self.displacement, "director": self.director}
+        return {f"{name}[{k}]": c for name, some in both.items() for k, c in enumerate(some)}
+
     def __post_init__(self) -> None:
         """Check that something is fixed.
 
         Raises:
             SceneError: If every component is free.
         """
-        if all(c is None for c in self.displacement + self.director):
+        if all(c is None for c in self.given.values()):
             raise SceneError(
                 f"fixed components: nothing is fixed at {show(self.at)}; "
                 "give at least one component of displacement or director"
@@ -198,13 +193,18 @@ class Driven(Support):
     translation: Callable[[float], Any] | None = None
     body: Name | None = None
 
+    @property
+    def given(self) -> dict[str, Any]:
+        """Rotation and translation."""
+        return {"rotation": self.rotation, "translation": self.translation}
+
     def __post_init__(self) -> None:
         """Check that a motion is given.
 
         Raises:
             SceneError: If there is neither a rotation nor a translation.
         """
-        if self.rotation is None and self.translation is None:
+        if not any(self.given.values()):
             raise SceneError(
                 f"driven edge: neither rotation nor translation is given for {show(self.at)}; "
                 "give one at least, or use Clamped"
@@ -217,9 +217,7 @@ def moves(support: Support) -> bool:
     Args:
         support: Any support.
     """
-    if isinstance(support, Fixed):
-        return any(callable(c) for c in (*support.displacement, *support.director))
-    return isinstance(support, Driven)
+    return any(map(callable, support.given.values()))
 
 
 def at_rest(support: Support) -> bool:
@@ -228,6 +226,4 @@ def at_rest(support: Support) -> bool:
     Args:
         support: Any support.
     """
-    if isinstance(support, Fixed):
-        return not any((*support.displacement, *support.director))
-    return not isinstance(support, Driven)
+    return not any(support.given.values())

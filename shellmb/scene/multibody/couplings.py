@@ -1,18 +1,15 @@
 """Couplings of the coordinates of joints: gears, belts, differentials, and sums of one's own."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
 from shellmb.errors import SceneError
-from shellmb.scene.multibody.drivers import Coordinate
-from shellmb.scene.multibody.elements import JointElement
+from shellmb.scene.multibody.elements import Coordinate, JointElement
+from shellmb.scene.types import Finite, Name, Positive
+from shellmb.scene.values.messages import error_of
 from shellmb.scene.values.times import TimeFunction
-from shellmb.scene.values.validate import Finite, Name, Positive, described, show
-
-__all__ = ["Belt", "Coupled", "Coupling", "Differential", "Gear", "Relation"]
+from shellmb.scene.values.validate import described, show
 
 # name of a joint with one coordinate, or of any joint and a coordinate
 Which = Name | tuple[Name, Coordinate]
@@ -81,9 +78,7 @@ class Relation:
             )
         for term in found:
             if term.factor == 0:
-                raise SceneError(
-                    f"{self.said}: the factor of joint '{term.joint}' is 0; it must not be 0"
-                )
+                raise error_of(self, f"the factor of joint '{term.joint}' is 0; it must not be 0")
         return tuple(found)
 
 

@@ -1,33 +1,119 @@
-"""Force elements: springs, dampers, stops and motors."""
+"""Drivers and locks of joints' coordinates, and force elements: springs, dampers, stops, motors.
 
-from __future__ import annotations
+The coordinate of a joint is the rotation [rad] or the translation [m] of its second body relative
+to its first, about or along the joint's axis, right-handed, and begins as zero; a rotation counts
+whole turns.
+"""
 
 import math
 from collections.abc import Callable
 from dataclasses import field
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Literal
 
 from pydantic import InstanceOf
 
 from shellmb.errors import SceneError
-from shellmb.scene.control.inputs import Input
-from shellmb.scene.control.signals import Command
-from shellmb.scene.multibody.drivers import Coordinate
+from shellmb.scene.control.sensors import ALWAYS, Condition, Event
+from shellmb.scene.control.signals import Command, Input
 from shellmb.scene.multibody.offsets import Point
-from shellmb.scene.values.relaxation import Prony
-from shellmb.scene.values.validate import Finite, Name, NonNegative, Positive, described, show
+from shellmb.scene.types import NOTHING, Finite, Name, NonNegative, OneWindowOrMore, Positive
+from shellmb.scene.values.damping import Prony
+from shellmb.scene.values.messages import check_differ, error_of, said
+from shellmb.scene.values.times import TimeFunction
+from shellmb.scene.values.validate import described, show
 
-__all__ = [
-    "Damper",
-    "Element",
-    "JointDamper",
-    "JointElement",
-    "JointSpring",
-    "JointStop",
-    "Motor",
-    "PointElement",
-    "Spring",
-]
+Coordinate = Literal["rotation", "translation"]
+
+
+@described("driver")
+class Driver:
+    """Prescribes coordinates of a joint; the torque or force that this takes is a result.
+
+    Args:
+        name: Its name in the results.
+        joint: Name of the joint.
+        rotation: Relative rotation over time [rad], or the ``Acceleration`` that a controller
+            commands.
+        translation: Relative translation over time [m], likewise.
+    """
+
+    name: Name
+    joint: Name
+    rotation: TimeFunction | None = None
+    translation: TimeFunction | None = None
+
+    def __post_init__(self) -> None:
+        """Check that a motion is given.
+
+        Raises:
+            SceneError: If there is neither a rotation nor a translation.
+        """
+        if not self.given:
+            raise error_of(self, "neither rotation nor translation is given; give one at least")
+
+    @property
+    def coordinates(self) -> tuple[Coordinate, ...]:
+        """The prescribed coordinates."""
+        return tuple(self.given)
+
+    @property
+    def given(self) -> dict[Coordinate, TimeFunction]:
+        """Their functions of time."""
+        both: dict[Coordinate, Any] = {"rotation": self.rotation, "translation": self.translation}
+        return {name: function for name, function in both.items() if function is not None}
+
+
+@described("lock")
+class Lock:
+    """Holds the coordinates of a joint at the values that they have when it begins to act.
+
+    Args:
+        joint: Name of the joint.
+        active: When it acts: one window ``(start, end)`` of time [s] or several; a lock whose
+            windows all begin after the scene's end does not act.
+        coordinate: Which coordinate; None: all that the joint has.
+        when: In place of ``active`` the condition at which it begins to act, as
+            ``Sensor("hinge.rotation") >= 1.5``, or the name of an event: it acts while that is on.
+        until: The condition at which it ends to act; without ``when`` it acts from the start.
+    """
+
+    joint: Name
+    active: OneWindowOrMore = NOTHING
+    coordinate: Coordinate | None = None
+    when: Name | InstanceOf[Condition] | None = None
+    until: InstanceOf[Condition] | None = None
+
+    def __post_init__(self) -> None:
+        """Check that one thing says when it acts.
+
+        Raises:
+            SceneError: If nothing does, or two things do.
+        """
+        who = f"lock of joint '{self.joint}'"
+        if (self.active is None) == (self.when is None and self.until is None):
+            state = "none is" if self.active is None else "both are"
+            raise SceneError(
+                f"{who}: of active and conditions (when, until) {state} given; it must be one of "
+                "them"
+            )
+        if isinstance(self.when, str) and self.until is not None:
+            raise SceneError(
+                f"{who}: when is event '{self.when}' and until is given; it must be the event's"
+            )
+
+    @property
+    def event(self) -> Event | None:
+        """The event of its own conditions."""
+        if self.active is not None or isinstance(self.when, str):
+            return None
+        which = "" if self.coordinate is None else f" {self.coordinate}"
+        when = ALWAYS if self.when is None else self.when
+        return Event(f"{self.joint}{which} lock", when, self.until)
+
+    @property
+    def switch(self) -> str | None:
+        """Name of the event while which it acts; None where it has windows."""
+        return self.when if isinstance(self.when, str) else getattr(self.event, "name", None)
 
 
 class Element:
@@ -36,11 +122,31 @@ class Element:
     Attributes:
         name: Its name in the results.
         relaxation: Prony series of its stiffness; None: it does not relax.
+        laws: Two parameters of which one is given, its law; none: it has one anyway.
     """
 
     name: str
     label: ClassVar[str]
+    laws: ClassVar[tuple[str, ...]] = ()
     relaxation: Prony | None = None
+
+    def __post_init__(self) -> None:
+        """Check that it has one law, of which there are shares where it relaxes.
+
+        Raises:
+            SceneError: If both or none are given, or a potential relaxes.
+        """
+        given = [name for name in self.laws if getattr(self, name) is not None]
+        if self.laws and len(given) != 1:
+            state = "both are" if given else "neither is"
+            raise SceneError(
+                f"{said(self)}: of {' and '.join(self.laws)} {state} given; it must be exactly one"
+            )
+        if self.relaxation is not None and "potential" in given:
+            raise SceneError(
+                f"{said(self)}: it has a relaxation and a potential; a spring that relaxes must "
+                "have a stiffness, of which its Prony series tells shares"
+            )
 
 
 class JointElement(Element):
@@ -70,37 +176,14 @@ class PointElement(Element):
     at: Point
     second_at: Point
 
+    def __post_init__(self) -> None:
+        """Check that it has two ends.
 
-def _one_of(said: str, **given: Any) -> None:
-    """Exactly one of two parameters.
-
-    Raises:
-        SceneError: If both or none are given.
-    """
-    (a, x), (b, y) = given.items()
-    if (x is None) == (y is None):
-        state = "neither is" if x is None else "both are"
-        raise SceneError(f"{said}: of {a} and {b} {state} given; it must be exactly one")
-
-
-def _relaxes(element: Element, potential: object, said: str) -> None:
-    """Springs with a stiffness have Maxwell branches.
-
-    Raises:
-        SceneError: If one with a potential relaxes.
-    """
-    if element.relaxation is not None and potential is not None:
-        raise SceneError(
-            f"{said}: it has a relaxation and a potential; a spring that relaxes must have a "
-            "stiffness, of which its Prony series tells shares"
-        )
-
-
-def _two_ends(element: PointElement, said: str) -> None:
-    if element.first == element.second:
-        raise SceneError(
-            f"{said}: first and second are both '{element.first}'; they must be two bodies"
-        )
+        Raises:
+            SceneError: If both are on one body.
+        """
+        check_differ(self, "first", "second", "they must be two bodies")
+        super().__post_init__()
 
 
 @described("joint spring")
@@ -126,11 +209,7 @@ class JointSpring(JointElement):
     coordinate: Coordinate | None = None
     relaxation: Prony | None = None
 
-    def __post_init__(self) -> None:
-        """Check that it has one law."""
-        said = f"{self.label} '{self.name}'"
-        _one_of(said, stiffness=self.stiffness, potential=self.potential)
-        _relaxes(self, self.potential, said)
+    laws = ("stiffness", "potential")
 
 
 @described("joint damper")
@@ -152,9 +231,7 @@ class JointDamper(JointElement):
     law: Callable[[Any], Any] | None = None
     coordinate: Coordinate | None = None
 
-    def __post_init__(self) -> None:
-        """Check that it has one law."""
-        _one_of(f"{self.label} '{self.name}'", damping=self.damping, law=self.law)
+    laws = ("damping", "law")
 
 
 @described("joint stop")
@@ -189,15 +266,14 @@ class JointStop(JointElement):
         Raises:
             SceneError: Otherwise.
         """
-        said = f"{self.label} '{self.name}'"
         if self.lower is None and self.upper is None:
-            raise SceneError(f"{said}: neither lower nor upper is given; give one at least")
+            raise SceneError(f"{said(self)}: neither lower nor upper is given; give one at least")
         low = -math.inf if self.lower is None else self.lower
         high = math.inf if self.upper is None else self.upper
         if not (low < high and low <= 0 <= high):
             raise SceneError(
-                f"{said}: lower is {show(self.lower)} and upper {show(self.upper)}; they must be "
-                "such that 0 is between them, which is where the joint starts"
+                f"{said(self)}: lower is {show(self.lower)} and upper {show(self.upper)}; they "
+                "must be such that 0 is between them, which is where the joint starts"
             )
 
 
@@ -220,9 +296,7 @@ class Motor(JointElement):
     coordinate: Coordinate | None = None
     command: InstanceOf[Command] | InstanceOf[Input] | None = None
 
-    def __post_init__(self) -> None:
-        """Check that it has one law."""
-        _one_of(f"{self.label} '{self.name}'", law=self.law, command=self.command)
+    laws = ("law", "command")
 
 
 @described("spring")
@@ -252,20 +326,19 @@ class Spring(PointElement):
     length: NonNegative | None = None
     relaxation: Prony | None = None
 
+    laws = ("stiffness", "potential")
+
     def __post_init__(self) -> None:
-        """Check that it has one law and two ends.
+        """Check that its law is one.
 
         Raises:
-            SceneError: Otherwise, or if a natural length comes with a potential.
+            SceneError: If a natural length comes with a potential.
         """
-        said = f"{self.label} '{self.name}'"
-        _two_ends(self, said)
-        _one_of(said, stiffness=self.stiffness, potential=self.potential)
-        _relaxes(self, self.potential, said)
+        super().__post_init__()
         if self.potential is not None and self.length is not None:
             raise SceneError(
-                f"{said}: length is {self.length:g}; it must be left out with a potential, which "
-                "is a function of the whole length"
+                f"{said(self)}: length is {self.length:g}; it must be left out with a potential, "
+                "which is a function of the whole length"
             )
 
 
@@ -292,8 +365,4 @@ class Damper(PointElement):
     damping: NonNegative | None = None
     law: Callable[[Any], Any] | None = None
 
-    def __post_init__(self) -> None:
-        """Check that it has one law and two ends."""
-        said = f"{self.label} '{self.name}'"
-        _two_ends(self, said)
-        _one_of(said, damping=self.damping, law=self.law)
+    laws = ("damping", "law")

@@ -9,47 +9,16 @@ reference configuration, in the scene's axes. A joint may have a mass, which bot
 halves, and may act in windows ``(start, end)`` of time only.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import KW_ONLY, field
 from typing import Any, ClassVar
 
-import numpy as np
-
 from shellmb.errors import SceneError
 from shellmb.scene.multibody.offsets import Point
+from shellmb.scene.types import NONE, Axis, Finite, Listed, Name, NonNegative, Positive, Windows
+from shellmb.scene.values.messages import check_differ, refused
 from shellmb.scene.values.times import TimeFunction
-from shellmb.scene.values.validate import (
-    NONE,
-    Axis,
-    Finite,
-    Listed,
-    Name,
-    NonNegative,
-    Positive,
-    Windows,
-    described,
-    show,
-    unit_vector,
-)
-
-__all__ = [
-    "GROUND",
-    "Cylindrical",
-    "Distance",
-    "InPlane",
-    "Joint",
-    "OwnJoint",
-    "Planar",
-    "Prismatic",
-    "Revolute",
-    "Screw",
-    "ShellRevolute",
-    "Spherical",
-    "Universal",
-    "Weld",
-]
+from shellmb.scene.values.validate import described, frame, show
 
 GROUND = "ground"
 
@@ -97,10 +66,7 @@ class Joint:
         Raises:
             SceneError: If both are the same.
         """
-        if self.first == self.second:
-            raise SceneError(
-                f"{self.said}: first and second are both {show(self.first)}; they must differ"
-            )
+        check_differ(self, "first", "second")
 
     @property
     def said(self) -> str:
@@ -153,13 +119,7 @@ class Universal(Joint):
             SceneError: If they are not perpendicular.
         """
         super().__post_init__()
-        a = unit_vector(self.axis, f"{self.said}: axis")
-        b = unit_vector(self.second_axis, f"{self.said}: second_axis")
-        if abs(float(np.dot(a, b))) > 1e-9:
-            raise SceneError(
-                f"{self.said}: axis {show(self.axis)} and second_axis {show(self.second_axis)} "
-                "are not perpendicular; they must be"
-            )
+        frame(self.said, "axis", self.axis, "second_axis", self.second_axis)
 
 
 @described("cylindrical joint")
@@ -224,9 +184,7 @@ class Screw(Joint):
         """
         super().__post_init__()
         if self.pitch == 0:
-            raise SceneError(
-                f"{self.said}: pitch is {show(self.pitch)}; it must not be zero, or use Revolute"
-            )
+            raise refused(self, "pitch", "it must not be zero, or use Revolute")
 
 
 @described("weld")
@@ -317,3 +275,64 @@ class OwnJoint(Joint):
     def given(self) -> tuple[TimeFunction, ...]:
         """The values."""
         return self.values
+
+
+@described("edge hinge")
+class EdgeHinge(Joint):
+    """Two shells that share a straight edge line and turn about it; or a shell and a rigid body.
+
+    The edges stay together at every node, and the directors turn freely about the line. The nodes
+    of the two edges may coincide or not. Springs, dampers, stops, locks and events act on the
+    rotation of the hinge as on that of a revolute joint. Constraints that supports imply, or at
+    single nodes other hinges, as at a corner, are left out without an error.
+
+    Args:
+        name: What drivers, force elements and results call it.
+        first: Name of a shell, a rigid body, or ``"ground"``.
+        second: Name of the other; one of the two must be a shell.
+        at: Edge of the first body if that is a shell; None otherwise.
+        second_at: Edge of the second body if that is a shell; None otherwise.
+        axis: Direction along the edge about which the second shell's rotation is right-handed;
+            None: that in which x grows along the edge, or else y, or else z.
+        rigid_angle: Whether the angle is the same all along the edge. If False, each node has its
+            own: stiffness and damping of springs, dampers and stops are distributed evenly along
+            the edge, locks hold each angle, ``NAME.rotation`` is the mean, and ``NAME.1.rotation``
+            and so on are the angles along ``axis``.
+        active: None: it acts always.
+        mass: 0: the shells or a rigid body have the mass of the hardware.
+    """
+
+    axis: Axis | None = field(default=None, kw_only=True)
+    rigid_angle: bool = field(default=False, kw_only=True)
+
+    freedoms = ("rotation",)
+    shells = (True, True)
+
+    def __post_init__(self) -> None:
+        """Check what concerns the hinge alone.
+
+        Raises:
+            SceneError: If it has a mass or windows, or an end is no edge.
+        """
+        super().__post_init__()
+        if self.mass:
+            raise SceneError(
+                f"{self.said}: mass is {show(self.mass)}; it must be 0, where the mass of a hinge "
+                "is part of a rigid body or of a shell"
+            )
+        if self.active is not None:
+            raise refused(self, "active", "it must be left out, because an edge hinge acts always")
+        for name in ("at", "second_at"):
+            where = getattr(self, name)
+            if where is not None and not isinstance(where, str):
+                raise SceneError(
+                    f"{self.said}: {name} is {show(where)}; it must be the name of an edge, or be "
+                    "left out where the body is no shell"
+                )
+
+
+@described("revolute joint")
+class FramedHinge(Revolute):
+    """Revolute joint in place of an edge hinge whose edges both move as frames."""
+
+    along_scene = True

@@ -1,7 +1,5 @@
 """Points off a node, at the end of a rigid arm."""
 
-from __future__ import annotations
-
 from typing import Annotated, Any
 
 import numpy as np
@@ -9,10 +7,8 @@ from pydantic import BeforeValidator, InstanceOf
 
 from shellmb.arrays import Floats
 from shellmb.errors import SceneError
-from shellmb.scene.values.validate import Finite, Spot, Vec3, described, number, show, spot, vector
-
-__all__ = ["Arm", "Offset", "Point", "arm_components", "node_of"]
-
+from shellmb.scene.types import Finite, Spot, Vec3, number, spot, vector
+from shellmb.scene.values.validate import described, show
 
 # a vector off a shell's director by more than this part of it is not along it
 ALONG = 1e-6

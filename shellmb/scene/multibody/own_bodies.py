@@ -1,11 +1,7 @@
 """Bodies of a user's own in scenes: what a scene knows of them, which has no DOLFINx."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from typing import Any, ClassVar
-
-__all__ = ["UserBody"]
 
 
 class UserBody:
@@ -46,5 +42,5 @@ class UserBody:
         return tuple(self.regions)
 
     def in_values(self) -> dict[str, Any]:
-        """Description in values, to be stored and compared."""
+        """Scene in values, to be stored and compared."""
         raise NotImplementedError

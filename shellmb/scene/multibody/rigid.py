@@ -1,7 +1,5 @@
 """Rigid bodies."""
 
-from __future__ import annotations
-
 import os
 from dataclasses import field
 from functools import cached_property
@@ -13,20 +11,9 @@ from numpy.typing import NDArray
 from pydantic import BeforeValidator
 
 from shellmb.errors import SceneError
-from shellmb.scene.values.validate import (
-    NONE,
-    Listed,
-    Matrix3,
-    Name,
-    NonNegative,
-    Vec3,
-    described,
-    numbers,
-    show,
-    vector,
-)
-
-__all__ = ["FloatingFrame", "Interface", "RigidBody", "rotation_matrix"]
+from shellmb.scene.types import NONE, Listed, Matrix3, Name, NonNegative, Vec3, numbers, vector
+from shellmb.scene.values.messages import error_of, refused
+from shellmb.scene.values.validate import described, show
 
 type Matrix = NDArray[np.float64]
 
@@ -147,15 +134,12 @@ class RigidBody:
         J = self.inertia_tensor
         size = np.abs(J).max()
         if np.abs(J - J.T).max() > 1e-9 * size:
-            raise SceneError(
-                f"rigid body '{self.name}': inertia is {show(self.inertia)}; it must be symmetric"
-            )
+            raise refused(self, "inertia", "it must be symmetric")
         principal = np.linalg.eigvalsh(J)
         said = ", ".join(f"{p:.6g}" for p in principal)
         if principal[0] < -1e-9 * size:
-            raise SceneError(
-                f"rigid body '{self.name}': inertia has the principal moments {said}; none of "
-                "them must be negative"
+            raise error_of(
+                self, f"inertia has the principal moments {said}; none of them must be negative"
             )
         if principal[2] - principal[0] - principal[1] > 1e-9 * size:
             raise SceneError(
@@ -193,10 +177,7 @@ class RigidBody:
         if R.ndim == 1:
             R = rotation_matrix(R)
         elif np.abs(R.T @ R - np.eye(3)).max() > 1e-6 or np.linalg.det(R) < 0:
-            raise SceneError(
-                f"rigid body '{self.name}': rotation is {show(self.rotation)}; its columns must be "
-                "orthonormal and right-handed"
-            )
+            raise refused(self, "rotation", "its columns must be orthonormal and right-handed")
         # orthonormal to round-off, also where few digits were given
         u, _, v = np.linalg.svd(R)
         return np.asarray(u @ v)
@@ -226,9 +207,8 @@ class RigidBody:
         local = {"origin": (0.0, 0.0, 0.0), "center": self.com, **self.points}
         if (point or "origin") not in local:
             known = ", ".join(f"'{n}'" for n in local)
-            raise SceneError(
-                f"rigid body '{self.name}': there is no point '{point}'; its points are {known}, "
-                "or give coordinates"
+            raise error_of(
+                self, f"there is no point '{point}'; its points are {known}, or give coordinates"
             )
         return np.asarray(self.position) + self.axes @ np.asarray(local[point or "origin"])
 

@@ -1,16 +1,14 @@
 """Rolling and blades: joints that forbid velocities and not positions."""
 
-from __future__ import annotations
-
 from dataclasses import field
 
 import numpy as np
 
 from shellmb.errors import SceneError
 from shellmb.scene.multibody.joints import GROUND, Joint
-from shellmb.scene.values.validate import Axis, Positive, described, show, unit_vector
-
-__all__ = ["Contact", "KnifeEdge", "Rolling"]
+from shellmb.scene.types import Axis, Positive
+from shellmb.scene.values.messages import refused
+from shellmb.scene.values.validate import described, show, unit_vector
 
 # sine of the angle between a wheel's axis (a blade) and the normal below which it lies flat
 # (stands up): the direction it heads in is lost
@@ -36,9 +34,7 @@ class Contact(Joint):
                 "and the plane belongs to the first"
             )
         if self.active is not None:
-            raise SceneError(
-                f"{self.said}: active is {show(self.active)}; it must be None: contacts act always"
-            )
+            raise refused(self, "active", "it must be None: contacts act always")
 
     def _across(self, direction: Axis, what: str) -> None:
         """Check that a direction of the second body is not normal to the plane."""

@@ -5,21 +5,18 @@ are named by where they lie: ``edges_where={"root": lambda x: x[0] < 1e-6}`` tak
 boundary for which a vectorised function of positions (3, n) is true at both ends and in the middle.
 """
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable, Mapping
 from dataclasses import field
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
 
 from shellmb.errors import SceneError
 from shellmb.scene.shells.surfaces import Surface
-from shellmb.scene.values.validate import Edge, Held, Name, Positive, PositiveInt, described
-
-__all__ = ["GmshFile", "GmshModel", "MeshFile", "Meshed"]
+from shellmb.scene.types import Edge, Held, Name, Positive, PositiveInt
+from shellmb.scene.values.validate import described, extended
 
 # part of a side below which nodes are one: gaps of CAD and of single precision are 1e-4 of it at
 # most, the smallest sides that are meant as such a tenth
@@ -62,8 +59,34 @@ class Meshed(Surface):
     refine: int
 
 
-@described("gmsh file")
-class GmshFile(Meshed):
+@described("file")
+class OfFile(Meshed):
+    """A surface whose mesh, or geometry, is in a file."""
+
+    label: ClassVar[str]
+    path: Annotated[Held[Path, Path | str], Field(strict=False)]  # a text names a file, too
+    group: Group = None
+    edges_where: EdgesWhere = field(default_factory=dict)
+    where: Callable[[Any], Any] | None = None
+    merge: Fraction = MERGE
+    gaps: Literal["refuse", "keep"] = "refuse"
+    flip: bool = False
+    scale: Positive = 1.0
+    refine: PositiveInt = 1
+
+    def __post_init__(self) -> None:
+        """Check that the file is there.
+
+        Raises:
+            SceneError: If it is not.
+        """
+        # a name may be too long for a file, or have letters that none has
+        if not os.path.isfile(self.path):
+            raise SceneError(f"{self.label}: path is '{self.path}'; there is no such file")
+
+
+@extended("gmsh file")
+class GmshFile(OfFile):
     """The cells of physical surface groups of a file that gmsh reads.
 
     A mesh (``.msh``, ``.med``, ``.unv``) is taken as it is; CAD (``.step``, ``.brep``, ``.iges``)
@@ -87,23 +110,13 @@ class GmshFile(Meshed):
         refine: Elements along each side of one of the file's, whose shape and groups stay.
     """
 
-    path: Annotated[Held[Path, Path | str], Field(strict=False)]  # a text names a file, too
-    group: Group = None
-    edges_where: EdgesWhere = field(default_factory=dict)
-    where: Callable[[Any], Any] | None = None
-    merge: Fraction = MERGE
-    gaps: Literal["refuse", "keep"] = "refuse"
-    flip: bool = False
-    scale: Positive = 1.0
-    refine: PositiveInt = 1
-
     def __post_init__(self) -> None:
         """Check that the file is there, and is what its ending says.
 
         Raises:
             SceneError: If it is not.
         """
-        _there(self.path, "gmsh file")
+        super().__post_init__()
         ending = self.path.suffix.lower()
         if ending == ".geo_unrolled":
             raise SceneError(
@@ -158,8 +171,8 @@ class GmshModel(Meshed):
     refine = 1
 
 
-@described("mesh file")
-class MeshFile(Meshed):
+@extended("mesh file")
+class MeshFile(OfFile):
     """Triangles and quadrilaterals of a mesh of other programs.
 
     Nastran (``.bdf``, ``.nas``, ``.fem``, ``.dat``), Abaqus (``.inp``), and what meshio reads: STL,
@@ -178,27 +191,3 @@ class MeshFile(Meshed):
         scale: Factor on positions, to metres for instance.
         refine: Elements along each side of one of the file's, whose shape and groups stay.
     """
-
-    path: Annotated[Held[Path, Path | str], Field(strict=False)]
-    group: Group = None
-    edges_where: EdgesWhere = field(default_factory=dict)
-    where: Callable[[Any], Any] | None = None
-    merge: Fraction = MERGE
-    gaps: Literal["refuse", "keep"] = "refuse"
-    flip: bool = False
-    scale: Positive = 1.0
-    refine: PositiveInt = 1
-
-    def __post_init__(self) -> None:
-        """Check that the file is there.
-
-        Raises:
-            SceneError: If it is not.
-        """
-        _there(self.path, "mesh file")
-
-
-def _there(path: Path, what: str) -> None:
-    # a name may be too long for a file, or have letters that none has
-    if not os.path.isfile(path):
-        raise SceneError(f"{what}: path is '{path}'; there is no such file")

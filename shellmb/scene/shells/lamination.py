@@ -14,19 +14,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from shellmb.scene.values.relaxation import Prony
-
-__all__ = [
-    "PURE",
-    "Layer",
-    "Layup",
-    "cos_sin",
-    "matrix",
-    "plane_stress",
-    "shear_step",
-    "strain_turn",
-    "vector_turn",
-]
+from shellmb.scene.values.damping import Prony
 
 type Matrix = NDArray[np.float64]
 

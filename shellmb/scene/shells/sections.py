@@ -16,12 +16,10 @@ from shellmb.errors import SceneError
 from shellmb.scene.shells import lamination
 from shellmb.scene.shells.lamination import Layer, Layup
 from shellmb.scene.shells.strength import Strength
-from shellmb.scene.values.damping import ShellDamping, ShellTimes
-from shellmb.scene.values.positions import OfPosition, check_sign, values_at
-from shellmb.scene.values.relaxation import Prony
-from shellmb.scene.values.validate import Finite, NonNegative, Positive, described, show
-
-__all__ = ["Hyperelastic", "Isotropic", "LinearSection", "Orthotropic", "Section", "Wrinkling"]
+from shellmb.scene.types import Finite, NonNegative, Positive
+from shellmb.scene.values.damping import Prony, ShellDamping, ShellTimes
+from shellmb.scene.values.user_functions import OfPosition, check_sign, values_at
+from shellmb.scene.values.validate import described, show
 
 type Matrix = NDArray[np.float64]
 type Mass = tuple[float, float, float]

@@ -1,34 +1,21 @@
-"""Shells and the joins between them."""
-
-from __future__ import annotations
+"""Shells, the joins between them, and shells with finer meshes."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import field
+from dataclasses import field, replace
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, InstanceOf
 
 from shellmb.errors import SceneError
-from shellmb.scene.shells.gmsh_surfaces import Meshed
+from shellmb.scene.shells.gmsh_surfaces import CAD, GmshFile, Meshed, OfFile
 from shellmb.scene.shells.sections import LinearSection, Section, Wrinkling
 from shellmb.scene.shells.surfaces import Surface
+from shellmb.scene.types import NONE, Edge, Listed, Name, PositiveInt, Untrue, Vec3
+from shellmb.scene.values.messages import check_differ, error_of, refused
 from shellmb.scene.values.models import BodyModel, Deforming
 from shellmb.scene.values.natural import NaturalStrain
-from shellmb.scene.values.positions import OfPosition
-from shellmb.scene.values.validate import (
-    NONE,
-    Edge,
-    Listed,
-    Name,
-    PositiveInt,
-    Untrue,
-    Vec3,
-    described,
-    show,
-    unit_vector,
-)
-
-__all__ = ["Join", "Shell"]
+from shellmb.scene.values.user_functions import OfPosition
+from shellmb.scene.values.validate import described, show, unit_vector
 
 Distortion = Annotated[float, Field(ge=0, le=0.3, allow_inf_nan=False)]
 
@@ -101,9 +88,7 @@ class Shell(Deforming):
             SceneError: On triangles, if the degree is not 2.
         """
         if cell == "tri" and self.degree != 2:
-            raise SceneError(
-                f"shell '{self.name}': degree is {self.degree}; it must be 2 on triangles"
-            )
+            raise error_of(self, f"degree is {self.degree}; it must be 2 on triangles")
 
     def __post_init__(self) -> None:
         """Check what concerns several parameters.
@@ -128,15 +113,11 @@ class Shell(Deforming):
                     "points is; it must have another name"
                 )
         if self.distortion and isinstance(self.surface, Meshed):
-            raise SceneError(
-                f"shell '{self.name}': distortion is {show(self.distortion)}; "
-                "it must be 0 where the mesh is read, or made by gmsh"
+            raise refused(
+                self, "distortion", "it must be 0 where the mesh is read, or made by gmsh"
             )
         if self.surface.closed and not self.surface.pole and self.mesh[0] < 3:
-            raise SceneError(
-                f"shell '{self.name}': mesh is {show(self.mesh)}; "
-                "it must have at least 3 elements around a closed surface"
-            )
+            raise refused(self, "mesh", "it must have at least 3 elements around a closed surface")
         if self.direction is not None and not callable(self.direction):
             unit_vector(self.direction, f"shell '{self.name}': direction")
         if self.natural is not None:
@@ -200,7 +181,31 @@ class Join:
         Raises:
             SceneError: If both are the same.
         """
-        if self.first == self.second:
-            raise SceneError(
-                f"join: first and second are both {show(self.first)}; they must be two shells"
-            )
+        check_differ(self, "first", "second", "they must be two shells")
+
+
+def refined_times(shell: Shell) -> int | None:
+    """Elements along a side of each one of the mesh's file; None of meshes that are made anew.
+
+    Args:
+        shell: The shell.
+    """
+    surface = shell.surface
+    cad = isinstance(surface, GmshFile) and surface.path.suffix.lower() in CAD
+    return None if cad or not isinstance(surface, OfFile) else surface.refine
+
+
+def divided(shell: Shell, times: int) -> Shell:
+    """The shell with more elements: those of a file are divided, others are made anew.
+
+    Args:
+        shell: The shell.
+        times: So many elements replace one along each side.
+
+    Raises:
+        SceneError: If there is no such mesh.
+    """
+    surface, refined = shell.surface, refined_times(shell)
+    if isinstance(surface, OfFile) and refined is not None:
+        return replace(shell, surface=replace(surface, refine=times * refined))
+    return replace(shell, mesh=(times * shell.mesh[0], times * shell.mesh[1]))

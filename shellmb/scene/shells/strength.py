@@ -6,8 +6,6 @@ that is `a R^2 + b R = 1` with quadratic `a` and linear `b`, its positive root g
 `1/R = (b + sqrt(b^2 + 4a))/2`, which is zero without load.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import KW_ONLY, dataclass
 from typing import Annotated, Any
@@ -16,9 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from shellmb.scene.values.validate import Positive, described
-
-__all__ = ["CRITERIA", "Criterion", "Strength"]
+from shellmb.scene.types import Positive
+from shellmb.scene.values.validate import described
 
 type Values = NDArray[np.float64]
 Interaction = Annotated[float, Field(gt=-1, lt=1, allow_inf_nan=False)]

@@ -1,23 +1,22 @@
-"""Mid-surfaces given by a map of the unit square: what they offer, a rectangle, any map.
+"""Mid-surfaces given by a map of the unit square: rectangle, cylinder, sphere, disc, any map.
 
 Every surface has parameters ``xi`` and ``eta`` in [0, 1]. Its edges are ``left`` (xi = 0),
 ``right`` (xi = 1), ``bottom`` (eta = 0) and ``top`` (eta = 1); its named points are the corners,
 ``left-bottom`` and so on. A surface that closes or has a pole has fewer of them.
 """
 
-from __future__ import annotations
-
+import math
 from collections.abc import Callable
 from functools import cached_property
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import AfterValidator
 
 from shellmb.errors import SceneError
-from shellmb.scene.values.validate import Positive, Vec3, described, in_words, show, unit_vector
-
-__all__ = ["Parametric", "Rectangle", "Surface"]
+from shellmb.scene.types import Finite, Positive, Vec3
+from shellmb.scene.values.validate import described, frame, in_words, show
 
 type Points = NDArray[np.float64]
 
@@ -50,16 +49,6 @@ class Surface:
     def normal(self, x: Points) -> Points | None:
         """Exact unit normals, shape (3, n), at positions (3, n) on it; None where unknown."""
         return None
-
-
-def frame(what: str, first: str, a: Vec3, second: str, b: Vec3) -> tuple[Any, Any, Any]:
-    """Orthonormal axes from two vectors that have to be perpendicular."""
-    e1, e2 = unit_vector(a, f"{what}: {first}"), unit_vector(b, f"{what}: {second}")
-    if abs(e1 @ e2) > 1e-9:
-        raise SceneError(
-            f"{what}: {first} {show(a)} and {second} {show(b)} are not perpendicular; they must be"
-        )
-    return e1, e2, np.cross(e1, e2)
 
 
 @described("rectangle")
@@ -141,3 +130,190 @@ class Parametric(Surface):
         if not np.isfinite(x).all():
             raise SceneError("parametric surface: map returns a number that is not finite")
         return x
+
+
+def _angles(value: tuple[float, float]) -> tuple[float, float]:
+    if not 0 < value[1] - value[0] <= 360:
+        raise ValueError("the second angle must exceed the first, by 360 degrees at most")
+    return value
+
+
+Angles = Annotated[tuple[Finite, Finite], AfterValidator(_angles)]
+
+
+def _outward(r: Points, flip: bool) -> Points:
+    """Unit vectors along radii, or against them."""
+    return np.asarray((-r if flip else r) / np.linalg.norm(r, axis=0))
+
+
+def _around(angle: Points, e1: Points, e2: Points) -> Points:
+    return np.multiply.outer(e1, np.cos(angle)) + np.multiply.outer(e2, np.sin(angle))
+
+
+@described("cylinder")
+class Cylinder(Surface):
+    """A circular cylinder: xi along the arc, eta along the axis, normal outwards.
+
+    With 360 degrees between the angles it is closed: then it has the edges ``bottom`` and ``top``
+    only, and its named points lie on the line where xi starts.
+
+    Args:
+        radius: Radius [m].
+        length: Extent along the axis [m].
+        angles: First and last angle, right-handed about ``axis`` from ``start`` [degrees].
+        origin: The point of the axis at eta = 0 [m].
+        axis: Direction of the axis; any length.
+        start: Direction of angle 0, perpendicular to the axis; any length.
+        flip: Whether it is turned over: normal inwards.
+    """
+
+    radius: Positive
+    length: Positive
+    angles: Angles = (0.0, 360.0)
+    origin: Vec3 = (0.0, 0.0, 0.0)
+    axis: Vec3 = (0.0, 0.0, 1.0)
+    start: Vec3 = (1.0, 0.0, 0.0)
+    flip: bool = False
+
+    def __post_init__(self) -> None:
+        """Check the axes; a closed cylinder has two edges."""
+        _ = self._axes
+        if self.closed:
+            object.__setattr__(self, "edges", ("bottom", "top"))
+            object.__setattr__(self, "points", ("left-bottom", "left-top"))
+
+    @property
+    def closed(self) -> bool:  # type: ignore[override]
+        """Decide whether the angles make a full turn."""
+        return math.isclose(self.angles[1] - self.angles[0], 360.0)
+
+    @cached_property
+    def _axes(self) -> tuple[Any, Any, Any]:
+        return frame("cylinder", "axis", self.axis, "start", self.start)
+
+    def position(self, xi: Points, eta: Points) -> Points:
+        """Reference positions, shape (3, n)."""
+        axis, e1, e2 = self._axes
+        angle = np.radians(self.angles[0] + (self.angles[1] - self.angles[0]) * xi)
+        arc = self.radius * _around(angle, e1, e2)
+        return np.asarray(self.origin)[:, None] + arc + np.multiply.outer(axis, self.length * eta)
+
+    def normal(self, x: Points) -> Points:
+        """Unit normals, away from the axis or towards it, shape (3, n)."""
+        axis = self._axes[0]
+        r = x - np.asarray(self.origin)[:, None]
+        r = r - np.multiply.outer(axis, axis @ r)
+        return _outward(r, self.flip)
+
+
+class _Polar(Surface):
+    """Base of a sphere and a disc: a closed rim, and a pole that takes the place of an edge."""
+
+    def _name_parts(self, span: float, pole: bool) -> None:
+        closed = math.isclose(span, 360.0)
+        sides = () if closed else ("left", "right")
+        ends = ("top",) if pole else ("bottom", "top")
+        columns = ("left",) if closed else ("left", "right")
+        points = ("pole",) if pole else tuple(f"{c}-bottom" for c in columns)
+        for name, value in (
+            ("closed", closed),
+            ("pole", pole),
+            ("sweep", span),
+            ("edges", sides + ends),
+            ("points", points + tuple(f"{c}-top" for c in columns)),
+        ):
+            object.__setattr__(self, name, value)
+
+
+@described("sphere")
+class Sphere(_Polar):
+    """A part of a sphere about the z axis: xi the azimuth, eta the polar angle, normal outwards.
+
+    Where the polar angle starts at 0 the mesh is made of blocks that avoid collapsed cells: there
+    is no edge ``bottom`` but a point ``pole``, ``mesh[0]`` counts the cells along a quarter turn of
+    the rim and ``mesh[1]`` those from the pole to the rim. With the full azimuth there are no edges
+    ``left`` and ``right``. The whole sphere, ``polar=(0, 180)``, has no edges and the points
+    ``pole`` and ``antipole``; its rim is the equator.
+
+    Args:
+        radius: Radius [m].
+        polar: First and last polar angle, from the pole at +z, within [0, 180) [degrees]; or 0
+            and 180.
+        azimuth: First and last azimuth, from the x axis towards y [degrees].
+        origin: The centre [m].
+        flip: Whether it is turned over: normal inwards.
+    """
+
+    radius: Positive
+    polar: Angles = (0.0, 90.0)
+    azimuth: Angles = (0.0, 360.0)
+    origin: Vec3 = (0.0, 0.0, 0.0)
+    flip: bool = False
+
+    def __post_init__(self) -> None:
+        """Check the polar angles and name the edges."""
+        sweep = self.azimuth[1] - self.azimuth[0]
+        whole = self.polar == (0.0, 180.0) and math.isclose(sweep, 360.0)
+        if self.polar[0] < 0 or (self.polar[1] >= 180 and not whole):
+            raise SceneError(
+                f"sphere: polar is {show(self.polar)} and azimuth {show(self.azimuth)}; polar must "
+                "begin at 0 or more and end below 180 degrees, or be (0, 180) with the full azimuth"
+            )
+        self._name_parts(sweep, self.polar[0] == 0)
+        if whole:
+            object.__setattr__(self, "edges", ())
+            object.__setattr__(self, "points", ("pole", "antipole"))
+
+    def position(self, xi: Points, eta: Points) -> Points:
+        """Reference positions, shape (3, n)."""
+        phi = np.radians(self.azimuth[0] + (self.azimuth[1] - self.azimuth[0]) * xi)
+        theta = np.radians(self.polar[0] + (self.polar[1] - self.polar[0]) * eta)
+        s = np.sin(theta)
+        unit = np.stack([s * np.cos(phi), s * np.sin(phi), np.cos(theta)])
+        return np.asarray(self.origin)[:, None] + self.radius * unit
+
+    def normal(self, x: Points) -> Points:
+        """Unit normals, away from the centre or towards it, shape (3, n)."""
+        return _outward(x - np.asarray(self.origin)[:, None], self.flip)
+
+
+@described("disc")
+class Disc(_Polar):
+    """A flat disc or sector: xi the angle, eta the radius, normal ``axis1 x axis2``.
+
+    Its edges are ``top`` (the rim) and, for a sector, ``left`` and ``right``; its centre is the
+    point ``pole``. ``mesh[0]`` counts the cells along a quarter of the rim, ``mesh[1]`` those along
+    a radius.
+
+    Args:
+        radius: Radius [m].
+        angles: First and last angle, from ``axis1`` towards ``axis2`` [degrees].
+        origin: The centre [m].
+        axis1: Direction of angle 0; any length.
+        axis2: Direction of angle 90 degrees, perpendicular to ``axis1``; any length.
+    """
+
+    radius: Positive
+    angles: Angles = (0.0, 360.0)
+    origin: Vec3 = (0.0, 0.0, 0.0)
+    axis1: Vec3 = (1.0, 0.0, 0.0)
+    axis2: Vec3 = (0.0, 1.0, 0.0)
+
+    def __post_init__(self) -> None:
+        """Check the axes and name the edges."""
+        _ = self._axes
+        self._name_parts(self.angles[1] - self.angles[0], True)
+
+    @cached_property
+    def _axes(self) -> tuple[Any, Any, Any]:
+        return frame("disc", "axis1", self.axis1, "axis2", self.axis2)
+
+    def position(self, xi: Points, eta: Points) -> Points:
+        """Reference positions, shape (3, n)."""
+        e1, e2, _ = self._axes
+        angle = np.radians(self.angles[0] + (self.angles[1] - self.angles[0]) * xi)
+        return np.asarray(self.origin)[:, None] + self.radius * eta * _around(angle, e1, e2)
+
+    def normal(self, x: Points) -> Points:
+        """The one unit normal, repeated to shape (3, n)."""
+        return np.repeat(self._axes[2][:, None], x.shape[1], axis=1)

@@ -1,15 +1,14 @@
-"""Damping of a section: times by which stresses of the strains' rates follow from stiffnesses."""
-
-from __future__ import annotations
+"""Damping of a section: times of Kelvin and Voigt, and relaxation, given as a Prony series."""
 
 import math
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator
 
-from shellmb.scene.values.validate import NonNegative, described, number
-
-__all__ = ["BeamDamping", "BeamTimes", "ShellDamping", "ShellTimes"]
+from shellmb.errors import SceneError
+from shellmb.scene.types import Finite, NonNegative, Positive, number
+from shellmb.scene.values.messages import plain
+from shellmb.scene.values.validate import described, show
 
 
 @described("shell damping")
@@ -75,3 +74,131 @@ def _one_or(several: type) -> BeforeValidator:
 
 ShellTimes = Annotated[Any, _one_or(ShellDamping)]
 BeamTimes = Annotated[Any, _one_or(BeamDamping)]
+
+
+@described("WLF shift")
+class WLF:
+    """Shift of relaxation times with temperature, by Williams, Landel and Ferry.
+
+    The factor on all times is ``10^(-C1 (T - reference)/(C2 + T - reference))``.
+
+    Args:
+        C1: First constant [-].
+        C2: Second constant [K].
+        reference: Temperature at which the times are as given [K, or degrees Celsius].
+        temperature: Temperature of the body, in the same unit.
+    """
+
+    C1: Positive
+    C2: Positive
+    reference: Finite
+    temperature: Finite
+
+    def __post_init__(self) -> None:
+        """Check that the formula holds at the temperature.
+
+        Raises:
+            SceneError: If ``temperature <= reference - C2``, or the factor is no number.
+        """
+        above = self.temperature - self.reference
+        if not self.C2 + above > 0:
+            raise SceneError(
+                f"WLF shift: temperature is {show(self.temperature)}; it must be above reference - "
+                f"C2 = {show(self.reference - self.C2)}, where the times are infinite"
+            )
+        if abs(self.C1 * above / (self.C2 + above)) > 100:
+            raise SceneError(
+                f"WLF shift: temperature is {show(self.temperature)}, where the times are shifted "
+                "by more than 100 decades; it must be nearer to reference, "
+                f"{show(self.reference)}"
+            )
+
+    @property
+    def factor(self) -> float:
+        """Factor on the times."""
+        above = self.temperature - self.reference
+        return float(10 ** (-self.C1 * above / (self.C2 + above)))
+
+
+def _terms(value: Any) -> tuple[tuple[float, float], ...]:
+    try:
+        found = tuple((number(g), number(tau)) for g, tau in plain(value))
+    except (TypeError, ValueError):
+        raise ValueError("it must be pairs (share, time [s])") from None
+    if not found:
+        raise ValueError("it must have at least one pair (share, time [s])")
+    for k, (g, tau) in enumerate(found):
+        if not 0 < g < math.inf:
+            raise ValueError(f"share {k} is {show(g)}; each share must be positive and finite")
+        if not 0 < tau < math.inf:
+            raise ValueError(f"time {k} is {show(tau)}; each time must be positive and finite")
+    return found
+
+
+def _shift(value: Any) -> Any:
+    if isinstance(value, WLF):
+        return value
+    try:
+        factor = number(value)
+    except (TypeError, ValueError):
+        factor = math.nan
+    if not 0 < factor < math.inf:
+        raise ValueError("it must be a positive factor on the times, or a WLF")
+    return factor
+
+
+@described("Prony series")
+class Prony:
+    """Relaxation of all moduli of a section or of a ply by generalised Maxwell branches.
+
+    After a strain at once each modulus falls as ``1 - sum g (1 - exp(-t/tau))`` of the
+    instantaneous one, or as ``1 + sum g exp(-t/tau)`` of the long-term one.
+
+    Args:
+        terms: Pairs ``(g, tau)``: share of the given moduli [-], and relaxation time [s].
+        moduli: Whether the moduli of the section are ``"instantaneous"`` or ``"long-term"``.
+        shift: Factor on all times, or a ``WLF`` that gives it.
+        relaxed: Whether the branches are relaxed at the start: a motion begins without stress in
+            them, and statics has the long-term stiffness. If not, the start counts as strained at
+            once, and statics has the instantaneous stiffness.
+    """
+
+    terms: Annotated[Any, BeforeValidator(_terms)]
+    moduli: Literal["instantaneous", "long-term"] = "instantaneous"
+    shift: Annotated[Any, BeforeValidator(_shift)] = 1.0
+    relaxed: bool = True
+
+    def __post_init__(self) -> None:
+        """Check that a stiffness is left in the long term.
+
+        Raises:
+            SceneError: If the shares of instantaneous moduli add up to one or more.
+        """
+        total = sum(g for g, _ in self.terms)
+        if self.moduli == "instantaneous" and not total < 1:
+            raise SceneError(
+                f"Prony series: the shares of terms add up to {show(total)}, so the long-term "
+                "modulus would not be positive; they must add up to less than 1, or moduli must be "
+                "'long-term'"
+            )
+
+    @property
+    def long_term(self) -> float:
+        """Long-term modulus over the given one."""
+        return 1 - sum(g for g, _ in self.terms) if self.moduli == "instantaneous" else 1.0
+
+    @property
+    def branches(self) -> dict[tuple[float, bool], float]:
+        """Stiffness of the branches over the long-term one, by shifted time and `relaxed`."""
+        found: dict[tuple[float, bool], float] = {}
+        shift = self.shift.factor if isinstance(self.shift, WLF) else self.shift
+        for g, tau in self.terms:
+            key = shift * tau, self.relaxed
+            found[key] = found.get(key, 0.0) + g / self.long_term
+        return found
+
+    @property
+    def at_rest(self) -> float:
+        """Modulus of statics over the given one."""
+        rest = 0.0 if self.relaxed else sum(self.branches.values())
+        return self.long_term * (1 + rest)

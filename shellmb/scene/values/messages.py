@@ -1,13 +1,13 @@
 """Pydantic's errors as one plain sentence: who, which parameter, its value, what would be right."""
 
-from __future__ import annotations
-
+from collections.abc import Iterable
 from dataclasses import fields
 from typing import Any, get_args
 
 import numpy as np
 from pydantic import ValidationError
 
+from shellmb.errors import SceneError
 from shellmb.scene.values.renamed import name_of_today
 
 
@@ -23,10 +23,63 @@ def show(value: Any) -> str:
     return text if len(text) <= 60 else text[:57] + "..."
 
 
+def listed(names: Iterable[str]) -> str:
+    """Names for a message."""
+    return ", ".join(f"'{n}'" for n in names)
+
+
+def kind_of(body: Any) -> str:
+    """Name that messages use for this kind of body."""
+    return str(body.label)
+
+
+def said(item: Any) -> str:
+    """Name that messages use for a part of a scene."""
+    return f"{item.label} '{item.name}'" if hasattr(item, "name") else str(item.label)
+
+
 def in_words(error: BaseException) -> str:
     """Text of an error in a user's function, with its type where the text alone says little."""
     text = str(error)
     return text if isinstance(error, TypeError | ValueError) else f"{type(error).__name__}: {text}"
+
+
+def error_of(part: Any, text: str) -> SceneError:
+    """Error about a part of a scene, which it names first.
+
+    Args:
+        part: The part.
+        text: Says what is wrong, and what would be right.
+    """
+    return SceneError(f"{said(part)}: {text}")
+
+
+def refused(part: Any, name: str, right: str) -> SceneError:
+    """Error about one parameter of a part of a scene, with its value.
+
+    Args:
+        part: The part.
+        name: Name of the parameter.
+        right: Says what would be right.
+    """
+    return error_of(part, f"{name} is {show(getattr(part, name))}; {right}")
+
+
+def check_differ(part: Any, first: str, second: str, right: str = "they must differ") -> None:
+    """Refuse two equal parameters of a part of a scene.
+
+    Args:
+        part: The part.
+        first: Name of one parameter.
+        second: Name of the other.
+        right: Says what would be right.
+
+    Raises:
+        SceneError: If they are equal.
+    """
+    if getattr(part, first) == getattr(part, second):
+        both = f"{first} and {second} are both {show(getattr(part, first))}"
+        raise error_of(part, f"{both}; {right}")
 
 
 UNKNOWN = "unexpected_keyword_argument"

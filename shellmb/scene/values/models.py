@@ -1,16 +1,13 @@
 """Models of a body: exact, in few modes about a moving frame, or rigid."""
 
-from __future__ import annotations
-
 from typing import Annotated, Literal
 
 from pydantic import BeforeValidator
 
 from shellmb.errors import SceneError
+from shellmb.scene.types import PositiveInt
 from shellmb.scene.values.renamed import choice_of_today
-from shellmb.scene.values.validate import PositiveInt, described
-
-__all__ = ["BodyModel", "Deforming", "Modal", "model_of"]
+from shellmb.scene.values.validate import described
 
 WORDS = ("exact", "floating-frame", "rigid")
 

@@ -1,16 +1,13 @@
 """Strains that a body has without stress: heat, swelling, shrinkage, prestress."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Annotated, Any
 
 from pydantic import BeforeValidator
 
-from shellmb.scene.values.positions import OfPosition
-from shellmb.scene.values.validate import Finite, Vec3, described, vector
-
-__all__ = ["BeamNaturalStrain", "NaturalStrain"]
+from shellmb.scene.types import Finite, Vec3, vector
+from shellmb.scene.values.user_functions import OfPosition
+from shellmb.scene.values.validate import described
 
 
 def _given(value: Any) -> Any:

@@ -3,14 +3,10 @@
 `docs/reference/vocabulary.md` lists them, and the rules that the names of today follow.
 """
 
-from __future__ import annotations
-
 from collections.abc import Collection, Mapping
 from typing import Any
 
 from shellmb.errors import warn
-
-__all__ = ["CHOICES", "RENAMED", "STORED", "choice_of_today", "name_of_today", "still_read"]
 
 # former name -> the names that it may have today; a class has one of them at most
 RENAMED: dict[str, tuple[str, ...]] = {

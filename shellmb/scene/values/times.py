@@ -4,17 +4,14 @@ These know their ``corners``, the times [s] at which they or their rates jump. A
 user's may have such an attribute, too.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 
 import numpy as np
 
 from shellmb.errors import SceneError
-from shellmb.scene.values.validate import Finite, Listed, Positive, described
-
-__all__ = ["Ramp", "Sine", "Step", "Table", "TimeFunction"]
+from shellmb.scene.types import Finite, Listed, Positive
+from shellmb.scene.values.validate import described
 
 type TimeFunction = Callable[[float], float]
 

@@ -1,19 +1,54 @@
-"""Functions of the user's that a scene holds, and their values where they are tried."""
+"""Functions of the user's: their values at positions and times, copies, and trials of them."""
 
-from __future__ import annotations
-
+import copy
 import inspect
+import types
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, fields, is_dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from shellmb.scene.values.copies import on_trial
+from shellmb.errors import SceneError
+from shellmb.scene.values.messages import in_words, show
 
-__all__ = ["GivenFunction", "given_functions"]
+MUTABLE = (list, dict, set, bytearray, np.ndarray)
+
+
+def with_own_defaults(function: types.FunctionType) -> types.FunctionType:
+    """A function with copies of its defaults; itself if none of them may be changed in place."""
+    defaults, named = function.__defaults__, function.__kwdefaults__
+    held = [*(defaults or ()), *(named or {}).values()]
+    if not any(isinstance(v, MUTABLE) for v in held):
+        return function
+    made = types.FunctionType(
+        function.__code__,
+        function.__globals__,
+        function.__name__,
+        copy.deepcopy(defaults),
+        function.__closure__,
+    )
+    made.__kwdefaults__ = copy.deepcopy(named)
+    vars(made).update(vars(function))
+    made.__qualname__, made.__module__ = function.__qualname__, function.__module__
+    return made
+
+
+def on_trial(function: Any) -> Any:
+    """A copy of a function or object, which may be called without a trace; itself if it has none.
+
+    Args:
+        function: Any callable.
+    """
+    if isinstance(function, types.FunctionType):
+        return with_own_defaults(function)
+    try:
+        return copy.deepcopy(function)
+    except Exception:
+        return function
+
 
 # functions that are called with more than numbers, or do more than to give some
 OTHERS = {"results", "build", "energy", "strains", "terms"}
@@ -97,3 +132,137 @@ def _arguments(function: Any) -> int:
     plain = [p for p in parameters if p.kind in (p.POSITIONAL_ONLY, p.POSITIONAL_OR_KEYWORD)]
     needed = [p for p in plain if p.default is p.empty] or plain[:1]
     return len(needed) if len(needed) <= 3 else 0
+
+
+OfPosition = Callable[[Any], Any]
+Several = list | tuple
+# what could be made a float, and is not meant as one, by NumPy's kinds
+NO_NUMBERS = {"b": "truth values", "c": "complex numbers"}
+
+
+def values_at(
+    function: OfPosition, x: NDArray[np.float64], size: int, who: str
+) -> NDArray[np.float64]:
+    """Checked values at points.
+
+    Args:
+        function: The function.
+        x: Positions, shape (3, n).
+        size: Number of components; 1: a scalar.
+        who: What messages call it.
+
+    Returns:
+        Shape (size, n), of a scalar (n,).
+
+    Raises:
+        SceneError: If it fails, or gives another shape, a number that is not finite, or other
+            numbers when it is called again.
+    """
+    try:
+        given = function(x)
+        # components may be of several kinds, of which an array would make one
+        parts = [given, *given] if isinstance(given, Several) else [given]
+        kinds = {np.asarray(part).dtype.kind for part in parts} & NO_NUMBERS.keys()
+        value = np.zeros(0) if kinds else np.array(given, dtype=float)
+        # each rank, and each quantity that needs it, asks for itself
+        again = value if kinds else np.asarray(function(x), dtype=float)
+    except (Exception, SystemExit) as error:
+        raise SceneError(
+            f"{who} fails ({in_words(error)}); it must be written for an array of positions"
+        ) from error
+    if kinds:
+        said = " and ".join(NO_NUMBERS[kind] for kind in sorted(kinds))
+        raise SceneError(f"{who} gives {said}; it must give real numbers")
+    wanted = x.shape[1:] if size == 1 else (size, *x.shape[1:])
+    if value.shape != wanted:
+        raise SceneError(
+            f"{who} gives an array of shape {value.shape} for positions of shape {x.shape}; "
+            f"it must give {'the same shape' if wanted == x.shape else wanted}"
+        )
+    if not np.isfinite(value).all():
+        raise SceneError(f"{who} gives a number that is not finite")
+    if not np.array_equal(value, again):
+        raise SceneError(
+            f"{who} gives other values when it is called again; it must depend on positions only: "
+            "make random numbers once, outside of it and with a seed"
+        )
+    return value
+
+
+def check_sign(
+    value: NDArray[np.float64], x: NDArray[np.float64], who: str, strictly: bool
+) -> None:
+    """Refuse values of a scalar function that are negative.
+
+    Args:
+        value: The values, shape (n,).
+        x: Positions, shape (3, n).
+        who: What messages call them.
+        strictly: Whether zero is refused, too.
+
+    Raises:
+        SceneError: Says where one is.
+    """
+    if (value <= 0).any() if strictly else (value < 0).any():
+        worst = int(np.argmin(value))
+        place = tuple(float(f"{c:.4g}") for c in x[:, worst])
+        raise SceneError(
+            f"{who} is {value[worst]:.4g} at {place}; it must be "
+            f"{'greater than' if strictly else 'at least'} 0 everywhere"
+        )
+
+
+def finite_in_time(function: Any, t_end: float, who: str, size: int) -> None:
+    """Try a function of time at the beginning, the middle and the end; anything else passes.
+
+    Raises:
+        SceneError: If it fails, or gives something else than ``size`` finite numbers.
+    """
+    if not callable(function):
+        return
+    # a scene is checked again with each option: its functions begin their memory in the run
+    function = on_trial(function)
+    for t in (0.0, t_end / 2, t_end):
+        given_at(function, t, who, size)
+
+
+def given_at(function: Any, t: float, who: str, size: int) -> Any:
+    """Value of a function of time.
+
+    Raises:
+        SceneError: If it fails, or gives something else than ``size`` finite numbers.
+    """
+    try:
+        given = function(t)
+    except (Exception, SystemExit) as error:
+        raise SceneError(
+            f"{who} fails at t = {t:g} ({in_words(error)}); it must give {_wanted(size)}"
+        ) from error
+    return numbers_at(given, t, who, size)
+
+
+def numbers_at(given: Any, t: float, who: str, size: int = 1) -> Any:
+    """Numbers that a function of time gave, checked.
+
+    Args:
+        given: It.
+        t: The time [s].
+        who: What messages call the function.
+        size: How many numbers it must be.
+
+    Raises:
+        SceneError: If it is something else than ``size`` finite numbers.
+    """
+    try:
+        value = np.asarray(given)
+    except (TypeError, ValueError):
+        value = np.asarray("")
+    # texts, complex numbers and truth values are no numbers, nor is an array that has one
+    shape = () if size == 1 else (size,)
+    if not (value.dtype.kind in "iuf" and value.shape == shape and np.isfinite(value).all()):
+        raise SceneError(f"{who} gives {show(given)} at t = {t:g}; it must give {_wanted(size)}")
+    return value
+
+
+def _wanted(size: int) -> str:
+    return "a finite number" if size == 1 else f"{size} finite numbers"

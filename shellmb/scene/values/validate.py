@@ -1,250 +1,25 @@
-"""Checked frozen dataclasses, and the types of their fields."""
-
-from __future__ import annotations
+"""Checked frozen dataclasses."""
 
 import functools
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import field, fields
-from typing import TYPE_CHECKING, Annotated, Any, TypeVar, dataclass_transform
+from typing import Any, dataclass_transform
 
 import numpy as np
-from numpy.typing import NDArray
-from pydantic import (
-    AfterValidator,
-    BeforeValidator,
-    ConfigDict,
-    Field,
-    InstanceOf,
-    ValidationError,
-)
+from pydantic import ConfigDict, ValidationError
 from pydantic.dataclasses import dataclass as pydantic_dataclass
 
 from shellmb.errors import SceneError
-from shellmb.scene.values.messages import in_words, plain, sentence, show, with_name
+from shellmb.scene.values.messages import in_words as in_words
+from shellmb.scene.values.messages import plain, sentence, with_name
+from shellmb.scene.values.messages import show as show
 from shellmb.scene.values.renamed import still_read
-
-__all__ = [
-    "NONE",
-    "NOTHING",
-    "ORIGIN",
-    "Axis",
-    "Edge",
-    "Finite",
-    "Held",
-    "Listed",
-    "Matrix3",
-    "Name",
-    "NonNegative",
-    "OneWindowOrMore",
-    "Place",
-    "Positive",
-    "PositiveInt",
-    "Several",
-    "Spot",
-    "Untrue",
-    "Vec3",
-    "Vector",
-    "Windows",
-    "described",
-    "edge_names",
-    "extended",
-    "in_words",
-    "number",
-    "numbers",
-    "show",
-    "spot",
-    "unit_vector",
-    "vector",
-]
 
 
 def _tuples(value: Any) -> Any:
     """A plain value, with tuples for lists, also within lists and tuples."""
     value = plain(value)
     return tuple(_tuples(v) for v in value) if type(value) in (list, tuple) else value
-
-
-def number(value: Any) -> float:
-    """``value`` as a float; truth values and texts are no numbers.
-
-    Raises:
-        ValueError: If it is none.
-    """
-    if isinstance(value, bool | np.bool_ | str | bytes):
-        raise ValueError("it must be a number")
-    try:
-        return float(value)
-    except OverflowError:
-        raise ValueError("it must be a finite number") from None
-
-
-def _untrue(value: Any) -> Any:
-    """For choices among numbers: Python counts True as 1."""
-    if isinstance(value, bool):
-        raise ValueError("it must be a number")
-    return value
-
-
-def numbers(value: Any) -> np.ndarray:
-    """Numbers in rows and columns, each as :func:`number` takes it.
-
-    Raises:
-        ValueError: If something is no number, or rows differ in length.
-        TypeError: The same.
-    """
-    array = np.asarray(plain(value), dtype=object)
-    return np.array([number(v) for v in array.ravel()], dtype=float).reshape(array.shape)
-
-
-def vector(value: Any) -> tuple[float, float, float]:
-    """Three finite numbers.
-
-    Raises:
-        ValueError: If it is no such vector.
-    """
-    value = plain(value)
-    try:
-        if isinstance(value, str | bytes | dict | set | frozenset):
-            raise TypeError("it has no order of components")
-        x, y, z = (number(c) for c in value)
-    except (TypeError, ValueError):
-        raise ValueError("it must be a vector of three numbers") from None
-    if not all(math.isfinite(c) for c in (x, y, z)):
-        raise ValueError("every component must be finite")
-    return (x, y, z)
-
-
-def _place(value: Any) -> str | tuple[str, ...] | tuple[float, float, float]:
-    value = plain(value)
-    if isinstance(value, str) and value:
-        return value
-    if isinstance(value, Sequence) and value and all(isinstance(v, str) and v for v in value):
-        return _once(value)
-    try:
-        return vector(value)
-    except ValueError:
-        raise ValueError(
-            "it must be a name, a tuple of names, or finite coordinates (x, y, z)"
-        ) from None
-
-
-def _once(names: Sequence[str]) -> tuple[str, ...]:
-    """Names of edges; a load would act twice on one that is named twice."""
-    if len(set(names)) < len(names):
-        raise ValueError("it must name each edge once")
-    return tuple(names)
-
-
-def _edge(value: Any) -> str | tuple[str, ...]:
-    if isinstance(value, str) and value:
-        return value
-    if isinstance(value, Sequence) and value and all(isinstance(v, str) and v for v in value):
-        return _once(value)
-    raise ValueError("it must be the name of an edge or a tuple of such names")
-
-
-def spot(value: Any) -> str | tuple[float, float, float]:
-    """A name or coordinates.
-
-    Raises:
-        ValueError: If it is neither.
-    """
-    value = plain(value)
-    if isinstance(value, str) and value:
-        return value
-    try:
-        return vector(value)
-    except ValueError:
-        raise ValueError("it must be the name of a point or finite coordinates (x, y, z)") from None
-
-
-def _nonzero(value: tuple[float, float, float]) -> tuple[float, float, float]:
-    if not any(value):
-        raise ValueError("it must not be zero")
-    return value
-
-
-def _matrix(value: Any) -> tuple[tuple[float, float, float], ...]:
-    try:
-        rows = tuple(vector(row) for row in plain(value))
-    except (TypeError, ValueError):
-        rows = ()
-    if len(rows) != 3:
-        raise ValueError("it must be three rows of three finite numbers")
-    return rows
-
-
-def _windows(value: Any) -> tuple[tuple[float, float], ...] | None:
-    """Windows of time; a single pair is welcome."""
-    value = plain(value)
-    if value is None:
-        return None
-    try:
-        single = isinstance(value[0], int | float)
-        pairs = tuple((number(a), number(b)) for a, b in ([value] if single else value))
-    except (TypeError, ValueError, IndexError, KeyError):
-        raise ValueError("it must be a pair (start, end) of times, or several pairs") from None
-    last = -math.inf
-    for a, b in pairs:
-        if not (math.isfinite(a) and last < a < b):
-            raise ValueError("its times must increase from each start to its end to the next start")
-        last = b
-    return pairs
-
-
-Finite = Annotated[float, Field(allow_inf_nan=False)]
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
-# no run has more of anything that is counted, and larger ones are no numbers of C
-PositiveInt = Annotated[int, Field(gt=0, le=10**9)]
-Untrue = BeforeValidator(_untrue)
-Name = Annotated[str, Field(min_length=1)]
-Vec3 = Annotated[tuple[float, float, float], BeforeValidator(vector)]
-Axis = Annotated[Vec3, AfterValidator(_nonzero)]
-Matrix3 = Annotated[tuple[Vec3, Vec3, Vec3], BeforeValidator(_matrix)]
-Spot = Annotated[str | tuple[float, float, float], BeforeValidator(spot)]
-Windows = Annotated[tuple[tuple[float, float], ...], BeforeValidator(_windows)]
-Edge = Annotated[str | tuple[str, ...], BeforeValidator(_edge)]
-Place = Annotated[str | tuple[str, ...] | tuple[float, float, float], BeforeValidator(_place)]
-
-# type checkers take a field whose type is a descriptor as it is set when an object is made, and as
-# it is read afterwards (mypy: of the class itself, not of one that is derived from it)
-if TYPE_CHECKING:
-
-    class Held[R, G]:
-        """A field that is read as ``R`` and given as ``G``."""
-
-        def __get__(self, made: Any, kind: Any, /) -> R: ...
-
-        def __set__(self, made: Any, value: G, /) -> None: ...
-
-    type Several[T] = Held[tuple[T, ...], T | Sequence[T]]
-    type Listed[T] = Held[tuple[T, ...], Sequence[T] | NDArray[Any]]
-    type Vector = Held[tuple[float, float, float], Sequence[float] | NDArray[Any]]
-    type OneWindowOrMore = Held[
-        tuple[tuple[float, float], ...] | None,
-        tuple[float, float] | Sequence[tuple[float, float]] | None,
-    ]
-else:
-    _T = TypeVar("_T")
-
-    class Held:
-        """A field is checked as it is read."""
-
-        def __class_getitem__(cls, kinds: tuple[Any, Any]) -> Any:
-            return kinds[0]
-
-    Listed = tuple[_T, ...]
-    OneWindowOrMore, Vector = Windows | None, Vec3
-    Several = Annotated[
-        tuple[InstanceOf[_T], ...],
-        BeforeValidator(lambda given: given if isinstance(given, tuple) else (given,)),
-    ]
-# defaults of such fields: no objects, nothing at all, and zero
-NONE: Any = ()
-NOTHING: Any = None
-ORIGIN: Any = (0.0, 0.0, 0.0)
 
 
 def edge_names(edge: str | tuple[str, ...]) -> tuple[str, ...]:
@@ -267,6 +42,18 @@ def unit_vector(v: Sequence[float], what: str) -> np.ndarray:
     if not norm > 0:
         raise SceneError(f"{what} is {show(v)}; it must have a length greater than 0")
     return a / norm
+
+
+def frame(
+    what: str, first: str, a: Sequence[float], second: str, b: Sequence[float]
+) -> tuple[Any, Any, Any]:
+    """Orthonormal axes from two vectors that have to be perpendicular."""
+    e1, e2 = unit_vector(a, f"{what}: {first}"), unit_vector(b, f"{what}: {second}")
+    if abs(e1 @ e2) > 1e-9:
+        raise SceneError(
+            f"{what}: {first} {show(a)} and {second} {show(b)} are not perpendicular; they must be"
+        )
+    return e1, e2, np.cross(e1, e2)
 
 
 def _plainly(made: Any, name: str, value: Any) -> Any:

@@ -11,7 +11,7 @@ from shellmb.forms.constraints.velocity_jump import VelocityJump
 from shellmb.forms.steps.mixed import Interval
 from shellmb.forms.steps.path import Step
 from shellmb.model.body import Body, JumpForms, SubInterval, Term, added
-from shellmb.model.row_terms import together
+from shellmb.model.sections.strains import together
 
 
 def interval_forces(body: Body, span: Interval, dq: Expr) -> Form | None:

@@ -47,7 +47,7 @@ class Reading:
         for place, weight in zip(*places_of(simulation, given.name, probe), strict=True):
             body, nodes, arms = plain_spot(simulation, given.name, place, who)
             self._key = body, "v" if probe.quantity == "velocity" else "q"
-            u, w = nodes.dofs  # type: ignore[union-attr]
+            u, w = nodes.dofs
             count, part = simulation.model.comm.allreduce(nodes.count), int(probe.component)
             dofs.append(u[:, part])
             weights.append(np.full(len(u), weight / count))

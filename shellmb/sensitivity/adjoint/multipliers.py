@@ -96,9 +96,7 @@ class Multipliers:
             if fresh and self._purpose is Purpose.EXACT:
                 raise ConvergenceError(
                     "adjoint: the transposed system of a step has no solution to eight digits; its "
-                    "stiffness is nearly singular there",
-                    None,
-                    {},
+                    "stiffness is nearly singular there"
                 )
             self._purpose = Purpose.EXACT if fresh else self._purpose
             self._factorise()
@@ -245,4 +243,4 @@ def _ends(errors: list[float], tolerance: float) -> bool:
 def _check(failed: str | None) -> None:
     """Raise an error if a linear solution failed."""
     if failed is not None:
-        raise ConvergenceError(f"adjoint: {failed}", None, {})
+        raise ConvergenceError(f"adjoint: {failed}")

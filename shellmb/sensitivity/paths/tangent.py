@@ -189,9 +189,7 @@ class PathTangents(Tangents):
         if not now <= USELESS:
             raise ConvergenceError(
                 f"sensitivities: the derivatives by '{name}' do not converge at the load factor "
-                f"{ahead.factor:g} (last relative change {now:.1e}); use smaller steps",
-                None,
-                {},
+                f"{ahead.factor:g} (last relative change {now:.1e}); use smaller steps"
             )
         if path.bifurcation is not None:
             shift = self._shift(pair, path, d, delta)

@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 # an animation takes about this long [s]
 DURATION = 5.0
 WIDTH = 640
+# states that are drawn in any case, and at all
+FEWEST, MOST = 6, 100
 # light enough in all channels to be meant white
 NEARLY_WHITE = 245
 # a state takes so long at least [s]
@@ -35,8 +37,6 @@ def animate(
     described: Described,
     file: Path,
     budget: float | None = None,
-    fewest: int = 2,
-    most: int = 100,
     field: str | None = None,
     component: str | int | None = None,
     appearance: Appearance | None = None,
@@ -48,8 +48,6 @@ def animate(
         described: The scene.
         file: The GIF or MP4 file.
         budget: Time [s]; None: as long as it takes.
-        fewest: States that are drawn in any case.
-        most: States that are drawn at most.
         field: What the colours show, as of `colouring`.
         component: Its component.
         appearance: How it looks.
@@ -59,11 +57,11 @@ def animate(
     """
     begin = clock.perf_counter()
     times = fields.times
-    at_most = most if budget is None else min(most, fewest + int(max(budget, 0.0) / LEAST))
+    at_most = MOST if budget is None else min(MOST, FEWEST + int(max(budget, 0.0) / LEAST))
     some = times[_evenly(len(times), min(len(times), at_most))]
     what = showing(fields, described, some.tolist(), field, component, appearance=appearance)
     left = None if budget is None else budget - (clock.perf_counter() - begin)
-    order = _Order(len(what.states), left, fewest)
+    order = _Order(len(what.states), left)
     drawn = list(images(what, WIDTH, (what.states[k] for k in order), finer=1))
     pictures = dict(zip(order.requested, drawn, strict=True))
     write([pictures[k] for k in order.kept], file)
@@ -76,21 +74,20 @@ class _Order:
     Args:
         count: How many there are.
         budget: Time [s]; None: all are drawn.
-        fewest: How many are drawn in any case.
 
     Attributes:
         requested: Numbers of those that were drawn, in the order in which they were.
         kept: Numbers of those that are shown.
     """
 
-    def __init__(self, count: int, budget: float | None, fewest: int) -> None:
-        self._budget, self._fewest = budget, fewest
+    def __init__(self, count: int, budget: float | None) -> None:
+        self._budget = budget
         self.requested: list[int] = []
         self.kept: list[int] = list(range(count))
 
     def __iter__(self) -> Iterator[int]:
-        if self._budget is not None and len(self.kept) > self._fewest:
-            few = _evenly(len(self.kept), self._fewest)
+        if self._budget is not None and len(self.kept) > FEWEST:
+            few = _evenly(len(self.kept), FEWEST)
             begin = clock.perf_counter()
             yield self._ask(0)
             first = clock.perf_counter()
@@ -98,7 +95,7 @@ class _Order:
             last = clock.perf_counter()
             each = STORED * (last - first)
             more = int((self._budget - (last - begin)) / each) if each else len(self.kept)
-            self.kept = _evenly(len(self.kept), min(max(self._fewest, more), len(self.kept)))
+            self.kept = _evenly(len(self.kept), min(max(FEWEST, more), len(self.kept)))
         for k in self.kept:
             if k not in self.requested:
                 yield self._ask(k)

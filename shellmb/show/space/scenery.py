@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -93,7 +93,7 @@ class Showing:
 def showing(
     fields: Fields,
     described: Described,
-    times: Iterable[float],
+    times: Iterable[float | None] = (None,),
     field: str | None = None,
     component: str | int | None = None,
     factor: float | None = None,
@@ -104,7 +104,7 @@ def showing(
     Args:
         fields: The fields.
         described: The scene.
-        times: Times; of each the nearest state.
+        times: Times; of each the nearest state; None: the last one.
         field: What the colours show, see `colouring`.
         component: Its component.
         factor: By which displacements are shown larger; None: as they are, small ones larger.
@@ -113,7 +113,7 @@ def showing(
     Raises:
         SceneError: If there are no states, or no such field.
     """
-    wanted = list(dict.fromkeys(fields.nearest(t) for t in times)) or [fields.nearest(None)]
+    wanted = list(dict.fromkeys(fields.nearest(t) for t in times))
     shapes = {name: shape_of(fields, name) for name in fields}
     states = [{name: read_state(fields.file(name, t), t) for name in fields} for t in wanted]
     shown = colouring(fields, described, field, component)
@@ -387,29 +387,37 @@ def images(
             yield Image.fromarray(drawn).reduce(finer)
 
 
-def still(
-    fields: Fields,
-    described: Described,
-    t: float | None = None,
-    field: str | None = None,
-    component: str | int | None = None,
-    appearance: Appearance | None = None,
-) -> Image:
-    """The deformed shape as an image; arguments as of `showing`."""
-    at = [fields.nearest(t)]
-    what = showing(fields, described, at, field, component, appearance=appearance)
+def side_by_side(parts: Sequence[Image], columns: int) -> Image:
+    """Images beside and below one another.
+
+    Args:
+        parts: They.
+        columns: Number of them beside one another.
+    """
+    from PIL import Image
+
+    width, height = max(p.width for p in parts), max(p.height for p in parts)
+    rows = -(-len(parts) // columns)
+    whole = Image.new("RGB", (width * columns, height * rows), "white")
+    for k, part in enumerate(parts):
+        whole.paste(part, (width * (k % columns), height * (k // columns)))
+    return whole
+
+
+def still(what: Showing) -> Image:
+    """The first state as an image.
+
+    Args:
+        what: What is shown.
+    """
     return next(iter(images(what)))
 
 
-def show(
-    fields: Fields,
-    described: Described,
-    t: float | None = None,
-    field: str | None = None,
-    component: str | int | None = None,
-    appearance: Appearance | None = None,
-) -> None:
-    """The deformed shape in a window that can be turned; arguments as of `showing`.
+def show(what: Showing) -> None:
+    """The first state in a window that can be turned.
+
+    Args:
+        what: What is shown.
 
     Raises:
         RunError: If there is no display.
@@ -421,8 +429,6 @@ def show(
         )
     import pyvista as pv
 
-    at = [fields.nearest(t)]
-    what = showing(fields, described, at, field, component, appearance=appearance)
-    plotter = pv.Plotter(title=described.name)
+    plotter = pv.Plotter(title=what.described.name)
     Stage(what, plotter).set(what.states[0])
     plotter.show()

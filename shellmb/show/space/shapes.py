@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
-from vtkmodules.util.numpy_support import vtk_to_numpy
 
 from shellmb.arrays import Floats, Ints
 from shellmb.errors import SceneError
-from shellmb.files.grids import read_grid
-from shellmb.observers.files.grid import lattice
+from shellmb.files.grids import components, numbers, read_grid
 from shellmb.show.fields import NAMES, REFERENCE, Fields
 
 VERTEX, LINE = 1, 3
@@ -80,20 +76,19 @@ def shape_of(fields: Fields, name: str) -> Shape:
     point_data = grid.GetPointData()
     if point_data.GetArray(REFERENCE) is None:
         raise SceneError(f"{first_file} is damaged (it has no {REFERENCE})")
-    reference = _numbers(point_data.GetArray(REFERENCE))
-    types = [grid.GetCellType(k) for k in range(grid.GetNumberOfCells())]
-    cells = grid.GetCells()
-    offsets = _numbers(cells.GetOffsetsArray()).astype(np.int64)
-    nodes = _numbers(cells.GetConnectivityArray()).astype(np.int64)
-    own = [nodes[a:b] for a, b in itertools.pairwise(offsets)]
-    dots = np.array([c[0] for c, t in zip(own, types, strict=True) if t == VERTEX], dtype=np.int64)
-    first = next((k for k, t in enumerate(types) if t != VERTEX), None)
+    reference = numbers(point_data.GetArray(REFERENCE))
+    types, cells = numbers(grid.GetCellTypes()), grid.GetCells()
+    starts = numbers(cells.GetOffsetsArray())[:-1].astype(np.int64)
+    nodes = numbers(cells.GetConnectivityArray()).astype(np.int64)
+    dots = nodes[starts[types == VERTEX]]
+    first = next(iter(np.flatnonzero(types != VERTEX)), None)
     nothing = np.zeros((0, 3), dtype=np.int64)
     faces, outlines, lines = nothing, nothing, nothing[:, :2]
     table, places = nothing[:, :1], np.zeros((0, 1))
     if first is not None:
         cell = grid.GetCell(int(first))
-        table = np.array([c for c, t in zip(own, types, strict=True) if t == types[first]])
+        alike = starts[types == types[first]]
+        table = nodes[alike[:, None] + np.arange(cell.GetNumberOfPoints())]
         points = np.array(cell.GetParametricCoords()).reshape(-1, 3)
         places = points[:, : cell.GetCellDimension()]
         if cell.GetCellDimension() == 1:
@@ -108,17 +103,37 @@ def shape_of(fields: Fields, name: str) -> Shape:
             pieces, around = lattice(places)
             faces = table[:, pieces].reshape(-1, pieces.shape[1])
             outlines = table[:, around]
-    strings = point_data.GetAbstractArray(NAMES)
-    labels = (
-        tuple(strings.GetValue(k) for k in range(strings.GetNumberOfValues()))
-        if strings is not None
-        else ()
-    )
+    texts = point_data.GetAbstractArray(NAMES)
+    count = 0 if texts is None else texts.GetNumberOfValues()
+    labels = tuple(texts.GetValue(k) for k in range(count))
     data = grid.GetCellData()
     # of beams the diameter, of shells the thickness
     sizes = [a for a in map(data.GetArray, ("size", "thickness")) if a is not None]
-    thickness = float(_numbers(sizes[0]).max()) if sizes else 0.0
+    thickness = float(numbers(sizes[0]).max()) if sizes else 0.0
     return Shape(name, reference, faces, outlines, lines, dots, labels, table, places, thickness)
+
+
+def lattice(points: Floats) -> tuple[Ints, Ints]:
+    """Flat pieces of a Lagrange cell and the nodes around it, by the positions of its nodes.
+
+    Args:
+        points: Reference positions of the nodes, shape (n, 2).
+
+    Returns:
+        Pieces, shape (p, 3 or 4), and the closed way around, shape (k,).
+    """
+    i, j = (np.unique(np.round(x, 6), return_inverse=True)[1] for x in points.T)
+    k = int(i.max())
+    node = np.full((k + 1, k + 1), -1)
+    node[i, j] = np.arange(len(points))
+    pieces = np.stack([node[:-1, :-1], node[1:, :-1], node[1:, 1:], node[:-1, 1:]], axis=-1)
+    pieces, side = pieces.reshape(-1, 4), np.arange(k)
+    sides = [node[side, 0], node[k, side], node[k - side, k], node[0, k - side]]
+    if node[k, k] < 0:
+        pieces = np.concatenate([pieces[:, [0, 1, 3]], pieces[:, [1, 2, 3]]])
+        pieces = pieces[(pieces >= 0).all(axis=1)]
+        sides = [node[side, 0], node[k - side, side], node[0, k - side]]
+    return pieces, np.array([*np.concatenate(sides), node[0, 0]])
 
 
 def outside(cells: Ints, sides: Sequence[Sequence[int]]) -> Ints:
@@ -161,17 +176,12 @@ def read_state(file: Path, t: float) -> State:
     """
     grid = read_grid(file)
     data = grid.GetPointData()
-    arrays: dict[str, Floats] = {}
-    components: dict[str, tuple[str, ...]] = {}
-    for k in range(data.GetNumberOfArrays()):
-        array: Any = data.GetArray(k)
-        if array is not None and array.GetName() != REFERENCE:
-            count = array.GetNumberOfComponents()
-            named = (array.GetComponentName(c) or str(c + 1) for c in range(count))
-            components[array.GetName()] = tuple(named) if count > 1 else ()
-            arrays[array.GetName()] = _numbers(array).copy()
-    position = _numbers(grid.GetPoints().GetData()).copy()
-    return State(t, position, arrays, components)
+    # texts are no such arrays
+    every: list[Any] = [data.GetArray(k) for k in range(data.GetNumberOfArrays())]
+    named = {a.GetName(): a for a in every if a is not None and a.GetName() != REFERENCE}
+    arrays = {name: numbers(array).copy() for name, array in named.items()}
+    parts = {name: components(array) for name, array in named.items()}
+    return State(t, numbers(grid.GetPoints().GetData()).copy(), arrays, parts)
 
 
 def deformation(reference: Floats, position: Floats) -> Floats:
@@ -190,7 +200,3 @@ def deformation(reference: Floats, position: Floats) -> Floats:
     found = np.linalg.norm(x - X @ (U @ turn @ Vt), axis=1)
     far = max(float(np.abs(places).max()) for places in (reference, position))
     return np.where(found > ROUND_OFF * far, found, 0.0)
-
-
-def _numbers(array: Any) -> npt.NDArray[Any]:
-    return np.asarray(vtk_to_numpy(array))  # type: ignore[no-untyped-call]

@@ -6,13 +6,9 @@ from dataclasses import dataclass
 from math import isqrt
 
 import numpy as np
-import numpy.typing as npt
 
-from shellmb.observers.files.grid import lattice
-from shellmb.show.space.shapes import Shape
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
+from shellmb.arrays import Floats, Ints
+from shellmb.show.space.shapes import Shape, lattice
 
 # pieces along the side of a cell, at most, and in all cells of a body
 FINEST, PIECES = 6, 40_000

@@ -155,6 +155,21 @@ def view_of(points: Floats, camera: tuple[float, float] | None = None) -> View:
     return View(low, high, int(thin[0]) if len(thin) == 1 else None)
 
 
+def size_and_motion(
+    shapes: Mapping[str, Shape], states: Sequence[Mapping[str, State]]
+) -> tuple[float, float]:
+    """Diagonal of the box around bodies in the reference, and their largest displacement.
+
+    Args:
+        shapes: Bodies.
+        states: Their states.
+    """
+    nodes = np.concatenate([shape.reference for shape in shapes.values()])
+    moved = ((state[n].position - s.reference) for state in states for n, s in shapes.items())
+    largest = max(float(np.linalg.norm(u, axis=1).max()) for u in moved)
+    return float(np.linalg.norm(np.ptp(nodes, axis=0))), largest
+
+
 def enlargement(shapes: Mapping[str, Shape], states: Sequence[Mapping[str, State]]) -> float:
     """Factor by which displacements are shown: 1; for small ones 1, 2 or 5 times a power of 10.
 
@@ -162,13 +177,7 @@ def enlargement(shapes: Mapping[str, Shape], states: Sequence[Mapping[str, State
         shapes: Bodies.
         states: Their states.
     """
-    nodes = np.concatenate([shape.reference for shape in shapes.values()])
-    size = float(np.linalg.norm(np.ptp(nodes, axis=0)))
-    largest = max(
-        float(np.linalg.norm(state[n].position - shape.reference, axis=1).max())
-        for state in states
-        for n, shape in shapes.items()
-    )
+    size, largest = size_and_motion(shapes, states)
     if largest <= 0 or largest > SMALL * size:
         return 1.0
     wanted = SHOWN * size / largest

@@ -9,7 +9,7 @@ import zipfile
 from typing import Any
 
 from shellmb.show.space.display import canvas
-from shellmb.show.space.scenery import Showing, Stage, showing
+from shellmb.show.space.scenery import Showing, Stage
 
 
 def page(what: Showing) -> str:
@@ -74,9 +74,9 @@ class Cell:
         return "<view of a shape>"
 
 
-def in_cell(*shown: Any) -> Cell:
-    """A view for a cell of a notebook; arguments as of `showing`."""
-    return Cell(framed(showing(*shown), "width: 100%; height: 28rem; border: 1px solid #ddd"))
+def in_cell(what: Showing) -> Cell:
+    """The first state for a cell of a notebook."""
+    return Cell(framed(what, "width: 100%; height: 28rem; border: 1px solid #ddd"))
 
 
 def _serialised(window: Any, renderer: Any) -> dict[str, Any]:

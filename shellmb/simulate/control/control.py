@@ -2,24 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import astuple
-from typing import Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
 from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.model.signals import Signals, Way
+from shellmb.restart import Restartable
 from shellmb.scene import Scene
-from shellmb.simulate.control.readings import Readings, Running
+from shellmb.simulate.control.readings import Readings
 from shellmb.simulate.control.sampling import Sampler
 from shellmb.simulate.control.watching import Watch, comes_soon, first_crossing, turning_point
 from shellmb.simulate.stepping import Attempt
 from shellmb.simulate.stepsize.control import LEAST
 
+if TYPE_CHECKING:
+    from shellmb.simulate.simulation import Simulation
 
-class Control:
+
+class Control(Restartable):
     """Controllers and events of a scene.
 
     Args:
@@ -33,6 +37,17 @@ class Control:
         crossed: Events that happen at the end of the step that was located last, by their positions
             among the watches.
     """
+
+    remembered: ClassVar[tuple[str, ...]] = (
+        "samplers",
+        "watches",
+        "_read",
+        "_before",
+        "_dt",
+        "_begun",
+        "_changed",
+        "ended",
+    )
 
     def __init__(self, scene: Scene, signals: Signals) -> None:
         self._signals = signals
@@ -54,16 +69,17 @@ class Control:
         Args:
             controlled: States of samplers by their controllers.
         """
-        for sampler in self.samplers:
-            if sampler.law.name in controlled:
-                self._take_up(sampler, controlled[sampler.law.name])
+        known = [sampler for sampler in self.samplers if sampler.law.name in controlled]
+        for sampler in known:
+            sampler.restore(controlled[sampler.law.name])
+        self._hold_outputs(known)
 
-    def _take_up(self, sampler: Sampler, saved: Mapping[str, Any]) -> None:
-        sampler.restore(saved)
-        for name, value in sampler.outputs.items():
-            self._signals.commands[sampler.law.name, name] = value
+    def _hold_outputs(self, samplers: Iterable[Sampler]) -> None:
+        for sampler in samplers:
+            for name, value in sampler.outputs.items():
+                self._signals.commands[sampler.law.name, name] = value
 
-    def attach(self, simulation: Running, observers: Sequence[Any]) -> None:
+    def attach(self, simulation: Simulation, observers: Sequence[Any]) -> None:
         """Read the columns of some observers from now on; they have begun.
 
         Args:
@@ -76,7 +92,7 @@ class Control:
         if self._active and self._readings is None:
             self._readings = Readings(simulation, observers, self._sensors)
 
-    def begin(self, simulation: Running, observers: Sequence[Any]) -> None:
+    def begin(self, simulation: Simulation, observers: Sequence[Any]) -> None:
         """Switch what events have changed, and ask controllers, before a step; collective.
 
         Args:
@@ -127,7 +143,7 @@ class Control:
         """Time of the next sample, s."""
         return min((s.next for s in self.samplers), default=np.inf)
 
-    def locate(self, simulation: Running, attempt: Attempt, lands: bool) -> Attempt:
+    def locate(self, simulation: Simulation, attempt: Attempt, lands: bool) -> Attempt:
         """Look behind a step that is solved, and repeat it where an event is within; collective.
 
         Also where one is so near behind it that the next step would be too short: it is halved; and
@@ -232,17 +248,11 @@ class Control:
         """State for a restart; None if nothing is controlled or watched."""
         if not self._active:
             return None
-        return {
-            "controllers": [sampler.state() for sampler in self.samplers],
-            "events": [watch.state() for watch in self.watches],
-            "read": None if self._readings is None else self._now(),
-            "before": self._before,
-            "dt": self._dt,
+        if self._readings is not None:
+            self._now()
+        return super().state() | {
             "accelerated": [list(key) for key in self._signals.ways],
             "ways": [list(astuple(way)) for way in self._signals.ways.values()],
-            "begun": self._begun,
-            "changed": self._changed,
-            "ended": self.ended,
         }
 
     def restore(self, state: Mapping[str, Any] | None) -> None:
@@ -253,13 +263,8 @@ class Control:
         """
         if state is None:
             return
-        for sampler, saved in zip(self.samplers, state["controllers"], strict=True):
-            self._take_up(sampler, saved)
+        super().restore(state)
+        self._hold_outputs(self.samplers)
         for key, way in zip(self._signals.ways, state["ways"], strict=True):
             self._signals.ways[key] = Way(*way)
-        for watch, saved in zip(self.watches, state["events"], strict=True):
-            watch.restore(saved)
-        self._read, self._before, self.crossed = state["read"], state["before"], []
-        self._dt = float(state["dt"])
-        self._begun, self._changed = bool(state["begun"]), bool(state["changed"])
-        self.ended = state["ended"]
+        self.crossed = []

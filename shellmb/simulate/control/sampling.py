@@ -15,6 +15,7 @@ import numpy as np
 
 from shellmb.errors import ControlError
 from shellmb.model.signals import Signals
+from shellmb.restart import Restartable
 from shellmb.scene.control.controllers import Law
 from shellmb.scene.lookup import said
 from shellmb.scene.values.validate import in_words, show
@@ -25,7 +26,7 @@ ROUND_OFF = 1e-9
 ARRAY, TUPLE, DICT = "array", "tuple", "dict"
 
 
-class Sampler:
+class Sampler(Restartable):
     """A controller in a run.
 
     Args:
@@ -36,12 +37,15 @@ class Sampler:
         outputs: What it gave, by name.
     """
 
+    remembered = ("readings", "outputs", "_count", "_last")
+
     def __init__(self, law: Law) -> None:
         self.law = law
         self.readings = {sensor.name: math.nan for sensor in law.sensors}
         self.outputs = dict.fromkeys(law.outputs, 0.0)
         self._memory: Any = copy.deepcopy(law.state)
-        self._count, self._last = 0, math.nan
+        self._count = 0
+        self._last: float | None = None
 
     @property
     def next(self) -> float:
@@ -86,7 +90,7 @@ class Sampler:
         return changed
 
     def _answer(self, t: float) -> tuple[dict[str, float], Any]:
-        since = 0.0 if math.isnan(self._last) else t - self._last
+        since = 0.0 if self._last is None else t - self._last
         readings = np.array(list(self.readings.values()))
         answer = self.law.act(t, readings, self._memory, since)
         if not (isinstance(answer, tuple) and len(answer) == 2):
@@ -127,20 +131,12 @@ class Sampler:
 
     def state(self) -> dict[str, Any]:
         """State for a restart."""
-        last = None if math.isnan(self._last) else self._last
-        return {
-            "readings": dict(self.readings),
-            "outputs": dict(self.outputs),
-            "memory": packed(self._memory),
-            "count": self._count,
-            "last": last,
-        }
+        return super().state() | {"memory": packed(self._memory)}
 
     def restore(self, state: Mapping[str, Any]) -> None:
         """Take up a saved state."""
-        self.readings, self.outputs = dict(state["readings"]), dict(state["outputs"])
-        self._memory, self._count = unpacked(state["memory"]), int(state["count"])
-        self._last = math.nan if state["last"] is None else float(state["last"])
+        super().restore(state)
+        self._memory = unpacked(state["memory"])
 
 
 class _Wrong(Exception):

@@ -10,8 +10,7 @@ import numpy as np
 from shellmb.arrays import Floats
 from shellmb.errors import ControlError
 from shellmb.restart import Restartable
-from shellmb.scene.control.events import Event
-from shellmb.scene.control.sensors import Condition, Sensor
+from shellmb.scene.control.sensors import Condition, Event, Sensor
 
 # tolerance of the time of an event where it says nothing, in steps
 TOLERANCE = 1e-6

@@ -8,8 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from shellmb.arrays import Floats, Ints
-from shellmb.model.shell_contact.mean_distance_slopes import Places
-from shellmb.model.shell_contact.smooth_least_distance import Families, Mixed
+from shellmb.model.shell_contact.mean_distance_slopes import Families, Mixed, Places
 from shellmb.simulate.couplings.stresses import PointForces
 
 

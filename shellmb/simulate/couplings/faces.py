@@ -12,8 +12,7 @@ import numpy as np
 from shellmb.arrays import Floats, Ints
 from shellmb.errors import ConvergenceError
 from shellmb.model.shell_contact.faces import FacesContact, Touching
-from shellmb.model.shell_contact.mean_distance_slopes import mean_slope
-from shellmb.model.shell_contact.smooth_least_distance import mixed
+from shellmb.model.shell_contact.mean_distance_slopes import mean_slope, mixed
 from shellmb.model.shell_contact.uncovered_contact import Meeting
 from shellmb.scene.lookup import said
 from shellmb.schemes.base import END, Levels
@@ -143,8 +142,7 @@ class FacesCoupling:
         self._count = self._slots + contact.arms.size
         listed = [*((part.body, part.dofs) for part in self._sides), (holder, self._sides[0].turns)]
         self.dofs = joined(
-            comm,
-            [dofs.shifted(offsets[body, s]) for s in self._stages for body, dofs in listed],
+            comm, [dofs.shifted(offsets[body, s]) for s in self._stages for body, dofs in listed]
         )
         self._wider = 0.0
         self.candidates = contact.candidates(contact.y, contact.x)
@@ -344,19 +342,17 @@ class FacesCoupling:
         self._find(y, x, 2 * AHEAD * most)
         return False
 
-    def arrays(self) -> dict[str, Floats]:
+    def state(self) -> dict[str, Any]:
         """Memory of the next steps beside the state: pairs, and entries of the matrix."""
         found, pattern = self.candidates, self._pattern
         entries = {"entries": pattern.indices, "rows": pattern.indptr}
-        return {"y": found.y, "x": found.x, "wider": np.array(self._wider)} | entries
+        return {"y": found.y, "x": found.x, "wider": self._wider} | entries
 
-    def restore(self, arrays: Mapping[str, Any]) -> None:
-        """Take that up; none: it is found again."""
-        if not arrays:
-            return
-        self._wider = float(arrays["wider"])
-        self.candidates = self.contact.candidates(arrays["y"], arrays["x"], self._wider)
-        entries, rows = arrays["entries"], arrays["rows"]
+    def restore(self, state: Mapping[str, Any]) -> None:
+        """Take that up."""
+        self._wider = float(state["wider"])
+        self.candidates = self.contact.candidates(state["y"], state["x"], self._wider)
+        entries, rows = state["entries"], state["rows"]
         has = np.ones(len(entries)), entries, rows
         self._pattern, self.changed = type(self._pattern)(has, shape=self._pattern.shape), True
 

@@ -15,9 +15,8 @@ from shellmb.arrays import Floats
 from shellmb.forms import contact
 from shellmb.meshes.nodes import node_mesh
 from shellmb.model.elements.lawvalues import LawValues
-from shellmb.model.shell_contact.faces import Touching
+from shellmb.model.shell_contact.faces import Law, Touching
 from shellmb.model.shell_contact.facets import nearest
-from shellmb.model.shell_contact.law import Law
 from shellmb.simulate.couplings.stresses import TOGETHER
 
 

@@ -15,7 +15,7 @@ from shellmb.arrays import Floats
 from shellmb.forms import contact
 from shellmb.meshes.nodes import node_mesh
 from shellmb.model.elements.lawvalues import LawValues
-from shellmb.model.shell_contact.law import Law, energy
+from shellmb.model.shell_contact.faces import Law, energy
 from shellmb.schemes.pieces import Pieces
 
 # points that are evaluated together

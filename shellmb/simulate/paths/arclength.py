@@ -19,6 +19,7 @@ import numpy as np
 
 from shellmb.arrays import Floats
 from shellmb.errors import ConvergenceError, SceneError
+from shellmb.restart import Restartable
 from shellmb.scene import PathFollowing
 from shellmb.simulate.paths.branches import (
     Branches,
@@ -32,7 +33,7 @@ from shellmb.simulate.paths.levels import crossings, land, reached
 from shellmb.simulate.paths.limits import Limit, Whole, locate
 from shellmb.simulate.problem import Problem
 from shellmb.simulate.rotation_per_step import RotationPerStep
-from shellmb.simulate.stepping import Arrays, Attempt
+from shellmb.simulate.stepping import Attempt
 from shellmb.simulate.stepsize.control import StepSize
 from shellmb.system.newton.bordered import Bordered
 
@@ -59,6 +60,7 @@ class ArcSize(StepSize):
 
     factor: float = 1.0
     farthest: float = 0.0
+    remembered = (*StepSize.remembered, "factor")
 
     @property
     def largest(self) -> float:
@@ -69,10 +71,6 @@ class ArcSize(StepSize):
         """Change the step by the factor that the last one suggests."""
         self.good += 1
         self.dt = min(max(self.factor * self.dt, self.smallest), self.largest)
-
-    def cut(self) -> None:
-        """Take down that the last step ended early, which says nothing about the next one."""
-        self.factor = 1.0
 
     def suggest(self, iterations: int, turned: float, path: PathFollowing) -> None:
         """Take down what the last step took.
@@ -111,7 +109,7 @@ class _Arrived:
     dt: float
 
 
-class PathSteps:
+class PathSteps(Restartable):
     """Steps along a path of equilibria.
 
     Args:
@@ -121,8 +119,8 @@ class PathSteps:
 
     Attributes:
         size: The step size.
-        factor: Load factor of the accepted state.
-        rate: Its derivative by the arc length there.
+        here: The accepted state.
+        scale: Displacement of a unit of arc length, m.
         unstable: Number of directions in which the accepted state is unstable; None where the
             stiffness matrix is not symmetric, or nobody asked.
         bordered: Newton's method with the load factor as one more unknown.
@@ -130,6 +128,8 @@ class PathSteps:
         limit: The limit point in the step last solved for; None: there is none, or not found.
         unsure: Load factors of limit points that were not found; theirs is that of a cubic.
     """
+
+    remembered = ("here", "scale", "unstable", "unsure", "_branches")
 
     def __init__(self, problem: Problem, path: PathFollowing, size: ArcSize) -> None:
         self._problem, self._path, self.size = problem, path, size
@@ -143,12 +143,12 @@ class PathSteps:
         self._cut = False
         self.limit: Limit | None = None
         self.unsure: list[float] = []
-        self._scale, self.factor = 0.0, 0.0
+        self.scale = 0.0
         problem.load_factor = 0.0
         # the functions hold the unloaded state
-        self._state = self._look(0.0, None, 0.0)
-        self.rate, self.unstable = self._state.rate, self._state.negative
-        size.farthest = FARTHEST * problem.model.length / self._scale
+        self.here = self._look(0.0, None, 0.0)
+        self.unstable = self.here.negative
+        size.farthest = FARTHEST * problem.model.length / self.scale
 
     @property
     def points(self) -> list[PointOnPath]:
@@ -156,9 +156,9 @@ class PathSteps:
         return self._branches.points
 
     @property
-    def here(self) -> PathState:
-        """The accepted state."""
-        return self._state
+    def factor(self) -> float:
+        """Load factor of the accepted state."""
+        return self.here.factor
 
     @property
     def ahead(self) -> PathState:
@@ -177,11 +177,6 @@ class PathSteps:
         return self.bifurcation is None and turned(self.here, self.ahead)
 
     @property
-    def scale(self) -> float:
-        """Displacement of a unit of arc length, m."""
-        return self._scale
-
-    @property
     def bifurcation(self) -> PointOnPath | None:
         """The bifurcation at which the solved step ends; None: it ends elsewhere."""
         return self._branches.found
@@ -189,7 +184,7 @@ class PathSteps:
     @property
     def normal(self) -> Floats:
         """Normal of the plane in which the step from the accepted state ends."""
-        return np.asarray(self.moving * self._state.tangent / self._scale**2)
+        return np.asarray(self.moving * self.here.tangent / self.scale**2)
 
     def null_vector(self) -> Floats:
         """Eigenvector next to zero of the state last solved for, of unit displacement."""
@@ -214,8 +209,7 @@ class PathSteps:
             scale: Displacement of a unit of arc length, m.
             points: Limit points and bifurcations found.
         """
-        self._state, self._scale = state, scale
-        self.factor, self.rate, self.unstable = state.factor, state.rate, state.negative
+        self.here, self.scale, self.unstable = state, scale, state.negative
         self._branches.points.extend(points)
         self._problem.load_factor = state.factor
 
@@ -248,7 +242,7 @@ class PathSteps:
 
     def _unit(self, change: Floats) -> Floats:
         """A change of unit arc length."""
-        return change * (self._scale / self.size_of(change))
+        return change * (self.scale / self.size_of(change))
 
     def moved(self, vector: Floats, change: Floats) -> float:
         """Part of a change along a vector of unit displacement."""
@@ -256,7 +250,7 @@ class PathSteps:
 
     def _dot(self, a: Floats, b: Floats) -> float:
         """Scalar product of changes in terms of arc length."""
-        return self.bordered.dot(self.moving * a, b) / self._scale**2
+        return self.bordered.dot(self.moving * a, b) / self.scale**2
 
     def _angle(self, a: Floats, b: Floats) -> float:
         """Angle between two directions, whichever way they point, rad."""
@@ -292,7 +286,7 @@ class PathSteps:
             null = self._branches.null_vector()
             if self._angle(before, null) < sharp:
                 along = self._unit(null) * math.copysign(1.0, self._dot(null, before))
-                return PathState(t, factor, along, 0.0, negative, self._state.sense)
+                return PathState(t, factor, along, 0.0, negative, self.here.sense)
             derivative = derivative - self.moved(null, derivative) * null
         size = self.size_of(derivative)
         if not size > 0:
@@ -300,11 +294,11 @@ class PathSteps:
                 "path following: the loads move nothing; give a load that does, or what is "
                 "prescribed a function that grows from the load factor 0 on"
             )
-        self._scale = self._scale or size
-        rate = self._scale / size
+        self.scale = self.scale or size
+        rate = self.scale / size
         if before is not None and self._dot(derivative, before) < 0:
             rate = -rate
-        grows = 1 if before is None else sense(factor, rate, t - self._state.t, self._state.sense)
+        grows = 1 if before is None else sense(factor, rate, t - self.here.t, self.here.sense)
         return PathState(t, factor, derivative * rate, rate, negative, grows)
 
     def _begun(self, derivative: Floats) -> Floats:
@@ -321,7 +315,7 @@ class PathSteps:
         if size > far or not (sharp or size < FLAT * far):
             return derivative
         # a structure that stays linear reaches its full load at time 1
-        self._scale = self.size_of(whole)
+        self.scale = self.size_of(whole)
         return begun
 
     def _way(self, over: float) -> Floats:
@@ -335,7 +329,7 @@ class PathSteps:
         Raises:
             ConvergenceError: If there is none near by, or the path turns too sharply.
         """
-        problem, start = self._problem, self._state
+        problem, start = self._problem, self.here
         problem.load_factor = self.factor
         problem.prepare(t, dt)
         problem.start_from_state()
@@ -355,9 +349,7 @@ class PathSteps:
         if not turned <= math.radians(self._path.turn_deg):
             raise ConvergenceError(
                 f"the path turns by {math.degrees(turned):.0f} degrees in one step; try a smaller "
-                "first step, or a larger turn_deg",
-                field=None,
-                norms={},
+                "first step, or a larger turn_deg"
             )
         return _Arrived(state, iterations, turned, dt)
 
@@ -369,10 +361,10 @@ class PathSteps:
 
     def _end_at_levels(self, shorter: Callable[[float], PathState], end: PathState) -> None:
         """Shorten the step solved for to where it first comes to a load level, if it does."""
-        found = crossings(self._state, end, self._levels)
+        found = crossings(self.here, end, self._levels)
         # the load may turn round before the first of them
-        if found and not any(land(self._state, end, crossing, shorter) for crossing in found):
-            shorter(end.t - self._state.t)
+        if found and not any(land(self.here, end, crossing, shorter) for crossing in found):
+            shorter(end.t - self.here.t)
 
     def attempt(self, t: float, dt: float) -> Attempt:
         """Solve for the state at the arc length `t + dt`.
@@ -395,9 +387,9 @@ class PathSteps:
         except ConvergenceError as error:
             raise self._turning_given(error, dt) from error
         assert self._next is not None
-        self._next.state = self._branches.sure(self._state, self._next.state)
-        if self._branches.passed(self._state, self._next.state):
-            self._branches.locate(self._state, self._next.state, shorter)
+        self._next.state = self._branches.sure(self.here, self._next.state)
+        if self._branches.passed(self.here, self._next.state):
+            self._branches.locate(self.here, self._next.state, shorter)
         self._cut = self._next.dt < dt
         self.limit = self._locate_limit() if self.turned else None
         return Attempt(iterations, self._next.dt)
@@ -407,16 +399,14 @@ class PathSteps:
         if not self._given:
             return error
         # along a parabola twice as far as the tangent tells, where the step would just end
-        ends = self.factor, self.factor + 2.5 * dt * self.rate
+        ends = self.factor, self.factor + 2.5 * dt * self.here.rate
         here, there = (self._problem.follow_given(factor) for factor in ends)
         if self.bordered.dot(here, there) >= 0:
             return error
-        return ConvergenceError(
+        return error.reworded(
             f"a prescribed motion reverses between the load factors {ends[0]:.4g} and "
             f"{ends[1]:.4g}, where the path, parametrised by displacements, ends; end it earlier "
-            f"with load_end, or prescribe a motion without reversal ({error})",
-            error.field,
-            error.norms,
+            f"with load_end, or prescribe a motion without reversal ({error})"
         )
 
     def _locate_limit(self) -> Limit | None:
@@ -425,7 +415,7 @@ class PathSteps:
         held = [problem.state(body.name).x.array for body in problem.model.bodies]
         system.gather()
         unknowns = system.global_values(held), np.array(system.x.array_r)
-        ends, metric = (self.here, self.ahead), self.moving / self._scale**2
+        ends, metric = (self.here, self.ahead), self.moving / self.scale**2
         try:
             found = locate(ends, unknowns, metric, self.whole)
         except ConvergenceError:
@@ -439,57 +429,26 @@ class PathSteps:
         assert found is not None
         self._problem.accept(dt)
         if self._cut:
-            self.size.cut()
+            # it ended early, which says nothing about the next one
+            self.size.factor = 1.0
         else:
             self.size.suggest(found.iterations, found.turned, self._path)
         if self.turned and self.limit is None:
-            self.unsure.append(limit_point(self._state, found.state).load_factor)
+            self.unsure.append(limit_point(self.here, found.state).load_factor)
         factor = None if self.limit is None else self.limit.factor
-        state, direction = self._branches.accept(self._state, found.state, factor)
+        state, direction = self._branches.accept(self.here, found.state, factor)
         if direction is not None:
             # along the null vector the load does not change, to first order
             state = PathState(state.t, state.factor, self._unit(direction), 0.0, None)
             self.size.factor = max(1.0, AWAY / FARTHEST * self.size.farthest / self.size.dt)
-        self.factor, self.rate, self._state = state.factor, state.rate, state
+        self.here = state
         self.unstable = found.state.negative
 
     def forget(self, velocities: bool) -> None:
         """Forget the past."""
 
-    def arrays(self) -> Arrays:
-        """The tangent."""
-        return {"tangent": self._state.tangent}
-
-    def state(self) -> Any:
-        """Load factor and its rate, scale, stability, and the points so far."""
-        return {
-            "t": self._state.t,
-            "factor": self.factor,
-            "rate": self.rate,
-            "negative": self._state.negative,
-            "sense": self._state.sense,
-            "scale": self._scale,
-            "unstable": self.unstable,
-            "size_factor": self.size.factor,
-            "unsure": list(self.unsure),
-            "branches": self._branches.state(),
-        }
-
-    def restore(self, arrays: Arrays, state: Any) -> None:
-        """Take them up."""
-        self.factor, self.rate = float(state["factor"]), float(state["rate"])
-        self._scale = float(state["scale"])
-        self.size.farthest = FARTHEST * self._problem.model.length / self._scale
-        self.unstable, self.unsure = state["unstable"], list(state["unsure"])
-        self.size.factor = float(state["size_factor"])
-        tangent = arrays["tangent"]
-        self._state = PathState(
-            float(state["t"]),
-            self.factor,
-            tangent,
-            self.rate,
-            state["negative"],
-            int(state["sense"]),
-        )
-        self._branches.restore(state["branches"])
+    def restore(self, state: Any) -> None:
+        """Take up a saved state."""
+        super().restore(state)
+        self.size.farthest = FARTHEST * self._problem.model.length / self.scale
         self._problem.load_factor = self.factor

@@ -8,8 +8,8 @@ step control by curvature makes that rare, and nothing here proves it away.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
@@ -17,6 +17,7 @@ import numpy.typing as npt
 
 from shellmb.arrays import Floats
 from shellmb.errors import ConvergenceError
+from shellmb.restart import Restartable, constant
 from shellmb.scene import PathFollowing
 from shellmb.simulate.problem import Problem
 from shellmb.simulate.stability import Stability
@@ -60,6 +61,10 @@ class PathState:
     negative: int | None
     sense: int = 0
 
+    def __post_init__(self) -> None:
+        """Keep the tangent as it is."""
+        constant(self.tangent)
+
 
 @dataclass(frozen=True)
 class PointOnPath:
@@ -95,7 +100,7 @@ class _Found:
     direction: Floats
 
 
-class Branches:
+class Branches(Restartable):
     """Watches a path.
 
     Args:
@@ -108,6 +113,8 @@ class Branches:
         points: What was passed so far.
         apply_inverse: What forces move the state last looked at by, of owned unknowns.
     """
+
+    remembered = ("points",)
 
     def __init__(
         self, problem: Problem, bordered: Bordered, moving: Floats, path: PathFollowing
@@ -312,27 +319,21 @@ class Branches:
         point = found.point
         switches = sum(p.switched for p in self.points)
         if self._path.branches == "switch" and switches < self._path.switches:
-            self.points.append(PointOnPath(**asdict(point) | {"switched": True}))
+            self.points.append(replace(point, switched=True))
             return b, found.direction
         self.points.append(point)
         # counted as behind it, wherever the search ended: it must not be found again
         return replace(b, negative=point.after), None
 
-    def state(self) -> list[dict[str, Any]]:
-        """The points so far."""
-        return [asdict(p) for p in self.points]
-
-    def restore(self, state: list[dict[str, Any]]) -> None:
-        """Take them up."""
-        self.points = [PointOnPath(**p) for p in state]
+    def restore(self, state: Mapping[str, Any]) -> None:
+        """Take up the points so far."""
+        self.points = [PointOnPath(**p) for p in state["points"]]
 
 
 def _not_located(b: PathState) -> ConvergenceError:
     return ConvergenceError(
         f"the bifurcation near the load factor {b.factor:g} could not be located; try smaller "
-        "steps, or branches='ignore'",
-        field=None,
-        norms={},
+        "steps, or branches='ignore'"
     )
 
 

@@ -144,7 +144,5 @@ def land(
         guess = length - missing / steep if steep else low
         length = guess if low < guess < high else (low + high) / 2
     raise ConvergenceError(
-        f"the load factor {level:g} could not be reached from {a.factor:g}; try smaller steps",
-        field=None,
-        norms={},
+        f"the load factor {level:g} could not be reached from {a.factor:g}; try smaller steps"
     )

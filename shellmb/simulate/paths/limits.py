@@ -85,10 +85,7 @@ class Limit(NamedTuple):
 
 
 def locate(
-    ends: tuple[PathState, PathState],
-    unknowns: tuple[Floats, Floats],
-    metric: Floats,
-    whole: Whole,
+    ends: tuple[PathState, PathState], unknowns: tuple[Floats, Floats], metric: Floats, whole: Whole
 ) -> Limit | None:
     """Locate the limit point in a solved step; its Jacobian is the last that is factorised.
 

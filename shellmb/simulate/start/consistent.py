@@ -14,13 +14,19 @@ import ufl
 from dolfinx import fem
 
 from shellmb.arrays import Floats
-from shellmb.model.body import FixedDofs
+from shellmb.model.body import FixedDofs, added
 from shellmb.model.model import Model
-from shellmb.preprocessing.bodyfields import NONE, body_field, kinematic_dofs, without_jump
+from shellmb.preprocessing.bodyfields import (
+    NONE,
+    body_field,
+    dofs_of,
+    kinematic_dofs,
+    parts_of,
+    without_jump,
+)
 from shellmb.schemes.base import Levels
 from shellmb.schemes.residuals.forces import velocity_constraint
 from shellmb.system.assembly.blocks import BlockSystem
-from shellmb.system.assembly.fields import Part
 from shellmb.system.direct.linear import Unreduced
 from shellmb.system.direct.mumps import ALIKE, new_prefix
 from shellmb.system.newton.iteration import Iteration, NewtonSettings
@@ -55,18 +61,10 @@ class VelocityProjection:
             self.functions[body.name] = unknown
             test = ufl.TestFunction(space)
             at, v = levels[body.name].reference or levels[body.name], levels[body.name].rates["v"]
-            rows = (
-                body.inertia(unknown - v, test),
-                velocity_constraint(body, unknown, at.q, test),
-            )
-            found = [form for form in rows if form is not None]
-            residual = (sum(found[1:], found[0]),) if found else ()
-            parts = tuple(
-                Part(f"velocity of {p.title}", body.mixed.dofs[p.name], np.inf, p.advice)
-                for p in body.parts
-            )
-            without = without_jump(body)
-            fields.append(body_field(body, unknown, residual, numbers, parts, without=without))
+            rows = (body.inertia(unknown - v, test), velocity_constraint(body, unknown, at.q, test))
+            parts, without = parts_of(body, "velocity of {}", ()), without_jump(body)
+            row = [added(rows)]
+            fields.append(body_field(body, unknown, row, numbers, parts, without=without))
         self._bodies = {b.name: b for b in model.bodies}
         self._held = {b.name: sum(len(f.dofs) for f in b.fixed) for b in model.bodies}
         self._kinematic = {b.name: kinematic_dofs(b) for b in model.bodies}
@@ -122,9 +120,8 @@ class VelocityProjection:
             body = self._bodies[name]
             # places of joints, too, which have no velocities of their own; velocities without
             # equations are those that nothing ties: they stay
-            moving = [d.ravel() for p, d in body.mixed.dofs.items() if p not in FORCES]
             idle = np.concatenate([NONE, *without_jump(body)])
-            dofs = np.setdiff1d(np.concatenate([NONE, *moving]), idle)
+            dofs = np.setdiff1d(dofs_of(body, body.mixed.dofs.keys() - {*FORCES}), idle)
             found[name] = self._levels[name].rates["v"].x.array.copy()
             found[name][dofs] = unknown.x.array[dofs]
         return found

@@ -38,7 +38,7 @@ def taken_up(signals: Signals, scene: Scene, stored: Stored, who: str) -> dict[s
         warn(f"{who}: controllers {listed(anew)} begin with empty memories, because {why}")
     if control is None:
         return {}
-    saved = dict(zip(names, control["controllers"], strict=True))
+    saved = dict(zip(names, control["samplers"], strict=True))
     for key, way in zip(control.get("accelerated", ()), control["ways"], strict=False):
         if tuple(key) in signals.ways:
             begin, *rest = way

@@ -22,17 +22,22 @@ from dolfinx import fem
 from ufl import Form
 from ufl.core.expr import Expr
 
-from shellmb.arrays import Int32s
 from shellmb.forms.steps.mixed import Interval
-from shellmb.model.body import Body, Rates
+from shellmb.model.body import Body, Rates, added
 from shellmb.model.joints.constraints import ConstraintGroup
-from shellmb.preprocessing.bodyfields import body_field, kinematic_dofs, without_jump
+from shellmb.preprocessing.bodyfields import (
+    body_field,
+    dofs_of,
+    kinematic_dofs,
+    parts_of,
+    without_jump,
+)
 from shellmb.schemes.base import END, end_acceleration, end_velocity
 from shellmb.schemes.residuals.forces import interval_forces, velocity_constraint
 from shellmb.schemes.residuals.residual import Sample
 from shellmb.simulate.problem import Problem
 from shellmb.system.assembly.blocks import BlockSystem
-from shellmb.system.assembly.fields import Field, Part
+from shellmb.system.assembly.fields import Field
 from shellmb.system.direct.mumps import new_prefix
 from shellmb.system.newton.iteration import Iteration, NewtonSettings
 from shellmb.system.newton.solver import NEWTON
@@ -41,11 +46,12 @@ from shellmb.system.newton.solver import NEWTON
 STRESSES = ("N", "S")
 
 
-class EndForces:
-    """Solves for accelerations and multipliers; as a `readings.Solution` it is what they are in.
+class _Instant:
+    """A solution at an instant, as a `readings.Solution`.
 
     Args:
         problem: The problem whose steps are looked at.
+        unknown: Functions of the solution by body.
 
     Attributes:
         model: Its bodies.
@@ -54,12 +60,38 @@ class EndForces:
         last: Name of the only stage.
     """
 
-    def __init__(self, problem: Problem) -> None:
+    system: BlockSystem
+    fields: list[Field]
+    last = END
+
+    def __init__(self, problem: Problem, unknown: dict[str, fem.Function]) -> None:
         self._problem, self.model, self.scheme = problem, problem.model, problem.scheme
-        self.levels, self.last = problem.levels, END
+        self.levels, self.time, self._unknown = problem.levels, problem.time, unknown
         self._numbers = {body.name: k for k, body in enumerate(self.model.bodies)}
-        spaces = {body.name: body.mixed.space for body in self.model.bodies}
-        self._unknown = {n: fem.Function(s, name=f"end_{n}") for n, s in spaces.items()}
+
+    def number(self, body: str, stage: str) -> int:
+        """Number of a body's field in the system."""
+        return self._numbers[body]
+
+    def state(self, body: str) -> fem.Function:
+        """Function that holds what is solved for of a body: rates, and forces or impulses."""
+        return self._unknown[body]
+
+    def unknown(self, body: str) -> list[fem.Function]:
+        """That function."""
+        return [self._unknown[body]]
+
+
+class EndForces(_Instant):
+    """Solves for accelerations and multipliers.
+
+    Args:
+        problem: The problem whose steps are looked at.
+    """
+
+    def __init__(self, problem: Problem) -> None:
+        spaces = {body.name: body.mixed.space for body in problem.model.bodies}
+        super().__init__(problem, {n: fem.Function(s, name=f"end_{n}") for n, s in spaces.items()})
         self._velocity = {n: fem.Function(s, name=f"v_end_{n}") for n, s in spaces.items()}
         self._samples: list[Sample] = []
         self._following: list[Callable[[], None]] = []
@@ -70,28 +102,12 @@ class EndForces:
         )
         for body in self.model.bodies:
             # a guess of resultants and assumed strains; then that of the step before serves
-            here, q = _stress_dofs(body), self.levels[body.name].q
+            here, q = dofs_of(body, _stresses(body)), self.levels[body.name].q
             self._unknown[body.name].x.array[here] = q.x.array[here]
-
-    def number(self, body: str, stage: str) -> int:
-        """Number of a body's field in the system."""
-        return self._numbers[body]
-
-    def state(self, body: str) -> fem.Function:
-        """Function that holds a body's accelerations and multipliers."""
-        return self._unknown[body]
-
-    def unknown(self, body: str) -> list[fem.Function]:
-        """That function."""
-        return [self._unknown[body]]
 
     def velocity(self, body: str) -> fem.Function:
         """Function that holds a body's velocities, the nearest ones that constraints allow."""
         return self._velocity[body]
-
-    def time(self, name: str) -> fem.Constant:
-        """Time at the middle of the step, as a constant on a body's mesh."""
-        return self._problem.time(name)
 
     def solve(self, t: float, dt: float) -> None:
         """Take the state that was accepted last.
@@ -144,54 +160,25 @@ class EndForces:
             None if body.damping is None else body.damping.at(q, v, dq),
             *(None if form is None else -form for form in acting),
         ]
-        stresses = _stress_dofs(body)
+        stresses = dofs_of(body, _stresses(body))
         idle = [d[~np.isin(d, stresses)] for d in without_jump(body)]
-        parts = tuple(
-            Part(
-                f"{p.title} at the end of the step",
-                body.mixed.dofs[p.name],
-                # the others are linear in them: they are exact when these are
-                p.scale if p.name in STRESSES else np.inf,
-                "a smaller step",
-            )
-            for p in body.parts
-        )
-        found = [form for form in forms if form is not None]
-        residual = (sum(found[1:], found[0]),) if found else ()
-        return body_field(body, unknown, residual, self._numbers, parts, without=idle)
+        # the others are linear in them: they are exact when these are
+        parts = parts_of(body, "{} at the end of the step", STRESSES, "a smaller step")
+        row = [added(forms)]
+        return body_field(body, unknown, row, self._numbers, parts, without=idle)
 
 
-class Impulses:
-    """Impulses that make velocities consistent, as a `readings.Solution`: those of the projection.
+class Impulses(_Instant):
+    """Impulses that make velocities consistent: those of the projection.
 
     Args:
         problem: The problem whose velocities they are of.
-
-    Attributes:
-        model: Its bodies.
-        system: The block system of the projection.
-        fields: Its fields, one for each body.
-        last: Name of the only stage.
     """
 
     def __init__(self, problem: Problem) -> None:
-        self.model, self.scheme = problem.model, problem.scheme
-        self.levels, self.last = problem.levels, END
-        self._projection, self.time = problem.projection, problem.time
-        self.system, self.fields = self._projection.system, list(self._projection.fields.values())
-        self._numbers = {body.name: k for k, body in enumerate(self.model.bodies)}
-
-    def number(self, body: str, stage: str) -> int:
-        """Number of a body's field in the system."""
-        return self._numbers[body]
-
-    def state(self, body: str) -> fem.Function:
-        """Function that holds a body's velocities and impulses."""
-        return self._projection.functions[body]
-
-    def unknown(self, body: str) -> list[fem.Function]:
-        """That function."""
-        return [self._projection.functions[body]]
+        projection = problem.projection
+        super().__init__(problem, projection.functions)
+        self.system, self.fields = projection.system, list(projection.fields.values())
 
 
 def begin_accelerations(
@@ -219,12 +206,6 @@ def begin_accelerations(
 def _stresses(body: Body) -> list[str]:
     """Parts that follow from the strains of a state: not what holds strains at zero."""
     return [p for p in STRESSES if p in body.mixed.elementwise]
-
-
-def _stress_dofs(body: Body) -> Int32s:
-    """Local dofs of resultants and assumed strains."""
-    found = [body.mixed.dofs[p].ravel() for p in _stresses(body)]
-    return np.concatenate([*found, np.zeros(0, np.int32)]).astype(np.int32)
 
 
 def _internal(body: Body, q: fem.Function, unknown: fem.Function, dq: Expr) -> Form | None:

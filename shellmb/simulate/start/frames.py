@@ -57,13 +57,10 @@ class StoredFrame:
         keys = ["director"] if count == 1 else ["d1", "d2", "d3"]
         rates = [f"{key}_velocity" for key in keys]
         pairs = [("displacement", keys)] + [("velocity", rates)] * moving
-        for key, field in (
-            ("reference", "director"),
-            ("displacement", "director"),
-            *((key, "director") for key in pairs[0][1]),
-            *((key, "velocity") for key in ("velocity",) * moving),
-            *((key, "director_velocity") for key in rates * moving),
-        ):
+        fields = dict.fromkeys(("reference", "displacement", *keys), "director")
+        if moving:
+            fields |= {"velocity": "velocity", **dict.fromkeys(rates, "director_velocity")}
+        for key, field in fields.items():
             if key not in grid:
                 right = f"the run's output must have the field '{field}'"
                 more = ", or velocities must be False" if "velocity" in field else ""

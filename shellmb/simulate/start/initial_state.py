@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -20,11 +20,12 @@ from shellmb.model.model import Model
 from shellmb.model.sanity_checks import refuse_folded
 from shellmb.model.shells.shell import ShellModel
 from shellmb.prefixes import below
+from shellmb.preprocessing.bodyfields import dofs_of, kinematic_dofs
 from shellmb.preprocessing.modal.tangent import tangent
 from shellmb.scene import Beam, FromMode, FromRun, FromShape, Scene, Shell
 from shellmb.scene.fingerprint import fingerprint
 from shellmb.scene.lookup import find_body, listed, said
-from shellmb.scene.values.positions import values_at
+from shellmb.scene.values.user_functions import values_at
 from shellmb.schemes.registry import SCHEMES
 from shellmb.simulate.eigenmodes import lowest
 from shellmb.simulate.problem import Problem
@@ -35,17 +36,8 @@ from shellmb.simulate.start.stored import HISTORY, Stored, counted, read_stored
 # parts of a state that are resultants and assumed strains
 STRESSES = ("N", "S")
 # what of a body says which nodes it has
-MESH: tuple[str, ...] = (
-    ".surface",
-    ".curve",
-    ".mesh",
-    ".elements",
-    ".degree",
-    ".cell",
-    ".geometry_order",
-    ".model",
-)
-MESH += (".distortion", ".transverse_shear", ".stretching", ".areas")
+MESH: tuple[str, ...] = (".surface", ".curve", ".mesh", ".elements", ".degree", ".cell", ".model")
+MESH += (".geometry_order", ".distortion", ".transverse_shear", ".stretching", ".areas")
 # how small the time is in which nothing moves, relative to that of a wave over a body
 INSTANT = 1e-8
 # of two equal extremes of a mode the one farther along these axes has a positive sign
@@ -82,7 +74,7 @@ def _(start: FromRun, problem: Problem, scene: Scene) -> bool:
     if known is None and scene.joints:
         warn(
             f"{who}: its {HISTORY}, which counts whole turns of joints, is missing or cannot be "
-            "read; rotations that its state does not have begin within half a turn",
+            "read; rotations that its state does not have begin within half a turn"
         )
     problem.counted = known or {}
     problem.controlled = taken_up(problem.model.signals, scene, stored, who)
@@ -154,12 +146,7 @@ def _check_exact(body: Shell | Beam, who: str, right: str) -> None:
 
 
 def _place(
-    body: Body,
-    q: Floats,
-    nodes: Ints,
-    D: Floats,
-    u: Floats | None,
-    d: Floats | None,
+    body: Body, q: Floats, nodes: Ints, D: Floats, u: Floats | None, d: Floats | None
 ) -> None:
     """Give nodes of a body their displacements and directors."""
     if u is not None:
@@ -211,7 +198,7 @@ def _(start: FromMode, problem: Problem, scene: Scene) -> bool:
     for body in model.bodies:
         levels, shape = problem.levels[body.name], parts[body.name] / size
         if "v" in levels.rates:
-            moving = _moving(body)
+            moving = kinematic_dofs(body)
             levels.rates["v"].x.array[moving] += start.velocity * shape[moving]
         _displace(body, levels.q.x.array, start.amplitude * shape, scheme.linear)
     return True
@@ -270,16 +257,7 @@ def instant(model: Model, dt: float) -> float:
 
 def stress_dofs(body: Body) -> Int32s:
     """Local dofs of resultants and assumed strains."""
-    return _dofs(body, (p for p in STRESSES if p in body.mixed.parts))
-
-
-def _moving(body: Body) -> Int32s:
-    return _dofs(body, (p for p in sorted(body.kinematic)))
-
-
-def _dofs(body: Body, parts: Iterable[str]) -> Int32s:
-    found = [body.mixed.dofs[p].ravel() for p in parts]
-    return np.concatenate([*found, np.zeros(0, np.int32)]).astype(np.int32)
+    return dofs_of(body, STRESSES)
 
 
 def _displace(body: Body, q: Floats, change: Floats, linear: bool) -> None:

@@ -25,13 +25,19 @@ from shellmb.arrays import Floats
 from shellmb.errors import ConvergenceError
 from shellmb.model.body import LoadFactors, Rates, TimeFunction
 from shellmb.model.model import Model
-from shellmb.preprocessing.bodyfields import NONE, body_field, residual_terms
+from shellmb.preprocessing.bodyfields import (
+    NONE,
+    body_field,
+    parts_of,
+    relative_size,
+    residual_terms,
+)
 from shellmb.schemes.base import Levels
 from shellmb.schemes.interval import at_state
 from shellmb.schemes.residuals.forces import sub_forces
 from shellmb.schemes.residuals.rows import Span
 from shellmb.system.assembly.blocks import BlockSystem
-from shellmb.system.assembly.fields import DependentFunctions, Field, Part
+from shellmb.system.assembly.fields import DependentFunctions, Field
 from shellmb.system.direct.mumps import new_prefix
 from shellmb.system.newton.iteration import Iteration, NewtonSettings
 from shellmb.system.newton.solver import NEWTON
@@ -102,17 +108,8 @@ class Relaxation:
                 self._loads.append(loads)
                 work = loads.virtual_work(unknown, test)
                 forms.append(None if work is None else -work)
-            parts = tuple(
-                Part(
-                    p.title,
-                    body.mixed.dofs[p.name],
-                    np.inf if p.name in untested else p.scale,
-                    p.advice,
-                )
-                for p in body.parts
-            )
-            residual = tuple(form for form in forms if form is not None)
-            field = body_field(body, unknown, residual, numbers, parts)
+            parts = parts_of(body, "{}", {p.name for p in body.parts} - {*untested})
+            field = body_field(body, unknown, forms, numbers, parts)
             fields.append(replace(field, terms=residual_terms(terms, [numbers[body.name]])))
             if sub.states is not None:
                 followers.append(DependentFunctions(**vars(sub.states)))
@@ -141,11 +138,7 @@ class Relaxation:
         moved = 0.0
         for body in self.model.bodies:
             q, unknown = self.levels[body.name].q.x.array, self.functions[body.name].x.array
-            for part in body.parts:
-                if part.name in body.kinematic:
-                    dofs = body.mixed.dofs[part.name]
-                    here = float(np.max(np.abs(unknown[dofs] - q[dofs]), initial=0.0))
-                    moved = max(moved, here / part.scale)
+            moved = max(moved, relative_size(body, unknown - q))
             q[:] = unknown
         return float(self.model.comm.allreduce(moved, op=MPI.MAX))
 
@@ -161,11 +154,8 @@ class Relaxation:
         worst, mechanism = (0.0, ""), {body.name for body in self.model.mechanism.bodies}
         for body in self.model.bodies:
             q, joined = self.levels[body.name].q.x.array, self.functions[body.name].x.array
-            for part in body.parts:
-                if part.name in body.kinematic and body.name not in mechanism:
-                    dofs = body.mixed.dofs[part.name]
-                    apart = float(np.max(np.abs(joined[dofs] - q[dofs]), initial=0.0))
-                    worst = max(worst, (apart / part.scale, body.name))
+            if body.kinematic and body.name not in mechanism:
+                worst = max(worst, (relative_size(body, joined - q), body.name))
             linked = np.concatenate([NONE, *(link.dofs for link in body.links)])
             q[linked] = joined[linked]
         return max(self.model.comm.allgather(worst))
@@ -205,11 +195,9 @@ class Relaxation:
         try:
             self.step(self.tau, 0.0)
         except ConvergenceError as error:
-            raise ConvergenceError(
+            raise error.reworded(
                 "the bodies cannot be assembled: no position near the given one closes all joints; "
-                f"check their places and lengths ({error})",
-                error.field,
-                error.norms,
+                f"check their places and lengths ({error})"
             ) from error
 
     def equilibrium(self) -> None:
@@ -230,7 +218,5 @@ class Relaxation:
             tau *= GROWTH
         raise ConvergenceError(
             f"no static equilibrium was reached in {STEPS} steps; something can still move, or "
-            "loads are too large; start='given' begins without one",
-            field=None,
-            norms={},
+            "loads are too large; start='given' begins without one"
         )

@@ -10,9 +10,9 @@ from ufl import Form
 
 from shellmb.errors import ConvergenceError, SceneError, warn
 from shellmb.model.body import Body, kinetic_energy
-from shellmb.model.joints.contact_slip import refuse_slip
+from shellmb.model.joints.columns import refuse_slip
 from shellmb.model.joints.rolling import ContactGroup
-from shellmb.preprocessing.bodyfields import NONE, kinematic_dofs
+from shellmb.preprocessing.bodyfields import NONE, dofs_of, kinematic_dofs
 from shellmb.preprocessing.constraint_analysis.redundancy import RATE_STEP, largest_gap
 from shellmb.scene import FromMode, Scene
 from shellmb.schemes.base import Levels
@@ -132,12 +132,13 @@ class Start:
             # multipliers there are those of the constraints' errors; joints and force elements
             # have the places and coordinates that they act on
             linked = np.concatenate([NONE, *(link.dofs for link in body.links)])
-            parts = [body.mixed.dofs[p].ravel() for p in ("lam", "mu") if p in body.mixed.parts]
-            linked = np.setdiff1d(linked, np.concatenate([NONE, *parts]))
+            linked = np.setdiff1d(linked, dofs_of(body, ("lam", "mu")))
             found = np.concatenate([kinematic_dofs(body), stress_dofs(body), linked])
             given[found] = q[found]
             q[:] = given
-        if gap and moved > OPEN and not self.scene.assemble and not self._of_mode:
+        # a mode is off the constraints by its square
+        of_mode = isinstance(self.scene.starts[-1], FromMode)
+        if gap and moved > OPEN and not self.scene.assemble and not of_mode:
             raise SceneError(
                 f"joint '{joint}': it is open by {gap} in the state that the run starts from; it "
                 "must be closed there, or use assemble=True"
@@ -147,13 +148,8 @@ class Start:
             warn(
                 f"scene '{self.scene.name}': the state that the run starts from was moved by "
                 f"{moved:.3g} of the bodies' scales to fit supports and joints; its strain energy "
-                f"was {energy:.6g}, is {after:.6g}",
+                f"was {energy:.6g}, is {after:.6g}"
             )
-
-    @property
-    def _of_mode(self) -> bool:
-        """Decide whether the state is off its constraints by the square of a mode."""
-        return isinstance(self.scene.starts[-1], FromMode)
 
     def _energy(self, of: Callable[[Body, Levels], Form | None]) -> float:
         """An energy of all bodies at the start, J; collective."""
@@ -196,10 +192,8 @@ class Start:
             try:
                 self.problem.projection.project()
             except ConvergenceError as error:
-                raise ConvergenceError(
-                    f"t = 0: no velocities agree with all joints: {error}{self._inertialess()}",
-                    error.field,
-                    error.norms,
+                raise error.reworded(
+                    f"t = 0: no velocities agree with all joints: {error}{self._inertialess()}"
                 ) from error
         if before > 0.0:
             self._warn_of_other_velocities(before)
@@ -211,7 +205,7 @@ class Start:
         if abs(after - before) > DRIFT * before:
             warn(
                 f"scene '{self.scene.name}': supports and joints do not allow the velocities "
-                f"{whose}; their kinetic energy was {before:.6g}, is {after:.6g}",
+                f"{whose}; their kinetic energy was {before:.6g}, is {after:.6g}"
             )
 
     def accelerations(self, t: float = 0.0) -> None:

@@ -16,7 +16,7 @@ from shellmb.arrays import Floats
 from shellmb.barrier import first_found
 from shellmb.errors import SceneError
 from shellmb.files.checksums import checksum, is_intact
-from shellmb.files.reading import read_bytes, read_json, unpacked
+from shellmb.files.reading import Damaged, read_bytes, read_json, unpacked
 from shellmb.prefixes import below
 from shellmb.scene.schemes import is_static
 
@@ -147,9 +147,9 @@ def read_arrays(file: Path, expected: str) -> Arrays:
         expected: Its checksum.
 
     Raises:
-        SceneError: If it is not as it was written.
+        Damaged: If it is not as it was written.
     """
     content = read_bytes(file)
     if checksum(content) != expected:
-        raise SceneError(f"{file} is damaged (its checksum differs)")
+        raise Damaged(f"{file} is damaged (its checksum differs)")
     return unpacked(file, content)

@@ -19,14 +19,13 @@ the positions of material points across the thickness.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from typing import Any
 
 from mpi4py import MPI
 
 import numpy as np
 
 from shellmb.arrays import Floats, Int32s
+from shellmb.restart import Restartable, constant
 from shellmb.schemes.base import LocalError
 from shellmb.simulate.problem import Problem
 
@@ -34,7 +33,7 @@ from shellmb.simulate.problem import Problem
 PLACES = ("u", "w")
 
 
-class StepErrors:
+class StepErrors(Restartable):
     """Estimates the error of each step, relative to the size of bodies.
 
     After a start, or a jump of velocities, there are no states before. Then the velocity there is
@@ -43,6 +42,8 @@ class StepErrors:
     Args:
         problem: The functions of all bodies.
     """
+
+    remembered = ("_states", "_times", "_velocity")
 
     def __init__(self, problem: Problem) -> None:
         self._problem, self._comm = problem, problem.model.comm
@@ -61,8 +62,8 @@ class StepErrors:
 
     def forget(self) -> None:
         """Begin anew at the accepted state: velocities jumped, or forces."""
-        # states before the accepted one with their times from it, the newest first [s]
-        self._states: list[Floats] = []
+        # states before the next one, shape (k, n), and their times from it [s], the newest first
+        self._states = constant(np.zeros((0, len(self._scales))))
         self._times: list[float] = []
         self._velocity: Floats | None = None
 
@@ -78,8 +79,8 @@ class StepErrors:
 
     def _begin(self) -> None:
         """Take the accepted state as the first one."""
-        self._states, self._times = [self._taken("q")], [0.0]
-        self._velocity = self._taken("v") if "v" in self._problem.scheme.rates else None
+        self._states, self._times = constant(self._taken("q")[None]), [0.0]
+        self._velocity = constant(self._taken("v")) if "v" in self._problem.scheme.rates else None
 
     def estimate(self, dt: float) -> float:
         """Error of the step just solved; collective.
@@ -90,16 +91,16 @@ class StepErrors:
         Returns:
             `C theta^p` of the node that moves worst.
         """
-        if not self._states:
+        if not self._times:
             self._begin()
-        data = [self._taken(self._problem.last), *self._states]
+        data = np.stack([self._taken(self._problem.last), *self._states])
         times = np.array([0.0, *(t - dt for t in self._times)]) / dt
         confluent = self._velocity is not None and len(data) <= self._law.degree
         degree = min(len(data) - 1 + confluent, self._law.degree)
         if degree < 1:
             return 0.0
         weights = difference(times, degree, confluent)
-        change = weights[: len(data)] @ np.array(data)
+        change = weights[: len(data)] @ data
         if confluent:
             change += weights[-1] * dt * self._velocity
         here = float(np.max(np.abs(change) / self._scales, initial=0.0))
@@ -108,33 +109,13 @@ class StepErrors:
 
     def accept(self, dt: float) -> None:
         """Keep the accepted state; the functions hold it."""
-        if not self._states:
+        if not self._times:
             return
         kept = self._law.degree
         self._times = [0.0, *(t - dt for t in self._times)][:kept]
-        self._states = [self._taken("q"), *self._states][:kept]
+        self._states = constant(np.stack([self._taken("q"), *self._states])[:kept])
         if len(self._states) == kept:
             self._velocity = None
-
-    def arrays(self) -> dict[str, Floats]:
-        """State for a restart."""
-        found = {f"state {k}": state for k, state in enumerate(self._states)}
-        return found if self._velocity is None else {**found, "velocity": self._velocity}
-
-    def state(self) -> list[float]:
-        """The other part of it."""
-        return list(self._times)
-
-    def restore(self, arrays: Mapping[str, Floats], times: Any) -> None:
-        """Take up what was saved.
-
-        Args:
-            arrays: As from `arrays`.
-            times: As from `state`.
-        """
-        self._times = [float(t) for t in times]
-        self._states = [arrays[f"state {k}"] for k in range(len(self._times))]
-        self._velocity = arrays.get("velocity")
 
 
 def difference(times: Floats, degree: int, confluent: bool) -> Floats:

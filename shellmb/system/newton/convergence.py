@@ -151,7 +151,7 @@ class Convergence:
             advice: What to try; None: what helps the field.
         """
         if not self.iterations:
-            return ConvergenceError(f"Newton failed: {reason}", field=None, norms={})
+            return ConvergenceError(f"Newton failed: {reason}")
         last = self._sizes.table[1]
         part = self.parts[int(np.argmax(last))]
         return ConvergenceError(

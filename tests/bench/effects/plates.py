@@ -35,7 +35,7 @@ from shellmb.scene import (
     StepControl,
     SymmetryPlane,
 )
-from shellmb.scene.paths import PathFollowing
+from shellmb.scene.settings import PathFollowing
 from tests.bench.effects.case import Case, Mesh
 from tests.bench.record import AUTO
 from tests.bench.scenes import LINE_LOAD, plate

@@ -11,10 +11,10 @@ from typing import Any
 from mpi4py import MPI
 
 from shellmb.accuracy.errors import execute_with_errors
-from shellmb.accuracy.measuring.stepping import free
 from shellmb.accuracy.modes import frequencies, mode_errors
 from shellmb.accuracy.run_record import RunRecord, keep
 from shellmb.accuracy.studies.quantity import Quantity, parse_quantity
+from shellmb.meshes.lifetime import free
 from shellmb.running.execute import execute
 from shellmb.running.loader import demos, load
 from shellmb.running.natural_modes.vibration import natural_modes

@@ -16,7 +16,7 @@ from statistics import median, quantiles
 from rich.console import Console
 
 from shellmb.accuracy.measuring.tables import Column, print_table
-from shellmb.accuracy.measuring.times import in_turn
+from shellmb.demos.effects.stepping import in_turn
 from shellmb.errors import SceneError
 
 WORKER = Path(__file__).with_name("worker.py")

@@ -11,8 +11,7 @@ import pytest
 import ufl
 from dolfinx import fem
 
-from shellmb.model.frames.beam import BeamModel
-from shellmb.model.frames.linear import build_beam
+from shellmb.model.frames.beam import BeamModel, build_beam
 from shellmb.native.expressions import compiled_expression
 from shellmb.scene import Beam, Curve, GeneralSection, Load, ParametricCurve, RectangularSection
 from tests.forms.conftest import compiled

@@ -7,8 +7,9 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 from shellmb.accuracy.measuring.tables import Column
-from shellmb.accuracy.measuring.times import in_turn, spread
+from shellmb.accuracy.measuring.times import spread
 from shellmb.arrays import Floats
+from shellmb.demos.effects.stepping import in_turn
 from tests.bench.peers.codes import OURS
 from tests.bench.peers.words import fastest
 

@@ -2,28 +2,29 @@
 
 from __future__ import annotations
 
-import gc
 import io
 import tempfile
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
+from statistics import quantiles
 
 from mpi4py import MPI
 
 from rich.console import Console
 
 from shellmb.accuracy.measuring.times import Stopwatch, slowest
-from shellmb.clock import now
+from shellmb.clock import now, timed_by
 from shellmb.native.kernels import watched
 from shellmb.observers.progress import ProgressReport
-from shellmb.running.directory import make_directory
 from shellmb.running.standard import StandardObservers
 from shellmb.scene import Scene
 from shellmb.simulate.simulation import BaseObserver, Observer, Simulation
 
 # steps before those that are measured: the predictor needs four, an observer may load its library
 WARM = 5
+CLOCKS: dict[str, Callable[[], float]] = {"cpu": time.process_time, "wall": time.perf_counter}
 
 
 @contextmanager
@@ -33,12 +34,6 @@ def scratch() -> Iterator[Path]:
         yield Path(MPI.COMM_WORLD.bcast(own))
         # others may still write
         MPI.COMM_WORLD.Barrier()
-
-
-def free(comm: MPI.Comm = MPI.COMM_WORLD) -> None:
-    """Free the meshes and matrices that nothing refers to any more, on all ranks together."""
-    gc.collect()
-    comm.Barrier()
 
 
 def observers_of_run(folder: Path) -> dict[str, Observer]:
@@ -130,7 +125,9 @@ class Stepping:
         group: Callable[[Mapping[str, Observer]], dict[str, Timed]] = one_by_one,
     ) -> None:
         self.simulation = Simulation(scene)
-        make_directory(folder, self.simulation.model.comm)
+        if self.simulation.model.comm.rank == 0:
+            folder.mkdir(parents=True, exist_ok=True)
+        self.simulation.model.comm.Barrier()
         self.observers = group(observers_of_run(folder))
         for observer in self.observers.values():
             observer.start(self.simulation)
@@ -193,3 +190,50 @@ def observer_shares(stepping: Stepping, steps: int) -> dict[str, float]:
     before = stepping.seconds()
     took = stepping.advance(steps)
     return {n: (s - before[n]) / took for n, s in stepping.seconds().items()} if took else {}
+
+
+def measured_in(clock: str) -> AbstractContextManager[None]:
+    """Parts of steps are timed by a clock meanwhile.
+
+    On a machine that others use, too, a step is interrupted and a kernel timed alone is not:
+    only processor times can be compared there. On an idle machine they are the wall times, the
+    process computing on one thread.
+
+    Args:
+        clock: "cpu" or "wall".
+    """
+    return timed_by(CLOCKS[clock])
+
+
+def in_turn[T](rounds: int, works: Sequence[Callable[[], T]]) -> list[tuple[T, ...]]:
+    """Results of works in turn, round by round, so that other load affects all alike.
+
+    What runs second finds the caches of the first: every other round goes backwards.
+
+    Args:
+        rounds: Their number; in each all works are done once.
+        works: The works.
+
+    Returns:
+        For each round what the works returned, in the order of `works`.
+    """
+    found = []
+    for k in range(rounds):
+        order = -1 if k % 2 else 1
+        found.append(tuple([work() for work in works[::order]][::order]))
+    return found
+
+
+def shares(pairs: Sequence[tuple[float, ...]]) -> tuple[float, float]:
+    """Median share of the time that is saved, and the width of the middle half of the shares.
+
+    The extremes of many short rounds tell what else the machine did.
+
+    Args:
+        pairs: Times with and without, of each round.
+    """
+    found = [1 - less / own for own, less in pairs]
+    if len(found) == 1:
+        return found[0], 0.0
+    lower, middle, upper = quantiles(found, n=4, method="inclusive")
+    return middle, upper - lower

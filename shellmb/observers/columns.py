@@ -1,0 +1,137 @@
+"""Columns of the history that are functions of the simulation between two steps."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import asdict
+from typing import Any
+from weakref import proxy
+
+from shellmb.observers.deferred_observer import Row
+from shellmb.simulate.simulation import BaseObserver, Simulation
+from shellmb.simulate.stepsize.tolerance import ErrorSize
+
+# what follows an event's name
+ON = ".on"
+UNIT = "1: error by the time a motion as large as the body has turned by 1 rad, over its size"
+
+
+class KeptColumns(BaseObserver):
+    """An observer of steps that keeps columns of the history.
+
+    Attributes:
+        values: Numbers at the current time by the names of their columns.
+    """
+
+    def __init__(self) -> None:
+        self.values: Row = {}
+
+    def measure(self) -> Row:
+        """Columns of the history."""
+        return dict(self.values)
+
+
+class StateColumns(BaseObserver):
+    """Columns that are a function of the simulation, of the same names at all times.
+
+    Args:
+        read: The function.
+    """
+
+    def __init__(self, read: Callable[[Simulation], Row]) -> None:
+        self._read = read
+
+    def start(self, simulation: Simulation) -> None:
+        """Know what is read."""
+        # it knows its observers, and is freed as soon as nobody else knows it
+        self._simulation = proxy(simulation)
+
+    def measure(self) -> Row:
+        """Columns of the history."""
+        return self._read(self._simulation)
+
+
+def control_columns(simulation: Simulation) -> Row:
+    """`CONTROLLER.OUTPUT` of the step that ends, the readings it was made from, `EVENT.on`.
+
+    Before the first step outputs are 0, and nothing has been read.
+    """
+    found: Row = {}
+    for sampler in simulation.control.samplers:
+        who = sampler.law.name
+        found |= {f"{who}.{k}": v for k, v in (sampler.outputs | sampler.readings).items()}
+    return found | {f"{w.event.name}{ON}": float(w.on) for w in simulation.control.watches}
+
+
+def path_columns(simulation: Simulation) -> Row:
+    """`load_factor` of a static path, its derivative `load_rate` by the arc length, and `unstable`.
+
+    The last is the number of directions in which the state is unstable: NaN where it is not known.
+    Of other runs nothing.
+    """
+    path = simulation.path
+    if path is None:
+        return {}
+    unstable = math.nan if path.unstable is None else float(path.unstable)
+    return {"load_factor": path.factor, "load_rate": path.here.rate, "unstable": unstable}
+
+
+def error_columns(simulation: Simulation) -> Row:
+    """The estimated error of a step, of runs that are controlled by it."""
+    if simulation.scene.step_control.step_error is None:
+        return {}
+    error = None if simulation.last is None else simulation.last.error
+    return {"error_estimate": math.nan if error is None else error}
+
+
+def volume_columns(simulation: Simulation) -> Row:
+    """Enclosed volumes [m^3] at the end of a step, and their pressures [Pa] over that outside.
+
+    The pressure of a gas is that at the end of the step; of a given volume it is a mean over the
+    step, NaN before the first one.
+    """
+    found: Row = {}
+    for volume in simulation.model.volumes:
+        levels, name = simulation.problem.levels[volume.filling.name], volume.item.name
+        step = levels.unknown[simulation.problem.last]
+        size, pressure = volume.filling.values(levels.q.x.array, step.x.array)
+        known = volume.item.gas is not None or simulation.last is not None
+        found |= {f"{name}.volume": size, f"{name}.pressure": pressure if known else math.nan}
+    return found
+
+
+def points_and_events(simulation: Simulation) -> dict[str, Any]:
+    """Special points of a path, and events with the times [s] at which they went on and off.
+
+    Args:
+        simulation: The simulation, at its end.
+
+    Returns:
+        `path`, `events` and `ended_by` of `summary.json`, those that apply.
+    """
+    found: dict[str, Any] = {}
+    if simulation.path is not None:
+        found["path"] = [asdict(point) for point in simulation.path.points]
+    if watches := simulation.control.watches:
+        found["events"] = {w.event.name: {"on": w.on, "times": list(w.times)} for w in watches}
+        found["ended_by"] = simulation.control.ended
+    return found
+
+
+def step_control(simulation: Simulation) -> dict[str, Any] | None:
+    """Record of step control by error for `summary.json`; None without one."""
+    size = simulation.size
+    if not isinstance(size, ErrorSize):
+        return None
+    return {
+        "unit": UNIT,
+        "step_error": size.settings.step_error,
+        "accepted": simulation.step,
+        "rejected": size.rejected,
+        "largest_error": size.worst,
+        "accumulated_error": size.total,
+        "above_step_error": size.coarse,
+        "dt_min": size.shortest,
+        "dt_max": size.longest,
+    }
