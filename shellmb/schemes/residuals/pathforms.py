@@ -100,7 +100,7 @@ class PathForms:
             along = over_path(*common)
             terms.append(body.damping.term(along, *body.mixed.arguments))
             work = body.damping.work(along)
-        # derivatives by functions that follow the unknown states have one kernel for both of these
+        # of the states as functions, which follow the unknown ones
         followed: Any = dict(zip(NAMES, self.states.functions, strict=True))
         step = self.step._replace(path=self.path._replace(**followed))
         for k, (stage, unknown) in enumerate(self._levels.unknown.items()):
