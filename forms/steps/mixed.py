@@ -119,11 +119,6 @@ def assumed(strain: Measure, layout: Layout) -> Measure:
     return strain.beside(lambda q: layout.forces(q, "S"), join)
 
 
-def not_assumed(strain: Measure, layout: Layout, q: Expr) -> Expr:
-    """Strains of the displacements that those of the cells do not have, shape (8,)."""
-    return strain.value(q) - assumed(strain, layout).value(q)
-
-
 @dataclass(frozen=True)
 class LinearMixed:
     """Hellinger-Reissner form of a linear section of quadrilaterals, forces in closed form.
@@ -330,11 +325,6 @@ class LinearOwn:
         _, moved = split(membrane_shear(e))
         shear = (1 - self.a) * ufl.dot(Q, gam) + ufl.dot(self.shared_shear(moved), moved)
         return [(ufl.dot(n, eps) + ufl.dot(m, bending(e)) + shear) / 2]
-
-    def unseen(self, strain: Measure, layout: Layout, q: Expr) -> Expr:
-        """Energy of the shear of displacements that strains of the cells do not have."""
-        _, rest = split(membrane_shear(not_assumed(strain, layout, q)))
-        return ufl.dot(self.shared_shear(rest), rest) / 2
 
     def resultants(self, strain: Measure, layout: Layout, q: Expr) -> Expr:
         """Resultants N/m and moments N of a state, shape (8,)."""

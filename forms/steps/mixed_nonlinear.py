@@ -21,7 +21,6 @@ from shellmb.forms.steps.mixed import (
     assumed,
     bending,
     membrane_shear,
-    not_assumed,
     split,
 )
 from shellmb.forms.steps.stress_work import added
@@ -208,10 +207,6 @@ class NonlinearMixed:
                 ufl.dot(gradient(psi, q1) - gradient(psi, q0), q1 - q0) / 2 for psi, q0, q1 in pairs
             )
         ]
-
-    def unseen(self, strain: Measure, layout: Layout, q: Expr) -> Expr:
-        """Energy of the shear of displacements that strains of the cells do not have."""
-        return self._sheared(not_assumed(strain, layout, q))
 
     def resultants(self, strain: Measure, layout: Layout, q: Expr) -> Expr:
         """Resultants N/m and moments N of a state, shape (8,)."""

@@ -8,6 +8,7 @@ from shellmb.diagnostics.base import RunWarning, Watch
 from shellmb.diagnostics.damped_modes import DampedModes
 from shellmb.diagnostics.dissipation import Dissipation
 from shellmb.diagnostics.drift import Drift
+from shellmb.diagnostics.elements.bulges import Bulging
 from shellmb.diagnostics.elements.director_angles import Folded
 from shellmb.diagnostics.elements.locked import Locked
 from shellmb.diagnostics.elements.wrinkled import Wrinkled
@@ -37,6 +38,7 @@ WATCHES: tuple[type[Watch], ...] = (
     LargeTurns,
     Folded,
     Locked,
+    Bulging,
     Wrinkled,
     Unstable,
     PathEnd,

@@ -349,6 +349,19 @@ class Body:
         return None if form is None else -self.slowing * form
 
 
+def same_everywhere(mixed: MixedSpace, part: str, body: str, dofs: Sequence[int]) -> NodeLink:
+    """Link of a part, on all cells, to one and the same unknown of another body.
+
+    Args:
+        mixed: Space with the part.
+        part: Its name.
+        body: The other body.
+        dofs: Global dofs in its space.
+    """
+    rows = mixed.dofs[part]
+    return NodeLink(rows, body, np.tile(np.asarray(dofs, np.int64), len(rows) // len(dofs)))
+
+
 def strain_energy(body: Body, q: Expr) -> Form | None:
     """Energy that a body stores at a state, J; None for bodies without."""
     return added(part.energy(q) for part in body.elastic)

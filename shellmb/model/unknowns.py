@@ -1,8 +1,7 @@
 """Links between dofs of bodies, numbers of the nodal unknowns, and which of them are given.
 
-Numbers of the nodal unknowns of all bodies, linked ones once, and which of them are given.
-
-The look-throughs before a run ask this and need no block system, and so no residual.
+The look-throughs before a run ask for the numbers, of linked ones once, and need no block system,
+and so no residual.
 """
 
 from __future__ import annotations

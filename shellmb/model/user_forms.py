@@ -6,7 +6,7 @@ import inspect
 import sys
 import traceback
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
 from types import FrameType
@@ -67,19 +67,24 @@ def vector_of(function: Callable[..., Any], arguments: Sequence[Any], who: str) 
     Raises:
         SceneError: If it fails, or returns something else; says in which file and line.
     """
-    value = called(function, arguments, who)
-    try:
+    found = _returned(function, arguments, who, "scalar or a vector", 1)
+    return found if found.ufl_shape else ufl.as_vector([found])
+
+
+def _returned(
+    function: Callable[..., Any], arguments: Sequence[Any], who: str, what: str, most: int
+) -> Expr:
+    """Return what a user's function returns, with so many indices at most."""
+    value, found = called(function, arguments, who), None
+    with suppress(TypeError, ValueError):
         found = ufl.as_ufl(value)
-        shape = found.ufl_shape
-    except (TypeError, ValueError):
-        shape = None
-    if shape is None or isinstance(value, bool) or len(shape) > 1:
+    if found is None or isinstance(value, bool) or len(found.ufl_shape) > most:
         raise SceneError(
             f"{_place(function)}{who} {show(function)} returns {_said(value)}; it must return a "
-            "scalar or a vector of UFL"
+            f"{what} of UFL"
         )
     _check_numbers(found, function, who)
-    return found if shape else ufl.as_vector([found])
+    return found
 
 
 def components(
@@ -130,18 +135,7 @@ def written(function: Callable[..., Any], arguments: Sequence[Any], who: str) ->
         SceneError: If it fails, or returns something else than a number or a scalar of UFL; says in
             which file and line.
     """
-    value = called(function, arguments, who)
-    try:
-        expression = ufl.as_ufl(value)
-    except (TypeError, ValueError):
-        expression = None
-    if expression is None or isinstance(value, bool) or expression.ufl_shape:
-        raise SceneError(
-            f"{_place(function)}{who} {show(function)} returns {_said(value)}; it must return a "
-            "scalar of UFL"
-        )
-    _check_numbers(expression, function, who)
-    return expression
+    return _returned(function, arguments, who, "scalar", 0)
 
 
 def _check_numbers(expression: Expr, function: Callable[..., Any], who: str) -> None:

@@ -27,6 +27,14 @@ def number(value: Any) -> float:
         raise ValueError("it must be a finite number") from None
 
 
+def number_or_nan(value: Any) -> float:
+    """``value`` as a float; what is no number becomes NaN, which is within no bounds."""
+    try:
+        return number(value)
+    except (TypeError, ValueError):
+        return math.nan
+
+
 def _untrue(value: Any) -> Any:
     """For choices among numbers: Python counts True as 1."""
     if isinstance(value, bool):

@@ -15,7 +15,7 @@ import shellmb as sm
 from shellmb.errors import SceneError
 from shellmb.model.model import build_model
 from shellmb.model.potentials import volume as module
-from shellmb.model.potentials.cones import ReferenceCones
+from shellmb.model.potentials.volume import ReferenceCones
 from shellmb.running.execute import RunResult, execute
 from shellmb.scene import (
     Clamped,

@@ -324,13 +324,13 @@ FAULTS: tuple[Fault, ...] = (
     Fault(
         "a kernel for each exponent of a gas",
         "shellmb/model/potentials/volume.py",
-        "self._constant(gas.exponent - 1)",
+        "self.constant(gas.exponent - 1)",
         "gas.exponent - 1",
         (f"{VALUES}::test_values_are_in_no_kernel[enclosed_volume]",),
     ),
     Fault(
         "another kernel where lengths are one",
-        "shellmb/model/joints/constraints.py",
+        "shellmb/model/massless.py",
         "if 0 < len(directions) < count:",
         "if len(set(sizes)) > 1:",
         (f"{VALUES}::test_kernels_stay_where_the_scene_is_of_length_one",),

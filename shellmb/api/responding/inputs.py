@@ -65,7 +65,7 @@ class Perturbation:
 
 
 class Commanding(Perturbation):
-    """What a motor is commanded, with a number that is added to it.
+    """Command of a motor with a number that is added to it.
 
     Args:
         command: An input.

@@ -1,17 +1,14 @@
 """Frames at nodes of beams and rigid bodies: their inertia and constraints, and floating frames.
 
-Constraints of directors as numbers: what they are, and whether they make directors unit vectors.
-
 Directors are eliminated, put on their constraints and reported by numbers at nodes, which know unit
 vectors and orthonormal triples (`system.nullspace`). The constraints themselves are written in
 `forms`: here they are asked what they are, so that whoever changes them there changes all of it.
 
-The floating frame of a body whose strains are small relative to it.
-
-Its directors are unknowns that are the same all over the body: a part "frame" of the body's own
-space that is constant on each cell, all cells identified, and so are the multipliers, "hold", of
-what ties it to the body (`forms.floating.frame`). It has no mass: its velocity follows from the
-body's, and its forces do no work.
+A body whose strains are small relative to a floating frame has that frame as its own: its directors
+are unknowns that are the same all over the body: a part "frame" of the body's own space that is
+constant on each cell, all cells identified, and so are the multipliers, "hold", of what ties it to
+the body (`forms.floating.frame`). It has no mass: its velocity follows from the body's, and its
+forces do no work.
 """
 
 from __future__ import annotations

@@ -9,7 +9,7 @@ from dolfinx import fem
 from ufl import Form
 from ufl.core.expr import Expr
 
-from shellmb.arrays import Floats, Ints
+from shellmb.arrays import Floats
 from shellmb.forms import frame
 from shellmb.forms.frame import PAIRS, FrameMass
 from shellmb.forms.loads import dead_force
@@ -23,7 +23,7 @@ from shellmb.model.body import (
 )
 from shellmb.model.frames.frame import FrameBody
 from shellmb.model.locations.ends import End
-from shellmb.model.massless import Scale, TimedLoads
+from shellmb.model.massless import Scale, TimedLoads, gathered
 from shellmb.scene.loads.loads import Gravity
 from shellmb.scene.multibody.rigid import FloatingFrame, RigidBody
 
@@ -131,22 +131,15 @@ class RigidBodies(FrameBody):
 
     def ends(self) -> dict[str, End]:
         """The centres of mass as places; collective."""
-        comm = self.node_mesh.mesh.comm
-        index_map = self.mixed.space.dofmap.index_map
-        found: dict[int, dict[str, Ints]] = {}
-        local = self.node_mesh.mesh.topology.index_map(1).size_local
-        for cell, item in enumerate(self.node_mesh.item[:local]):
-            found[int(item)] = {
-                part: index_map.local_to_global(
-                    self.mixed.dofs[part].reshape(-1, self.mixed.parts[part][1])[cell]
-                )
-                for part in ("u", "w")
-            }
-        everywhere: dict[int, dict[str, Ints]] = {}
-        for part in comm.allgather(found):
-            everywhere.update(part)
+        index_map, found = self.mixed.space.dofmap.index_map, {}
+        for part in ("u", "w"):
+            rows = self.mixed.dofs[part].reshape(-1, self.mixed.parts[part][1])
+            numbers = index_map.local_to_global(rows.ravel()).reshape(rows.shape)
+            found[part] = gathered(self.node_mesh, numbers)
         return {
-            b.name: End(NAME, b.name, everywhere[k], b.center, b.directors, b.center)
+            b.name: End(
+                NAME, b.name, {p: n[k] for p, n in found.items()}, b.center, b.directors, b.center
+            )
             for k, b in enumerate(self.bodies)
         }
 

@@ -1,7 +1,5 @@
 """Shells and beams declared rigid, which are replaced by rigid bodies before all else is built.
 
-Shells and beams declared rigid: each is replaced by a rigid body before anything else is built.
-
 Mass, centre of mass and inertia are those of the flexible model: its own mass forms are evaluated
 for the velocities `a` and `(b . X) a` of its nodes, with `(b . D) a` of its directors, of which all
 rigid motions consist. So kinetic energies agree to round-off, whatever quadrature the forms use.

@@ -13,7 +13,7 @@ from ufl.core.expr import Expr
 from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.forms.constraints import coordinates as forms
-from shellmb.forms.constraints.angle_work import angle_rate, turned
+from shellmb.forms.constraints.coordinates import angle_rate, turned
 from shellmb.forms.constraints.joints import Place
 from shellmb.forms.constraints.velocity_jump import VelocityJump
 from shellmb.forms.steps.discrete import variation

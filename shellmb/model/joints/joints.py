@@ -1,9 +1,8 @@
 """Joints of a scene as groups of constraints: all of one kind share a mesh and its kernels.
 
-Edges and areas of shells welded to a frame: eq. (35) at each of their nodes; and regions.
-
-Each node stays where it is in the frame of a rigid body, of the ground or of a beam's node, and so
-does its director. What all of them carry adds up to one force and moment of the joint.
+Edges and areas of shells are welded to a frame by eq. (35) at each of their nodes: it stays where
+it is in the frame of a rigid body, of the ground or of a beam's node, and so does its director.
+What all of them carry adds up to one force and moment of the joint.
 """
 
 from __future__ import annotations

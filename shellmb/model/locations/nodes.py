@@ -59,6 +59,11 @@ class Nodes:
         """Reference director of a shell, shape (n, 3); of none without directors."""
         return np.asarray(self.directors[:, :1].reshape(-1, 3))
 
+    def repeated(self, each: int) -> Nodes:
+        """Each node so many times, one after the other."""
+        dofs = {part: np.repeat(rows, each, axis=0) for part, rows in self.dofs.items()}
+        return Nodes(np.repeat(self.x, each, axis=0), dofs, np.repeat(self.directors, each, axis=0))
+
     def end(self, k: int, body: str, point: Floats | None = None) -> End:
         """A node as a place on a body, perhaps with a point off it."""
         dofs, x = {part: self.dofs[part][k] for part in ("u", "w")}, self.x[k]

@@ -1,7 +1,5 @@
 """Data of a body that is reduced to modes, and the same in the basis of another body.
 
-Data of a body that is reduced to modes, independent of its number of nodes.
-
 A material point is at `x = x0 + d_a (X_a + phi_ka eta_k)`, with a floating frame `x0, d_a` that is
 unknown as that of a rigid body and modes `phi_k` of amplitudes `eta_k`, in components along the
 frame; its directors alike. All of it is linear in the vectors `x0`, `d_a` and `y_ka = eta_k d_a`,
@@ -20,13 +18,12 @@ motions in the metric of the mass): it is a mean of the body, and the representa
 References: R. R. Craig, M. C. C. Bampton, AIAA J. 6 (1968) 1313-1319; B. Fraeijs de Veubeke, Int.
 J. Eng. Sci. 14 (1976) 895-913 (mean axes).
 
-Modes of a body that is little different from another one, in the other one's basis.
-
-Signs of modes and directions within multiple frequencies are arbitrary, and a body next to another
-one has others. Motions depend on the space of the modes only. So amplitudes are exchanged for
-combinations in which the stiffness is that of the other body, and the points that carry the inertia
-for combinations with the masses of the other body's points. Both leave one rotation free, which is
-the one that brings shapes nearest to the other body's: that depends smoothly on the body.
+Of a body that is little different from another one, signs of modes and directions within multiple
+frequencies are arbitrary, and a body next to another one has others. Motions depend on the space of
+the modes only. So amplitudes are exchanged for combinations in which the stiffness is that of the
+other body, and the points that carry the inertia for combinations with the masses of the other
+body's points. Both leave one rotation free, which is the one that brings shapes nearest to the
+other body's: that depends smoothly on the body.
 """
 
 from __future__ import annotations

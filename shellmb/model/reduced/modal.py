@@ -39,7 +39,7 @@ from shellmb.forms.state import Layout
 from shellmb.forms.steps.discrete import variation
 from shellmb.meshes.nodes import NodeMesh, constant_vector
 from shellmb.meshes.spaces import MixedSpace, constant_space
-from shellmb.model.body import Body, NodeLink, Rates
+from shellmb.model.body import Body, Rates, same_everywhere
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.frames.rigid import RigidBodies
 from shellmb.model.locations.nodes import part_dofs
@@ -190,11 +190,8 @@ class ModalTerms(Body):
             "u1": (frame.body, frame.dofs["u"]),
             "w1": (frame.body, frame.dofs["w"]),
         }
-        links = []
-        for part, (name, numbers) in targets.items():
-            rows = mixed.dofs[part].reshape(-1, len(numbers))
-            links.append(NodeLink(rows.ravel(), name, np.tile(numbers, len(rows))))
-        super().__init__(f"terms of {self._of.name}", mixed, (), tuple(links))
+        links = tuple(same_everywhere(mixed, part, *of) for part, of in targets.items())
+        super().__init__(f"terms of {self._of.name}", mixed, (), links)
         self.layout, self.kinematic = Layout(mixed.parts), frozenset(mixed.parts)
         # the vectors of the state: what each is at rest, from the centre of mass
         directors = self._of.frames if isinstance(self._of, BeamModel) else self._of.director

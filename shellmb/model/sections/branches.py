@@ -202,6 +202,16 @@ class MaxwellBranches:
         for group in self._groups:
             yield from group.stresses(q, change)
 
+    def held(self, q: fem.Function, dq: Expr) -> Form:
+        """Work of the stresses that `follow` takes, of the accepted state."""
+        found = [group.held(q, dq) for group in self._groups]
+        return sum(found[1:], found[0])
+
+    def follow(self) -> None:
+        """Take the stresses of the accepted state."""
+        for group in self._groups:
+            group.follow()
+
     def prepare(self, dt: float) -> None:
         """Set the numbers of a step of a length [s]."""
         for group in self._groups:
@@ -281,6 +291,7 @@ class _Group:
         self._nodes = at_nodes.dofmap.list[self._cells][..., None] * self._size
         self._nodes = self._nodes + np.arange(self._size)
         self._given = fem.Function(at_nodes), fem.Function(at_nodes)
+        self._now = fem.Function(at_nodes)
         weights = fem.assemble_vector(compiled(ufl.TestFunction(self.space)[0] * fading.dx))
         weighed = weights.array[self._dofs[:own, :, 0]]
         C = self._at_points(self._section.matrix())[:own]
@@ -356,8 +367,19 @@ class _Group:
             course.renew(along.rows, course.rows(mixture, self._given).rows)
         self._dt = dt
         for function, shares in zip(self._given, self._shares, strict=True):
-            at = (shares @ self.values)[self._dofs]
-            function.x.array[self._nodes] = np.einsum("np,cpi->cni", self._through, at)
+            self._mix(function, shares)
+
+    def _mix(self, function: fem.Function, shares: Floats) -> None:
+        """Give a function shares of the strains of all branches."""
+        at = (shares @ self.values)[self._dofs]
+        function.x.array[self._nodes] = np.einsum("np,cpi->cni", self._through, at)
+
+    def held(self, q: fem.Function, dq: Expr) -> Form:
+        stress = self._section.stress(self._now)[0]
+        return ufl.inner(stress, self._strain.change(q, dq)) * self._dx
+
+    def follow(self) -> None:
+        self._mix(self._now, self._factors)
 
     def _solved(self) -> tuple[Floats, Floats, Floats, Floats]:
         """Mean, first moment, bow and change of the springs' strains over the step just solved."""

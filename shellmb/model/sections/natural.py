@@ -1,7 +1,5 @@
 """Strains that a body has without stress: what they add to its forces, and their sizes.
 
-Strains that a body has without stress: what they add to its forces, energy and resultants.
-
 With `e - theta e*` in place of the strain `e` of a linear section the forces are those of `e` less
 `theta S*`, `S* = C e*`: a stress that is given, and that acts on the same strains, at the same
 points. So it is a load, of which the schemes take means and work as of any other, and the mixed

@@ -1,7 +1,5 @@
 """A section bound to a mesh: its rules, its coefficients, and weights by the size of elements.
 
-Coefficients of forms from a shell's section: numbers, or fields where it varies.
-
 A section that varies is evaluated at points of each element: on quadrilaterals at the Gauss points
 of the rule that a coefficient is used with, where its field has its nodes, and on triangles at the
 middle. So stiffness and mass are positive wherever forms are integrated, and what jumps at an edge

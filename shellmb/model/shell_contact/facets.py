@@ -1,7 +1,5 @@
 """Facets of a shell's mid-surface: places nearest to points, candidates of these, and crossings.
 
-Facets of a shell's mid-surface, and the places on them that are nearest to points.
-
 Elements are split at their nodes into small quadrilaterals or triangles, and the quadrilaterals
 into four triangles about their centre. A place is within a triangle, or on the nearest of its
 sides.

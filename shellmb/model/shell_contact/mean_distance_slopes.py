@@ -1,7 +1,5 @@
 """Mean slopes of distances between two states, exact and free of momenta, with derivatives.
 
-Mean slopes of a distance between two states, exact and free of momenta, with derivatives.
-
 A point `y` and the place of a facet that is nearest to it have the vector `z = C x`, with weights
 `C` of the nodes `x` that add up to zero, and the distance `g = |z|`, the least one of all weights.
 Between states a and b with the weights `C_a` and `C_b` of either, which may be of two facets,

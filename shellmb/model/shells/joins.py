@@ -1,11 +1,9 @@
 """Shells joined along edges, and beams glued to shells.
 
-Reinforcing beams glued to shells: shared nodes, and frames that follow the shell's director.
-
-The displacements of the beam's nodes are those of the shell (Boolean identification, section 5 of
-the paper). A shell's director carries no moment about itself, so the beam's frame is connected to
-it by the shell revolute joint, `e1 . E3 = e2 . E3 = 0` (eq. 35), or, for the same result with
-fewer unknowns, the beam's third director is the shell's.
+Of a reinforcing beam the displacements of its nodes are those of the shell (Boolean identification,
+section 5 of the paper). A shell's director carries no moment about itself, so the beam's frame is
+connected to it by the shell revolute joint, `e1 . E3 = e2 . E3 = 0` (eq. 35), or, for the same
+result with fewer unknowns, the beam's third director is the shell's.
 """
 
 from __future__ import annotations

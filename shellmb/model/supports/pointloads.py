@@ -56,23 +56,14 @@ def _follower_moment(components: Expr, place: Place, change: Place) -> Expr:
     return follower_frame_moment(components, _frame(place), _stacked(change))
 
 
-# kind of load to its virtual work, and the number of vectors it needs at its place
-_WORK: dict[type, tuple[Callable[[Expr, Place, Place], Expr], int]] = {
-    PointForce: (_dead_force, 0),
-    FollowerForce: (_follower_force, 3),
-    PointMoment: (_dead_moment, 3),
-    FollowerMoment: (_follower_moment, 3),
+# kind of load to its virtual work, the number of vectors it needs at its place, and where it says
+# its components
+_WORK: dict[type, tuple[Callable[[Expr, Place, Place], Expr], int, str]] = {
+    PointForce: (_dead_force, 0, "force"),
+    FollowerForce: (_follower_force, 3, "components"),
+    PointMoment: (_dead_moment, 3, "moment"),
+    FollowerMoment: (_follower_moment, 3, "components"),
 }
-
-
-def _components(load: PointLoad) -> tuple[float, float, float]:
-    match load:
-        case PointForce():
-            return load.force
-        case PointMoment():
-            return load.moment
-        case _:
-            return load.components
 
 
 class PointLoads(NodeGroup):
@@ -99,8 +90,8 @@ class PointLoads(NodeGroup):
         self._end = EndGroup(ends, axes, "1", turns)
         super().__init__(name, comm, len(loads), places=[self._end])
         self.times = [load.time for load in loads]
-        self.values = np.array([_components(load) for load in loads], dtype=float)
-        self._kind, _ = _WORK[type(loads[0])]
+        self._kind, _, given = _WORK[type(loads[0])]
+        self.values = np.array([getattr(load, given) for load in loads], dtype=float)
 
     def place(self, q: Expr) -> Place:
         """The places at a state."""

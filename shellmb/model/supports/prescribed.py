@@ -1,11 +1,9 @@
 """Constraints at single nodes, and prescribed values of each node.
 
-Prescribed values of each node, collected before anything is fixed.
-
-A support prescribes components of a nodal vector, rows `normal . q = value(t)` of linear equations.
-Going through those of a node one after the other, a row that is a combination of the ones before it
-is repeated; if the same combination of their values is another one, the supports contradict one
-another.
+Values are collected before anything is fixed. A support prescribes components of a nodal vector,
+rows `normal . q = value(t)` of linear equations. Going through those of a node one after the other,
+a row that is a combination of the ones before it is repeated; if the same combination of their
+values is another one, the supports contradict one another.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -23,7 +21,7 @@ from shellmb.errors import SceneError
 from shellmb.forms.constraints import nodal as nodal_forms
 from shellmb.model.body import FixedDofs, PrescribedTurn
 from shellmb.model.joints.constraints import ConstraintGroup
-from shellmb.model.locations.nodes import Meshed, said_point, shown
+from shellmb.model.locations.nodes import Meshed, Nodes, said_point, shown
 from shellmb.scene.lookup import said
 
 
@@ -90,70 +88,38 @@ def kink(
 def plane(
     name: str,
     comm: MPI.Comm,
-    vector: tuple[str, Ints, Floats],
+    body: str,
+    vectors: Mapping[str, Ints],
     normals: Floats,
     scale: float,
     x: Floats,
     size: float,
+    arms: Floats | None = None,
 ) -> NodalConstraint:
-    """A nodal vector (a change from the reference) stays in the plane with the given normal.
-
-    Args:
-        name: Name of the constraint.
-        comm: Communicator.
-        vector: Name of the body, global dofs of shape (n, 3), reference values (n, 3).
-        normals: Unit normals, shape (n, 3).
-        scale: Size of the multiplier's force, N, or moment, N m.
-        x: Positions of the nodes, for messages, shape (n, 3), m.
-        size: What violations are relative to: the body's length, m, or 1 of a director.
-    """
-    body, dofs, _ = vector
-    return NodalConstraint(
-        name,
-        comm,
-        {"q": (body, dofs, np.zeros((len(normals), 3)))},
-        lambda q, data: nodal_forms.in_plane(q["q"], data),
-        normals,
-        scale,
-        x,
-        size,
-    )
-
-
-def arm_plane(
-    name: str,
-    comm: MPI.Comm,
-    body: str,
-    dofs: dict[str, Ints],
-    arms: Floats,
-    normals: Floats,
-    scale: float,
-    x: Floats,
-    length: float,
-) -> NodalConstraint:
-    """The ends of arms at nodes stay in the planes with the given normals.
+    """Changes of nodal vectors stay in the planes with the given normals.
 
     Args:
         name: Name of the constraint.
         comm: Communicator.
         body: Name of the body.
-        dofs: Global dofs of the nodes' displacements "u", (n, 3), and directors "w", (n, 3 m).
-        arms: Components of the arms along the directors, shape (n, m), m.
+        vectors: Global dofs of the vectors by names, shape (n, 3) each: of one, and of those that
+            are added to it.
         normals: Unit normals, shape (n, 3).
-        scale: Size of the multiplier's force, N.
+        scale: Size of the multiplier's force, N, or moment, N m.
         x: Positions of the nodes, for messages, shape (n, 3), m.
-        length: Size of the body, m.
+        size: What violations are relative to: the body's length, m, or 1 of a director.
+        arms: What the vectors that are added are multiplied by, shape (n, m), m.
     """
-    zeros, count = np.zeros((len(x), 3)), arms.shape[1]
-    turns = {f"w{k}": (body, dofs["w"][:, 3 * k : 3 * k + 3], zeros) for k in range(count)}
+    zeros = np.zeros((len(x), 3))
+    parts = {part: (body, dofs, zeros) for part, dofs in vectors.items()}
 
     def constraint(q: dict[str, Expr], data: Expr) -> Expr:
-        end = sum((data[3 + k] * q[f"w{k}"] for k in range(count)), start=q["u"])
-        return nodal_forms.in_plane(end, ufl.as_vector([data[i] for i in range(3)]))
+        first, *added = (q[part] for part in vectors)
+        moved = sum((data[3 + k] * vector for k, vector in enumerate(added)), start=first)
+        return nodal_forms.in_plane(moved, ufl.as_vector([data[i] for i in range(3)]))
 
-    parts = {"u": (body, dofs["u"], zeros), **turns}
-    data = np.hstack([normals, arms])
-    return NodalConstraint(name, comm, parts, constraint, data, scale, x, length)
+    data = normals if arms is None else np.hstack([normals, arms])
+    return NodalConstraint(name, comm, parts, constraint, data, scale, x, size)
 
 
 Dof = tuple[str, int]
@@ -195,12 +161,9 @@ class Rows:
         body: The body.
         described: Its description in the scene.
         part: "u" or "w".
-        x: Position of the node of each row, shape (n, 3), m.
-        dofs: Global dofs of its vector, shape (n, size).
+        nodes: Node of each row.
         normals: Unit vectors, shape (n, size).
         value: Function of time that gives the values, shape (n,); None: zero.
-        lam: Global dofs of the multipliers of the node's directors, shape (n, m).
-        directors: Reference director of the node of a shell, shape (n, 3).
         turn: The rotation that the values are of; None: they are of none.
     """
 
@@ -208,13 +171,15 @@ class Rows:
     body: Supportable
     described: Any
     part: str
-    x: Floats
-    dofs: Ints
+    nodes: Nodes
     normals: Floats
     value: Callable[[float], Floats] | None
-    lam: Ints
-    directors: Floats
     turn: PrescribedTurn | None = None
+
+    @property
+    def dofs(self) -> Ints:
+        """Global dofs of the vectors, shape (n, size)."""
+        return self.nodes.dofs[self.part]
 
 
 @dataclass
@@ -372,10 +337,10 @@ class Prescribed:
                     self._check_length(rows, k, node, whole)
                 if whole:
                     full.append(k)
-            _append(rows.body, rows.lam[full].ravel(), None)
+            _append(rows.body, rows.nodes.dofs["lam"][full].ravel(), None)
 
     def _check_length(self, rows: Rows, k: int, node: _Node, whole: bool) -> None:
-        before, change = np.array(node.basis) @ rows.directors[k], np.array(node.sides)
+        before, change = np.array(node.basis) @ rows.nodes.director[k], np.array(node.sides)
         lengths = np.linalg.norm(before[:, None] + change, axis=0)
         wrong = np.abs(lengths - 1) if whole else lengths - 1
         if self._linear:
@@ -386,8 +351,8 @@ class Prescribed:
         if wrong[worst] > LONGER:
             raise SceneError(
                 f"{rows.support}: it makes the director of {said(rows.described)} at "
-                f"{shown(rows.x[k])} {lengths[worst]:.6g} long at t = {self._times[worst]:g}; the "
-                "director must keep its length 1"
+                f"{shown(rows.nodes.x[k])} {lengths[worst]:.6g} long at "
+                f"t = {self._times[worst]:g}; the director must keep its length 1"
             )
 
 
@@ -408,8 +373,9 @@ def _contradict(
     other = " and ".join(dict.fromkeys(others))
     raise SceneError(
         f"{other} and {rows.support} contradict one another on {said(rows.described)}: at "
-        f"{shown(rows.x[k])} the {WHAT[rows.part]} along {along} is {implied:.6g} by the former "
-        f"and {wanted:.6g} by the latter at t = {t:g}; they must agree, or one must be left out"
+        f"{shown(rows.nodes.x[k])} the {WHAT[rows.part]} along {along} is {implied:.6g} by the "
+        f"former and {wanted:.6g} by the latter at t = {t:g}; they must agree, or one must be "
+        "left out"
     )
 
 
@@ -449,7 +415,6 @@ def _planes(found: Sequence[tuple[Rows, int]]) -> NodalConstraint:
     normals = np.array([r.normals[k] for r, k in found])
     size = body.domain.length if part == "u" else 1.0
     scale = body.force_size * body.domain.length / size
-    vector = (body.name, dofs, np.zeros((len(dofs), 3)))
     name = f"{kind} plane of '{body.name}'"
-    x = np.array([r.x[k] for r, k in found])
-    return plane(name, body.domain.mesh.comm, vector, normals, scale, x, size)
+    x = np.array([r.nodes.x[k] for r, k in found])
+    return plane(name, body.domain.mesh.comm, body.name, {"q": dofs}, normals, scale, x, size)

@@ -4,7 +4,6 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 from dolfinx import fem, mesh
 
 from shellmb.arrays import Floats
@@ -19,7 +18,7 @@ from shellmb.model.supports.prescribed import (
     Prescribed,
     Rows,
     Supportable,
-    arm_plane,
+    plane,
 )
 from shellmb.scene import Scene
 from shellmb.scene.loads import supports as scene_supports
@@ -184,19 +183,13 @@ class SupportRows:
         arms = [
             arm_components(support.offset, D, self._who, f"'{body.name}'") for D in nodes.directors
         ]
-        self.arms.append(
-            arm_plane(
-                f"displacement plane of '{body.name}' off {show(support.at)}",
-                body.domain.mesh.comm,
-                body.name,
-                {part: np.tile(nodes.dofs[part], (len(directions), 1)) for part in ("u", "w")},
-                np.tile(arms, (len(directions), 1)),
-                np.repeat([d / np.linalg.norm(d) for d in directions], len(nodes.x), axis=0),
-                body.force_size,
-                np.tile(nodes.x, (len(directions), 1)),
-                body.domain.length,
-            )
-        )
+        count, name = len(directions), f"displacement plane of '{body.name}' off {show(support.at)}"
+        u, w = (np.tile(nodes.dofs[part], (count, 1)) for part in ("u", "w"))
+        turns = {f"w{k}": w[:, 3 * k : 3 * k + 3] for k in range(len(arms[0]))}
+        normals = np.repeat([d / np.linalg.norm(d) for d in directions], len(nodes.x), axis=0)
+        common = name, body.domain.mesh.comm, body.name, {"u": u, **turns}, normals
+        sizes = body.force_size, np.tile(nodes.x, (count, 1)), body.domain.length
+        self.arms.append(plane(*common, *sizes, np.tile(arms, (count, 1))))
 
     def _crosses(self, support: scene_supports.SymmetryPlane) -> None:
         """A director along the normal of its plane cannot stay in it."""
@@ -219,27 +212,9 @@ class SupportRows:
         self, nodes: Nodes, part: str, normals: Floats, value: Values | None = None, each: int = 1
     ) -> None:
         """Add `each` rows for every node, those of a node one after the other."""
-        if not self._body.mixed.parts[part][1]:
-            return
-
-        def repeated(array: npt.NDArray[Any]) -> npt.NDArray[Any]:
-            return np.repeat(array, each, axis=0)
-
-        self._prescribed.add(
-            Rows(
-                self._who,
-                self._body,
-                self._described,
-                part,
-                repeated(nodes.x),
-                repeated(nodes.dofs[part]),
-                normals,
-                value,
-                repeated(nodes.dofs["lam"]),
-                repeated(nodes.director),
-                self._turn,
-            )
-        )
+        if self._body.mixed.parts[part][1]:
+            of = self._who, self._body, self._described, part
+            self._prescribed.add(Rows(*of, nodes.repeated(each), normals, value, self._turn))
 
     def _hold(self, where: Place, part: str, value: Values | None = None) -> None:
         """All components, of a beam those of all its directors."""

@@ -1,9 +1,8 @@
 """A body of the user's own: measures with an energy, mass and constraints on any DOLFINx space.
 
-Strains of a body without independent resultants: with a stiffness, or an energy of any form.
-
-Forces are those of the pages of the schemes (`schemes.interval`, `schemes.quadratic`) at functions
-that follow the unknown states.
+Strains have a stiffness or an energy of any form, without independent resultants. Forces are those
+of the pages of the schemes (`schemes.interval`, `schemes.quadratic`) at functions that follow the
+unknown states.
 """
 
 from __future__ import annotations

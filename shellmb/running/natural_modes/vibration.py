@@ -9,6 +9,7 @@ from petsc4py import PETSc
 import numpy as np
 
 from shellmb.arrays import Bools, Floats
+from shellmb.diagnostics.elements.bulges import bulging_modes
 from shellmb.diagnostics.elements.locked import locked_modes
 from shellmb.diagnostics.elements.wrinkled import wrinkled_modes
 from shellmb.diagnostics.stiffened_modes import Motion, stiffened_modes
@@ -213,6 +214,7 @@ def _doubtful(
     return [
         *(stiffened_modes(model, state, elastic) if state is not None else ()),
         *locked_modes(model, modes, directors),
+        *bulging_modes(model, [(number, part) for number, _, part in modes], state),
         *wrinkled_modes(model, state),
     ]
 

@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from shellmb.errors import SceneError
 from shellmb.scene.types import Axis, Finite, Name, Spot, Vec3
 from shellmb.scene.values.messages import check_differ, refused
-from shellmb.scene.values.validate import described, in_words, show, unit_vector
+from shellmb.scene.values.user_functions import points_by
+from shellmb.scene.values.validate import described, show, unit_vector
 
 type Points = NDArray[np.float64]
 
@@ -248,21 +249,8 @@ class ParametricCurve(Curve):
             SceneError: If the function returns another shape or a number that is not finite.
         """
         xi = np.atleast_1d(np.asarray(xi, dtype=float))
-        try:
-            x = np.asarray(self.function(xi), dtype=float)
-        except (TypeError, ValueError) as error:
-            raise SceneError(
-                f"parametric curve: function fails ({in_words(error)}); it must give (3, "
-                f"{xi.size}) numbers for {xi.size} points"
-            ) from error
-        if x.shape != (3, xi.size):
-            raise SceneError(
-                f"parametric curve: function returns an array of shape {x.shape} for {xi.size} "
-                f"points; it must be (3, {xi.size})"
-            )
-        if not np.isfinite(x).all():
-            raise SceneError("parametric curve: function returns a number that is not finite")
-        return x
+        right = f"it must give (3, {xi.size}) numbers for {xi.size} points"
+        return points_by("parametric curve: function", right, self.function, xi)
 
 
 @described("curve along an edge")

@@ -33,16 +33,8 @@ from shellmb.scene.values.user_functions import finite_in_time, values_at
 from shellmb.scene.values.validate import edge_names, show
 
 # parts of a scene whose names differ within each of them, and others with names
-NAMED = (
-    "bodies",
-    "joints",
-    "drivers",
-    "force_elements",
-    "couplings",
-    "probes",
-    "reserves",
-    "controllers",
-)
+RECORDED = ("probes", "reserves", "controllers")
+NAMED = ("bodies", "joints", "drivers", "force_elements", "couplings", *RECORDED)
 ALSO_NAMED = ("potentials", "contacts", "volumes", "events")
 # what separates folders, columns and texts
 SEPARATORS = "/\\,;\"'"
@@ -171,11 +163,6 @@ def _relaxation(scene: Description) -> None:
                 f"{who}: its section varies, relaxes, and has stiffness_damping; where it relaxes "
                 "and varies, stiffness_damping must be 0"
             )
-        if scene.output.end_forces and not scene.static:
-            raise SceneError(
-                f"{who}: its section relaxes, and its forces are known as means over a step only; "
-                "output must be without end_forces"
-            )
         if not relaxed and "equilibrium" in scene.starts:
             raise SceneError(f"{who}: {_FROM_EQUILIBRIUM}")
         natural = body.natural
@@ -193,11 +180,6 @@ def _relaxation(scene: Description) -> None:
             raise SceneError(
                 f"{who}: a body that relaxes has this name, too, and columns as "
                 f"'{element.name}.relaxation.loss' are by names; it must have another name"
-            )
-        if scene.output.end_forces and not scene.static:
-            raise SceneError(
-                f"{who}: it relaxes, and what holds it is known as means over a step only; output "
-                "must be without end_forces"
             )
         if not series.relaxed and "equilibrium" in scene.starts:
             raise SceneError(f"{who}: {_FROM_EQUILIBRIUM}")

@@ -15,7 +15,7 @@ from shellmb.scene.shells import lamination
 from shellmb.scene.shells.lamination import Layer, Layup
 from shellmb.scene.shells.sections import FiniteAt, LinearSection, PositiveAt, Value, check_stable
 from shellmb.scene.shells.strength import Strength
-from shellmb.scene.types import Finite, Listed, NonNegative, Positive, number
+from shellmb.scene.types import Finite, Listed, NonNegative, Positive, number_or_nan
 from shellmb.scene.values.damping import Prony, ShellTimes
 from shellmb.scene.values.natural import NaturalStrain
 from shellmb.scene.values.validate import described, show
@@ -269,10 +269,7 @@ def thermal_strain(
 
 
 def _finite(name: str, value: Any) -> float:
-    try:
-        found = number(value)
-    except (TypeError, ValueError):
-        found = float("nan")
+    found = number_or_nan(value)
     if not np.isfinite(found):
         raise SceneError(f"thermal strain: {name} is {show(value)}; it must be a finite number")
     return found

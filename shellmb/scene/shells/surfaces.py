@@ -16,7 +16,8 @@ from pydantic import AfterValidator
 
 from shellmb.errors import SceneError
 from shellmb.scene.types import Finite, Positive, Vec3
-from shellmb.scene.values.validate import described, frame, in_words, show
+from shellmb.scene.values.user_functions import points_by
+from shellmb.scene.values.validate import described, frame, show
 
 type Points = NDArray[np.float64]
 
@@ -115,21 +116,8 @@ class Parametric(Surface):
         Raises:
             SceneError: If the map fails, returns another shape or a number that is not finite.
         """
-        try:
-            x = np.asarray(self.map(xi, eta), dtype=float)
-        except (Exception, SystemExit) as error:
-            raise SceneError(
-                f"parametric surface: map fails ({in_words(error)}); it must be written for arrays "
-                "xi and eta"
-            ) from error
-        if x.shape != (3, xi.size):
-            raise SceneError(
-                f"parametric surface: map returns an array of shape {x.shape} for {xi.size} "
-                f"points; it must be (3, {xi.size})"
-            )
-        if not np.isfinite(x).all():
-            raise SceneError("parametric surface: map returns a number that is not finite")
-        return x
+        right = "it must be written for arrays xi and eta"
+        return points_by("parametric surface: map", right, self.map, xi, eta)
 
 
 def _angles(value: tuple[float, float]) -> tuple[float, float]:

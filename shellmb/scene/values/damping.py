@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator
 
 from shellmb.errors import SceneError
-from shellmb.scene.types import Finite, NonNegative, Positive, number
+from shellmb.scene.types import Finite, NonNegative, Positive, number, number_or_nan
 from shellmb.scene.values.messages import plain
 from shellmb.scene.values.validate import described, show
 
@@ -59,10 +59,7 @@ def _one_or(several: type) -> BeforeValidator:
     def check(value: Any) -> Any:
         if isinstance(value, several):
             return value
-        try:
-            time = number(value)
-        except (TypeError, ValueError):
-            time = math.nan
+        time = number_or_nan(value)
         if not (0 <= time < math.inf):
             raise ValueError(
                 f"it must be a time in seconds, 0 or more, or a {several.__name__} of such times"
@@ -138,10 +135,7 @@ def _terms(value: Any) -> tuple[tuple[float, float], ...]:
 def _shift(value: Any) -> Any:
     if isinstance(value, WLF):
         return value
-    try:
-        factor = number(value)
-    except (TypeError, ValueError):
-        factor = math.nan
+    factor = number_or_nan(value)
     if not 0 < factor < math.inf:
         raise ValueError("it must be a positive factor on the times, or a WLF")
     return factor

@@ -189,6 +189,34 @@ def values_at(
     return value
 
 
+def points_by(
+    who: str, right: str, function: Callable[..., Any], *parameters: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Positions of a curve or a surface of the user's, shape (3, n).
+
+    Args:
+        who: What messages call the function.
+        right: Says what it must be.
+        function: The function.
+        parameters: What it is of, each of shape (n,).
+
+    Raises:
+        SceneError: If it fails, or gives another shape or a number that is not finite.
+    """
+    size = parameters[0].size
+    try:
+        x = np.asarray(function(*parameters), dtype=float)
+    except (Exception, SystemExit) as error:
+        raise SceneError(f"{who} fails ({in_words(error)}); {right}") from error
+    if x.shape != (3, size):
+        raise SceneError(
+            f"{who} returns an array of shape {x.shape} for {size} points; it must be (3, {size})"
+        )
+    if not np.isfinite(x).all():
+        raise SceneError(f"{who} returns a number that is not finite")
+    return x
+
+
 def check_sign(
     value: NDArray[np.float64], x: NDArray[np.float64], who: str, strictly: bool
 ) -> None:
