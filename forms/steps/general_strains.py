@@ -98,13 +98,10 @@ class GeneralStep(NamedTuple):
     Args:
         places: `P1` at Gauss' points.
         rows: What the rows P0 and P1 have of the stresses.
-        shares: Those of each unknown state in the states of the path, and in the states that
-            hold the resultants of the rows P0 and P1.
     """
 
     places: tuple[Expr, Expr]
     rows: tuple[GeneralRow, GeneralRow]
-    shares: tuple[tuple[Expr, ...], ...]
 
 
 class GeneralStrain:

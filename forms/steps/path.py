@@ -37,10 +37,9 @@ Infinitely stiff strains are constraints by (Q4), for positions and velocities; 
 of `<s>` they would be for positions alone, and velocities along stiff fibres would grow.
 
 So a row is a sum of `stress of a moment . slope`, a moment is `lin` and `quad` of the four states
-with some weights, a slope that with the direction for one of them, and so are their derivatives.
-The weights are Constants (`shellmb/schemes/residuals`): one kernel serves all blocks of Jacobians,
-and one both rows P0 and P1, which see the same strains and stresses. In the paper's
-schemes a sub-interval is a path without bow, its stress the average of (22), (32) at the middle:
+with some weights, a slope that with the direction for one of them. The weights are Constants
+(`shellmb/schemes/residuals`). In the paper's schemes a sub-interval is a path without bow, its
+stress the average of (22), (32) at the middle:
 
     E = lin(x) + [quad(x, x) + quad(D, D)/4]/2 + beta/2 [lin(D) + quad(x, D)]             (20), (32)
 
@@ -52,7 +51,7 @@ symbol        name                                                              
 ============  =====================================================================  ====
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple, Protocol
 
 import ufl
@@ -101,7 +100,8 @@ class Stress(NamedTuple):
         moment: The moment.
         slopes: What the stress acts on in each row.
         own: Number of the row that demands the compatibility of the moment; None: none does.
-        ahead: As of `Pair`; None: nothing.
+        ahead: What the end of a sub-interval is ahead of the moment, as a share of the measure's
+            change: resultants are those of the end, and compatible there; None: nothing.
     """
 
     moment: Moment
@@ -109,44 +109,10 @@ class Stress(NamedTuple):
     own: int | None
     ahead: Expr | None = None
 
-
-class Change(NamedTuple):
-    """Derivative of a pair with respect to one of the unknown states.
-
-    Args:
-        moment: Derivative of the moment.
-        held: One where the state holds the resultants that belong to the moment; else zero.
-        share: Share of the state's resultants in those of the moment.
-        turn: Weight of that state in the slope: the stress acts on second derivatives, too.
-        gain: Derivative of the measure whose compatibility is demanded, over that of the moment.
-        states: Shares of the unknown state in the states of the path.
-    """
-
-    moment: Slope
-    held: Expr
-    share: Expr
-    turn: Expr
-    gain: Expr
-    states: tuple[Expr, ...]
-
-
-class Pair(NamedTuple):
-    """A stress in one row with its derivatives; all its numbers are there, if only as zeros.
-
-    Args:
-        moment: The moment.
-        slope: What its stress acts on.
-        own: One where the moment is the row's own, whose compatibility it demands; else zero.
-        ahead: What the end of a sub-interval is ahead of the moment, as a share of the measure's
-            change: resultants are those of the end, and compatible there.
-        changes: Derivatives by the unknown states, of those that it depends on.
-    """
-
-    moment: Moment
-    slope: Slope
-    own: Expr
-    ahead: Expr
-    changes: Mapping[int, Change]
+    def in_row(self, k: int) -> "Stress":
+        """The stress in one row alone."""
+        own = 0 if self.own == k else None
+        return self._replace(slopes=(self.slopes[k],), own=own)
 
 
 class Rows(NamedTuple):
@@ -155,14 +121,12 @@ class Rows(NamedTuple):
     Args:
         states: Mean, chord, bow and mean velocity of the path as functions that the scheme fills.
         stresses: Stresses with what they act on in all of the rows.
-        pairs: The same in each row, with derivatives.
         numbers: Numbers of the unknown states whose rows they are.
         moving: Number of the states that are not always zero: of a sub-interval two.
     """
 
     states: tuple[Expr, ...]
     stresses: tuple[Stress, ...]
-    pairs: tuple[tuple[Pair, ...], ...]
     numbers: tuple[int, ...]
     moving: int = 4
 
@@ -335,7 +299,7 @@ class Points(NamedTuple):
     """Values for rows of nonlinear sections at two Gauss points in time (`stress_work_nonlinear`).
 
     Args:
-        rows: Strains of both points and what their stresses act on.
+        stresses: Those of strains of both points, and what they act on.
         rates: Rate of the strain at each point times its weight.
         start: Strain at the start, `e_i`.
         end: Strain at the end, `e_f`.
@@ -346,14 +310,14 @@ class Points(NamedTuple):
         dissipates: Whether there is a dissipation.
     """
 
-    rows: Rows
+    stresses: tuple[Stress, ...]
     rates: tuple[Moment, Moment]
     start: Moment
     end: Moment
     chord: Moment
     bow: Moment
     mean: tuple[Slope, Slope]
-    damping: Rows
+    damping: Stress
     dissipates: bool
 
 

@@ -11,7 +11,7 @@ from shellmb.forms.state import Layout
 from shellmb.forms.steps.discrete import stress_average
 from shellmb.forms.steps.general_strains import GeneralRow, GeneralStrain
 from shellmb.forms.steps.mixed import Interval
-from shellmb.forms.steps.path import Change, Pair, Stress, across, moment_of, slope_at
+from shellmb.forms.steps.path import Stress, across, moment_of, slope_at
 
 
 class MixedSection(Protocol):
@@ -70,31 +70,6 @@ def stress_work(
 def added(a: Sequence[Expr], b: Sequence[Expr]) -> list[Expr]:
     """Sums of densities, rule by rule."""
     return [x + y for x, y in zip(a, b, strict=True)]
-
-
-def pair_change(
-    section: MixedSection,
-    layout: Layout,
-    strain: Measure,
-    states: Sequence[Expr],
-    pair: Pair,
-    change: Change,
-    dq: Expr,
-    trial: Expr,
-) -> list[Expr]:
-    """Derivative of a row's part of it in the direction `trial` of an unknown state."""
-    e, held = moment_of(strain, pair.moment, states), section.forces(layout, pair.moment.held)
-    N = _mean(section, layout, states, held, pair.ahead)
-    moved = slope_at(strain, change.moment, states, trial)
-    new = section.forces(layout, trial)
-    share = section.where_held(change.held * new, change.share * new)
-    de, turned = slope_at(strain, pair.slope, states, dq), strain.quad(trial, dq)
-    found = [
-        ufl.dot(s, de) + change.turn * ufl.dot(old, turned)
-        for s, old in zip(section.stress(moved, share), section.stress(e, N), strict=True)
-    ]
-    own = pair.own * section.forces(layout, dq)
-    return added(found, section.gap(moved, change.gain * moved, change.held * new, own))
 
 
 def _mean(

@@ -42,7 +42,7 @@ from shellmb.forms.state import Layout
 from shellmb.forms.steps.discrete import gradient
 from shellmb.forms.steps.mixed import assumed
 from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed, Tie, ties
-from shellmb.forms.steps.path import Change, Pair, Points, Stress, across, moment_of, slope_at
+from shellmb.forms.steps.path import Step, Stress, across, moment_of
 
 # At chords of 1e-6 the correction, of their first and the bow's fourth power, is round-off for bows
 # of a hundredth; and round-off of psi over such a chord is not more than 1e-10 of the stress yet.
@@ -64,8 +64,7 @@ class NonlinearPath:
         section: Its mixed form.
         layout: Parts of the state.
         strain: Strains of the displacements.
-        states: Mean, chord, bow and mean velocity of the path.
-        points: What the step consists of.
+        step: The step.
     """
 
     def __init__(
@@ -73,11 +72,10 @@ class NonlinearPath:
         section: NonlinearMixed,
         layout: Layout,
         strain: Measure,
-        states: Sequence[Expr],
-        points: Points,
+        step: Step,
     ) -> None:
         self._section, self._layout = section, layout
-        self._states, self._points = states, points
+        self._states, self._points, self._start = step.states, step.points, step.path.start
         self._parts = tuple(zip(section.densities, (strain, assumed(strain, layout)), strict=True))
         self._ties = ties(strain, layout)
 
@@ -92,26 +90,37 @@ class NonlinearPath:
             tests: Virtual displacement of each row.
         """
         points, states = self._points, self._states
-        found = []
+        first, *others = self._work(points.stresses, tests)
         for psi, measure in self._parts:
-            chord, first, last = (
+            chord, start, end = (
                 moment_of(measure, m, states) for m in (points.chord, points.start, points.end)
             )
-            work, rest = 0, psi(last) - psi(first)
-            for point, rate in zip(points.rows.stresses, points.rates, strict=True):
+            rest = psi(end) - psi(start)
+            for point, rate in zip(points.stresses, points.rates, strict=True):
                 stress = gradient(psi, moment_of(measure, point.moment, states))
-                work += ufl.dot(stress, across(measure, point.slopes, states, tests))
                 rest -= ufl.dot(stress, moment_of(measure, rate, states))
             weighed = self._section.scaled(chord)
-            share = rest / (ufl.dot(weighed, chord) + self._section.least(TINY, first, last))
-            found.append(
-                work + share * ufl.dot(weighed, across(measure, points.mean, states, tests))
+            share = rest / (ufl.dot(weighed, chord) + self._section.least(TINY, start, end))
+            first += share * ufl.dot(weighed, across(measure, points.mean, states, tests))
+        return [first, *others]
+
+    def simple_work(self, k: int, dq: Expr) -> list[Expr]:
+        """Densities of one row of which derivatives are taken, without what two points leave."""
+        return self._work([point.in_row(k) for point in self._points.stresses], [dq])
+
+    def _work(self, stresses: Sequence[Stress], tests: Sequence[Expr]) -> list[Expr]:
+        """Work of the stresses at both points and of what ties the strains."""
+        states = self._states
+        works = [
+            ufl.dot(
+                gradient(psi, moment_of(measure, point.moment, states)),
+                across(measure, point.slopes, states, tests),
             )
-        tied = [
-            sum(self._tie(tie, point, tests) for point in points.rows.stresses)
-            for tie in self._ties
+            for psi, measure in self._parts
+            for point in stresses
         ]
-        return [sum(found) + tied[0], *tied[1:]]
+        tied = [sum(self._tie(tie, point, tests) for point in stresses) for tie in self._ties]
+        return [sum(works) + tied[0], *tied[1:]]
 
     def _tie(self, tie: Tie, point: Stress, tests: Sequence[Expr]) -> Expr:
         """Work of the forces that tie strains of the cells to those of the displacements."""
@@ -123,48 +132,24 @@ class NonlinearPath:
             slope.c * ufl.dot(act(self._forces(dq)), left) for slope, dq in rows
         )
 
-    def change(self, pair: Pair, change: Change, dq: Expr, trial: Expr) -> list[Expr]:
-        """Derivative of what acts at one of the points by an unknown state."""
-        states, found = self._states, []
-        for psi, measure in self._parts:
-            e = moment_of(measure, pair.moment, states)
-            moved = slope_at(measure, change.moment, states, trial)
-            new = ufl.dot(tangent(psi, e), moved)
-            found.append(
-                ufl.dot(new, slope_at(measure, pair.slope, states, dq))
-                + change.turn * ufl.dot(gradient(psi, e), measure.quad(trial, dq))
+    def damping(self, stresses: Sequence[Stress], tests: Sequence[Expr]) -> list[Expr]:
+        """Contribution of the dissipation to some rows, with the stiffness at the start.
+
+        Args:
+            stresses: The stress of the bow, in these rows.
+            tests: Virtual displacement of each row.
+        """
+        states, (bow,) = self._states, stresses
+        return [
+            sum(
+                ufl.dot(
+                    ufl.dot(tangent(psi, measure.value(self._start)), moment),
+                    across(measure, bow.slopes, states, tests),
+                )
+                for psi, measure in self._parts
+                for moment in [moment_of(measure, bow.moment, states)]
             )
-        own, new, old = (self._forces(q) for q in (dq, trial, pair.moment.held))
-        tied = [
-            pair.slope.c * ufl.dot(act(own), slope_at(gap, change.moment, states, trial))
-            + change.share * ufl.dot(act(new), slope_at(gap, pair.slope, states, dq))
-            + change.turn * ufl.dot(act(old), gap.quad(trial, dq))
-            for act, gap in self._ties
         ]
-        return [sum(found) + tied[0], *tied[1:]]
-
-    def damping(self, tests: Sequence[Expr]) -> list[Expr]:
-        """Contribution of the dissipation to both rows."""
-        points, states, found = self._points, self._states, []
-        (bow,) = points.damping.stresses
-        for psi, measure in self._parts:
-            stiffness = tangent(psi, moment_of(measure, points.start, states))
-            stress = ufl.dot(stiffness, moment_of(measure, bow.moment, states))
-            found.append(ufl.dot(stress, across(measure, bow.slopes, states, tests)))
-        return [sum(found)]
-
-    def damping_change(self, pair: Pair, change: Change, dq: Expr, trial: Expr) -> list[Expr]:
-        """Derivative by an unknown state: the stiffness is that at the start."""
-        points, states, found = self._points, self._states, []
-        for psi, measure in self._parts:
-            stiffness = tangent(psi, moment_of(measure, points.start, states))
-            moved = ufl.dot(stiffness, slope_at(measure, change.moment, states, trial))
-            stress = ufl.dot(stiffness, moment_of(measure, pair.moment, states))
-            found.append(
-                ufl.dot(moved, slope_at(measure, pair.slope, states, dq))
-                + change.turn * ufl.dot(stress, measure.quad(trial, dq))
-            )
-        return [sum(found)]
 
     def bow_energy(self) -> list[Expr]:
         """Energy of the bow of the strains, with the stiffness at the start."""
@@ -177,7 +162,7 @@ class NonlinearPath:
 
     def mean_stress(self) -> Expr:
         """Mean of the resultants over the step, shape (8,)."""
-        points, states = self._points.rows.stresses, self._states
+        points, states = self._points.stresses, self._states
         found = [
             gradient(psi, moment_of(measure, point.moment, states))
             for psi, measure in self._parts

@@ -1,6 +1,6 @@
 """Interface of bodies to the schemes: spaces, virtual work, energies; nothing else."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
@@ -118,21 +118,18 @@ class Rates(NamedTuple):
 
 
 class Term(NamedTuple):
-    """A form of a residual whose derivatives are given with it.
-
-    It is taken at functions that follow from the unknown ones, which a derivative by these would
-    not see; written by hand its parts share kernels.
+    """A form of a residual in one row or in several.
 
     Args:
         residual: The form, tested with a function for each of its rows, one after the other.
         rows: Numbers of the unknown states whose rows they are.
-        derivatives: Forms that add up to its derivatives, by the numbers of the row and of the
-            unknown state.
+        alone: The residual in each row by itself, tested with a function of its own, of which
+            derivatives are taken; perhaps without what they leave out.
     """
 
     residual: Form
     rows: tuple[int, ...]
-    derivatives: Mapping[tuple[int, int], tuple[Form, ...]]
+    alone: tuple[Form, ...]
 
 
 class SubInterval(Protocol):

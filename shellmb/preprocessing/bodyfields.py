@@ -60,11 +60,7 @@ def residual_terms(terms: Iterable[Term], numbers: Sequence[int]) -> tuple[Resid
         numbers: Numbers of the fields in the system.
     """
     return tuple(
-        ResidualTerm(
-            term.residual,
-            tuple(numbers[k] for k in term.rows),
-            {(numbers[k], numbers[c]): forms for (k, c), forms in term.derivatives.items()},
-        )
+        ResidualTerm(term.residual, tuple(numbers[k] for k in term.rows), term.alone)
         for term in terms
     )
 

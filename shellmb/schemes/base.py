@@ -300,7 +300,7 @@ class Scheme:
 
     @property
     def conserves(self) -> frozenset[str]:
-        """What it conserves."""
+        """Quantities that it conserves."""
         raise AttributeError("conserves")
 
     @property

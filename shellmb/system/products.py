@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from petsc4py import PETSc
 
-import numpy as np
-
+from shellmb.native import library as native
 from shellmb.native.assembler import is_native
 from shellmb.system.assembly.blocks import BlockSystem
-from shellmb.system.assembly.loops import FormLoop, MeshCells
+from shellmb.system.assembly.loops import FormLoop
 from shellmb.system.assembly.meshgroups import mesh_groups
 
 
@@ -23,10 +22,7 @@ class Products:
 
     def __init__(self, system: BlockSystem) -> None:
         self._system = system
-        self._loops: list[tuple[MeshCells, FormLoop]] | None = None
-        if is_native():
-            groups = mesh_groups(system)
-            self._loops = [(g.cells, FormLoop(g.cells, g.jacobians())) for g in groups]
+        self._loops = _loops(system) if is_native() else None
 
     def __call__(self, x: PETSc.Vec, y: PETSc.Vec) -> None:
         """Multiply with the Jacobian at the state that the functions hold; collective.
@@ -40,17 +36,23 @@ class Products:
             system.jacobian(system.x, system.A)
             system.A.mult(x, y)
             return
-        exchange = system.exchange
+        exchange, lib = system.exchange, native.cells().lib
         exchange.look(x)
         seen, local = exchange.local.copy(), exchange.local
         local[:] = 0.0
-        for cells, loop in self._loops:
+        for loop in self._loops:
             loop.refresh()
-            for some, K in loop.matrices(cells):
-                dofs = cells.dofs[some]
-                found = K @ seen[dofs][:, :, None]
-                local += np.bincount(dofs.ravel(), found.ravel(), len(local))
+            lib.products(*loop.mesh, native.doubles(seen), native.doubles(local))
         if system.couplings:
             local += system.coupled.times(system.coupled.derivatives(), seen)
         exchange.collect(y)
         y.array[system.fixed] = x.array_r[system.fixed]
+
+
+def _loops(system: BlockSystem) -> list[FormLoop]:
+    """Loops over the cells of each mesh with all derivatives of the residuals on it."""
+    found = []
+    for group in mesh_groups(system):
+        found.append(loop := FormLoop(group.cells, group.jacobians()))
+        loop.bind(group.cells)
+    return found

@@ -71,19 +71,17 @@ class BareWork:
             cells = group.cells
             loop = FormLoop(cells, group.jacobians())
             K = np.empty((loop.lanes, cells.size, cells.size))
-            self._loops.append((loop, cells.struct(loop), loop.pointer(K), cells.count))
+            self._loops.append((loop, cells.struct(loop), loop.pointer(K)))
         self._lib = native.cells().lib
 
     def _kernels(self) -> None:
-        for loop, struct, K, count in self._loops:
-            for first in range(0, count, loop.lanes):
-                some = loop.kernels, loop.count, first, min(first + loop.lanes, count)
-                self._lib.cell_matrices(struct, *some, K)
+        for loop, struct, K in self._loops:
+            self._lib.all_matrices(struct, loop.kernels, loop.count, K)
 
     def measure(self) -> Bare:
         """Time each part."""
         self._residuals.refresh()
-        for loop, *_ in self._loops:
+        for loop, _, _ in self._loops:
             loop.refresh()
         comm = self._problem.system.comm
         linear = self._problem.newton.iteration.linear

@@ -16,18 +16,16 @@ from shellmb.forms.steps.general_hyperelastic import GeneralPath
 from shellmb.forms.steps.general_strains import ExactInterval, GeneralStrain
 from shellmb.forms.steps.mixed import Interval
 from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed
-from shellmb.forms.steps.path import Change, Pair, Points, Rows, Step, Stress, moment_of
+from shellmb.forms.steps.path import Points, Rows, Step, Stress, moment_of
 from shellmb.forms.steps.stress_work import (
     MixedSection,
     general_stresses,
     general_work,
     interval_work,
-    pair_change,
     stress_work,
 )
 from shellmb.forms.steps.stress_work_nonlinear import NonlinearPath
 from shellmb.model.body import Elastic, SubInterval, Term
-from shellmb.native.derivatives import by_shares
 
 
 def path_terms(
@@ -39,7 +37,7 @@ def path_terms(
     trial: Expr,
     integrate: Callable[[list[Expr]], Form],
 ) -> Term:
-    """Internal forces of some rows: all stresses in one form, their derivatives one by one.
+    """Internal forces of some rows: all stresses in one form.
 
     So a residual takes the strains of the states once.
 
@@ -49,17 +47,16 @@ def path_terms(
         strain: Its strains.
         rows: What the rows are made of.
         tests: Virtual displacement of each row.
-        trial: Direction of derivatives.
+        trial: Trial function of the space of an unknown state.
         integrate: Integral of densities, one for each quadrature rule.
     """
-    common, states, dq = (section, layout, strain), rows.states, _single(trial)
-    moving, stresses = states[: rows.moving], rows.stresses
-    residual = _stress_work(*common, moving, stresses, tuple(tests), integrate)
-
-    def write(pair: Pair, change: Change) -> Form:
-        return integrate(pair_change(*common, states, pair, change, dq, trial))
-
-    return Term(residual, rows.numbers, _changes(rows, write))
+    common = section, layout, strain, rows.states[: rows.moving]
+    residual = _stress_work(*common, rows.stresses, tuple(tests), integrate)
+    alone = tuple(
+        _stress_work(*common, [s.in_row(k) for s in rows.stresses], (_single(trial),), integrate)
+        for k in range(len(rows.numbers))
+    )
+    return Term(residual, rows.numbers, alone)
 
 
 def _stress_work(
@@ -81,17 +78,6 @@ def _single(trial: Any) -> Expr:
     return ufl.TestFunction(trial.ufl_function_space())
 
 
-def _changes(
-    rows: Rows, write: Callable[[Pair, Change], Form]
-) -> dict[tuple[int, int], tuple[Form, ...]]:
-    """Derivatives of stresses by the numbers of their row and of the unknown state."""
-    return {
-        (number, c): tuple(write(pair, pair.changes[c]) for pair in pairs)
-        for number, pairs in zip(rows.numbers, rows.pairs, strict=True)
-        for c in sorted({column for pair in pairs for column in pair.changes})
-    }
-
-
 def point_terms(
     section: NonlinearPath,
     points: Points,
@@ -101,20 +87,12 @@ def point_terms(
 ) -> Term:
     """Terms of a nonlinear section, at Gauss' points in time; arguments as of `path_terms`."""
     residual, dq = integrate(section.work(tests)), _single(trial)
+    alone = [integrate(section.simple_work(k, dq)) for k in (0, 1)]
     if points.dissipates:
-        residual += integrate(section.damping(tests))
-
-    def change(pair: Pair, change: Change) -> Form:
-        return integrate(section.change(pair, change, dq, trial))
-
-    def damping(pair: Pair, change: Change) -> Form:
-        return integrate(section.damping_change(pair, change, dq, trial))
-
-    derivatives = _changes(points.rows, change)
-    if points.dissipates:
-        for place, found in _changes(points.damping, damping).items():
-            derivatives[place] += found
-    return Term(residual, points.rows.numbers, derivatives)
+        residual += integrate(section.damping([points.damping], tests))
+        for k in (0, 1):
+            alone[k] += integrate(section.damping([points.damping.in_row(k)], [dq]))
+    return Term(residual, (0, 1), tuple(alone))
 
 
 def general_terms(
@@ -127,7 +105,7 @@ def general_terms(
     trial: Any,
     integrate: Callable[[list[Expr]], Form],
 ) -> Term:
-    """Terms of a linear section with strains of any form: one kernel for all derivatives.
+    """Terms of a linear section with strains of any form; derivatives are those without the rest.
 
     Args:
         section: Its mixed form.
@@ -136,7 +114,7 @@ def general_terms(
         product: Product of two states, as of `GeneralStrain.rest`.
         step: The step.
         tests: Virtual displacement of each row.
-        trial: Direction of derivatives.
+        trial: Trial function of the space of an unknown state.
         integrate: Integral of densities, one for each quadrature rule.
     """
     held, alpha = (step.path.end, step.path.end_velocity), step.path.alpha
@@ -144,13 +122,11 @@ def general_terms(
     common = section, layout, along, held, alpha
     first = [pair[0] for pair in general_stresses(*common)]
     residual = integrate([along.rest(stress, product, tests[0]) for stress in first])
-    derivatives: dict[tuple[int, int], tuple[Form, ...]] = {}
-    for k, (row, dq) in enumerate(zip(step.whole.rows, tests, strict=True)):
+    for row, dq in zip(step.whole.rows, tests, strict=True):
         residual += integrate(general_work(*common, row, dq))
-        work = integrate(general_work(*common, row, _single(trial)))
-        for column, shares in enumerate(step.whole.shares):
-            derivatives[k, column] = (by_shares(work, (*step.states, *held), shares, trial),)
-    return Term(residual, step.rows.numbers, derivatives)
+    rows = step.whole.rows
+    alone = tuple(integrate(general_work(*common, row, _single(trial))) for row in rows)
+    return Term(residual, step.rows.numbers, alone)
 
 
 def hyperelastic_terms(
@@ -162,24 +138,17 @@ def hyperelastic_terms(
     integrate: Callable[[list[Expr]], Form],
 ) -> Term:
     """Forces of a hyperelastic section with strains of any form; as `general_terms`."""
-    held = step.path.end, step.path.end_velocity
     residual = integrate(along.rest(product, tests[0]))
-    derivatives: dict[tuple[int, int], tuple[Form, ...]] = {}
-    for k, (row, dq) in enumerate(zip(step.whole.rows, tests, strict=True)):
+    for row, dq in zip(step.whole.rows, tests, strict=True):
         residual += integrate(along.work(row, dq))
-        work = integrate(along.simple_work(row, _single(trial)))
-        for column, shares in enumerate(step.whole.shares):
-            derivatives[k, column] = (by_shares(work, (*step.states, *held), shares, trial),)
-    return Term(residual, step.rows.numbers, derivatives)
+    alone = tuple(integrate(along.simple_work(row, _single(trial))) for row in step.whole.rows)
+    return Term(residual, step.rows.numbers, alone)
 
 
 def together(a: Term, b: Term) -> Term:
     """The sum of two terms as one."""
-    derivatives = {
-        c: (*(f + g for f, g in zip(forms, b.derivatives[c], strict=False)), *forms[2:])
-        for c, forms in a.derivatives.items()
-    }
-    return Term(a.residual + b.residual, a.rows, derivatives)
+    alone = tuple(f + g for f, g in zip(a.alone, b.alone, strict=True))
+    return Term(a.residual + b.residual, a.rows, alone)
 
 
 Integrate = Callable[[Sequence[Expr]], Form]
@@ -306,7 +275,7 @@ class HyperelasticStrains(Strains):
         return None
 
     def _over(self, step: Step) -> NonlinearPath:
-        return NonlinearPath(self.section, self.layout, self.strain, step.states, step.points)
+        return NonlinearPath(self.section, self.layout, self.strain, step)
 
     def _general(self, step: Step, states: Sequence[Expr]) -> GeneralPath:
         return GeneralPath(self.section, self.layout, self.strain, step, states)

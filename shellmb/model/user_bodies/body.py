@@ -2,7 +2,7 @@
 
 Strains have a stiffness or an energy of any form, without independent resultants. Forces are those
 of the pages of the schemes (`schemes.interval`, `schemes.quadratic`) at functions that follow the
-unknown states, so that one kernel serves all rows and one all blocks of Jacobians.
+unknown states.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from shellmb.forms.measure import Measure, measure
 from shellmb.forms.state import Layout
 from shellmb.forms.steps import potentials as forms
 from shellmb.forms.steps.discrete import gradient
-from shellmb.forms.steps.path import Pair, Rows, Step, is_quadratic, moment_of, slope_at
+from shellmb.forms.steps.path import Step, is_quadratic, moment_of, slope_at
 from shellmb.forms.steps.stress_work_nonlinear import tangent
 from shellmb.meshes.spaces import mixed_space
 from shellmb.model.body import (
@@ -49,7 +49,6 @@ from shellmb.model.joints.constraints import Constraints
 from shellmb.model.potentials.exact import ExactEnergy
 from shellmb.model.sections.strains import Strains
 from shellmb.model.user_forms import vector_of, written
-from shellmb.native.derivatives import by_shares
 from shellmb.native.expressions import compiled_expression
 from shellmb.scene.multibody.own_bodies import UserBody
 from shellmb.scene.types import vector
@@ -128,8 +127,7 @@ class PotentialStrains(ExactEnergy):
         de = self.strain.change(x, dq)
         works = (ufl.dot(s, de) * self.weight * self.dx for s in (stress, mean))
         residual, simple = works
-        (pairs,), (row,) = rows.pairs, rows.numbers
-        return Term(residual, (row,), self._changes(rows, {row: simple}, {row: pairs}, trial))
+        return Term(residual, rows.numbers, (simple,))
 
     def path_term(self, step: Step, tests: Sequence[Expr], trial: Any) -> Term | None:
         """Virtual work of both rows of a step that is quadratic in time, eq. (Q2)."""
@@ -144,36 +142,20 @@ class PotentialStrains(ExactEnergy):
         damping = alpha / 2 * ufl.dot(tangent(psi, (first + last) / 2), bow)
         simple = (early + late) / 2, (late - early) * 3 * POINT / 2 + damping
 
-        def work(stresses: Sequence[Expr], pairs: Sequence[Pair], dq: Expr) -> Form:
-            acting = (slope_at(self.strain, pair.slope, states, dq) for pair in pairs)
+        def work(stresses: Sequence[Expr], k: int, dq: Expr) -> Form:
+            slopes = (stress.slopes[k] for stress in step.rows.stresses)
+            acting = (slope_at(self.strain, slope, states, dq) for slope in slopes)
             density = sum(ufl.dot(s, de) for s, de in zip(stresses, acting, strict=True))
             return density * self.weight * self.dx
 
-        rows = step.rows
         single = ufl.TestFunction(trial.ufl_function_space())
-        residual = sum(
-            (work(stresses, *both) for both in zip(rows.pairs[1:], tests[1:], strict=True)),
-            work(stresses, rows.pairs[0], tests[0]),
-        )
-        pairs = dict(zip(rows.numbers, rows.pairs, strict=True))
-        each = {k: work(simple, some, single) for k, some in pairs.items()}
-        return Term(residual, rows.numbers, self._changes(rows, each, pairs, trial))
+        residual = work(stresses, 0, tests[0]) + work(stresses, 1, tests[1])
+        alone = work(simple, 0, single), work(simple, 1, single)
+        return Term(residual, step.rows.numbers, alone)
 
     def row(self, step: Step, k: int, dq: Expr) -> Form | None:
         """None: the work over a step is `path_term`."""
         return None
-
-    def _changes(
-        self, rows: Rows, works: Mapping[int, Form], pairs: Mapping[int, Sequence[Pair]], trial: Any
-    ) -> dict[tuple[int, int], tuple[Form, ...]]:
-        """Derivatives of rows by the unknown states, by their shares in the states of the path."""
-        found: dict[tuple[int, int], tuple[Form, ...]] = {}
-        for row, work in works.items():
-            columns = {c: change for pair in pairs[row] for c, change in pair.changes.items()}
-            states = rows.states[: rows.moving]
-            for c, change in columns.items():
-                found[row, c] = (by_shares(work, states, change.states[: rows.moving], trial),)
-        return found
 
 
 ADVICE = "a smaller step"

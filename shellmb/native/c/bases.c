@@ -141,6 +141,34 @@ static ALWAYS void small_inverse(int c, int n, const double *C, double *out)
             out[j * c + i] = turned[i * n + j];
 }
 
+/* Bases of nodes, all free or held, `reference` + value, tangent at the mean of two values and at
+ * the second one, and `(C^T)^+` of the mean; all zero where nodes are held. */
+void bases(int nodes, int directors, const int64_t *dofs, const double *reference,
+           const double *before, const double *now, const unsigned char *held, double *left,
+           double *right, double *forces)
+{
+    int n = 3 * directors, m = directors == 1 ? 2 : 3, c = directors == 1 ? 1 : MOST_ROWS;
+    for (int node = 0; node < nodes;
+         ++node, dofs += n, reference += n, left += n * m, right += n * m, forces += n * c) {
+        double mean[MOST_SIZE], d[MOST_SIZE];
+        double C[MOST_ROWS * MOST_SIZE];
+        if (held[node]) {
+            memset(left, 0, sizeof(double) * n * m);
+            memset(right, 0, sizeof(double) * n * m);
+            memset(forces, 0, sizeof(double) * n * c);
+            continue;
+        }
+        for (int i = 0; i < n; ++i) {
+            d[i] = reference[i] + now[dofs[i]];
+            mean[i] = (reference[i] + before[dofs[i]] + d[i]) / 2;
+        }
+        tangent_of(directors, mean, left);
+        tangent_of(directors, d, right);
+        constraint_rows(directors, mean, C);
+        small_inverse(c, n, C, forces);
+    }
+}
+
 /* For one or three directors: sizes are constants for the compiler, which unrolls all loops.
  * Bases of nodes over a step that is quadratic in time, of ends and of velocities: increments, those
  * of velocities with the ends, tests and forces in own equations and in the others'. Tests are

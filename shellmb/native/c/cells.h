@@ -80,6 +80,19 @@ typedef struct {
                                               * element-wise unknowns */
 } Projection;
 
+/* A Jacobian over the cells of one mesh: constants that its kernels take first, as of `copy_pieces`,
+ * and arguments of `jacobian`. */
+typedef struct {
+    int pieces;
+    double **from, **to;
+    const int *sizes;
+    const Cells *cells;
+    const Kernel *kernels;
+    int count;
+    const Projection *projection;
+    double *blocks, *values;
+} Jacobian;
+
 /* Directors of nodes over a step that is quadratic in time: `reference` + value at both ends. Weights
  * of start, velocity there, end, and velocity there give seven states: the end, where rates are
  * tangent and what these have of the end, the mean, where the second force acts, a sixth of the
@@ -90,6 +103,15 @@ typedef struct {
     const double *values[4];   /* of all local dofs */
     const double *weights;     /* (7, 4) */
 } PathNodes;
+
+/* Rows for a table, of so many unknowns of each node in turn. */
+typedef struct {
+    int count, width, table_width, components;
+    const int64_t *to, *from;  /* rows of the table, and of the values */
+    const double *values;
+    const double *divisors;    /* of each node's columns; NULL: one */
+    double *table;
+} RowsToPut;
 
 /* What a solution with the reduced matrix needs of one mesh. */
 typedef struct {
@@ -209,7 +231,9 @@ int band_factorise(const Band *, const double *);
 void band_solve(const Band *, int, const double *, double *);
 void residual(const Cells *, const Kernel *, int, double *);
 void functionals(const Cells *, const Kernel *, int, double *);
-void cell_matrices(const Cells *, const Kernel *, int, int, int, double *);
+void all_matrices(const Cells *, const Kernel *, int, double *);
+void products(const Cells *, const Kernel *, int, const double *, double *);
+void largest_entries(const Cells *, const Kernel *, int, double *);
 int jacobian(const Cells *, const Kernel *, int, const Projection *, int, int, double *, double *,
              const double *, double *);
 void reduce(const Part *, const double *, double *);
@@ -223,10 +247,15 @@ void expand_inner_transposed(const Part *, const double *, double *);
 void combine(const Rows *, const double *, double *);
 void distribute(const Rows *, const double *, double *);
 void tangents(int, int, const double *, double *);
+void bases(int, int, const int64_t *, const double *, const double *, const double *,
+           const unsigned char *, double *, double *, double *);
 void path_bases(int, int, const PathNodes *, const unsigned char *, double **);
 void copy_pieces(int, double **, const int *, double **);
+int jacobians(int, const Jacobian *, const double *, double *);
 void follow(int count, const int *sizes, const int *terms, double **from,
              const double *weights, double **to);
+void put_rows(int, const RowsToPut *);
+double violation(int, int, const int64_t *, const double *, const double *, const unsigned char *);
 int turn_nodes(int, int, const int64_t *, const double *, const double *, double *, double);
 void normalise_nodes(int, int, const int64_t *, const double *, double *);
 int turn_path(int nodes, int directors, const int64_t *rows, const int64_t *rates,
@@ -235,7 +264,11 @@ void normalise_path(int nodes, int directors, const int64_t *rows, const int64_t
                     const double *reference, double *x);
 void spread(int, const int64_t *, double **, const int64_t *, const double *);
 void collect(int, const int64_t *, const double *, int, double *);
+void shared_sums(int, int, const int64_t *, const double *, int, const int64_t *, const double *,
+                 int, double *, double *);
 void evaluate(const Evaluation *, uintptr_t, uintptr_t);
+void to_values(int, int, const int64_t *, const int64_t *, const double *, const double *,
+               double *);
 void largest(int, const int64_t *, const int64_t *, const double *, double *);
 void largest_of_each(int, int64_t, int, const int64_t *, const int64_t *, const double *, double *);
 void judge(int, const int64_t *, const int64_t *, const double *, const double *, const double *,

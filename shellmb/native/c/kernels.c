@@ -120,14 +120,47 @@ static int taken(const Cells *g, int cell)
     return g->cells - cell < g->lanes ? g->cells - cell : g->lanes;
 }
 
-/* Matrices of cells from the first of a group on, shape (last - first, size, size). */
-void cell_matrices(const Cells *g, const Kernel *kernels, int count, int first, int last, double *K)
+/* Matrices of all cells, `g->lanes` at a time; `K` has those of the last ones in the end. */
+void all_matrices(const Cells *g, const Kernel *kernels, int count, double *K)
+{
+    Work work = work_of(g, (size_t)g->size * g->size, 0);
+    for (int cell = 0; cell < g->cells; cell += g->lanes)
+        matrices(g, kernels, count, cell, taken(g, cell), work, K, g->size);
+}
+
+/* Largest entries of the matrices of all cells, shape (size, size). */
+void largest_entries(const Cells *g, const Kernel *kernels, int count, double *found)
 {
     size_t square = (size_t)g->size * g->size;
-    Work work = work_of(g, square, 0);
-    for (int cell = first; cell < last; cell += g->lanes, K += square * g->lanes) {
-        int some = last - cell < g->lanes ? last - cell : g->lanes;
+    Work work = work_of(g, square, square * g->lanes);
+    double *K = work.more;
+    for (int cell = 0; cell < g->cells; cell += g->lanes) {
+        int some = taken(g, cell);
         matrices(g, kernels, count, cell, some, work, K, g->size);
+        for (size_t i = 0; i < square * some; ++i) {
+            double size = K[i] < 0 ? -K[i] : K[i];
+            if (size > found[i % square])
+                found[i % square] = size;
+        }
+    }
+}
+
+/* Products of the matrices of all cells with `v`, added to `b`, both at the local dofs `g->dofs`. */
+void products(const Cells *g, const Kernel *kernels, int count, const double *v, double *b)
+{
+    size_t square = (size_t)g->size * g->size;
+    Work work = work_of(g, square, square * g->lanes);
+    for (int cell = 0; cell < g->cells; cell += g->lanes) {
+        int some = taken(g, cell);
+        matrices(g, kernels, count, cell, some, work, work.more, g->size);
+        for (int i = 0; i < g->size * some; ++i) {
+            const int *dofs = g->dofs + (size_t)(cell + i / g->size) * g->size;
+            const double *row = work.more + (size_t)i * g->size;
+            double sum = 0.0;
+            for (int j = 0; j < g->size; ++j)
+                sum += row[j] * v[dofs[j]];
+            b[dofs[i % g->size]] += sum;
+        }
     }
 }
 

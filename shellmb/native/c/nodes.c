@@ -119,6 +119,27 @@ void normalise_nodes(int nodes, int directors, const int64_t *rows, const double
     }
 }
 
+/* Largest violation of the constraints of nodes that count, `reference` + value: lengths, halves of
+ * squares as their derivatives are, and right angles. What is no number wins. */
+double violation(int nodes, int directors, const int64_t *dofs, const double *reference,
+                 const double *values, const unsigned char *counts)
+{
+    double most = 0.0, d[9];
+    int n = 3 * directors;
+    for (int node = 0; node < nodes; ++node, dofs += n, reference += n) {
+        for (int i = 0; i < n; ++i)
+            d[i] = reference[i] + values[dofs[i]];
+        for (int k = 0; counts[node] && k < n; k += 3)
+            for (int l = 0; l <= k; l += 3) {
+                double g = d[k] * d[l] + d[k + 1] * d[l + 1] + d[k + 2] * d[l + 2];
+                g = k == l ? (g - 1) / 2 : g;
+                if (!(fabs(g) <= most) && most == most)
+                    most = fabs(g);
+            }
+    }
+    return most;
+}
+
 /* Rates of orthonormal directors without what changes lengths and angles, in place. */
 static void keep_constraints(int directors, const double *d, double *v)
 {

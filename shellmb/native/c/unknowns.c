@@ -9,6 +9,19 @@ void copy_pieces(int count, double **from, const int *sizes, double **to)
         memcpy(to[k], from[k], sizeof(double) * sizes[k]);
 }
 
+/* Jacobians over all meshes, as of `jacobian`. */
+int jacobians(int meshes, const Jacobian *of, const double *shift, double *load)
+{
+    for (const Jacobian *j = of; j < of + meshes; ++j) {
+        copy_pieces(j->pieces, j->from, j->sizes, j->to);
+        int bad = jacobian(j->cells, j->kernels, j->count, j->projection, 0, j->cells->cells,
+                           j->blocks, j->values, shift, load);
+        if (bad)
+            return bad;
+    }
+    return 0;
+}
+
 /* Weighted sums of arrays: of each the next few sources and weights. */
 void follow(int count, const int *sizes, const int *terms, double **from,
              const double *weights, double **to)
@@ -24,6 +37,36 @@ void follow(int count, const int *sizes, const int *terms, double **from,
         from += terms[k];
         weights += terms[k];
     }
+}
+
+/* Some rows of a table from rows of another one, which may be narrower; `width` is theirs. */
+static ALWAYS void put_rows_of(int width, const RowsToPut *p)
+{
+    for (int i = 0; i < p->count; ++i) {
+        const double *restrict from = p->values + p->from[i] * width;
+        double *restrict to = p->table + p->to[i] * p->table_width;
+        if (p->divisors) {
+            /* integers of 64 bits divide slowly */
+            const double *by = p->divisors + (int)p->from[i] / p->components * width;
+            for (int j = 0; j < width; ++j)
+                to[j] = from[j] / by[j];
+        } else {
+            for (int j = 0; j < width; ++j)
+                to[j] = from[j];
+        }
+    }
+}
+
+/* Rows of several tables; of a frame they have three and six columns. */
+void put_rows(int tables, const RowsToPut *put)
+{
+    for (const RowsToPut *p = put; p < put + tables; ++p)
+        if (p->width == 3)
+            put_rows_of(3, p);
+        else if (p->width == 6)
+            put_rows_of(6, p);
+        else
+            put_rows_of(p->width, p);
 }
 
 /* Values of unknowns to the arrays of fields; `ends` of each in what they are all together. */
@@ -42,6 +85,21 @@ void collect(int count, const int64_t *wanted, const double *local, int owned, d
     memset(b, 0, sizeof(double) * owned);
     for (int i = 0; i < count; ++i)
         b[wanted[i]] += local[i];
+}
+
+/* Sums of what local dofs add to their unknowns, and of more that comes to some of these, as local
+ * dofs see them, (states, local) from (states, local) and (states, some); `sums` (owned,) to work
+ * with. */
+void shared_sums(int states, int local, const int64_t *wanted, const double *values, int some,
+                 const int64_t *unknowns, const double *more, int owned, double *sums, double *out)
+{
+    for (int state = 0; state < states; ++state, values += local, more += some, out += local) {
+        collect(local, wanted, values, owned, sums);
+        for (int i = 0; i < some; ++i)
+            sums[unknowns[i]] += more[i];
+        for (int i = 0; i < local; ++i)
+            out[i] = sums[wanted[i]];
+    }
 }
 
 /* Rows of fixed unknowns: what holds them is kept in `reactions`, `x - values` takes its place. */
@@ -76,6 +134,15 @@ static void evaluate_at(const Evaluation *e, const double *x, double *b)
 void evaluate(const Evaluation *e, uintptr_t x, uintptr_t b)
 {
     evaluate_at(e, entries(x, 0), entries(b, 1));
+}
+
+/* Changes of local dofs: those with given values get these, and all others stay. */
+void to_values(int local, int count, const int64_t *dofs, const int64_t *unknowns,
+               const double *values, const double *x, double *change)
+{
+    memset(change, 0, sizeof(double) * local);
+    for (int i = 0; i < count; ++i)
+        change[dofs[i]] = values[unknowns[i]] - x[unknowns[i]];
 }
 
 /* Largest absolute value of each part, infinite if it has one that is not a number. */

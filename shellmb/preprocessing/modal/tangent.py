@@ -15,7 +15,6 @@ from shellmb.model.frames.beam import BeamModel
 from shellmb.model.model import Model
 from shellmb.model.reduced.floating_body import InertiaPoints
 from shellmb.model.shells.shell import ShellModel
-from shellmb.native.derivatives import derivative
 from shellmb.preprocessing.bodyfields import body_field
 from shellmb.schemes.interval import at_state
 from shellmb.schemes.residuals.forces import sub_forces
@@ -44,6 +43,7 @@ def tangent(
     followers: list[DependentFunctions] = []
     absent: list[tuple[InertiaPoints, Floats]] = []
     stiffness: Blocks = {}
+    alone: list[list[Form]] = []
     mass: Blocks = {}
     numbers = {body.name: k for k, body in enumerate(model.bodies)}
     for k, body in enumerate(model.bodies):
@@ -64,15 +64,16 @@ def tangent(
             loads.update(factor)
             work = loads.virtual_work(q, dq)
             forms.append(-work if work is not None else None)
-        stiffness[k, k] = [f for term in terms for f in term.derivatives[0, 0]]
         residual = added(forms)
-        if residual is not None and q in residual.coefficients():
-            stiffness[k, k].append(derivative(residual, q))
+        alone.append([form for term in terms for form in term.alone])
+        alone[k] += [] if residual is None else [residual]
         inertia = body.inertia(trial, dq)
         if inertia is not None:
             mass[k, k] = [inertia]
         fields.append(body_field(body, q, (), numbers))
     system = BlockSystem(model.comm, fields, followers)
+    for k, some in enumerate(alone):
+        stiffness[k, k] = [by for form in some for j, by in system.derivatives(form) if j == k]
     if absent:
         system.join([array.copy() for array in system.arrays])
         for points, state in absent:

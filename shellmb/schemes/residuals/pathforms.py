@@ -81,7 +81,7 @@ class PathForms:
         pairs = [path_pairs(page, alpha, k) for k in (0, 1)]
         rows = both_rows(*common, pairs, unknown, page.strains(1.0))
         points = at_points(page, *common, alpha, unknown)
-        self.step = Step(self.path, rows, points, of_general_strains(page, self._mesh, alpha))
+        self.step = Step(self.path, rows, points, of_general_strains(self._mesh))
 
     @cached_property
     def stages(self) -> dict[str, StageForms]:
@@ -100,7 +100,7 @@ class PathForms:
             along = over_path(*common)
             terms.append(body.damping.term(along, *body.mixed.arguments))
             work = body.damping.work(along)
-        # derivatives by functions that follow the unknown states have one kernel for both of these
+        # of the states as functions, which follow the unknown ones
         followed: Any = dict(zip(NAMES, self.states.functions, strict=True))
         step = self.step._replace(path=self.path._replace(**followed))
         for k, (stage, unknown) in enumerate(self._levels.unknown.items()):

@@ -1,7 +1,7 @@
 """Rows of a step with their weights as Constants, and the states that they are taken at."""
 
 from collections.abc import Sequence
-from functools import cached_property, partial
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -12,7 +12,7 @@ from ufl.core.expr import Expr
 
 from shellmb.forms.steps.discrete import mean
 from shellmb.forms.steps.mixed import Interval
-from shellmb.forms.steps.path import Change, Moment, Pair, Rows, Slope, Stress
+from shellmb.forms.steps.path import Moment, Rows, Slope, Stress
 from shellmb.schemes.notation import MomentWeights, SlopeWeights
 from shellmb.schemes.residuals.weights import (
     FIRST,
@@ -62,27 +62,6 @@ def moment_of(mesh: Any, weights: MomentWeights, holder: Expr) -> Moment:
     return Moment(linear, products, holder)
 
 
-def bound(mesh: Any, weights: PairWeights, holder: Expr) -> Pair:
-    """A pair with its numbers as Constants.
-
-    Args:
-        mesh: Mesh of the body.
-        weights: The numbers.
-        holder: The unknown state that holds its resultants.
-    """
-    changes = {}
-    for number, change in weights.changes.items():
-        turn = weights.slope.weights @ change.states
-        numbers = change.held, change.share, turn, change.gain
-        by = slope_of(mesh, weights.moment.by(change.states))
-        held, share, turned, gain = constants(mesh, numbers)
-        states = constants(mesh, change.states)
-        changes[number] = Change(by, held, share, turned, gain, states)
-    moment = moment_of(mesh, weights.moment, holder)
-    own, ahead = constants(mesh, [weights.own, weights.ahead])
-    return Pair(moment, slope_of(mesh, weights.slope), own, ahead, changes)
-
-
 def bare_slope(mesh: Any, weights: SlopeWeights) -> Slope:
     """A slope without what is zero."""
     c, *found = _bare(mesh, [weights.c, *weights.weights])
@@ -127,8 +106,7 @@ def both_rows(
         moment = bare_moment(mesh, pairs[0].moment, holder, model)
         own = next((k for k, pair in enumerate(pairs) if pair.own), None)
         stresses.append(Stress(moment, tuple(bare_slope(mesh, p.slope) for p in pairs), own))
-    changes = tuple(tuple(map(partial(bound, mesh), row, holders)) for row in rows)
-    return Rows(states, tuple(stresses), changes, (0, 1))
+    return Rows(states, tuple(stresses), (0, 1))
 
 
 class Span:
@@ -164,17 +142,17 @@ class Span:
         if a is b is mid is at is held is holder:
             self.states = PathStates([holder], SINGLE.reshape(4, 1))
             states: tuple[Expr, ...] = self.states.functions
-            weights = single_pair(number, self._linear)
+            weights = single_pair(self._linear)
         elif self.between is not None:
             states = self.between
-            first = next((n for n, other in enumerate(unknown) if other is a), None)
             # a Constant is a number here: it is given once
-            weights = interval_pair(float(beta), first, number, self._linear)
+            weights = interval_pair(float(beta), self._linear)
         else:
             return None
-        pair = bound(holder.function_space.mesh, weights, holder)
-        stress = Stress(pair.moment, (pair.slope,), 0, pair.ahead)
-        return Rows(states, (stress,), ((pair,),), (number,), 2)
+        mesh = holder.function_space.mesh
+        moment, slope = moment_of(mesh, weights.moment, holder), slope_of(mesh, weights.slope)
+        stress = Stress(moment, (slope,), 0, *constants(mesh, weights.ahead))
+        return Rows(states, (stress,), (number,), 2)
 
     @cached_property
     def between(self) -> tuple[fem.Function, ...] | None:

@@ -13,18 +13,11 @@ from ufl.corealg.traversal import traverse_unique_terminals
 
 from shellmb.arrays import Floats
 from shellmb.forms.steps.damping import Straining
-from shellmb.forms.steps.path import Moment, Pair, Rows, Stress
+from shellmb.forms.steps.path import Moment, Rows, Stress
 from shellmb.schemes.interval import A, B
-from shellmb.schemes.notation import De, MomentWeights, PathPage, SlopeWeights, e, lin, x, z
-from shellmb.schemes.residuals.rows import both_rows, bound, constants, moment_of
-from shellmb.schemes.residuals.weights import (
-    AT_REFERENCE,
-    FIRST,
-    LAST,
-    UNKNOWN,
-    ChangeWeights,
-    PairWeights,
-)
+from shellmb.schemes.notation import De, MomentWeights, PathPage, e, lin, x, z
+from shellmb.schemes.residuals.rows import both_rows, constants, moment_of, slope_of
+from shellmb.schemes.residuals.weights import AT_REFERENCE, PairWeights
 
 # changes of a strain over a sub-interval, and over the one before and behind it, whose chord is z
 CHANGE = e(B) - e(A)
@@ -34,14 +27,9 @@ BEHIND = e(B + z) - e(B)
 # state at the start, and the unknown ones of the rows P0 and P1
 type Sources = tuple[Expr, Expr, Expr]
 
-# shares of the stresses S_0 and S_1 in the rows of a scheme of one and of two sub-intervals, those
-# of the unknown states in x, D, z, y there, and the change of the strain over the step with its bow
+# shares of the stresses S_0 and S_1 in the rows of a scheme of one and of two sub-intervals, and
+# the change of the strain over the step with its bow
 ROWS: dict[tuple[int, int], tuple[float, ...]] = {(1, 0): (1,), (2, 0): (1, -1), (2, 1): (1, 0)}
-SHARES: dict[tuple[int, int], list[Floats]] = {
-    (1, 0): [LAST],
-    (2, 0): [LAST - z, z],
-    (2, 1): [FIRST + z, LAST],
-}
 CHANGES: dict[tuple[int, int], list[MomentWeights]] = {
     (1, 0): [CHANGE],
     (2, 0): [CHANGE + BEHIND, -1 * CHANGE],
@@ -97,14 +85,12 @@ def over_interval(
     changes = [weights(moment) for moment in CHANGES[place]]
     slope = AT_REFERENCE if linear else De(x)
     seen = _sum(np.array(row) @ mixed.weights[: len(row)], changes)
-    shares = [float(seen.linear @ share) for share in SHARES[place]]
-    pair = _pair(seen, slope, SHARES[place], shares)
     change = tuple(moment_of(mesh, moment, holder(moment)) for moment in changes)
-    own = bound(mesh, pair, holder(seen))
+    own = moment_of(mesh, seen, holder(seen))
     if mixed.given:
-        own = own._replace(moment=own.moment._replace(given=_given(row, mixed.given)))
-    stress = Stress(own.moment, (own.slope,), None)
-    return Straining(Rows(states, (stress,), ((own,),), place[1:], n), change, dt)
+        own = own._replace(given=_given(row, mixed.given))
+    stress = Stress(own, (slope_of(mesh, slope),), None)
+    return Straining(Rows(states, (stress,), place[1:], n), change, dt)
 
 
 def over_path(
@@ -127,7 +113,7 @@ def over_path(
         dt: Length of the step.
         mixed: Strains of the stresses.
     """
-    change, shares = 2.0 * page.strains(0.0)[1], page.states(alpha)[:, UNKNOWN].T
+    change = 2.0 * page.strains(0.0)[1]
     # resultants are S_0 and S_1 of (Q3): what of S_i and of them the bow and the change are
     bow = np.array([1.0, -1, 1]) * 2 / (1 + alpha)
     held = np.array([0.0, 0, 2]) - alpha * bow, bow
@@ -138,9 +124,8 @@ def over_path(
 
     own = mixed.weights @ held
     moments = [_sum(row, (change, page.bow)) for row in mixed.weights]
-    seen = list(zip(moments, own, strict=True))
     pairs = [
-        [_pair(moment, slope, shares, w[1:]) for (moment, w), slope in zip(seen, row, strict=True)]
+        [PairWeights(moment, slope, False) for moment, slope in zip(moments, row, strict=True)]
         for row in (page.slopes(0), page.slopes(1))
     ]
     works: tuple[Moment, ...] = tuple(
@@ -153,12 +138,9 @@ def over_path(
 
 def _with(rows: Rows, given: Sequence[Expr]) -> Rows:
     """Both rows with strains that are added."""
-
-    def added[T: (Stress, Pair)](items: Sequence[T]) -> tuple[T, ...]:
-        pairs = zip(items, given, strict=True)
-        return tuple(i._replace(moment=i.moment._replace(given=e)) for i, e in pairs)
-
-    return rows._replace(stresses=added(rows.stresses), pairs=tuple(map(added, rows.pairs)))
+    pairs = zip(rows.stresses, given, strict=True)
+    stresses = tuple(s._replace(moment=s.moment._replace(given=e)) for s, e in pairs)
+    return rows._replace(stresses=stresses)
 
 
 def _given(row: Sequence[float], strains: Sequence[Expr]) -> Expr:
@@ -184,19 +166,3 @@ def _constants(item: Any) -> Iterator[Any]:
     elif isinstance(item, tuple | dict):
         for part in item.values() if isinstance(item, dict) else item:
             yield from _constants(part)
-
-
-def _pair(
-    moment: MomentWeights, slope: SlopeWeights, shares: Iterable[Floats], held: Iterable[float]
-) -> PairWeights:
-    """A pair whose compatibility is demanded elsewhere.
-
-    Args:
-        moment: Its moment.
-        slope: What its stress acts on.
-        shares: Those of the unknown states in x, D, z, y.
-        held: Those of their resultants in the resultants of the moment.
-    """
-    both = enumerate(zip(shares, held, strict=True))
-    changes = {c: ChangeWeights(share, False, float(own), 0.0) for c, (share, own) in both}
-    return PairWeights(moment, slope, False, changes)

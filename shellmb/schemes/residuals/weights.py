@@ -1,19 +1,16 @@
 """Templates of the rows of a step, as numbers that follow from the pages of the schemes.
 
 A page says of which strains stresses are, and what these act on (`schemes.notation`), at mean,
-chord, bow and mean velocity of a path. These are combinations of the states themselves, so that
-derivatives by the unknowns follow. All states of a step that is quadratic in time are combinations
-of four: `q_i`, `h v_i`, and the unknown `q_f`, `h v_f`. A sub-interval has neither bow nor mean
-velocity, a single state of statics no chord either, and in linear statics measures are replaced by
-their linear part.
+chord, bow and mean velocity of a path. All states of a step that is quadratic in time are
+combinations of four: `q_i`, `h v_i`, and the unknown `q_f`, `h v_f`. A sub-interval has neither bow
+nor mean velocity, a single state of statics no chord either, and in linear statics measures are
+replaced by their linear part.
 """
 
-from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
 
-from shellmb.arrays import Floats
 from shellmb.schemes.interval import AT_STATE, acting
 from shellmb.schemes.notation import Acting, D, MomentWeights, PathPage, SlopeWeights, lin, x
 
@@ -23,37 +20,19 @@ START, START_VELOCITY, END, END_VELOCITY = range(4)
 UNKNOWN = (END, END_VELOCITY)
 
 
-class ChangeWeights(NamedTuple):
-    """Numbers of a `forms.steps.path.Change`.
-
-    Args:
-        states: Shares of the unknown state in the states x, D, z, y.
-        held: As of `Change`.
-        share: As of `Change`.
-        gain: As of `Change`.
-    """
-
-    states: Floats
-    held: bool
-    share: float
-    gain: float
-
-
 class PairWeights(NamedTuple):
-    """Numbers of a `forms.steps.path.Pair`.
+    """Numbers of a stress in one row.
 
     Args:
         moment: The moment.
         slope: What its stress acts on.
         own: Whether the row demands the compatibility of the moment.
-        changes: Derivatives, by the number of the unknown state.
-        ahead: As of `Pair`.
+        ahead: As of `forms.steps.path.Stress`.
     """
 
     moment: MomentWeights
     slope: SlopeWeights
     own: bool
-    changes: Mapping[int, ChangeWeights]
     ahead: float = 0.0
 
 
@@ -65,14 +44,8 @@ FIRST, LAST, SINGLE = x / 2 - D, x / 2 + D, x
 
 def path_pairs(page: PathPage, alpha: float, row: int) -> list[PairWeights]:
     """Both stresses of a step that is quadratic in time, in the rows P0 and P1."""
-    shares = page.states(alpha)[:, UNKNOWN].T
-    return [
-        PairWeights(
-            *(moment, slope, k == row),
-            {c: ChangeWeights(s, c == k, float(c == k), 1.0) for c, s in enumerate(shares)},
-        )
-        for k, (moment, slope) in enumerate(zip(page.strains(alpha), page.slopes(row), strict=True))
-    ]
+    both = zip(page.strains(alpha), page.slopes(row), strict=True)
+    return [PairWeights(*pair, k == row) for k, pair in enumerate(both)]
 
 
 def linearised(row: Acting) -> Acting:
@@ -80,28 +53,23 @@ def linearised(row: Acting) -> Acting:
     return Acting(lin(row.strain.linear), AT_REFERENCE)
 
 
-def single_pair(number: int, linear: bool) -> PairWeights:
-    """The stress of a single state, which is the unknown one of that number."""
-    moment, slope = linearised(AT_STATE) if linear else AT_STATE
-    return PairWeights(moment, slope, True, {number: ChangeWeights(SINGLE, True, 1.0, 1.0)})
+def single_pair(linear: bool) -> PairWeights:
+    """The stress of a single state."""
+    return PairWeights(*(linearised(AT_STATE) if linear else AT_STATE), True)
 
 
-def interval_pair(beta: float, first: int | None, last: int, linear: bool = False) -> PairWeights:
+def interval_pair(beta: float, linear: bool = False) -> PairWeights:
     """The average stress of a sub-interval, eq. (32), and what it acts on.
+
+    Strains and resultants are compatible at its end.
 
     Args:
         beta: Share of the jump.
-        first: Number of the unknown state at its start; None where that is known.
-        last: That of the one at its end, where strains and resultants are compatible.
         linear: Whether strains are linear.
     """
     moment, slope = linearised(acting(beta)) if linear else acting(beta)
     # by the chord: the end is the mean and half of it
-    ahead = 0.5 - float(moment.linear @ D)
-    changes = {last: ChangeWeights(LAST, True, 1 - ahead, 1 / (1 - ahead))}
-    if first is not None:
-        changes[first] = ChangeWeights(FIRST, False, ahead, 0.0)
-    return PairWeights(moment, slope, True, changes, ahead)
+    return PairWeights(moment, slope, True, 0.5 - float(moment.linear @ D))
 
 
 def at_end(page: PathPage, sign: float) -> MomentWeights:

@@ -132,19 +132,10 @@ class BlockSystem:
     def _compile(self) -> None:
         self.residual_forms: list[RowForm]
         fields = self.fields
-        derivatives: list[tuple[tuple[int, int], Form]] = [
-            (place, form)
-            for f in fields
-            for term in f.terms
-            for place, forms in term.derivatives.items()
-            for form in forms
-        ]
-        derivatives += [
-            ((i, j), by)
-            for i, field in enumerate(fields)
-            for form in field.residual
-            for j, by in self._derivatives(form)
-        ]
+        terms = [term for f in fields for term in f.terms]
+        alone = [pair for term in terms for pair in zip(term.rows, term.alone, strict=True)]
+        alone += [(i, form) for i, field in enumerate(fields) for form in field.residual]
+        derivatives = [((i, j), by) for i, form in alone for j, by in self.derivatives(form)]
         rows = [
             some
             for k, f in enumerate(fields)
@@ -164,7 +155,7 @@ class BlockSystem:
         ]
         self.jacobians = _by_place([place for place, _ in derivatives], made[len(rows) :])
 
-    def _derivatives(self, form: Form) -> Iterator[tuple[int, Form]]:
+    def derivatives(self, form: Form) -> Iterator[tuple[int, Form]]:
         """Derivatives of a residual by the unknown functions, also by what follows them."""
         coefficients, found = form.coefficients(), set[int]()
         numbers = {f.function: j for j, f in enumerate(self.fields)}

@@ -4,7 +4,7 @@ The system layer knows no shells: a field is a function space with an unknown fu
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -130,12 +130,12 @@ class ResidualTerm(NamedTuple):
     Args:
         residual: The form, tested with a function for each of its rows, one after the other.
         rows: Numbers of the fields whose rows they are.
-        derivatives: Forms of its derivatives by the numbers of the row and of the unknown field.
+        alone: Forms of each row by itself, of which derivatives are taken.
     """
 
     residual: Form
     rows: tuple[int, ...]
-    derivatives: Mapping[tuple[int, int], tuple[Form, ...]]
+    alone: tuple[Form, ...]
 
 
 @dataclass

@@ -19,8 +19,6 @@ from shellmb.native.compiling.flags import LANES
 from shellmb.native.library import CArrays, cell_dofs, side_by_side
 from shellmb.system.assembly.fields import Field
 
-# cells at a time whose matrices are kept meanwhile
-CHUNK = 64
 # a compiled form with the numbers of its row fields and of its column field, see `FormLoop`
 PlacedForm = tuple[fem.Form, tuple[int, ...], int]
 # the cells of a mesh, and linear forms over them
@@ -274,20 +272,6 @@ class FormLoop:
     def refresh(self) -> None:
         """Take the values of the constants, after they changed."""
         self._lib.copy_pieces(*self.pieces)
-
-    def matrices(self, cells: MeshCells) -> Iterator[tuple[slice, Floats]]:
-        """Matrices of some cells after the others, shape (some, size, size); overwritten each time.
-
-        Args:
-            cells: The cells.
-        """
-        K, struct = np.empty((CHUNK, cells.size, cells.size)), cells.struct(self)
-        for first in range(0, cells.count, CHUNK):
-            some = slice(first, min(first + CHUNK, cells.count))
-            found = K[: some.stop - first]
-            where = struct, self.kernels, self.count, first, some.stop
-            self._lib.cell_matrices(*where, native.doubles(found))
-            yield some, found
 
 
 def _together(

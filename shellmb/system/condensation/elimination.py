@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from shellmb.arrays import Bools, Ints
+from shellmb.native import library as native
 from shellmb.native.library import CArrays
 from shellmb.system.assembly.loops import FormLoop, MeshCells, PlacedForm
 
@@ -84,10 +85,11 @@ def _connected(block: Bools) -> list[Bools]:
 
 def _pattern(cells: MeshCells, jacobian: list[PlacedForm]) -> Bools:
     """Entries that are not zero in the matrix of some cell."""
-    found = np.zeros((cells.size, cells.size), dtype=bool)
-    for _, K in FormLoop(cells, jacobian).matrices(cells):
-        found |= np.any(K != 0.0, axis=0)
-    return found
+    loop = FormLoop(cells, jacobian)
+    found = np.zeros((cells.size, cells.size))
+    arguments = cells.struct(loop), loop.kernels, loop.count, native.doubles(found)
+    native.cells().lib.largest_entries(*arguments)
+    return found != 0.0
 
 
 def elimination(chunks: EliminationBlocks, pointer: CArrays) -> tuple[dict[str, Any], int]:

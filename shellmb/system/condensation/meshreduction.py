@@ -12,7 +12,7 @@ from shellmb.arrays import Bools, Floats, Int32s, Ints
 from shellmb.native import library as native
 from shellmb.native.compiling.flags import LANES
 from shellmb.native.library import CArrays
-from shellmb.system.assembly.loops import CHUNK, FormLoop, MeshCells, PlacedForm
+from shellmb.system.assembly.loops import FormLoop, MeshCells, PlacedForm
 from shellmb.system.condensation.cell_storage import (
     groups_of,
     inner_kept,
@@ -20,7 +20,7 @@ from shellmb.system.condensation.cell_storage import (
     places_of_groups,
 )
 from shellmb.system.condensation.elimination import elimination, find_blocks
-from shellmb.system.condensation.sparsity import Lists, find_runs
+from shellmb.system.condensation.sparsity import CHUNK, Lists, find_runs
 from shellmb.system.nullspace.numbers import ReducedNumbers
 from shellmb.system.nullspace.prolongation import RowMap
 
@@ -154,22 +154,18 @@ class MeshReduction:
         self._kept = place_for(members["kept_size"] * width, self.pointer)
         self._eliminated_size = (cells.size - cells.shared) * width
 
-    def assemble(self, values: Floats, shift: Floats | None, load: Floats | None) -> None:
-        """Put or add its entries of the reduced matrix.
-
-        Args:
-            values: They.
-            shift: Given change of the local unknowns; None: none.
-            load: Gets the forces of that.
-
-        Raises:
-            SingularCell: If unknowns of a cell cannot be eliminated.
-        """
+    def jacobian(self, values: Floats) -> dict[str, Any]:
+        """Members for C, which puts entries of the reduced matrix into `values`."""
         loop = self.loop
-        loop.refresh()
-        arrays = map(native.doubles, (self._blocks, values, shift, load))
-        where = self.projection, 0, self.cells.count, *arrays
-        check(self.lib.jacobian(self.struct, loop.kernels, loop.count, *where))
+        return {
+            **dict(zip(("pieces", "from", "sizes", "to"), loop.pieces, strict=True)),
+            "cells": self.struct,
+            "kernels": loop.kernels,
+            "count": loop.count,
+            "projection": self.projection,
+            "blocks": self.pointer(self._blocks),
+            "values": self.pointer(values),
+        }
 
     def for_solution(self) -> Any:
         """Data of this mesh for solutions in C with the reduced matrix."""

@@ -24,12 +24,13 @@ import numpy as np
 
 from shellmb.arrays import Floats
 from shellmb.clock import now
+from shellmb.native import library as native
 from shellmb.system.assembly.loops import LoopResiduals
 from shellmb.system.assembly.meshgroups import MeshGroup, mesh_groups
 from shellmb.system.assembly.scatter import SerialExchange
 from shellmb.system.condensation.fused_residual import FusedResidual
 from shellmb.system.condensation.matrix import reduced_matrix
-from shellmb.system.condensation.meshreduction import MeshReduction, SingularCell
+from shellmb.system.condensation.meshreduction import MeshReduction, SingularCell, check
 from shellmb.system.condensation.substitution import ParallelPasses, SerialPasses, SeveralPasses
 from shellmb.system.couplings import CoupledEntries
 from shellmb.system.direct.linear import Linear
@@ -83,6 +84,10 @@ class Reduction(Linear):
         if self.numbers.full.serial:
             self._passes = SerialPasses(self.numbers, structs)
             self._passes.take_vectors(self._rhs, self._solution)
+        pairs = zip(self.parts, self._matrix.targets, strict=True)
+        members = [part.jacobian(values) for part, values in pairs]
+        self._lib, self._pointer = native.cells().lib, native.CArrays()
+        self._jacobians = len(members), self._pointer.many("Jacobian", members)
         self._several = SeveralPasses(self.numbers, self.parts, self.A.getSize()[0])
 
     @property
@@ -152,8 +157,7 @@ class Reduction(Linear):
         self._load[:] = 0.0
         # what is solved for is subtracted
         shift = (-self._given, self._load) if shifted else (None, None)
-        for part, values in zip(self.parts, self._matrix.targets, strict=True):
-            part.assemble(values, *shift)
+        check(self._lib.jacobians(*self._jacobians, *map(native.doubles, shift)))
         if self._coupled is not None:
             self._matrix.add(*self._coupled.at(self._given, self._load))
         self._matrix.end()

@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from shellmb.arrays import Bools, Int32s
-from shellmb.system.assembly.loops import CHUNK
+
+# cells at a time when the pattern is looked for: their matrices are kept meanwhile
+CHUNK = 64
 
 
 class Lists:

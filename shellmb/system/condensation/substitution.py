@@ -110,7 +110,7 @@ class ParallelPasses:
 
 
 class SerialPasses:
-    """The same in one process, by one call of `unknowns.c` each.
+    """Passes in one process, by one call of `unknowns.c` each.
 
     Args:
         numbers: Numbers of the reduced unknowns.

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import NamedTuple
+from collections.abc import Callable, Sequence
+from functools import cached_property
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from shellmb.arrays import Bools, Floats
+from shellmb.native import library as native
+from shellmb.native.assembler import is_native
 from shellmb.system.assembly.fields import DirectorPath, DirectorRates, Field
+from shellmb.system.nullspace.directorbases import Bases, DirectorBases
 from shellmb.system.nullspace.directorpath import (
-    Half,
     MasslessPath,
     PathBases,
     PathDirectors,
@@ -32,28 +35,6 @@ from shellmb.system.nullspace.directors import (
 TURN = 0.1
 # violation of a constraint of directors of unit length that is none
 ROUND_OFF = 1e-13
-
-
-class Bases(NamedTuple):
-    """Tangent spaces of nodes; vectors of nodes that have fewer than others are zero.
-
-    Args:
-        right: Increments, shape (n, 3 k, m).
-        left: Test vectors, shape (n, 3 k, m).
-        forces: What makes multipliers of forces, `(C^T)^+`, shape (n, 3 k, c).
-        state: Of rates, their change with the increments of the state, shape (n, 3 k, m).
-        left_other: Over a path, tests of the field in the equations of the other one.
-        forces_other: Over a path, what makes multipliers of the other field of forces.
-        rates: Over a path, of the states: what the velocities have of the bases of a pair.
-    """
-
-    right: Floats
-    left: Floats
-    forces: Floats
-    state: Floats | None
-    left_other: Floats | None = None
-    forces_other: Floats | None = None
-    rates: Half | None = None
 
 
 class _Partial(NamedTuple):
@@ -100,7 +81,14 @@ class DirectorNodes:
         self.values = field.function.x.array
         self.settled = False
         self.partial = self._partial()
+        midway = not declared.linear and self.rates is None and self.path is None
+        self._directors: DirectorBases | None = None
         self._path_of_nodes: PathBases | None = None
+        if not self.partial and midway and declared.before is not None and is_native():
+            before = declared.before.x.array
+            self._directors = DirectorBases(
+                self.dofs, self.held, self.reference, before, self.values
+            )
 
     @property
     def rates(self) -> DirectorRates | None:
@@ -191,6 +179,8 @@ class DirectorNodes:
             fields: All fields.
             found: Bases of the fields before this one.
         """
+        if self._directors is not None:
+            return self._directors()
         if self.path is not None:
             return self._path_bases(fields, found)
         mean, at = self.mean(fields), self.at(fields)
@@ -216,6 +206,15 @@ class DirectorNodes:
             rate = constraint(self.field.function.x.array[self.dofs])
             state = -0.5 * forces @ (rate @ found[self.rates.state].right)
         return Bases(right, left, forces, state)
+
+    @property
+    def renewals(self) -> Sequence[Callable[[], object]] | None:
+        """Functions that compute the last bases anew in place; None: they have other places."""
+        if self._directors is not None:
+            return (self._directors,)
+        if self.path is None or self.partial:
+            return None
+        return () if self._path_of_nodes is None else (self._path_of_nodes,)
 
     def _path_bases(self, fields: Sequence[Field], found: dict[int, Bases]) -> Bases:
         """Bases of a step that is quadratic in time; those of a pair are found together."""
@@ -289,19 +288,29 @@ class DirectorNodes:
             return self._jump_correction(fields) if self.partial else None
         if self.state is not None:
             return self._rate_correction(fields) if self.partial else None
-        d = self.now()
-        g = violation(d)
-        sizes = np.abs(g).max(axis=1, initial=0.0)
-        # what is no number is no round-off
-        self.settled = bool(sizes[self.regular].max(initial=0.0) <= ROUND_OFF)
+        self.settled = native.cells().lib.violation(*self._now) <= ROUND_OFF
         if self.settled and not self.partial:
             return None
-        out, off = np.zeros(self.dofs.shape), self.regular & (sizes > ROUND_OFF)
-        out[off] = -np.einsum("nic,nc->ni", pseudo_inverse(constraint(d[off])), g[off])
+        out = np.zeros(self.dofs.shape)
+        d = self.now()
+        g = violation(d)
+        off = self.regular & (np.abs(g).max(axis=1, initial=0.0) > ROUND_OFF)
+        if not self.settled:
+            out[off] = -np.einsum("nic,nc->ni", pseudo_inverse(constraint(d[off])), g[off])
         for node, free, _ in self.partial:
             C = constraint(d[node : node + 1])[0]
             out[node, free] = -any_pseudo_inverse(C[:, free]) @ g[node]
         return out
+
+    @cached_property
+    def _now(self) -> tuple[Any, ...]:
+        """For C, the directors of the field's state and which of them are free."""
+        dofs, regular = self.dofs.astype(np.int64), self.regular.astype(np.uint8)
+        reference = np.ascontiguousarray(self.reference, dtype=float)
+        self._kept = dofs, regular, reference
+        places = len(dofs), dofs.shape[1] // 3, native.longs(dofs)
+        values = map(native.doubles, (reference, self.values))
+        return *places, *values, native.bytes_of(regular)
 
     def _jump_correction(self, fields: Sequence[Field]) -> Floats:
         """Correction of jumps of rates; of nodes that are free, `moved` takes out what is not."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -12,8 +12,10 @@ import numpy as np
 import numpy.typing as npt
 
 from shellmb.arrays import Bools, Floats, Ints
+from shellmb.native import library as native
+from shellmb.native.library import CArrays
 from shellmb.system.assembly.loops import MeshCells
-from shellmb.system.nullspace.directornodes import Bases
+from shellmb.system.nullspace.directorbases import Bases
 from shellmb.system.nullspace.nodes import SystemNodes
 from shellmb.system.nullspace.prolongation import RowMap
 
@@ -92,7 +94,12 @@ class ReducedNumbers:
         self.own = np.zeros(n.owned, dtype=np.int64)
         # the first of several linked ones
         self.own[local[mine][::-1]] = mine[::-1]
+        self._lib = native.cells().lib
         self._given = np.zeros(len(local))
+        # what was put into the tables, and what C is called with for it
+        self._put: tuple[list[Floats], Any] = [], native.CArrays().ffi.NULL
+        # what computes them anew in place, where all of them are; none before they are first known
+        self._renewals: list[Callable[[], object]] = []
         # nodes that may have to be brought back to their constraints
         self._loose = [
             (k, s)
@@ -304,11 +311,25 @@ class ReducedNumbers:
 
     def update(self) -> None:
         """Bases of the tangent spaces at the current state of all fields."""
+        if self._renewals:
+            # the rows are where they were put from before
+            for renew in self._renewals:
+                renew()
+            self._lib.put_rows(len(self._put[0]), self._put[1])
+            return
         found: dict[int, Bases] = {}
         for k, nodes in self.nodes.items():
             found[k] = nodes.bases(self.fields, found)
-        for row in self._rows_of(found):
-            self._put(row)
+        rows = list(self._rows_of(found))
+        if self.full.serial:
+            self._put_rows(rows)
+            made = [nodes.renewals for nodes in self.nodes.values()]
+            if None not in made:
+                self._renewals = [renew for some in made for renew in some or ()]
+            return
+        for row in rows:
+            by = None if row.multipliers is None else self._divisors(row.multipliers)[:, None, :]
+            self._put_shared(row if by is None else row._replace(values=row.values / by))
 
     def _rows_of(self, found: Mapping[int, Bases]) -> Iterator[NodeRows]:
         """List the rows that bases have for the tables."""
@@ -348,31 +369,53 @@ class ReducedNumbers:
         first, shape = self._first[k], self.nodes[k].multipliers.shape
         return values[first : first + shape[0] * shape[1]].reshape(shape)
 
-    def _put(self, row: NodeRows) -> None:
-        """Give the rows of a field's nodes new values on all ranks that see them; others stay."""
-        values, table = row.values, row.table
-        if row.multipliers is not None:
-            values = values / self._divisors(row.multipliers)[:, None, :]
-        values = values.reshape(-1, values.shape[2])
-        if self.full.serial:
-            to, of = self._local[row.field]
-            table[to, row.first : row.first + values.shape[1]] = values[of]
-            return
+    def _put_rows(self, rows: Sequence[NodeRows]) -> None:
+        """Give the rows of nodes' unknowns new values, in one process; all others keep theirs."""
+        parts, made = self._put
+        same = len(parts) == len(rows)
+        if not same or any(a is not b.values for a, b in zip(parts, rows, strict=True)):
+            pointer = native.CArrays()
+            rows = [row._replace(values=np.ascontiguousarray(row.values)) for row in rows]
+            made = pointer.many("RowsToPut", [self._to_put(pointer, row) for row in rows])
+            # nothing else keeps the pointers
+            self._put, self._pointers = ([row.values for row in rows], made), pointer
+        self._lib.put_rows(len(rows), made)
+
+    def _to_put(self, pointer: CArrays, row: NodeRows) -> dict[str, Any]:
+        """Rows of a table for C."""
+        (count, to, from_), of = self._local[row.field], row.multipliers
+        return {
+            "count": count,
+            "width": row.values.shape[2],
+            "table_width": row.table.shape[1],
+            "components": row.values.shape[1],
+            "to": to,
+            "from": from_,
+            "values": pointer(row.values),
+            "divisors": pointer(None if of is None else self._divisors(of)),
+            "table": pointer(row.table) + row.first,
+        }
+
+    def _put_shared(self, row: NodeRows) -> None:
+        """Give the rows of a field's nodes new values on all ranks that see them."""
+        values = np.ascontiguousarray(row.values.reshape(-1, row.values.shape[2]))
         ids = self._rows[row.field].ravel()
         known = self.full.seen(self.full.set(ids, np.ones(len(ids)))) > 0.0
         for q in range(values.shape[1]):
             found = self.full.seen(self.full.set(ids, values[:, q]))
-            table[known, row.first + q] = found[known]
+            row.table[known, row.first + q] = found[known]
 
     @cached_property
-    def _local(self) -> dict[int, tuple[Ints, Ints]]:
-        """Local dofs of each field's nodes, and which of the nodes' unknowns each one is."""
-        found = {}
+    def _local(self) -> dict[int, tuple[Any, ...]]:
+        """For C, local dofs of each field's nodes, and which of the nodes' unknowns each one is."""
+        found, self._places = {}, list[Ints]()
         for k, rows in self._rows.items():
             number = np.full(self.full.total, NONE)
             number[rows.ravel()] = np.arange(rows.size)
             row = number[self.full.wanted]
-            found[k] = np.flatnonzero(row >= 0), row[row >= 0]
+            places = np.flatnonzero(row >= 0), row[row >= 0]
+            self._places += places
+            found[k] = (len(places[0]), *map(native.longs, places))
         return found
 
     def correction(self) -> Floats:
@@ -387,9 +430,7 @@ class ReducedNumbers:
         found = [(k, nodes.correction(self.fields)) for k, nodes in loose]
         values = {k: v.ravel() for k, v in found if v is not None}
         if full.serial:
-            dofs, unknowns = self._fixed
-            given[:] = 0.0
-            given[dofs] = system.values[unknowns] - system.x.array_r[unknowns]
+            self._lib.to_values(*self._fixed)
         else:
             change = np.zeros(system.numbering.owned)
             change[system.fixed] = system.fixed_values() - system.x.array_r[system.fixed]
@@ -402,7 +443,12 @@ class ReducedNumbers:
         return given
 
     @cached_property
-    def _fixed(self) -> tuple[Ints, Ints]:
-        """Local dofs of one process that have given values, and their unknowns."""
-        dofs = np.flatnonzero(np.isin(self.full.wanted, self.system.fixed))
-        return dofs, self.full.wanted[dofs]
+    def _fixed(self) -> tuple[Any, ...]:
+        """Local dofs of one process that have given values, for C."""
+        wanted = self.full.wanted.astype(np.int64)
+        dofs = np.flatnonzero(np.isin(wanted, self.system.fixed))
+        unknowns = wanted[dofs]
+        self._kept = dofs, unknowns
+        places = native.longs(dofs), native.longs(unknowns)
+        where = native.doubles(self.system.values), native.entries(self.system.x)
+        return len(wanted), len(dofs), *places, *where, native.doubles(self._given)
