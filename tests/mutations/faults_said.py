@@ -232,9 +232,9 @@ FAULTS: tuple[Fault, ...] = (
     ),
     Fault(
         "a step that was not finished counts in what is remembered",
-        f"{ACCOUNT}/rotations.py",
-        "{name: dict(vars(turn)) for",
-        "{name: vars(turn) for",
+        "shellmb/restart.py",
+        "return _copied(_values(value)) if is_dataclass(value) else value",
+        "return vars(value) if is_dataclass(value) else value",
         (f"{REMEMBERED}[stiff]",),
     ),
     Fault(
