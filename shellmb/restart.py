@@ -27,10 +27,19 @@ class Restartable:
     """
 
     remembered: ClassVar[tuple[str, ...]] = ()
+    _keys: ClassVar[tuple[tuple[str, str], ...]] = ()
+
+    def __init_subclass__(cls) -> None:
+        super().__init_subclass__()
+        # each step takes a state
+        cls._keys = tuple((name.lstrip("_"), name) for name in cls.remembered)
 
     def state(self) -> Any:
         """State for a restart, as JSON, but for arrays that are constant; no step changes it."""
-        return {name.lstrip("_"): _copied(getattr(self, name)) for name in self.remembered}
+        return {
+            key: value if type(value := getattr(self, name)) in _CONSTANT else _copied(value)
+            for key, name in self._keys
+        }
 
     def restore(self, state: Any) -> None:
         """Continue from a saved state.
@@ -38,9 +47,8 @@ class Restartable:
         Args:
             state: As from `state`.
         """
-        for name in self.remembered:
-            now = getattr(self, name, None)
-            setattr(self, name, _taken(state[name.lstrip("_")], now))
+        for key, name in self._keys:
+            setattr(self, name, _taken(state[key], getattr(self, name, None)))
 
 
 def _copied(value: Any) -> Any:

@@ -105,12 +105,12 @@ def relative_size(body: Body, change: Floats) -> float:
         body: The body.
         change: Change of its state, a local array.
     """
-    moving = (p for p in body.parts if p.name in body.kinematic)
-    sizes = (
-        float(np.max(np.abs(change[body.mixed.dofs[p.name]]), initial=0.0)) / p.scale
-        for p in moving
-    )
-    return max(sizes, default=0.0)
+    change, largest = np.abs(change), 0.0
+    for part in body.parts:
+        if part.name in body.kinematic:
+            here = change[body.mixed.dofs[part.name]].max(initial=0.0)
+            largest = max(largest, float(here) / part.scale)
+    return largest
 
 
 def elementwise_dofs(body: Body) -> Dofs:

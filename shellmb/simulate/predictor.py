@@ -97,8 +97,12 @@ class Predictor(Restartable):
         # with the slopes of what moves
         self._moving = np.union1d(moving, of_pairs)
         self._guess = iteration.system.x.duplicate()
-        self._table = np.zeros((len(KNOTS), iteration.system.numbering.owned))
-        self._units = np.ones(self._table.shape[1])
+        owned = iteration.system.numbering.owned
+        self._table = np.zeros((len(KNOTS), owned))
+        # states have what is in pairs side by side: first the values, then the slopes
+        ordered = np.concatenate([pairs.values, pairs.slopes])
+        self._order = ordered if len(ordered) else np.arange(owned)
+        self._back = np.argsort(self._order)
         # of all ranks alike
         self._has_pairs = bool(iteration.system.comm.allreduce(len(pairs.values)))
         self.clear()
@@ -145,9 +149,12 @@ class Predictor(Restartable):
             return rows
         self._ahead, times = dt, tuple(t / dt for t in self._times)
         if self._has_pairs:
-            (of_values, of_slopes), (values, slopes, changes) = knot_weights(times), self._pairs
-            past = np.concatenate([self._past[:, values], self._past[:, slopes] * dt * changes])
-            rows[:, values], rows[:, slopes] = of_values @ past, of_slopes @ past / changes
+            count = len(self._pairs.times)
+            # of each state a row of values, and one of slopes
+            past = self._past.reshape(2 * known, count)
+            of_values, of_slopes = knot_weights(times, dt)
+            ahead = [of_values @ past, of_slopes @ past / self._pairs.times]
+            np.take(np.concatenate(ahead, axis=1), self._back, axis=1, out=rows, mode="clip")
         else:
             rows[:] = weights(times) @ self._past
         return rows
@@ -170,10 +177,9 @@ class Predictor(Restartable):
             motion, forces = self._convergence.sizes(new, wrong).T.tolist()
             self._motion.add(motion)
             self._forces.add(forces)
-        # slopes are per unit of time
-        self._units[self._pairs.slopes] = dt
-        past = np.concatenate([(new / self._units)[None], self._past[: STATES - 1]])
-        self._past = constant(past)
+        ordered = new[self._order]
+        ordered[len(ordered) - len(self._pairs.times) :] *= self._pairs.times / dt
+        self._past = constant(np.concatenate([ordered[None], self._past[: STATES - 1]]))
         self._times = (0.0, *(t - dt for t in self._times))[:STATES]
         self._ahead = None
 
@@ -204,15 +210,17 @@ def weights(times: tuple[float, ...]) -> Floats:
 
 
 @lru_cache
-def knot_weights(times: tuple[float, ...]) -> tuple[Floats, Floats]:
-    """Weights of known states and their slopes (times the step) in Hermite's polynomials.
+def knot_weights(times: tuple[float, ...], dt: float) -> tuple[Floats, Floats]:
+    """Weights of known states and their slopes in Hermite's polynomials.
 
     Args:
         times: As of `weights`, n of them.
+        dt: Length of the step to come, in the unit of time of the slopes.
 
     Returns:
-        For the state a step ahead and for its slope, shape (p, 2 n) each: a row for each of the
-        first of `KNOTS`, as many as there are states for; first the weights of values.
+        For the state a step ahead and for its slope times the step, shape (p, 2 n) each: a row for
+        each of the first of `KNOTS`, as many as there are states for; of each state the weight of
+        its value, and of its slope.
     """
     n, found = len(times), []
     for values, slopes in (knots for knots in KNOTS if max(knots) <= n):
@@ -221,8 +229,8 @@ def knot_weights(times: tuple[float, ...]) -> tuple[Floats, Floats]:
         rows = [at**powers, powers * along ** np.maximum(powers - 1, 0)]
         ahead = np.stack([np.ones(len(powers)), powers], axis=1)
         solved = np.linalg.solve(np.concatenate(rows).T, ahead)
-        wide: Any = np.zeros((2 * n, 2))
-        wide[:values], wide[n : n + slopes] = solved[:values], solved[values:]
-        found.append(wide)
+        wide: Any = np.zeros((n, 2, 2))
+        wide[:values, 0], wide[:slopes, 1] = solved[:values], solved[values:] * dt
+        found.append(wide.reshape(2 * n, 2))
     both = np.array(found).transpose(2, 0, 1)
     return np.ascontiguousarray(both[0]), np.ascontiguousarray(both[1])

@@ -17,11 +17,12 @@ RANDOM = np.random.default_rng(0)
 
 
 def test_polynomials_are_met_with_steps_of_any_length() -> None:
-    times = (0.0, -1.0, -2.5, -3.0)
-    values, slopes = knot_weights(times)
+    times, dt = (0.0, -1.0, -2.5, -3.0), 0.25
+    values, slopes = knot_weights(times, dt)
     for row, (count, known) in enumerate(KNOTS):
         p = np.polynomial.Polynomial(RANDOM.normal(size=count + known))
-        data = np.concatenate([p(np.array(times)), p.deriv()(np.array(times))])
+        # of each state its value, and its slope per unit of time
+        data = np.stack([p(np.array(times)), p.deriv()(np.array(times)) / dt], axis=1).ravel()
         assert values[row] @ data == pytest.approx(p(1.0), rel=1e-11)
         assert slopes[row] @ data == pytest.approx(p.deriv()(1.0), rel=1e-11, abs=1e-11)
 

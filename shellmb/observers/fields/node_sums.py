@@ -6,6 +6,9 @@ import numpy as np
 
 from shellmb.arrays import Floats, Ints
 
+# so many nodes of several states are summed at a time
+MOST = 20_000
+
 
 class NodeSums:
     """Sums over nodes: positions first, then directors and what turns like them.
@@ -18,6 +21,8 @@ class NodeSums:
 
     def __init__(self, dofs: Ints, reference: Floats, positions: int) -> None:
         self._dofs, self._reference, self._positions = dofs, reference, positions
+        # one, what is there in the middle of a step, and what it changes by, side by side
+        self._rows = np.ones((len(dofs), 7))
 
     def resultants(self, q: Floats, whole: float, forces: Floats, counted: Floats) -> Floats:
         """Force, moment about the origin and sum of the sizes of forces at nodes, shape (k, 7).
@@ -29,15 +34,19 @@ class NodeSums:
             counted: One at dofs that count, zero at others.
         """
         found = np.empty((len(q), 7))
-        for row, state, acting in zip(found, q, forces, strict=True):
-            # state by state: sums in another order differ in their last digit
-            force = (counted * acting)[self._dofs]
-            on_positions = force[: self._positions]
-            row[:3] = on_positions.sum(axis=0)
-            x, y, z = (whole * self._reference + state[self._dofs]).T
-            a, b, c = force.T
-            row[3:6] = y @ c - z @ b, z @ a - x @ c, x @ b - y @ a
-            row[6] = np.sqrt((on_positions * on_positions).sum(axis=1)).sum()
+        # as many states at a time as memory is there for; each is summed by itself, so that its
+        # last digit is the same whatever others are there
+        at_once = max(1, MOST // max(1, len(self._dofs)))
+        for begin in range(0, len(q), at_once):
+            some = slice(begin, begin + at_once)
+            force = (counted * forces[some]).take(self._dofs, axis=1)
+            x = whole * self._reference + q[some].take(self._dofs, axis=1)
+            on_positions = force[:, : self._positions]
+            found[some, :3] = on_positions.sum(axis=1)
+            products = x.swapaxes(1, 2) @ force
+            turning = products - products.swapaxes(1, 2)
+            found[some, 3:6] = turning[:, (1, 2, 0), (2, 0, 1)]
+            found[some, 6] = np.sqrt(np.vecdot(on_positions, on_positions)).sum(axis=1)
         return found
 
     def rotation_sums(self, directors: int, start: Floats, end: Floats, sums: Floats) -> float:
@@ -50,13 +59,14 @@ class NodeSums:
             sums: Number of positions, their sum in the middle of the step, that of their changes,
                 and the sums of `x x, x dx, d d, d dd` of positions and directors, shape (43,).
         """
-        first, last, n = start[self._dofs], end[self._dofs], self._positions
-        # the middle of the step and what it changes by, side by side
-        both = np.concatenate([self._reference + (first + last) / 2, last - first], axis=1)
-        sums[0], sums[1:7] = n, both[:n].sum(axis=0)
-        for place, part in ((7, both[:n]), (25, both[n:])):
-            products = part[:, :3].T @ part
-            sums[place : place + 9] = products[:, :3].ravel()
-            sums[place + 9 : place + 18] = products[:, 3:].ravel()
-        change = both[n:, 3:]
-        return float((change * change).reshape(-1, 3 * directors).sum(axis=1).max(initial=0.0))
+        first, last, n, rows = start[self._dofs], end[self._dofs], self._positions, self._rows
+        rows[:, 1:4] = self._reference + (first + last) / 2
+        rows[:, 4:] = last - first
+        products = rows[:n, :4].T @ rows[:n]
+        sums[:7], products = products[0], products[1:]
+        for place in (7, 25):
+            sums[place : place + 9] = products[:, 1:4].ravel()
+            sums[place + 9 : place + 18] = products[:, 4:].ravel()
+            products = rows[n:, 1:4].T @ rows[n:]
+        change = rows[n:, 4:].reshape(-1, 3 * directors)
+        return float(np.vecdot(change, change).max(initial=0.0))

@@ -13,12 +13,12 @@ class DeferredValues:
     """Numbers of many steps.
 
     Args:
-        find: Fills them in, into zeros of shape (n,).
+        find: Finds them as they are now, shape (n,).
         size: How many they are.
         steps: How many steps are kept.
     """
 
-    def __init__(self, find: Callable[[Floats], None], size: int, steps: int) -> None:
+    def __init__(self, find: Callable[[], Floats], size: int, steps: int) -> None:
         self._find, self._found = find, np.zeros((steps, size))
 
     def take(self, row: int) -> None:
@@ -27,9 +27,7 @@ class DeferredValues:
         Args:
             row: Which of the steps.
         """
-        found = self._found[row]
-        found[:] = 0.0
-        self._find(found)
+        self._found[row] = self._find()
 
     def of(self, rows: slice) -> Floats:
         """Numbers of some steps that were taken, shape (k, n); not collective."""

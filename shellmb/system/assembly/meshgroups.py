@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
 from dolfinx import fem
 
 from shellmb.arrays import Floats
@@ -95,10 +96,12 @@ def residuals_of_steps(
         forms: Compiled residuals.
         steps: How many steps are kept.
     """
-    residuals = residuals_of(system, number, forms)
+    residuals, size = residuals_of(system, number, forms), system.fields[number].size_all
 
-    def find(to: Floats) -> None:
+    def find() -> Floats:
+        found = np.zeros(size)
         residuals.refresh()
-        residuals.add(to)
+        residuals.add(found)
+        return found
 
-    return DeferredValues(find, system.fields[number].size_all, steps)
+    return DeferredValues(find, size, steps)

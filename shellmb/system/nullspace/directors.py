@@ -24,11 +24,11 @@ PAIRS = {1: ((0, 0),), 3: ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))}
 
 
 def _rows(k: int) -> Floats:
-    """Derivatives of the constraints of `k` directors by these, shape (3 k, c, 3 k)."""
+    """Derivatives of the constraints of `k` directors by these, shape (3 k, c 3 k)."""
     found = np.zeros((k, 3, len(PAIRS[k]), k, 3))
     for row, (a, b) in enumerate(PAIRS[k]):
         found[b, :, row, a, :] = found[a, :, row, b, :] = np.eye(3)
-    return found.reshape(3 * k, len(PAIRS[k]), 3 * k)
+    return found.reshape(3 * k, -1)
 
 
 ROWS = {3 * k: _rows(k) for k in PAIRS}
@@ -43,7 +43,8 @@ def constraint(d: Floats) -> Floats:
     Returns:
         `C`, shape (n, c, 3 k) with c = 1 or 6.
     """
-    return np.asarray(np.tensordot(d, ROWS[d.shape[1]], 1))
+    size = d.shape[1]
+    return (d @ ROWS[size]).reshape(len(d), -1, size)
 
 
 def violation(d: Floats) -> Floats:
@@ -124,10 +125,11 @@ def rotated(d: Floats, change: Floats, most: float = math.inf) -> tuple[Floats, 
     Returns:
         Directors, shape (n, 3 k), orthonormal but for those; whether there are any of those.
     """
-    far = (change * change).sum(axis=1) > most * most
+    far = np.vecdot(change, change) > most * most
     out = (_turned_vectors if d.shape[1] == 3 else _turned_triples)(d, change)
-    out[far] = d[far] + change[far]
-    return out, bool(far.any())
+    if some := bool(far.any()):
+        out[far] = d[far] + change[far]
+    return out, some
 
 
 def orthonormal(d: Floats) -> Floats:
@@ -157,10 +159,13 @@ def _turned_vectors(d: Floats, change: Floats) -> Floats:
 
 def _turned_triples(d: Floats, change: Floats) -> Floats:
     """Triples of directors turned, each of which sees two thirds of the rotation."""
-    v, change = d.reshape(-1, 3, 3), change.reshape(-1, 3, 3)
-    r = np.cross(v, change).sum(axis=1)[:, None, :] / 4
-    once = np.cross(r, v)
-    out = v + 2 / (1 + (r * r).sum(axis=2))[:, :, None] * (once + np.cross(r, once))
+    v = d.reshape(-1, 3, 3)
+    twice = v.transpose(0, 2, 1) @ change.reshape(-1, 3, 3)
+    # rows times this are `r x` them: matrices take a tenth of the time of products of vectors
+    r = (twice - twice.transpose(0, 2, 1)) / 4
+    once = v @ r
+    square = (r * r).sum(axis=(1, 2)) / 2
+    out = v + (2 / (1 + square))[:, None, None] * (once + once @ r)
     return _nearer(out).reshape(d.shape)
 
 
