@@ -67,6 +67,8 @@ class Timed(BaseObserver):
         with watched() as self.kernels:
             for observer in self.inner:
                 observer.start(simulation)
+        # as in a run, those that have nothing to do are not called in steps
+        self.inner = tuple(o for o in self.inner if not getattr(o, "idle", False))
 
     def switched(self, simulation: Simulation) -> None:
         """Something began to act."""

@@ -20,48 +20,30 @@ from shellmb.diagnostics.base import RunWarning, Watch, remedies, said_of
 from shellmb.observers.account.sizes import stiffness_of
 from shellmb.simulate.simulation import Simulation
 
-HALF_STIFF = 40.0
 # as of a drift that shows (`drift.OTHERS`)
 BOUND = 1e-2
 
 
 class StiffSpin(Watch):
-    """Adds up what shells and beams lose of their spin, as far as the scheme says that they do."""
+    """Says what shells and beams lose of their spin, as far as the scheme says that they do."""
 
     name = "stiff spin"
-    remembered = ("_dissipated",)
-
-    def _begin(self) -> None:
-        self._dissipated: dict[str, float] = {}
-        self._speed: dict[str, float] = {}
 
     def start(self, simulation: Simulation) -> None:
-        """Take the wave speeds of the bodies."""
-        self._speed = {
-            name: stiffness_of(body).wave_speed
-            for name, body in simulation.model.meshed.items()
-            if name in self.sources.rotations.turns
-        }
-        for name in self._speed:
-            self._dissipated.setdefault(name, 0.0)
+        """Let rotations follow it, by the wave speeds of the bodies."""
         self._loss = simulation.scheme.rotations.stiff_loss
         self.idle = self._loss == 0
-
-    def accepted(self, simulation: Simulation) -> None:
-        """Add the step."""
-        assert simulation.last is not None
-        for name, speed in self._speed.items():
-            turn = self.sources.rotations.turns[name]
-            if turn.radius > 0 and speed > 0:
-                soft = turn.radius / (speed * simulation.last.dt)
-                self._dissipated[name] += self._loss * turn.mean**2 / (1 + HALF_STIFF * soft**2)
+        turns = self.sources.rotations.turns
+        for name, body in simulation.model.meshed.items():
+            if name in turns and not self.idle:
+                turns[name].speed = stiffness_of(body).wave_speed
 
     def cautions(self, simulation: Simulation) -> Iterator[RunWarning]:
         """A sentence for each body that spins and is stiff."""
-        for name, dissipated in self._dissipated.items():
+        for name, turn in self.sources.rotations.turns.items():
+            dissipated = self._loss * turn.stiff
             if dissipated <= BOUND:
                 continue
-            turn = self.sources.rotations.turns[name]
             # what it loses in each step adds up by and by
             share = 1 - float(np.exp(-dissipated))
             step = f"a step of about {turn.dt * BOUND / dissipated:.1g} s"

@@ -46,11 +46,13 @@ class TimedLoads[T]:
     ) -> None:
         self._loads, self._work = loads, work
         self._factors = [fem.Constant(domain, 0.0) for _ in loads]
+        # where they stand in memory: to set a constant by DOLFINx takes as long as a small body
+        self._values = [np.asarray(factor.value) for factor in self._factors]
 
     def update(self, average: Average) -> None:
         """Set the factors from the loads' time functions."""
-        for (time, _), factor in zip(self._loads, self._factors, strict=True):
-            factor.value = average(time)  # type: ignore[assignment]
+        for (time, _), value in zip(self._loads, self._values, strict=True):
+            value[...] = average(time)
 
     def virtual_work(self, mid: Expr, dq: Expr) -> Form | None:
         """Virtual work of all loads at the configuration `mid` in the direction `dq`."""

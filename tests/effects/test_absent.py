@@ -71,7 +71,8 @@ def test_a_static_scene_has_no_velocities(plate) -> None:
     assert moving.model.shells["plate"].mass is not None
     assert still.model.shells["plate"].mass_of_section is None
     assert "projection" not in vars(still.problem)
-    assert still.arrays().keys() == {"plate/q"}
+    # beside the states of earlier steps, by which the next one is guessed
+    assert [name for name in still.arrays() if not name.startswith("past/")] == ["plate/q"]
     more, less = count(moving.problem), count(still.problem)
     assert more.stored == 2 * less.stored
     # mass and rotary inertia

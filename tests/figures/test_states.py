@@ -4,10 +4,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import pyvista
 
 from shellmb.errors import SceneError
 from shellmb.observers.files.described import describe
 from shellmb.observers.files.frames import Frames
+from shellmb.observers.files.grid import Grid
 from shellmb.scene import (
     AlongEdge,
     Beam,
@@ -82,11 +84,16 @@ def test_read_back(tmp_path: Path) -> None:
         other = shape_of(read, name)
         # files hold single or double precision alike: positions of size 1
         np.testing.assert_allclose(other.reference, grid.nodes, atol=1e-7)
-        # lines through all nodes there, from node to node here
-        through = np.stack([other.lines[:, :-1], other.lines[:, 1:]], axis=-1).reshape(-1, 2)
-        assert _sets(through) == _sets(grid.lines), name
-        for part in ("faces", "outlines", "dots"):
-            assert _sets(getattr(other, part)) == _sets(getattr(grid, part)), (name, part)
+        cells = _cells(grid)
+        assert _sets(other.dots) == _sets(cells[0]), name
+        assert _sets(other.lines) == _sets(cells[1]), name
+        # one outline around each cell; pieces of one cell each, which has all of its nodes in them
+        around = [set(outline) for outline in other.outlines.tolist()]
+        for cell in map(set, cells[2]):
+            assert sum(outline <= cell for outline in around) == 1, name
+            pieces = [face for face in map(set, other.faces.tolist()) if face <= cell]
+            assert set.union(*pieces) == cell, name
+        assert len(around) == len(cells[2]), name
         for frame in frames.frames:
             moved = read_state(read.file(name, frame.t), frame.t).arrays["displacement"]
             np.testing.assert_allclose(moved, frame.displacement[name], atol=1e-7)
@@ -94,6 +101,15 @@ def test_read_back(tmp_path: Path) -> None:
     assert list(read.only(["rib"])) == ["rib"]
     with pytest.raises(SceneError, match="there is no body 'rob'"):
         read.only(["rob"])
+
+
+def _cells(grid: Grid) -> dict[int, list[list[int]]]:
+    """Nodes of the cells that a run shows, by the dimension of the cells."""
+    shown = pyvista.UnstructuredGrid(grid.vtk_cells, grid.vtk_types, grid.nodes)
+    found: dict[int, list[list[int]]] = {0: [], 1: [], 2: []}
+    for cell in shown.cell:
+        found[cell.dimension].append(cell.point_ids)
+    return found
 
 
 def _sets(cells: np.ndarray) -> list[list[int]]:

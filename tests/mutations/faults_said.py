@@ -96,9 +96,9 @@ FAULTS: tuple[Fault, ...] = (
     ),
     Fault(
         "a stiff body loses a tenth of the spin that it loses",
-        f"{WATCHES}/stiff_spin.py",
-        "loss * turn.mean**2 /",
-        "loss * turn.mean**2 / 10 /",
+        f"{ACCOUNT}/rotations.py",
+        "self.stiff += mean**2 /",
+        "self.stiff += mean**2 / 10 /",
         (f"{NUMBERS}::test_a_stiff_body_loses_the_spin_that_is_said",),
     ),
     Fault(
@@ -239,9 +239,9 @@ FAULTS: tuple[Fault, ...] = (
     ),
     Fault(
         "the lost spin is forgotten by a run that goes on",
-        f"{WATCHES}/stiff_spin.py",
-        'remembered = ("_dissipated",)',
-        "remembered = ()",
+        f"{ACCOUNT}/rotations.py",
+        "Turn(**values) for",
+        'Turn(**values | {"stiff": 0.0}) for',
         (f"{REMEMBERED}[stiff]",),
     ),
     Fault(

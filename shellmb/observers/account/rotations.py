@@ -23,8 +23,12 @@ from shellmb.observers.deferred_observer import STEPS, Booked, DeferredObserver,
 from shellmb.observers.fields.nodal import Nodes, nodal_bodies
 from shellmb.simulate.simulation import Simulation
 
+# the square of the radius over the way of a wave in a step at which a body loses half of what one
+# without any stretching loses, inverted
+HALF_STIFF = 40.0
 # of the diagonal, so that what does not turn at all has a fit, too
 TINY = 1e-12
+UNIT = np.eye(3)
 
 
 @dataclass
@@ -39,6 +43,9 @@ class Turn:
         t: Time at the end of the step with that, s.
         dt: Length of that step, s.
         total: Sum of the angles `mean` of all steps so far, rad.
+        speed: Speed of waves in the body, m/s; zero: what stiff bodies lose is of no interest.
+        stiff: Sum of `mean^2` over the steps, each times the part of it that a body loses which is
+            as stiff (`diagnostics.stiff_spin`).
     """
 
     angle: float = 0.0
@@ -48,11 +55,15 @@ class Turn:
     t: float = 0.0
     dt: float = 0.0
     total: float = 0.0
+    speed: float = 0.0
+    stiff: float = 0.0
 
     def add(self, angle: float, mean: float, radius: float, t: float, dt: float) -> None:
         """Add a step."""
         self.angle, self.mean, self.radius = max(angle, mean), mean, radius
         self.total += mean
+        if radius > 0 and self.speed > 0:
+            self.stiff += mean**2 / (1 + HALF_STIFF * (radius / (self.speed * dt)) ** 2)
         if self.angle > self.largest:
             self.largest, self.t, self.dt = self.angle, t, dt
 
@@ -227,28 +238,28 @@ def fit(sums: Floats) -> tuple[Floats, Floats]:
     count, x, dx = sums[:, :1], sums[:, 1:4], sums[:, 4:7]
     xx, xdx, dd, ddd = sums[:, 7:].reshape(-1, 4, 3, 3).swapaxes(0, 1)
     over = x[:, :, None] / count[:, :, None]
-    about, moved = xx - over * x[:, None], xdx - over * dx[:, None]
-    size = np.trace(about, axis1=1, axis2=2) / count[:, 0]
+    about, moved = _inertia(xx - over * x[:, None]), xdx - over * dx[:, None]
+    size = about.trace(axis1=1, axis2=2) / (2 * count[:, 0])
     there = size > 0
     share = 1 / np.where(there, size, 1.0)[:, None, None]
     # of `dr = w x r`
-    inertia = share * _inertia(about) + _inertia(dd)
-    inertia += TINY * inertia.max(axis=(1, 2), keepdims=True) * np.eye(3)
+    inertia = share * about + _inertia(dd)
+    inertia += TINY * inertia.max(axis=(1, 2), keepdims=True) * UNIT
     turned = share * moved + ddd
-    axial = (turned - turned.swapaxes(1, 2))[:, [1, 2, 0], [2, 0, 1]]
+    axial = (turned - turned.swapaxes(1, 2))[:, (1, 2, 0), (2, 0, 1)]
     spin = np.zeros(x.shape)
     spin[there] = np.linalg.solve(inertia[there], axial[there, :, None])[:, :, 0]
-    tangent = np.sqrt((spin * spin).sum(axis=1))
+    tangent = np.sqrt(np.vecdot(spin, spin))
     # of nodes on the axis there may be less than nothing, by round-off
-    square = np.maximum(np.vecdot(np.vecdot(_inertia(about), spin[:, None]), spin), 0.0)
+    square = np.maximum(np.vecdot(np.vecdot(about, spin[:, None]), spin), 0.0)
     radius = np.sqrt(square / count[:, 0]) / np.where(tangent > 0, tangent, np.inf)
     return 2 * np.arctan(tangent / 2), radius
 
 
 def _inertia(squares: Floats) -> Floats:
     """`sum (r.r I - r r)` of `sum r r`, shape (k, 3, 3)."""
-    trace = np.trace(squares, axis1=1, axis2=2)[:, None, None]
-    return np.asarray(trace * np.eye(3) - squares)
+    trace = squares.trace(axis1=1, axis2=2)[:, None, None]
+    return np.asarray(trace * UNIT - squares)
 
 
 def _directions(directors: int) -> int:
