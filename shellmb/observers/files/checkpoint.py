@@ -16,6 +16,7 @@ from shellmb.errors import ControlError, ConvergenceError, Stopped
 from shellmb.files.checksums import add_checksum, checksum
 from shellmb.files.writing import drafted, make_folder, write_text
 from shellmb.observers.deferred_observer import DeferredObserver
+from shellmb.restart import Restartable
 from shellmb.scene.fingerprint import Fingerprint, fingerprint
 from shellmb.simulate.simulation import BaseObserver, Observer, Simulation, separated
 
@@ -98,9 +99,9 @@ class Checkpoint(BaseObserver):
         self._pending = False
         self._scene = fingerprint(simulation.scene)
         self._live = simulation.live()
-        idle = {n: o for n, o in self._observers.items() if getattr(o, "idle", False)}
-        self._still = {name: observer.state() for name, observer in idle.items()}
-        self._acting = {n: o for n, o in self._observers.items() if n not in idle}
+        self._acting = {n: o for n, o in self._observers.items() if _is_changed(o)}
+        still = {n: o for n, o in self._observers.items() if n not in self._acting}
+        self._still = {name: observer.state() for name, observer in still.items()}
         # where those of each rank belong, for a run that goes on with more or fewer of them
         numbers = self._folder / f"cells-of-{self._comm.size}-rank{self._comm.rank}.npz"
         with drafted(numbers) as part:
@@ -164,3 +165,11 @@ class Checkpoint(BaseObserver):
                     old.unlink()
         self._pending = False
         self._written = clock.perf_counter()
+
+
+def _is_changed(observer: Observer) -> bool:
+    """Decide whether steps change what an observer remembers."""
+    if getattr(observer, "idle", False):
+        return False
+    taken: Any = type(observer).state
+    return taken is not Restartable.state or bool(getattr(observer, "remembered", True))
