@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from shellmb.api.runs import load
-from shellmb.errors import ControlError, ShellmbWarning, Stopped
+from shellmb.errors import ControlError, SceneError, ShellmbWarning, Stopped
+from shellmb.files.checksums import add_checksum
 from shellmb.observers.history import read_history
 from shellmb.running.execute import execute
 from shellmb.running.resuming.resume import resume
@@ -151,6 +152,12 @@ def test_a_run_from_another_goes_on_with_its_controllers(kind, arm, slider, tmp_
         return
     with pytest.warns(ShellmbWarning, match="'servo'.* begin with empty memories, because frames"):
         Simulation(scene(0.3, start=replace(start, at=0.3, velocities=False)))
+    state = tmp_path / "first" / "state" / "state.json"
+    saved = json.loads(state.read_text())
+    saved["simulation"]["control"]["controllers"] = saved["simulation"]["control"].pop("samplers")
+    state.write_text(json.dumps(add_checksum(saved)))
+    with pytest.raises(SceneError, match="were saved by an older version of shellmb; run it again"):
+        Simulation(scene(0.3, start=start))
 
 
 @pytest.mark.slow

@@ -124,6 +124,11 @@ def _read(directory: Path, comm: MPI.Comm, whole: bool) -> Stored:
         sealed = False
     if not sealed:
         raise SceneError(f"start from a run: {file} is damaged or was edited; run it again")
+    if control is not None and "samplers" not in control:
+        raise SceneError(
+            f"start from a run: the controllers in {directory} were saved by an older version of "
+            "shellmb; run it again"
+        )
     dynamic = not is_static(scene.get("scheme"))
     if not whole:
         return Stored({}, scene, dynamic)
