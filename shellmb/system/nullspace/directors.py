@@ -44,7 +44,7 @@ def constraint(d: Floats) -> Floats:
         `C`, shape (n, c, 3 k) with c = 1 or 6.
     """
     size = d.shape[1]
-    return (d @ ROWS[size]).reshape(len(d), -1, size)
+    return (d @ ROWS[size]).reshape(len(d), len(PAIRS[size // 3]), size)
 
 
 def violation(d: Floats) -> Floats:
