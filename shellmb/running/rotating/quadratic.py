@@ -97,8 +97,21 @@ def solve_quadratic(
         value = complex(solver.getEigenpair(k, *vectors))
         pair = Pair(value, *vectors)
         if value.imag >= 0 and (abs(value) < shift or _left(pair, K, C, M) < FALSE):
-            pairs.append(pair)
+            pairs.append(_sharpened(pair, K, C, M) if abs(value) > shift else pair)
     return sorted(pairs, key=lambda pair: abs(pair.value))
+
+
+def _sharpened(pair: Pair, K: PETSc.Mat, C: PETSc.Mat, M: PETSc.Mat) -> Pair:
+    """A pair that oscillates with the nearest root of `v^H T(s) v`.
+
+    What the inverse about the shift is known to makes values far from it less exact by their
+    distance over the shift.
+    """
+    if pair.value.imag == 0:
+        return pair
+    roots = np.roots([product(A, pair, pair) for A in (M, C, K)])
+    nearest = min([*roots, np.inf], key=lambda root: abs(root - pair.value))
+    return pair._replace(value=complex(nearest)) if np.isfinite(nearest) else pair
 
 
 def _first(
