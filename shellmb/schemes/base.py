@@ -65,7 +65,7 @@ class Levels:
     slides: bool = False
 
 
-# arrays that a state consists of by function, with their space and the name of what they are of
+# name of what has a state, the arrays of this by the names of their functions, and their space
 type StateArrays = tuple[str, dict[str, Floats], fem.FunctionSpace]
 
 
@@ -81,10 +81,10 @@ def levels_arrays(levels: Mapping[str, Levels]) -> Iterator[StateArrays]:
 
 
 def live_arrays(parts: Iterable[StateArrays]) -> dict[str, Floats]:
-    """Arrays of a state by name and function.
+    """Arrays of a state by the names of what has it and of their functions.
 
     Args:
-        parts: The arrays by name.
+        parts: The arrays, as from `levels_arrays`.
     """
     return {f"{name}/{key}": a for name, arrays, _ in parts for key, a in arrays.items()}
 
@@ -253,7 +253,7 @@ class StepForms(Protocol):
 
 
 class Scheme:
-    """A time scheme; what schemes with one unknown state, at the end of a step, need not write.
+    """A time scheme. Defaults are those of schemes whose only unknown state is that at the end.
 
     Attributes:
         name: Short name, for results and messages.

@@ -1,4 +1,4 @@
-"""Schemes that are made of sub-intervals."""
+"""Schemes whose steps are made of sub-intervals."""
 
 from __future__ import annotations
 
@@ -10,9 +10,10 @@ from shellmb.schemes.residuals.residual import IntervalForms
 
 
 class Defaults(Scheme):
-    """Members of `Scheme` that a scheme without states in between need not write.
+    """A scheme whose steps are made of sub-intervals, one for each of its stages.
 
-    Velocities do not jump, and nothing is known of a dissipation.
+    It need not write the members of `Scheme` that have a default: these are of a scheme without
+    states in between, whose velocities do not jump, and of whose dissipation nothing is known.
     """
 
     def forms(self, body: Body, levels: Levels, dt: fem.Constant) -> StepForms:

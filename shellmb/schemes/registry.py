@@ -59,7 +59,7 @@ def completed(scheme: Named) -> Scheme:
         SceneError: If it has states in between and not what they need.
     """
     kind, whole = type(scheme), cast(Any, scheme)
-    if not issubclass(kind, Scheme):
+    if not issubclass(kind, Scheme) or kind.forms is Scheme.forms:
         whole = object.__new__(type(kind.__name__, (kind, Defaults), {}))
         whole.__dict__.update(vars(scheme))
     missing = [m for m in BETWEEN if getattr(type(whole), m) is getattr(Scheme, m)]

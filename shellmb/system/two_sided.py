@@ -81,11 +81,7 @@ class Kind(IntEnum):
 class TwoSided:
     """Scenes whose unknowns are those of the run, and `d` more and less, on any number of ranks.
 
-    Args:
-        sides: As of `two_sided`, as all others.
-        u: Unknowns of the run.
-        sizes: Compares changes.
-        distance: Relative distance.
+    Arguments are those of `two_sided`.
 
     Attributes:
         d: Half the difference of the unknowns.

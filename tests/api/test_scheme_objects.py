@@ -15,6 +15,7 @@ import shellmb as sm
 from shellmb.demos.own_forms import Newmark
 from shellmb.demos.sudden_load import scene
 from shellmb.errors import SceneError
+from shellmb.schemes.base import Scheme
 
 
 class Plain:
@@ -30,12 +31,21 @@ class Plain:
         return isinstance(other, Plain)
 
 
+class Derived(Plain, Scheme):
+    """The same with the defaults of the class that describes schemes."""
+
+    __hash__ = None  # type: ignore[assignment]
+
+
 def tip(scheme: Any, dt: float, **more: Any) -> np.ndarray:
     run = sm.run("sudden_load", scheme=scheme, dt=dt, t_end=0.04, pictures=False, **more)
     return run.history["tip_z"].to_numpy()[:: round(4e-3 / dt)]
 
 
-@pytest.mark.parametrize("scheme", [Newmark(), Plain()], ids=["newmark", "plain"])
+KINDS = ["newmark", "plain", "derived"]
+
+
+@pytest.mark.parametrize("scheme", [Newmark(), Plain(), Derived()], ids=KINDS)
 def test_it_runs_by_the_name_of_a_scene(scheme: Any) -> None:
     """The load is there at once, and so is the acceleration: it is as good as `ep`."""
     right = tip("ep4", 5e-4)

@@ -32,12 +32,13 @@ from shellmb.scene.schemes import DISSIPATIVE
 from shellmb.schemes.notation import MomentWeights
 from shellmb.schemes.quadratic import BOW, P0, P1, QuadraticInTime, strains
 from shellmb.schemes.registry import SCHEMES, make_scheme
-from shellmb.schemes.residuals.weights import END, END_VELOCITY, START, START_VELOCITY
 from shellmb.simulate.simulation import BaseObserver, Simulation
 
 PAGE, SLOPES = QuadraticInTime().page, (P0.stresses, P1.stresses)
 GENERAL = np.random.default_rng(3)
 SIZE = 4
+# columns of combinations of the states of a step
+START, START_VELOCITY, END, END_VELOCITY = range(4)
 # exact for what stands in the forms: of degree 5 at most
 TAUS, WEIGHTS = np.polynomial.legendre.leggauss(5)
 TAUS, WEIGHTS = (1 + TAUS) / 2, WEIGHTS / 2

@@ -5,6 +5,7 @@ from mpi4py import MPI  # noqa: F401  (before dolfinx)
 import numpy as np
 import pytest
 
+from shellmb.native import library as native
 from shellmb.scene import Clamped, EdgeForce, Isotropic, Rectangle, Scene, Shell
 from shellmb.simulate.simulation import Simulation
 from shellmb.system.assembly.scatter import ParallelExchange, SerialExchange
@@ -12,7 +13,7 @@ from shellmb.system.condensation.reduction import Reduction
 from shellmb.system.condensation.substitution import ParallelPasses, SerialPasses
 from shellmb.system.direct.solver import Purpose
 from shellmb.system.nullspace.directornodes import TURN
-from shellmb.system.nullspace.directors import constraint
+from shellmb.system.nullspace.directors import constraint, violation
 from shellmb.system.nullspace.nodes import NodeLoops
 
 # differences are those of sums in another order
@@ -100,6 +101,20 @@ def test_a_residual_at_once(simulation) -> None:
         assert np.array_equal(one, other) and one.any()
 
 
+@pytest.mark.parametrize("k", [1, 3])
+def test_violations_of_directors(k) -> None:
+    """Of nodes that count, the largest; what is no number wins."""
+    lib = native.cells().lib
+    reference, values = np.tile(np.eye(3)[:k].ravel(), (4, 1)), 0.1 * some(12 * k)
+    dofs, counts = np.arange(12 * k).reshape(4, 3 * k), np.array([1, 0, 1, 1], dtype=np.uint8)
+    expected = np.abs(violation(reference + values.reshape(4, -1))).max(axis=1)
+    pointers = native.longs(dofs), *map(native.doubles, (reference, values))
+    arguments = 4, k, *pointers, native.bytes_of(counts)
+    assert lib.violation(*arguments) == pytest.approx(max(expected[[0, 2, 3]]), rel=1e-14)
+    values[6 * k] = np.nan
+    assert np.isnan(lib.violation(*arguments))
+
+
 def test_exchange(simulation) -> None:
     system = simulation.problem.system
     arrays = [np.zeros(field.size_all) for field in system.fields]
@@ -148,6 +163,22 @@ def test_turning_nodes(simulation, size) -> None:
     turned = np.abs(found[0][0] - change).max() > 1e-8
     assert turned == (size < TURN)
     assert found[0][2] == [turned] * len(nodes.sets)
+
+
+@pytest.mark.parametrize("size", [1e200, np.inf])
+def test_updates_far_away_say_nothing(simulation, size) -> None:
+    """Of such without squares nothing is told, which one rank alone might: iterations diverge."""
+    nodes, x = simulation.problem.iteration.nodes, simulation.problem.system.x.copy()
+    loops, found = nodes._loops, []
+    try:
+        for nodes._loops in (loops, None):
+            dx = x.duplicate()
+            dx.array[:] = size
+            nodes.turn(x, dx)
+            found.append(dx.array_r.copy())
+    finally:
+        nodes._loops = loops
+    np.testing.assert_array_equal(*found)
 
 
 def test_bases_of_directors(simulation) -> None:

@@ -11,7 +11,7 @@ from dolfinx import fem
 from ufl import Form
 from ufl.core.expr import Expr
 
-from shellmb.forms.steps.path import Path, Step
+from shellmb.forms.steps.path import Path, Rows, Step
 from shellmb.model.body import Body, Dofs, Rates, kinetic_energy
 from shellmb.model.sections.branches import Course, branches_of
 from shellmb.schemes.base import END, Levels, Resulting, Scheme, StepForms, Tangent, Values
@@ -77,10 +77,10 @@ class PathForms:
         constant = fem.Constant(self._mesh, float(alpha))
         self.path: Path = page.path_of(levels.q, unknown[0], velocity, unknown[1], constant)
         self.states = PathStates((levels.q, velocity, *unknown), page.states(alpha))
-        common = self._mesh, self.states.functions
         pairs = [path_pairs(page, alpha, k) for k in (0, 1)]
-        rows = both_rows(*common, pairs, unknown, page.strains(1.0))
-        points = at_points(page, *common, alpha, unknown)
+        stresses = both_rows(self._mesh, pairs, unknown, page.strains(1.0))
+        rows = Rows(self.states.functions, stresses, (0, 1))
+        points = at_points(page, self._mesh, alpha, unknown)
         self.step = Step(self.path, rows, points, of_general_strains(self._mesh))
 
     @cached_property
@@ -100,7 +100,7 @@ class PathForms:
             along = over_path(*common)
             terms.append(body.damping.term(along, *body.mixed.arguments))
             work = body.damping.work(along)
-        # of the states as functions, which follow the unknown ones
+        # derivatives by functions that follow the unknown states have one kernel for both of these
         followed: Any = dict(zip(NAMES, self.states.functions, strict=True))
         step = self.step._replace(path=self.path._replace(**followed))
         for k, (stage, unknown) in enumerate(self._levels.unknown.items()):

@@ -19,15 +19,12 @@ from shellmb.schemes.residuals.weights import (
 )
 
 
-def at_points(
-    page: PathPage, mesh: Any, states: tuple[Expr, ...], alpha: float, unknown: Sequence[Expr]
-) -> Points:
+def at_points(page: PathPage, mesh: Any, alpha: float, unknown: Sequence[Expr]) -> Points:
     """Rows of nonlinear sections.
 
     Args:
         page: The page of the scheme.
         mesh: Mesh of the body.
-        states: Mean, chord, bow and mean velocity of the path.
         alpha: Dissipation.
         unknown: Unknown states of the rows P0 and P1.
     """
@@ -44,14 +41,14 @@ def at_points(
     half = alpha / 2 * page.bow
     damping = [[PairWeights(half, page.slopes(k)[1], False)] for k in range(2)]
     return Points(
-        both_rows(mesh, states, [row(0), row(1)], held).stresses,
+        both_rows(mesh, [row(0), row(1)], held),
         (rates[0], rates[1]),
         free(at_end(page, -1)),
         free(at_end(page, 1)),
         free(2.0 * page.strains(0.0)[1]),
         free(page.bow),
         (bare_slope(mesh, page.slopes(0)[0]), bare_slope(mesh, page.slopes(1)[0])),
-        both_rows(mesh, states, damping, [first], [page.bow]).stresses[0],
+        both_rows(mesh, damping, [first], [page.bow])[0],
         alpha > 0,
     )
 

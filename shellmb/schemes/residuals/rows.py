@@ -84,19 +84,17 @@ def _bare(mesh: Any, values: object, like: object | None = None) -> tuple[Expr |
 
 def both_rows(
     mesh: Any,
-    states: tuple[Expr, ...],
     rows: Sequence[Sequence[PairWeights]],
     holders: Sequence[Expr],
     like: Sequence[MomentWeights | None] = (None, None),
-) -> Rows:
-    """The rows P0 and P1.
+) -> tuple[Stress, ...]:
+    """Stresses in the rows P0 and P1.
 
     Residuals, whose kernels are those of all schemes that are quadratic in time, leave out what is
     zero in all of these: they take less time.
 
     Args:
         mesh: Mesh of the body.
-        states: Mean, chord, bow and mean velocity of the path.
         rows: Stresses of each row, the same ones in both.
         holders: States that hold the resultants of the stresses.
         like: Moments that are not zero where those of some scheme are not; None: these themselves.
@@ -106,7 +104,7 @@ def both_rows(
         moment = bare_moment(mesh, pairs[0].moment, holder, model)
         own = next((k for k, pair in enumerate(pairs) if pair.own), None)
         stresses.append(Stress(moment, tuple(bare_slope(mesh, p.slope) for p in pairs), own))
-    return Rows(states, tuple(stresses), (0, 1))
+    return tuple(stresses)
 
 
 class Span:

@@ -132,15 +132,11 @@ def over_path(
         moment_of(mesh, *both) for both in zip((change, page.bow), map(holder, held), strict=True)
     )
     like = [_sum(np.abs(row), map(abs, (change, page.bow))) for row in mixed.weights]
-    rows = both_rows(mesh, states, pairs, [holder(w) for w in own], like)
-    return Straining(rows if not mixed.given else _with(rows, mixed.given), works, dt)
-
-
-def _with(rows: Rows, given: Sequence[Expr]) -> Rows:
-    """Both rows with strains that are added."""
-    pairs = zip(rows.stresses, given, strict=True)
-    stresses = tuple(s._replace(moment=s.moment._replace(given=e)) for s, e in pairs)
-    return rows._replace(stresses=stresses)
+    stresses = both_rows(mesh, pairs, [holder(w) for w in own], like)
+    if mixed.given:
+        both = zip(stresses, mixed.given, strict=True)
+        stresses = tuple(s._replace(moment=s.moment._replace(given=e)) for s, e in both)
+    return Straining(Rows(states, stresses, (0, 1)), works, dt)
 
 
 def _given(row: Sequence[float], strains: Sequence[Expr]) -> Expr:
@@ -163,6 +159,6 @@ def _constants(item: Any) -> Iterator[Any]:
     """Constants of rows, in the order in which these were made."""
     if isinstance(item, Expr):
         yield from (c for c in traverse_unique_terminals(item) if isinstance(c, fem.Constant))
-    elif isinstance(item, tuple | dict):
-        for part in item.values() if isinstance(item, dict) else item:
+    elif isinstance(item, tuple):
+        for part in item:
             yield from _constants(part)

@@ -14,11 +14,6 @@ import numpy as np
 from shellmb.schemes.interval import AT_STATE, acting
 from shellmb.schemes.notation import Acting, D, MomentWeights, PathPage, SlopeWeights, lin, x
 
-# columns of a combination
-START, START_VELOCITY, END, END_VELOCITY = range(4)
-# the unknown states, in the order of the rows P0 and P1
-UNKNOWN = (END, END_VELOCITY)
-
 
 class PairWeights(NamedTuple):
     """Numbers of a stress in one row.
@@ -58,7 +53,7 @@ def single_pair(linear: bool) -> PairWeights:
     return PairWeights(*(linearised(AT_STATE) if linear else AT_STATE), True)
 
 
-def interval_pair(beta: float, linear: bool = False) -> PairWeights:
+def interval_pair(beta: float, linear: bool) -> PairWeights:
     """The average stress of a sub-interval, eq. (32), and what it acts on.
 
     Strains and resultants are compatible at its end.

@@ -121,7 +121,7 @@ class SerialPasses:
         self._lib, self._arrays = native.cells().lib, CArrays()
         pointer = self._arrays
         seen = len(numbers.forces.numbers.wanted)
-        self._local = len(numbers.full.wanted)
+        local = len(numbers.full.wanted)
 
         def zeros(size: int) -> Any:
             return pointer(np.zeros(size))
@@ -133,7 +133,7 @@ class SerialPasses:
                 {
                     "parts": len(parts),
                     "owned": len(numbers.own),
-                    "local": self._local,
+                    "local": local,
                     "reduced": numbers.count,
                     "outer": len(numbers.outer),
                     "multipliers": seen,
@@ -145,8 +145,8 @@ class SerialPasses:
                     "right": numbers.right.members,
                     "force": numbers.forces.members,
                     "multiplier": numbers.multiplier_values.members,
-                    "b": zeros(self._local),
-                    "change": zeros(self._local),
+                    "b": zeros(local),
+                    "change": zeros(local),
                     "reaction": zeros(len(numbers.own)),
                     **{name: zeros(seen) for name in ("forces", "rows")},
                     **{name: zeros(numbers.count) for name in ("r", "seen", "rest")},

@@ -129,8 +129,11 @@ class SystemNodes:
         """
         local = self.full.seen(unknowns)
         values: dict[int, Floats] = {}
-        for k, nodes in self.sets.items():
-            take(nodes, k, local[self._places[k]], values)
+        # an update far from the solution may have no square: convergence tests see that on every
+        # rank, and C says nothing of it
+        with np.errstate(all="ignore"):
+            for k, nodes in self.sets.items():
+                take(nodes, k, local[self._places[k]], values)
         pairs = [(self._given[k], v[self.sets[k].regular]) for k, v in values.items()]
         if self.full.serial:
             return pairs
