@@ -1,4 +1,4 @@
-"""Checked frozen dataclasses."""
+"""Checked frozen dataclasses, and checks of directions."""
 
 import functools
 from collections.abc import Callable, Sequence
