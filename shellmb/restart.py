@@ -17,10 +17,10 @@ _CONSTANT = {float, int, bool, str, type(None), tuple, np.float64}
 class Restartable:
     """An object whose state is that of some of its attributes.
 
-    These are numbers, texts, arrays, data classes of them, or other such objects, and lists and
-    dictionaries of these. What stands deeper is replaced by whoever changes it, and never changed
-    in its place. Arrays become lists; those that nobody may write to (`constant`) are large, of
-    one rank each, stay as they are, and are saved apart (`arrays_of`).
+    These are numbers, texts, arrays, data classes of them, other such objects or lists of them,
+    and lists and dictionaries of numbers and texts. What stands deeper is replaced by whoever
+    changes it, and never changed in its place. Arrays become lists; those that nobody may write to
+    (`constant`) are large, of one rank each, stay as they are, and are saved apart (`arrays_of`).
 
     Attributes:
         remembered: Names of these attributes.

@@ -1,4 +1,4 @@
-"""A surface mesh as plain arrays on one rank, before it is distributed."""
+"""A surface mesh as plain arrays on one rank, and the elements that give cells their shape."""
 
 from __future__ import annotations
 

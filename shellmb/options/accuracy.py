@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from shellmb.errors import SceneError
-from shellmb.options.described import option, options_of, read
+from shellmb.options.described import option, take
 
 # seconds of the units of a budget
 UNITS = {"ms": 1e-3, "s": 1.0, "min": 60.0, "h": 3600.0}
@@ -109,10 +109,7 @@ def take_accuracy(options: dict[str, Any]) -> RequestedAccuracy | None:
     Raises:
         SceneError: If one is impossible, or a scheme is to be chosen without an accuracy.
     """
-    names = [one.name for one in options_of(AccuracyOptions)]
-    own = AccuracyOptions(
-        **read(AccuracyOptions, {name: options.pop(name, None) for name in names})
-    )
+    own = take(AccuracyOptions, options)
     auto = options.get("scheme") == AUTO
     if auto:
         options["scheme"] = None

@@ -10,6 +10,7 @@ from shellmb.scene import (
     Clamped,
     Cylinder,
     Disc,
+    Driven,
     Fixed,
     Gravity,
     Hyperelastic,
@@ -29,6 +30,7 @@ from shellmb.scene import (
     SurfaceForce,
     Table,
 )
+from shellmb.scene.loads.supports import at_rest, moves
 
 STEEL = Isotropic(E=2e11, nu=0.3, thickness=0.01, density=7800)
 PLATE = Shell("plate", Rectangle(2, 1), STEEL)
@@ -92,6 +94,15 @@ def test_numpy_is_welcome():
     assert SurfaceForce(np.arange(3)).force == (0.0, 1.0, 2.0)
     assert Shell("a", Rectangle(1, 1), STEEL, mesh=np.array([2, 3])).mesh == (2, 3)
     assert Fixed(np.zeros(3), (0, None, Sine(1.0))).at == (0.0, 0.0, 0.0)
+
+
+def test_a_function_is_given_whatever_its_truth_value():
+    """Kind: a constant of NumPy's polynomials is a function, and false as a list of length 0 is."""
+    level = np.poly1d([0.5])
+    assert not level
+    driven, fixed = Driven("left", rotation=level), Fixed("left", displacement=(level, 0, None))
+    assert moves(driven) and moves(fixed) and not (at_rest(driven) or at_rest(fixed))
+    assert at_rest(Fixed("left", displacement=(0, 0, None))) and at_rest(Clamped("left"))
 
 
 def test_forces_may_depend_on_position():

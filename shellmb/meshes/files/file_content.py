@@ -1,4 +1,4 @@
-"""Content of a file or of gmsh: nodes, cells by kind, groups, and what a shell cannot use."""
+"""Content of a file or of gmsh: nodes, cells of all kinds, groups, and what a shell cannot use."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Names of edges, points and times that a scene speaks of, tried against what there is."""
+"""Names of edges, areas and points that a scene speaks of, tried against what there is."""
 
 from typing import Any
 

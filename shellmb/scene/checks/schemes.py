@@ -1,4 +1,4 @@
-"""Checks of what schemes can follow: small displacements, paths of equilibria, step control."""
+"""Checks of what schemes can follow, and times at which functions of time jump or have corners."""
 
 import math
 from collections.abc import Iterable

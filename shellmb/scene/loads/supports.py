@@ -204,7 +204,7 @@ class Driven(Support):
         Raises:
             SceneError: If there is neither a rotation nor a translation.
         """
-        if not any(self.given.values()):
+        if all(value is None for value in self.given.values()):
             raise SceneError(
                 f"driven edge: neither rotation nor translation is given for {show(self.at)}; "
                 "give one at least, or use Clamped"
@@ -226,4 +226,4 @@ def at_rest(support: Support) -> bool:
     Args:
         support: Any support.
     """
-    return not any(support.given.values())
+    return not any(callable(value) or value for value in support.given.values())

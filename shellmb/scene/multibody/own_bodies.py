@@ -42,5 +42,5 @@ class UserBody:
         return tuple(self.regions)
 
     def in_values(self) -> dict[str, Any]:
-        """Scene in values, to be stored and compared."""
+        """Description in values, to be stored and compared."""
         raise NotImplementedError

@@ -1,4 +1,7 @@
-"""Pydantic's errors as one plain sentence: who, which parameter, its value, what would be right."""
+"""Errors as one plain sentence: who, which parameter, its value, what would be right.
+
+Those of checks of our own are made here, and those that pydantic finds are put into such words.
+"""
 
 from collections.abc import Iterable
 from dataclasses import fields

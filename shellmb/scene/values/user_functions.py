@@ -24,6 +24,7 @@ OfPosition = Callable[[Any], Any]
 Several = list | tuple
 # what could be made a float, and is not meant as one, by NumPy's kinds
 NO_NUMBERS = {"b": "truth values", "c": "complex numbers"}
+# in what a function may keep a memory as a default argument
 MUTABLE = (list, dict, set, bytearray, np.ndarray)
 
 

@@ -1,4 +1,4 @@
-"""Checked frozen dataclasses."""
+"""Checked frozen dataclasses, and checks of directions."""
 
 import functools
 from collections.abc import Callable, Sequence
@@ -49,6 +49,7 @@ def frame(
 ) -> tuple[Any, Any, Any]:
     """Orthonormal axes from two vectors that have to be perpendicular."""
     e1, e2 = unit_vector(a, f"{what}: {first}"), unit_vector(b, f"{what}: {second}")
+    # the cosine of their angle, beyond round-off
     if abs(e1 @ e2) > 1e-9:
         raise SceneError(
             f"{what}: {first} {show(a)} and {second} {show(b)} are not perpendicular; they must be"
