@@ -266,8 +266,8 @@ class EnergyAccount(DeferredObserver):
         losses = [*spent, *(part for _, part in faces)]
         works |= {name: [loss] for name, loss in zip(self._loss_columns, losses, strict=True)}
         by_states, by_velocities = ([parts[k] for parts in scheme.values()] for k in (0, 1))
-        lost = [*spent, *by_states, *faces.sum(axis=1), *by_velocities]
-        works["dissipation"] = [np.zeros_like(total), *lost]
+        dissipated = [*spent, *by_states, *faces.sum(axis=1), *by_velocities]
+        works["dissipation"] = [np.zeros_like(total), *dissipated]
         found = {name: _added(self._values[name], *parts) for name, parts in works.items()}
         outside = (found[name] for name in ("work_loads", "work_terms", "work_supports"))
         assert self._initial is not None

@@ -180,7 +180,6 @@ class NodeGroup:
             offsets: Components along the directors of points fixed to the nodes, shape (n, 3), m;
                 None: the nodes themselves.
         """
-
         moving = quantity in RATES
 
         def read() -> Floats:
