@@ -179,7 +179,7 @@ def with_fewer(scene: Scene, times: int, body: str | None) -> Scene:
 
     Args:
         scene: The scene.
-        times: So many.
+        times: Number of elements that one replaces.
         body: The only body that gets them; None: all.
 
     Raises:

@@ -1,4 +1,4 @@
-"""Numbers with their errors, and what these are due to."""
+"""Numbers with their errors, what these are due to, and the summary that gets them."""
 
 from __future__ import annotations
 

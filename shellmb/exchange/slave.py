@@ -1,4 +1,4 @@
-"""A scene as an FMU: what its Python side does when a master calls it."""
+"""A scene as an FMU: what its Python side does when a master calls it; its states as bytes."""
 
 from __future__ import annotations
 
@@ -161,7 +161,7 @@ def slave(version: int, described: Mapping[str, Any]) -> type:
 
 
 def to_bytes(state: Any) -> bytes:
-    """Bytes of a state of a `SceneMotion`.
+    """Bytes of a state of a `SceneMotion`: arrays and JSON, so that reading them executes nothing.
 
     Args:
         state: As from its `state`.

@@ -45,7 +45,7 @@ class PartnerWork(BaseObserver):
         forms = [form for kind in kinds for form in present(work_forms(simulation, kind, bodies))]
         comm = simulation.model.comm
         self._forces = functionals([forms], comm) if forms else None
-        given = []
+        given, lines = [], [one.line for one in self._inputs]
         for values in (NOTHING, SOMETHING):
             self._set(simulation, 0.0, simulation.size.dt, [values] * len(self._inputs))
             problem.prepare(0.0, simulation.size.dt)
@@ -53,13 +53,18 @@ class PartnerWork(BaseObserver):
             given.append(problem.system.fixed_values().copy())
         self._moved = given[0] != given[1]
         self._drives = comm.allreduce(bool(np.any(self._moved)), op=MPI.LOR)
-        self._set(simulation, 0.0, 0.0, [(i.default, i.default) for i in self._inputs])
+        self._take(simulation, lines)
 
     def _set(
         self, simulation: Simulation, t: float, dt: float, ends: Sequence[tuple[float, float]]
     ) -> None:
-        for one, values in zip(self._inputs, ends, strict=True):
-            one.take(t, dt, *values)
+        self._take(simulation, [(t, dt, *values) for values in ends])
+
+    def _take(
+        self, simulation: Simulation, lines: Sequence[tuple[float, float, float, float]]
+    ) -> None:
+        for one, line in zip(self._inputs, lines, strict=True):
+            one.take(*line)
         simulation.model.mechanism.command(simulation.model.signals)
 
     def _sample(self, simulation: Simulation, t: float, dt: float) -> None:
@@ -86,9 +91,7 @@ class PartnerWork(BaseObserver):
         lines = [one.line for one in self._inputs]
         self._set(simulation, last.t, last.dt, [NOTHING] * len(lines))
         others = self._work(simulation, last.t, last.dt)
-        for one, (t, dt, *ends) in zip(self._inputs, lines, strict=True):
-            one.take(t, dt, *ends)
-        simulation.model.mechanism.command(simulation.model.signals)
+        self._take(simulation, lines)
         self._sample(simulation, last.t, last.dt)
         self.work += every - others
 

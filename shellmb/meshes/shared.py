@@ -150,14 +150,16 @@ def sums_at_nodes(space: fem.FunctionSpace, values: Floats) -> Floats:
     """Sums at the nodes of what the cells around them have there, shape (nodes, size); collective.
 
     Args:
-        space: A space with `size` unknowns at each node.
+        space: A space with these nodes.
         values: Values of this rank's cells at their nodes, shape (cells, nodes or 1, size).
     """
-    total = fem.Function(space).x
-    np.add.at(total.array.reshape(-1, values.shape[-1]), space.dofmap.list[: len(values)], values)
+    total = la.vector(space.dofmap.index_map, values.shape[-1])
+    sums = total.array.reshape(-1, values.shape[-1])
+    np.add.at(sums, space.dofmap.list[: len(values)], values)
+    # cells of other ranks add to nodes of this one
     total.scatter_reverse(la.InsertMode.add)
     total.scatter_forward()
-    return np.array(total.array, dtype=float).reshape(-1, values.shape[-1])
+    return sums
 
 
 def collapsed(space: fem.FunctionSpace, part: int) -> tuple[fem.FunctionSpace, Any]:

@@ -1,4 +1,7 @@
-"""Columns of the history that are functions of the simulation between two steps."""
+"""Columns of the history that are functions of the simulation between two steps.
+
+What the summary has of paths, events and step control stands here, too.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Curves drawn with matplotlib: their style, and figures that need no display."""
+"""Curves drawn with matplotlib: their style, figures that need no display, and their files."""
 
 from __future__ import annotations
 

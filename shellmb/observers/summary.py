@@ -1,4 +1,4 @@
-"""The summary of a run: a few numbers under stable names, `summary.json`."""
+"""The summary of a run: a few numbers under stable names, `summary.json`; the jumps of ED."""
 
 from __future__ import annotations
 
@@ -134,7 +134,7 @@ def jump_error(rows: Sequence[Mapping[str, float]], points: int = POINTS) -> dic
     `a`, `b` of velocities of eq. (31), is of second order in the step where the motion is
     resolved. Measured: of second order in a rigid mechanism, of about first order where a sudden
     load excites all frequencies (`shellmb study`, column "jump"). The step control rejects and
-    chooses steps by it (`StepControl.jump_tolerance`, `simulate.control`).
+    chooses steps by it (`StepControl.jump_tolerance`, `simulate.stepsize.control`).
 
     It is an indicator of the error of one step and no bound on that of the state, which is of
     another order and adds up over the steps. What it is good for: to see *when* a run is least

@@ -14,6 +14,7 @@ import pytest
 
 import shellmb as sm
 from shellmb.demos.own_body import fall
+from shellmb.scene.control.signals import named_inputs
 
 STEEL = sm.Isotropic(E=1e7, nu=0.3, thickness=0.01, density=1000.0)
 
@@ -264,6 +265,9 @@ def test_values_from_the_start_on_are_in_place_of_defaults(start: Any) -> None:
         sm.SceneMotion(pushed(0.5)),
         sm.SceneMotion(scene),
     ):
+        # nothing that is looked at before the first step finds the default
+        for name, places in named_inputs(motion.simulation.scene).items():
+            assert [one.line[2:] for one in places] == [(motion.inputs[name],) * 2]
         motion.trial(0.02)
         motion.accept()
         ends.append(motion.outputs)

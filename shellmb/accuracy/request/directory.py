@@ -1,4 +1,7 @@
-"""A request in its directory: levels in folders of their own, the last one as the run itself."""
+"""A request in its directory, begun or gone on with.
+
+Levels are in folders of their own, the last one is the run itself.
+"""
 
 from __future__ import annotations
 

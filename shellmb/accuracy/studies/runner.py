@@ -176,9 +176,8 @@ def _record(
         # the curves are those of the first round
         taken = {name: {"value": kept["value"]} for name, kept in taken.items()}
     bad = [name for name, kept in taken.items() if not math.isfinite(kept["value"])]
-    wall_s, failed = result.simulation.step_seconds, f"{' and '.join(bad)} is not finite"
-    told = {name: summary[key] for key, name in TOLD.items()}
-    failed = failed if bad else ""
+    failed = f"{' and '.join(bad)} is not finite" if bad else ""
+    wall_s, told = result.simulation.step_seconds, {name: summary[k] for k, name in TOLD.items()}
     return Record(choice, round_, wall_s, cpu_s, taken=taken, failed=failed, **told)
 
 

@@ -105,11 +105,8 @@ def locked_modes(
         for number, energy, part in modes:
             share = model.comm.allreduce(roughness.energy(part(name))) / energy
             found.append((excess(body, share), share, number))
-        (worst, share, most), numbers = (
-            max(found),
-            [n for e, _, n in found if e.value > BOUND],
-        )
-        if numbers:
+        if numbers := [number for each, _, number in found if each.value > BOUND]:
+            worst, share, most = max(found)
             # squares of frequencies are in proportion to stiffness
             high = worst._replace(value=float(np.sqrt(1 + worst.value)) - 1)
             which = f"the frequency of mode {most} is too high"

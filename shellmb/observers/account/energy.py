@@ -123,9 +123,9 @@ class EnergyAccount(DeferredObserver):
         self._resisting = [b for b in self._potentials if b.resists]
         losses = [present(work_forms(simulation, "terms", [b])) for b in self._resisting]
         steps = [loads, terms, *losses, *elastic.values()]
-        faces = [faces.name for faces in self._faces]
-        losing = [b.item.name for b in self._resisting] + faces
-        self._stores = [b.item.name for b in self._potentials] + faces
+        touching = [faces.name for faces in self._faces]
+        losing = [b.item.name for b in self._resisting] + touching
+        self._stores = [b.item.name for b in self._potentials] + touching
         self._loss_columns = [f"{name}.loss" for name in losing]
         if self._stores:
             names = ("potential_energy", *self._loss_columns)
@@ -265,12 +265,9 @@ class EnergyAccount(DeferredObserver):
             self._shift = float(ends[-1, -1])
         losses = [*spent, *(part for _, part in faces)]
         works |= {name: [loss] for name, loss in zip(self._loss_columns, losses, strict=True)}
-        works["dissipation"] = [
-            np.zeros_like(total),
-            *spent,
-            *(parts[0] for parts in scheme.values()),
-        ]
-        works["dissipation"] += [*faces.sum(axis=1), *(parts[1] for parts in scheme.values())]
+        by_states, by_velocities = ([parts[k] for parts in scheme.values()] for k in (0, 1))
+        dissipated = [*spent, *by_states, *faces.sum(axis=1), *by_velocities]
+        works["dissipation"] = [np.zeros_like(total), *dissipated]
         found = {name: _added(self._values[name], *parts) for name, parts in works.items()}
         outside = (found[name] for name in ("work_loads", "work_terms", "work_supports"))
         assert self._initial is not None

@@ -23,8 +23,8 @@ from shellmb.observers.deferred_observer import STEPS, Booked, DeferredObserver,
 from shellmb.observers.fields.nodal import Nodes, nodal_bodies
 from shellmb.simulate.simulation import Simulation
 
-# the square of the radius over the way of a wave in a step at which a body loses half of what one
-# without any stretching loses, inverted
+# the square of the way of a wave in a step over the radius, at which a body loses half of what one
+# loses that does not stretch (`diagnostics.stiff_spin`)
 HALF_STIFF = 40.0
 # of the diagonal, so that what does not turn at all has a fit, too
 TINY = 1e-12

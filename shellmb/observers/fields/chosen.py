@@ -77,10 +77,10 @@ class ChosenFields:
                 self._add(body, name)
         judged_names = tuple(name for name in names if name in JUDGED)
         self._judging = self._judge(simulation.scene, body, judged_names)
-        slopes = bool(self._steep or self._judging)
+        self._slopes = bool(self._steep or self._judging)
         self._resultants: NodalResultants | None = None
-        if self._derived or slopes:
-            self._resultants = NodalResultants(body, resultants_of(simulation, body), slopes)
+        if self._derived or self._slopes:
+            self._resultants = NodalResultants(body, resultants_of(simulation, body), self._slopes)
         self._strained: NodalResultants | None = None
         if self._own:
             modal = body.name in modal_members(simulation.model)
@@ -101,11 +101,12 @@ class ChosenFields:
             if name in FACES:
                 self.components[name], self._derived[name] = known, FACES[name](shell, at)
                 return
-            each: list[Read] = [partial(interlaminar, r) for r in ply_rows(shell, at)]
-            to = self._steep
             if name == "ply_stress":
-                plies = range(len(at.layers))
-                to, each = self._derived, [section.ply_stress(shell, at, k) for k in plies]
+                to = self._derived
+                each = [section.ply_stress(shell, at, k) for k in range(len(at.layers))]
+            else:
+                to = self._steep
+                each = [partial(interlaminar, rows) for rows in ply_rows(shell, at)]
             for k, read in enumerate(each, start=1):
                 self.components[f"{name}_{k}"], to[f"{name}_{k}"] = known, read
 
@@ -157,8 +158,7 @@ class ChosenFields:
         found: dict[str, Floats] = {}
         if self._resultants is not None:
             both = self._resultants.now()
-            # behind those of a shell there may be their derivatives
-            R = both[:, :8] if both.shape[1] == 20 else both
+            R = both[:, :8] if self._slopes else both
             found |= {name: read(R) for name, read in self._derived.items()}
             found |= {name: read(both) for name, read in self._steep.items()}
             found |= self._judging(both) if self._judging else {}

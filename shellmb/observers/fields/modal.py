@@ -119,10 +119,10 @@ class ModalNodes(NodeGroup):
         """
         return np.asarray(frame[:3] + self._arms @ frame[3:].reshape(3, 3) + self._u @ eta)
 
-    def now(self, simulation: Simulation) -> NodalValues:
-        """Values at the nodes, between two steps of a simulation; collective."""
+    def now(self, simulation: Simulation, moving: bool = True) -> NodalValues:
+        """Values at the nodes, between two steps; collective; arguments as of `NodeGroup`."""
         frame, eta = self.state.now(simulation)
-        moved = simulation.scheme.dynamic and "v" in simulation.scheme.rates
+        moved = moving and simulation.scheme.dynamic and "v" in simulation.scheme.rates
         rates = self.state.now(simulation, "v") if moved else (0 * frame, 0 * eta)
         change, spin = frame[3:].reshape(3, 3), rates[0][3:].reshape(3, 3)
         d = np.eye(3) + change

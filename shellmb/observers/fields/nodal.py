@@ -16,6 +16,9 @@ from shellmb.model.user_bodies.placed import PlacedBody
 from shellmb.observers.fields.node_sums import NodeSums
 from shellmb.simulate.simulation import Simulation
 
+# what of the nodal values takes rates
+RATES = {"velocity", "director_velocity", "angular_velocity"}
+
 type NodalBody = ShellModel | BeamModel | PlacedBody | RigidBodies
 
 
@@ -157,8 +160,13 @@ class NodeGroup:
     def __init__(self, name: str, X: Floats, D: Floats) -> None:
         self.name, self._X, self._D, self.count = name, X, D, len(X)
 
-    def now(self, simulation: Simulation) -> NodalValues:
-        """Values at the nodes, between two steps of a simulation; collective."""
+    def now(self, simulation: Simulation, moving: bool = True) -> NodalValues:
+        """Values at the nodes, between two steps of a simulation; collective.
+
+        Args:
+            simulation: The simulation.
+            moving: Whether velocities are wanted; if not, they may be zero.
+        """
         raise NotImplementedError
 
     def reader(
@@ -172,9 +180,10 @@ class NodeGroup:
             offsets: Components along the directors of points fixed to the nodes, shape (n, 3), m;
                 None: the nodes themselves.
         """
+        moving = quantity in RATES
 
         def read() -> Floats:
-            values = self.now(simulation)
+            values = self.now(simulation, moving)
             return np.asarray(getattr(values if offsets is None else values.at(offsets), quantity))
 
         return read
@@ -238,8 +247,8 @@ class Nodes(NodeGroup):
         v = np.asarray(rates["v"].x.array) if "v" in rates else None
         return state(simulation, self.name), v
 
-    def now(self, simulation: Simulation) -> NodalValues:
-        """Values at the nodes, between two steps of a simulation."""
+    def now(self, simulation: Simulation, moving: bool = True) -> NodalValues:
+        """Values at the nodes, with velocities, which cost nothing; arguments as of `NodeGroup`."""
         return self.values(*self._dofs(simulation))
 
     def reader(

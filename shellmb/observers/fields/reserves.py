@@ -1,4 +1,4 @@
-"""Reserve factors against failure: the least in each step, and of all steps."""
+"""Reserve factors against failure: of plies, the least in each step, and of all steps."""
 
 from __future__ import annotations
 

@@ -16,9 +16,9 @@ from typing import Any
 
 import numpy as np
 import ufl
-from dolfinx import la
 
 from shellmb.arrays import Floats
+from shellmb.meshes.shared import sums_at_nodes
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.shells.shell import ShellModel
 from shellmb.native.expressions import compiled_expression
@@ -153,12 +153,11 @@ class NodalMeans:
     """
 
     def __init__(self, body: ShellModel | BeamModel) -> None:
-        space = body.mixed.subspaces["u"]
-        self._map = space.dofmap.index_map
+        self._space = space = body.mixed.subspaces["u"]
         topology = space.mesh.topology
-        local = topology.index_map(topology.dim).size_local
-        self._nodes = np.asarray(space.dofmap.list[:local]).ravel()
-        self._count = self._sum(np.ones((len(self._nodes), 1)))
+        cells = topology.index_map(topology.dim).size_local
+        # elements at each node
+        self._count = np.maximum(sums_at_nodes(space, np.ones((cells, 1, 1))), 1.0)
 
     def mean(self, values: Floats) -> Floats:
         """Means at the nodes of this rank, shape (n, k).
@@ -166,17 +165,7 @@ class NodalMeans:
         Args:
             values: Values of the cells of this rank at their nodes, shape (c, nodes, k).
         """
-        flat = values.reshape(-1, values.shape[-1])
-        return self._sum(flat) / np.maximum(self._count, 1.0)
-
-    def _sum(self, flat: Floats) -> Floats:
-        vector = la.vector(self._map, flat.shape[1])
-        table = vector.array.reshape(-1, flat.shape[1])
-        np.add.at(table, self._nodes, flat)
-        # cells of other ranks add to nodes of this one
-        vector.scatter_reverse(la.InsertMode.add)
-        vector.scatter_forward()
-        return table
+        return sums_at_nodes(self._space, values) / self._count
 
 
 class NodalResultants:

@@ -1,4 +1,4 @@
-"""A text file that grows by items and is complete after each addition, and when it grows."""
+"""A text file that grows by items and is complete after each addition, and when to add them."""
 
 import errno
 import os

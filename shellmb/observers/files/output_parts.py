@@ -100,7 +100,7 @@ class FixedPoints:
     """
 
     def __init__(self, model: Model, x: Floats, owners: Sequence[int]) -> None:
-        self.model, self._owners = model, np.array(owners, dtype=np.int32)
+        self._model, self._owners = model, np.array(owners, dtype=np.int32)
         bodies = [] if model.rigid is None else model.rigid.bodies
         # behind all bodies one that stays
         self._X = np.array([*(b.center for b in bodies), np.zeros(3)])
@@ -110,21 +110,22 @@ class FixedPoints:
 
     def at(self, values: NodalValues) -> NodalValues:
         """Values at the points from those at the bodies of this rank; collective."""
-        changes = np.zeros((2, *self._D.shape[:1], 4, 3))
-        assert self.model.rigid is not None
-        item = self.model.rigid.node_mesh.item
+        assert self._model.rigid is not None
+        item = self._model.rigid.node_mesh.item
+        # of states and of velocities: of each body a place, and its directors
+        changes = np.zeros((2, len(self._D), 4, 3))
         changes[0, item, 0] = values.displacement
         changes[0, item, 1:] = values.directors - values.reference_directors
         changes[1, item, 0], changes[1, item, 1:] = values.velocity, values.director_velocity
-        self.model.comm.Allreduce(MPI.IN_PLACE, changes)
+        self._model.comm.Allreduce(MPI.IN_PLACE, changes)
         (u, w), (v, dw) = ((c[:, 0], c[:, 1:]) for c in changes)
         every = NodalValues(self._X, u, self._D, self._D + w, v, dw)
         return every.take(self._owners).at(self._offsets)
 
     def now(self, simulation: Simulation) -> NodalValues:
         """Values at the points between two steps; collective."""
-        assert self.model.rigid is not None
-        return self.at(nodal_values(simulation, self.model.rigid.name))
+        assert self._model.rigid is not None
+        return self.at(nodal_values(simulation, self._model.rigid.name))
 
 
 class DrawnRigid(Drawn):
@@ -208,11 +209,8 @@ class DrawnSolids(Drawn):
         counts = [len(s.points) for s in solids]
         index = {None: -1} | ({} if model.rigid is None else dict(model.rigid.index))
         owners = np.repeat([index[s.body] for s in solids], counts).tolist()
-        self._points, self._moves, self._rest = (
-            FixedPoints(model, x, owners),
-            max(owners) >= 0,
-            0 * x,
-        )
+        self._points, self._rest = FixedPoints(model, x, owners), np.zeros_like(x)
+        self._moves = max(owners) >= 0
         cells = np.insert(triangles, 0, 3, axis=1).ravel()
         labels = np.repeat([s.label for s in solids], counts).tolist()
         types = np.full(len(triangles), TRIANGLE, dtype=np.uint8)
@@ -250,12 +248,11 @@ class DrawnJoints(Drawn):
         for group in model.mechanism.groups:
             # a weld along a region is shown at its first node
             here = [(c, j) for c, j in joints_of(group) if j is known[j.joint.name]]
+            shown = [number[j.joint.name] for _, j in here]
             for which in range(2) if here else ():
-                rows = [number[j.joint.name] for _, j in here]
-                rows = [2 * k + (1 - which if swapped[k] else which) for k in rows]
-                self._places.append(
-                    (group.name, rows, Places(group, which, *zip(*here, strict=True)))
-                )
+                rows = [2 * k + (1 - which if swapped[k] else which) for k in shown]
+                place = Places(group, which, *zip(*here, strict=True))
+                self._places.append((group.name, rows, place))
 
     def fields(self, simulation: Simulation) -> dict[str, Floats]:
         """Displacements of both ends of each joint."""

@@ -113,9 +113,9 @@ class EndForceColumns(KeptColumns):
     """Forces of joints and all that acts on them, and of supports, at the end of a step.
 
     Those of force elements follow from coordinates and rates there, all others from the equations
-    of motion (`simulate.endforces`). Columns are named as the means with `_end` behind; those of
-    supports (`SupportForces`) are there as means, too. NaN before the first step. Those of joints,
-    drivers and locks with `_mean` behind are `ConsistentMeans`.
+    of motion (`simulate.start.endforces`). Columns are named as the means with `_end` behind; those
+    of supports (`SupportForces`) are there as means, too. NaN before the first step. Those of
+    joints, drivers and locks with `_mean` behind are `ConsistentMeans`.
 
     Nothing without `Output(end_forces=True)`.
     """
