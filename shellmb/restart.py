@@ -76,6 +76,8 @@ def _taken(value: Any, now: Any) -> Any:
     if isinstance(now, Restartable):
         now.restore(value)
         return now
+    if value is None:
+        return None
     if isinstance(now, np.ndarray):
         found = np.array(value, dtype=now.dtype)
         return found if now.flags.writeable else constant(found)

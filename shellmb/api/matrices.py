@@ -125,14 +125,14 @@ class Matrices:
             SceneError: If a row has another length, or there are not so many modes.
         """
         F, Y = self._rows("inputs", inputs).T, self._rows("outputs", outputs)
-        none = (np.zeros_like(F), np.zeros_like(Y), np.zeros((len(Y), F.shape[1])))
-        more = 2 + len(self.branches)
-        orders = (F, *none[:1] * more), (Y, *none[1:2] * more), none[2:] * (1 + more)
-        outs, ins = (tuple(map(str, range(n))) for n in none[2].shape)
+        # nothing acts by derivatives or on branches, and no output is direct
+        more, direct = 2 + len(self.branches), np.zeros((len(Y), F.shape[1]))
+        forces, rows = ((of, *(np.zeros_like(of),) * more) for of in (F, Y))
+        orders = forces, rows, (direct,) * (1 + more), np.zeros((2, *direct.shape))
+        outs, ins = (tuple(map(str, range(n))) for n in direct.shape)
+        of = self.M, self.C, self.K, *orders, ins, outs
         whole = LinearSystem(
-            *(self.M, self.C, self.K, *orders, np.zeros((2, *none[2].shape)), ins, outs),
-            times=tuple(self.branches),
-            branches=tuple(self.branches.values()),
+            *of, times=tuple(self.branches), branches=tuple(self.branches.values())
         )
         return whole.state_space(modes)
 

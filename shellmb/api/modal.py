@@ -135,8 +135,7 @@ def modes(
         about = find_state_modes(wanted.scene, directory, *steady, at=chosen.at, **how)
         made = StateModes(directory, about)
     elif chosen.rates is None:
-        here = (wanted.scene, directory, count, loaded)
-        found, summary = find_modes(*here, results=measure, **how)
+        found, summary = find_modes(wanted.scene, directory, count, loaded, results=measure, **how)
         if wanted.scene.errors:
             from shellmb.accuracy.modes import add_mode_errors
 
@@ -145,8 +144,9 @@ def modes(
     else:
         from shellmb.running.rotating.files import find_campbell
 
-        turning = (chosen.rates, count, loaded, *frame)
-        over, _ = find_campbell(wanted.scene, directory, *turning, results=measure, **how)
+        over, _ = find_campbell(
+            wanted.scene, directory, chosen.rates, count, loaded, *frame, results=measure, **how
+        )
         made = RotatingModes(directory, over)
     world.Barrier()
     return place.held_by(made)

@@ -7,7 +7,7 @@ import logging
 import time as clock
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import ExitStack, contextmanager, nullcontext
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -131,7 +131,6 @@ def execute(
     simulation: Simulation | None = None,
     companion: Companion | None = None,
     saved: Saved | None = None,
-    new: bool = True,
 ) -> RunResult:
     """Run a scene, or go on with it.
 
@@ -145,8 +144,8 @@ def execute(
         results: Gives the `results` of the summary; None: those of the scene.
         simulation: The scene's simulation, before its first step; None: it is made.
         companion: What is measured of a comparison run; None: everything.
-        saved: A state to go on from.
-        new: Whether the run begins in a directory that is empty; else it is `claimed` already.
+        saved: A state to go on from, in a directory that is `claimed` already; None: the run
+            begins, in a directory that is new or empty.
 
     Raises:
         SceneError: If the scene does not fit its meshes, or `out` cannot be written or holds a run
@@ -156,9 +155,8 @@ def execute(
         Stopped: If a signal ended the run between two steps.
     """
     directory = None if out is None else Path(out)
-    with ExitStack() as until_the_end:
-        if directory is not None and new:
-            until_the_end.enter_context(claimed(directory, comm, new=True))
+    claim = None if directory is None or saved is not None else claimed(directory, comm, new=True)
+    with claim or nullcontext():
         begin = clock.perf_counter()
         # a signal that comes to one of several ranks is taken up by all of them, behind a step
         check_memory(scene, comm)
@@ -320,7 +318,7 @@ def take_up(simulation: Simulation, named: dict[str, Observer], saved: Saved) ->
     saved = _of_these_ranks(simulation, saved) if saved.ranks else saved
     now, then = (
         {k: v.shape for k, v in arrays.items() if not k.startswith(PAST)}
-        for arrays in (simulation.arrays(), saved.arrays)
+        for arrays in (simulation.live(), saved.arrays)
     )
     if now != then:
         raise SceneError(

@@ -411,9 +411,7 @@ class Simulation(Restartable):
                     found[key] = values
         return found
 
-    def restore(  # type: ignore[override]
-        self, arrays: Arrays, state: dict[str, Any]
-    ) -> None:
+    def restore(self, arrays: Arrays, state: dict[str, Any]) -> None:  # type: ignore[override]
         """Take up a saved state.
 
         Args:

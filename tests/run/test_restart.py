@@ -47,3 +47,7 @@ def test_a_state_is_a_copy_that_comes_back_as_it_was() -> None:
     assert max(inner.found["x"], (0.0, 9.0)) == (0.1, 1e-300)
     other._times.append(2.0)
     assert state["times"] == [0.5]
+    # an array in the place of what was None then
+    other._first = np.ones(2)  # type: ignore[assignment]
+    other.restore(state | {"first": None})
+    assert other._first is None

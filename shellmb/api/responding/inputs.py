@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from dolfinx import fem
 
+from shellmb.api.responding.system import GROUND
 from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.model.signals import Signals
@@ -159,12 +160,12 @@ def with_inputs(
     scene = in_motion(without_commands(scene, control))
     found: dict[str, Perturbation] = {}
 
-    def new(name: str, given: Any = None, command: Any = None, **how: bool) -> Perturbation:
+    def new(name: str, given: Any = None, command: Any = None, idle: bool = False) -> Perturbation:
         if name in found:
             raise SceneError(
                 f"linearise: two inputs are called '{name}'; rename the motor or the driver"
             )
-        found[name] = Perturbation(given, **how) if command is None else Commanding(command)
+        found[name] = Perturbation(given, idle) if command is None else Commanding(command)
         return found[name]
 
     loads = [
@@ -172,8 +173,8 @@ def with_inputs(
         for k, load in enumerate(scene.loads, start=1)
     ]
     base = [
-        Gravity(tuple(-row), time=new(f"base.{axis}", idle=True))
-        for axis, row in zip(AXES, np.eye(3), strict=True)
+        Gravity(tuple(-row), time=new(name, idle=True))
+        for name, row in zip(GROUND, np.eye(3), strict=True)
     ]
     elements = [
         replace(e, **new(e.name, e.law, e.command).driving) if isinstance(e, Motor) else e

@@ -150,17 +150,15 @@ def unknowns_of(
         motions: Given values by inputs.
         rows: Outputs, as of `Unknowns`; None: without outputs.
     """
+    from shellmb.preprocessing.bodyfields import dofs_of
+
     K, C, M, *branches = (scipy_matrix(A) for A in matrices)
     nothing = np.zeros((state.system.size, 0))
 
     def those(parts: Sequence[str]) -> Ints:
-        found = [
-            numbers[b.mixed.dofs[p].ravel()]
-            for b, numbers in zip(state.model.bodies, state.system.numbering.by_field, strict=True)
-            for p in parts
-            if p in b.mixed.dofs
-        ]
-        return np.unique(np.concatenate([*found, np.zeros(0, dtype=np.int64)])).astype(np.int64)
+        bodies, every = state.model.bodies, state.system.numbering.by_field
+        found = [own[dofs_of(body, parts)] for body, own in zip(bodies, every, strict=True)]
+        return np.unique(np.concatenate(found)).astype(np.int64)
 
     return Unknowns(
         M,

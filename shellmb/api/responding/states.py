@@ -11,10 +11,10 @@ from mpi4py import MPI
 
 import numpy as np
 
-from shellmb.api.responding.inputs import AXES, columns, with_inputs, without_commands
+from shellmb.api.responding.inputs import columns, with_inputs, without_commands
 from shellmb.api.responding.outputs import outputs
 from shellmb.api.responding.reduction import scipy_matrix, unknowns_of
-from shellmb.api.responding.system import LinearSystem
+from shellmb.api.responding.system import GROUND, LinearSystem
 from shellmb.arrays import Floats
 from shellmb.errors import ConvergenceError, SceneError, warn
 from shellmb.options.response import LinearOptions
@@ -109,8 +109,8 @@ def _system_of(
         for order, row in one.items():
             rows[order, k] = row
     carried = np.zeros((2, len(seen), len(inputs)))
-    for axis, moved in zip(AXES, _translations(state), strict=True):
-        carried[..., list(inputs).index(f"base.{axis}")] = rows[:2] @ moved
+    for name, moved in zip(GROUND, _translations(state), strict=True):
+        carried[..., list(inputs).index(name)] = rows[:2] @ moved
     unknowns = unknowns_of(state, matrices, *columns(state, dict(inputs)), tuple(rows))
     kept = constraints == "kept"
     found = unknowns.kept() if kept else unknowns.free()

@@ -118,11 +118,6 @@ class LinearSystem:
         """Number of coordinates."""
         return int(self.K.shape[0])
 
-    @property
-    def _matrices(self) -> dict[str, sp.csr_array]:
-        own = {name: getattr(self, name) for name in MATRICES}
-        return own | {f"K{k}": A for k, A in enumerate(self.branches)}
-
     def powers(self, s: complex) -> tuple[complex, ...]:
         """Factors of `K`, `C`, `M` and `branches`, and of the parts of `F`, `Y` and `D`.
 
@@ -228,22 +223,23 @@ class LinearSystem:
     def _first_order(self) -> Descriptor:
         """The first-order form, without what outputs have of accelerations."""
         n, (force, direct) = self.size, self._forced()
-        some = self._straining
+        some, plain = self._straining, self._acting[0]
         acting = np.eye(len(self.inputs))[some]
         one, own = sp.eye_array(n), sp.eye_array(n + len(acting))
         # what dashpots follow: tau z' = (x, u) - z
         to = sp.vstack([one, sp.csr_array((len(acting), n))])
         given = np.zeros((n + len(acting), force.shape[1]))
-        given[n:, : int(self._acting[0].sum())] = acting[:, self._acting[0]]
+        given[n:, : int(plain.sum())] = acting[:, plain]
         seen = [np.hstack([y, d[:, some]]) for y, d in zip(self.Y[3:], self.D[3:], strict=True)]
         springs = [
             sp.hstack([A, -f[:, some]]) for A, f in zip(self.branches, self.F[3:], strict=True)
         ]
         count = range(len(self.times))
-        stiff, rows = -sum(self.branches, self.K), list[list[Any]]()
-        rows.append([None, one, *(None for _ in count)])
-        rows.append([stiff, -self.C, *springs])
-        rows += [[to, None, *(-own if j == k else None for j in count)] for k in count]
+        rows: list[list[Any]] = [
+            [None, one, *(None for _ in count)],
+            [-sum(self.branches, self.K), -self.C, *springs],
+            *([to, None, *(-own if j == k else None for j in count)] for k in count),
+        ]
         E = sp.block_diag([one, self.M, *(t * own for t in self.times)], format="csr")
         B = np.vstack([np.zeros_like(force), force, *(given for _ in count)])
         C = np.hstack([sum(self.Y[3:], self.Y[0]), self.Y[1], *(-y for y in seen)])
@@ -365,11 +361,13 @@ class LinearSystem:
             path: Name that ends in `.npz` (NumPy) or `.mat` (MATLAB, Octave).
 
         Raises:
-            SceneError: If it has another ending.
+            SceneError: If it has another ending, or cannot be written.
         """
         where, matlab = _of_format(path)
         content = {f"{n}{k}": part for n in ORDERED for k, part in enumerate(getattr(self, n))}
-        for name, matrix in self._matrices.items():
+        matrices = {name: getattr(self, name) for name in MATRICES}
+        matrices |= {f"K{k}": own for k, own in enumerate(self.branches)}
+        for name, matrix in matrices.items():
             A = matrix.tocoo()
             content[name] = A.tocsc() if matlab else np.array([A.row, A.col, A.data])
         words = ("\t".join(self.inputs), "\t".join(self.outputs), self.about)

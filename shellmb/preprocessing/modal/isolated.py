@@ -171,7 +171,7 @@ class IsolatedBody:
 
     def one(self) -> Arrays:
         """The scalar field 1, along x."""
-        return self.moved(self.motion(0, np.zeros(3)), 0, 0)
+        return self.moved(self.motion(0, np.zeros(3)), 0)
 
     def arm(self, a: int, about: Floats) -> Arrays:
         """The scalar field `X_a` with the directors' `D_a`, along x."""

@@ -90,7 +90,6 @@ def resume(
             request=request,
             results=results,
             saved=saved,
-            new=False,
         )
 
 

@@ -179,8 +179,8 @@ def _read_ranks(
             f"resume: the run was made on {count} ranks by a version of shellmb whose runs resume "
             f"on the same number only; resume it with `mpiexec -n {count}`"
         )
-    cells = f"cells-of-{count}"
-    numbers = [read_arrays(folder / f"{cells}-rank{k}.npz", sums[k]) for k in range(count)]
+    files = [folder / f"cells-of-{count}-rank{k}.npz" for k in range(count)]
+    numbers = [read_arrays(file, known) for file, known in zip(files, sums, strict=True)]
     return tuple((_read_arrays(folder, state, k), numbers[k]) for k in range(count))
 
 

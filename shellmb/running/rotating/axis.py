@@ -91,7 +91,7 @@ def find_axis(
         SceneError: If the scene has none, or several that differ.
     """
     if axis is not None:
-        return Axis(axis, about or (0.0, 0.0, 0.0))
+        return Axis(axis, (0.0, 0.0, 0.0) if about is None else about)
     found = [Axis(*line) for line in _axes_of_parts(scene)]
     if not found:
         raise SceneError(
@@ -297,8 +297,9 @@ def held(scene: Scene) -> Scene:
     """The scene in a frame that turns: drives to ground and driven edges stand still there."""
 
     def still(item: Any, turns: bool) -> Any:
-        held = turns and item.rotation is not None
-        return replace(item, rotation=_still(item.rotation)) if held else item
+        if not turns or item.rotation is None:
+            return item
+        return replace(item, rotation=_still(item.rotation))
 
     drivers = tuple(still(d, _grounded(scene.joint(d.joint))) for d in scene.drivers)
     supports = tuple(still(s, isinstance(s, Driven)) for s in scene.supports)

@@ -113,7 +113,7 @@ class StepErrors(Restartable):
             return
         kept = self._law.degree
         self._times = [0.0, *(t - dt for t in self._times)][:kept]
-        self._states = constant(np.stack([self._taken("q"), *self._states])[:kept])
+        self._states = constant(np.stack([self._taken("q"), *self._states][:kept]))
         if len(self._states) == kept:
             self._velocity = None
 
