@@ -140,16 +140,14 @@ class NonlinearPath:
             tests: Virtual displacement of each row.
         """
         states, (bow,) = self._states, stresses
-        return [
-            sum(
-                ufl.dot(
-                    ufl.dot(tangent(psi, measure.value(self._start)), moment),
-                    across(measure, bow.slopes, states, tests),
-                )
-                for psi, measure in self._parts
-                for moment in [moment_of(measure, bow.moment, states)]
-            )
-        ]
+
+        def work(psi: Density, measure: Measure) -> Expr:
+            stiffness = tangent(psi, measure.value(self._start))
+            stress = ufl.dot(stiffness, moment_of(measure, bow.moment, states))
+            return ufl.dot(stress, across(measure, bow.slopes, states, tests))
+
+        works = [work(*part) for part in self._parts]
+        return [sum(works[1:], works[0])]
 
     def bow_energy(self) -> list[Expr]:
         """Energy of the bow of the strains, with the stiffness at the start."""

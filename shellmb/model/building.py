@@ -13,7 +13,7 @@ from shellmb.errors import SceneError
 from shellmb.meshes.mesh import build_surface
 from shellmb.meshes.surfaces.shell_lines import ShellLine
 from shellmb.model.frames.beam import BeamModel, build_beam
-from shellmb.model.frames.rigid import GROUND, RigidBodies, ground_node, rigid_node
+from shellmb.model.frames.rigid import RigidBodies, ground_node, rigid_node
 from shellmb.model.frames.rigid_from_mesh import RigidMeshes
 from shellmb.model.joints.mechanism import Mechanism
 from shellmb.model.locations.nodes import RigidPlaces
@@ -30,6 +30,7 @@ from shellmb.model.user_bodies.placed import PlacedBody
 from shellmb.scene import Beam, Scene, Shell
 from shellmb.scene.loads.loads import Gravity, PointLoad
 from shellmb.scene.multibody.elements import PointElement
+from shellmb.scene.multibody.joints import GROUND
 
 
 class Meshed(NamedTuple):

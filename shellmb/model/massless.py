@@ -18,6 +18,7 @@ from ufl.core.expr import Expr
 from shellmb.arrays import Floats, Ints
 from shellmb.forms.state import Layout
 from shellmb.meshes.nodes import NodeMesh, constant_vector, node_mesh, node_space, set_constants
+from shellmb.meshes.spaces import MixedSpace
 from shellmb.model.body import (
     Body,
     NodeLink,
@@ -103,6 +104,11 @@ class Scale(NamedTuple):
     force: float
     length: float
 
+    @property
+    def couple(self) -> float:
+        """Size of moments, N m."""
+        return self.force * self.length
+
     def of(
         self, count: int, directions: Collection[int]
     ) -> tuple[float | list[float], float | list[float]]:
@@ -115,10 +121,9 @@ class Scale(NamedTuple):
             directions: Which hold directions; others hold positions.
         """
         sizes = [1.0 if k in directions else self.length for k in range(count)]
-        couple = self.force * self.length
         if 0 < len(directions) < count:
-            return [couple / size for size in sizes], sizes
-        return couple / sizes[0], sizes[0]
+            return [self.couple / size for size in sizes], sizes
+        return self.couple / sizes[0], sizes[0]
 
 
 # names of the bodies of some items, and global dofs there, one row for each
@@ -195,8 +200,13 @@ class NodeGroup(Body):
 
     def numbers(self, part: str) -> Ints:
         """Global dofs of a part in the order of the items, shape (n, size); collective."""
-        own = self.mixed.space.dofmap.index_map.local_to_global(self.mixed.dofs[part])
-        return gathered(self.nodes, own.reshape(-1, self.mixed.parts[part][1]))
+        return numbers_of(self.nodes, self.mixed, part)
+
+
+def numbers_of(nodes: NodeMesh, mixed: MixedSpace, part: str) -> Ints:
+    """Global dofs of a part of a space on a node mesh; as of `NodeGroup.numbers`."""
+    own = mixed.space.dofmap.index_map.local_to_global(mixed.dofs[part])
+    return gathered(nodes, own.reshape(-1, mixed.parts[part][1]))
 
 
 def gathered[T: (Floats, Ints)](nodes: NodeMesh, local: T) -> T:

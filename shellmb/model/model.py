@@ -23,7 +23,7 @@ from shellmb.model.building import (
     scene_points,
 )
 from shellmb.model.frames.beam import BeamModel
-from shellmb.model.frames.rigid import GROUND, RigidBodies
+from shellmb.model.frames.rigid import RigidBodies
 from shellmb.model.frames.rigid_from_mesh import RigidMeshes, rigidified
 from shellmb.model.joints.constraints import ConstraintGroup
 from shellmb.model.joints.mechanism import Mechanism, build_mechanism
@@ -44,6 +44,7 @@ from shellmb.model.supports.supports import refuse_idle_loads
 from shellmb.model.unknowns import resolve_links
 from shellmb.model.user_bodies.placed import PlacedBody, build_own_bodies
 from shellmb.scene import Scene
+from shellmb.scene.multibody.joints import GROUND
 from shellmb.scene.multibody.rolling import Contact
 
 

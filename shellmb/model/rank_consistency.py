@@ -1,11 +1,14 @@
-"""Check that all ranks have the same scene: what is random, or requested otherwise, may differ.
+"""Checks that all ranks have the same scene, and failures of one rank, which are those of all.
 
-A function of the user's may have the same code on all ranks and give other values, because it asks
-for its rank, for a random number or for a file of the machine. So its values are compared, too.
+What is random, or requested otherwise, may differ. A function of the user's may have the same code
+on all ranks and give other values, because it asks for its rank, for a random number or for a file
+of the machine. So its values are compared, too.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 from mpi4py import MPI
@@ -26,6 +29,26 @@ CLOSE = 1e-9
 # where functions of time are compared, in parts of a step: within it and at its end
 INSTANTS = 0.21, 0.79, 1.0
 SEED = "give random numbers a seed, and ask for no rank in a function"
+
+
+@contextmanager
+def alike(comm: MPI.Comm) -> Iterator[None]:
+    """Context in which what fails on one rank fails on all of them; collective.
+
+    Args:
+        comm: The ranks.
+
+    Raises:
+        SceneError: On all ranks, that of the first one that fails.
+    """
+    wrong = None
+    try:
+        yield
+    except SceneError as error:
+        wrong = str(error)
+    wrong = first_found(comm, wrong)
+    if wrong is not None:
+        raise SceneError(wrong)
 
 
 def same_on_all(scene: Scene, comm: MPI.Comm) -> None:

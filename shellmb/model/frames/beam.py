@@ -85,8 +85,7 @@ def bind_beam_section(beam: Beam, domain: mesh.Mesh, at_rest: bool) -> BoundBeam
         at_rest: Whether the stiffness is that of statics; it is the long-term one otherwise.
     """
     A, D0, H, held = _parts(beam)
-    if at_rest:
-        A, D0 = (_at_rest(beam) * part for part in (A, D0))
+    A, D0 = (_share(beam, at_rest) * part for part in (A, D0))
     free = [k for k in range(3) if k not in held]
 
     def constant(value: float | Floats) -> fem.Constant:
@@ -106,10 +105,10 @@ def bind_beam_section(beam: Beam, domain: mesh.Mesh, at_rest: bool) -> BoundBeam
     return BoundBeamSection(formulation, force, constant(centre) if apart else None)
 
 
-def _at_rest(beam: Beam) -> float:
-    """Stiffness of statics over the long-term one."""
+def _share(beam: Beam, at_rest: bool) -> float:
+    """Stiffness, that of statics or the long-term one, over the long-term one."""
     series = beam.section.relaxation
-    return 1.0 if series is None else series.at_rest / series.long_term
+    return 1.0 if series is None or not at_rest else series.at_rest / series.long_term
 
 
 def _parts(beam: Beam) -> tuple[Floats, Floats, Floats | None, tuple[int, ...]]:
@@ -125,7 +124,7 @@ def _parts(beam: Beam) -> tuple[Floats, Floats, Floats | None, tuple[int, ...]]:
 
 def _effective(beam: Beam, at_rest: bool = False) -> Floats:
     """Stiffness, long-term or that of statics, (6, 6), without the coupling that is left out."""
-    C = _at_rest(beam) * beam.section.long_term if at_rest else np.array(beam.section.long_term)
+    C = _share(beam, at_rest) * beam.section.long_term
     if not beam.coupling:
         C[:3, 3:] = C[3:, :3] = 0.0
     return C

@@ -23,12 +23,12 @@ from shellmb.model.body import (
 )
 from shellmb.model.frames.frame import FrameBody
 from shellmb.model.locations.ends import End
-from shellmb.model.massless import Scale, TimedLoads, gathered
+from shellmb.model.massless import Scale, TimedLoads, numbers_of
 from shellmb.scene.loads.loads import Gravity
+from shellmb.scene.multibody.joints import GROUND
 from shellmb.scene.multibody.rigid import FloatingFrame, RigidBody
 
 NAME = "rigid bodies"
-GROUND = "ground"
 
 _ADVICE = "a smaller step, or check the joints and the mass of the body"
 
@@ -97,7 +97,7 @@ class RigidBodies(FrameBody):
             self._constant([b.center for b in bodies], "X"),
             ufl.dx(self.node_mesh.mesh),
             # its multipliers are moments, whatever the unit of length
-            fem.Constant(self.node_mesh.mesh, scale.force * scale.length),
+            fem.Constant(self.node_mesh.mesh, scale.couple),
         )
         self.parts = (
             PartScale("u", "displacement of the rigid bodies", scale.length, _ADVICE),
@@ -131,11 +131,7 @@ class RigidBodies(FrameBody):
 
     def ends(self) -> dict[str, End]:
         """The centres of mass as places; collective."""
-        index_map, found = self.mixed.space.dofmap.index_map, {}
-        for part in ("u", "w"):
-            rows = self.mixed.dofs[part].reshape(-1, self.mixed.parts[part][1])
-            numbers = index_map.local_to_global(rows.ravel()).reshape(rows.shape)
-            found[part] = gathered(self.node_mesh, numbers)
+        found = {part: numbers_of(self.node_mesh, self.mixed, part) for part in ("u", "w")}
         return {
             b.name: End(
                 NAME, b.name, {p: n[k] for p, n in found.items()}, b.center, b.directors, b.center

@@ -231,12 +231,9 @@ def read_contacts(problem: Solution, groups: Sequence[JointGroup]) -> dict[str, 
             continue
         levels = problem.levels[group.name]
         q, v = levels.q.x.array, levels.rates["v"].x.array
-        values = np.zeros((len(group.joints), 3))
-        mine = group.nodes.mesh.topology.index_map(1).size_local
         slips = sliding(group, q, v)[:, 0]
-        for row, item in enumerate(group.nodes.item[:mine]):
-            values[item] = *group.coordinate("y", row, q), slips[row]
-        group.nodes.mesh.comm.Allreduce(MPI.IN_PLACE, values)
+        local = [[*group.coordinate("y", row, q), slip] for row, slip in enumerate(slips)]
+        values = gathered(group.nodes, np.array(local).reshape(-1, 3))
         for name, line in zip(group.labels, values, strict=True):
             for column, value in zip(("track1", "track2", "slip"), line, strict=True):
                 found[f"{name}.{column}"] = float(value)

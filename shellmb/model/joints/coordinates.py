@@ -13,7 +13,6 @@ from ufl.core.expr import Expr
 from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.forms.constraints import coordinates as forms
-from shellmb.forms.constraints.coordinates import angle_rate, turned
 from shellmb.forms.constraints.joints import Place
 from shellmb.forms.constraints.velocity_jump import VelocityJump
 from shellmb.forms.steps.discrete import variation
@@ -118,7 +117,7 @@ class CoordinateGroup(ConstraintGroup):
         turns = self.kind == "rotation"
         size = 1.0 if turns else scale.length
         # the work of a multiplier of size one is the same for all kinds
-        sizes = scale.force * scale.length if turns else scale.force, size
+        sizes = scale.couple if turns else scale.force, size
         super().__init__(
             name, scale.comm, len(items), 1, self.gap, *sizes, own={"x": 1}, places=self.ends
         )
@@ -271,8 +270,8 @@ class AngleEquations:
         if k == 0:
             gap = of.gap(path.end, self._x(path.start))
         else:
-            gap = as_row(self._x(path.end_velocity) - angle_rate(of.angle, path))
-        return self._form(torques[k], turned(of.angle, path, k, dq, torques), gap, dq)
+            gap = as_row(self._x(path.end_velocity) - forms.angle_rate(of.angle, path))
+        return self._form(torques[k], forms.turned(of.angle, path, k, dq, torques), gap, dq)
 
     def velocity(self, v: Expr, mid: Expr, dv: Expr) -> Form:
         """The rate of the coordinate is that of the places, with the impulse for that."""

@@ -195,11 +195,17 @@ class JointGroup(ConstraintGroup):
         self.kind, framed = joints[0].kind, joints[0].key[1:]
         self.ends = end_pair([j.ends for j in joints], [j.axes for j in joints], framed)
         self.given = GivenValues([joint.joint for joint in joints])
-        name = f"{self.title} ({'/'.join(map(str, framed))})"
-        rows, own = self.multipliers, {**self.own, **self.given.parts}
-        scales = scale.of(rows, self.directions)
-        given = rows, self._violation, *scales, switched
-        super().__init__(name, scale.comm, len(joints), *given, own=own, places=self.ends)
+        super().__init__(
+            f"{self.title} ({'/'.join(map(str, framed))})",
+            scale.comm,
+            len(joints),
+            self.multipliers,
+            self._violation,
+            *scale.of(self.multipliers, self.directions),
+            switched,
+            own={**self.own, **self.given.parts},
+            places=self.ends,
+        )
         self.size = self.per_item([j.length for j in joints], "length")
         self.labels = [joint.joint.name for joint in joints]
         self.given.prescribe(self)

@@ -352,8 +352,7 @@ def _couplings(scene: Scene, scale: Scale, made: Mechanism) -> list[TiedCoordina
                 _begins_as_zero(scene, coupling.given[0](0.0), f"{coupling.said}: value")
         title = f"couplings of {count} coordinates" + ", over time" * bool(given)
         labels = [coupling.name for coupling in group]
-        couple = scale.force * scale.length
-        tied = labels, members, factors, group, couple, 1.0, False
+        tied = labels, members, factors, group, scale.couple, 1.0, False
         found.append(TiedCoordinates(scale.comm, title, *tied))
     return found
 
@@ -411,7 +410,6 @@ def _windows(scene: Scene, groups: Sequence[ConstraintGroup]) -> list[Switched]:
 def _locks(scene: Scene, scale: Scale, made: Mechanism, signals: Signals) -> list[Locks]:
     """Groups of locks, of rotations and of translations."""
     assert scene.t_end is not None
-    couple = scale.force * scale.length
     items = [(lock, kind) for lock in scene.acting_locks for kind in scene.coordinates_of(lock)]
     found = []
     for kind in dict.fromkeys(kind for _, kind in items):
@@ -423,7 +421,8 @@ def _locks(scene: Scene, scale: Scale, made: Mechanism, signals: Signals) -> lis
         ]
         locks, coordinates = [lock for lock, _ in each], [c for _, c in each]
         labels = [f"{c.name}.{kind} lock" for c in coordinates]
-        group = HeldCoordinates(scale.comm, kind, labels, coordinates, couple / coordinates[0].size)
+        force = scale.couple / coordinates[0].size
+        group = HeldCoordinates(scale.comm, kind, labels, coordinates, force)
         # an event's windows are known as the run goes on
         windows = [signals.windows[k.switch] if k.switch else k.active or () for k in locks]
         found.append(Locks(group, windows, scene.t_end))

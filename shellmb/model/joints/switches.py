@@ -61,8 +61,8 @@ class TiedCoordinates(ConstraintGroup):
         targets = {
             part: scalar_targets([each[k] for each in members]) for k, part in enumerate(parts)
         }
-        scales, own = (violation, force, size, switched), values.parts
-        super().__init__(title, comm, len(members), 1, *scales, targets=targets, own=own)
+        scales = violation, force, size, switched
+        super().__init__(title, comm, len(members), 1, *scales, targets=targets, own=values.parts)
         self._factor = self.per_item(factors, "factors")
         self.labels = list(labels)
         values.prescribe(self)
@@ -117,9 +117,17 @@ class HeldCoordinates(ConstraintGroup):
         def violation(q: Expr) -> Expr:
             return as_row(self.layout.part(q, "x") - self._held)
 
-        scales, targets = (force, coordinates[0].size), {"x": scalar_targets(coordinates)}
-        given = 1, violation, *scales, True
-        super().__init__(f"{kind} locks", comm, len(coordinates), *given, targets=targets)
+        super().__init__(
+            f"{kind} locks",
+            comm,
+            len(coordinates),
+            1,
+            violation,
+            force,
+            coordinates[0].size,
+            switched=True,
+            targets={"x": scalar_targets(coordinates)},
+        )
         self._held = self.per_item([0.0] * len(coordinates), "held")
         self.labels = list(labels)
         self.coordinates = list(coordinates)

@@ -14,8 +14,8 @@ from shellmb.arrays import Floats, Int32s, Ints
 from shellmb.errors import SceneError
 from shellmb.meshes.curve_mesh import LineMesh
 from shellmb.meshes.spaces import MixedSpace
-from shellmb.model.frames.rigid import GROUND
 from shellmb.model.locations.ends import End
+from shellmb.scene.multibody.joints import GROUND
 from shellmb.scene.multibody.offsets import Offset, arm_components, node_of
 
 # a point must lie on a node to within this fraction of the body's length

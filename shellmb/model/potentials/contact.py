@@ -24,7 +24,7 @@ from shellmb.meshes.nodes import node_mesh
 from shellmb.model.body import Elastic, LoadFactors, Rates, TimeFunction
 from shellmb.model.locations.ends import End, EndGroup, change_of
 from shellmb.model.locations.nodes import Finder, said_point
-from shellmb.model.massless import NodeGroup, Places
+from shellmb.model.massless import NodeGroup, Places, gathered
 from shellmb.model.potentials.exact import FAR, DistanceEnergy, ExactEnergy
 from shellmb.model.potentials.obstacles import shape_of
 from shellmb.model.potentials.points import MeshedBody, Points, acting_points
@@ -126,13 +126,7 @@ class PotentialGroup(NodeGroup):
 
     def everywhere(self, rows: Floats) -> Floats:
         """Values of all points from those of the local ones, on every rank; collective."""
-        comm = self.nodes.mesh.comm
-        if comm.size == 1:
-            return rows[np.argsort(self.nodes.item)]
-        found = np.zeros((len(self.points.ends), rows.shape[1]))
-        for items, values in comm.allgather((self.nodes.item, rows)):
-            found[items] = values
-        return found
+        return gathered(self.nodes, rows)
 
     def seen_positions(self, q: Floats) -> Floats:
         """Positions of the local points as the carrier sees them, in the reference, (n, 3), m."""

@@ -163,10 +163,10 @@ class LinearSprings(Elastic):
             )
         return self._work([springs.linear_force(k, a, b, span.beta) for k, a, b in ends], dq)
 
-    def _stretches(self, step: Step) -> list[springs.Stretch]:
+    def _stretches(self, step: Step) -> list[Stretch]:
         p = step.path
         parts = self.extension(p.start), self.moved(p.chord), self.moved(p.bow)
-        return [springs.Stretch(a, d, 2 * z) for a, d, z in zip(*parts, strict=True)]
+        return [Stretch(a, d, 2 * z) for a, d, z in zip(*parts, strict=True)]
 
     def row(self, step: Step, k: int, dq: Expr) -> Form:
         """Forces over a step, linear in time."""

@@ -22,7 +22,6 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 from mpi4py import MPI
-from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
 
 import numpy as np
 import ufl
@@ -40,7 +39,7 @@ from shellmb.meshes.nodes import NodeMesh, constant_vector
 from shellmb.model.body import Elastic, LoadFactors, PartScale
 from shellmb.model.joints.constraints import ConstraintGroup
 from shellmb.model.locations.ends import End
-from shellmb.model.massless import NodeGroup, NodeLoads, Scale, Targets
+from shellmb.model.massless import NONE, NodeGroup, NodeLoads, Scale, Targets
 from shellmb.model.potentials.exact import LinearSprings
 from shellmb.model.reduced.data import ModalBody, amplitudes
 from shellmb.model.sections.branches import Resisting, StrainDamping
@@ -154,9 +153,11 @@ class OnFrame(ConstraintGroup):
     Args:
         title: What its name begins with.
         body: The body.
-        parts: Sizes of the parts that are unknown besides these two, by name.
+        shared: What it has of frame and other places, as of `frame_targets`.
+        count: Number of constraints of each item.
         table: Coefficients, one row for each item.
         scale: Communicator and sizes.
+        own: Sizes of the parts that are its own, by name.
         others: Places whose nodal unknowns are parts "u2" and "w2", one for each item.
     """
 
@@ -164,19 +165,24 @@ class OnFrame(ConstraintGroup):
         self,
         title: str,
         body: Reduced,
-        parts: dict[str, int],
+        shared: Sequence[str],
+        count: int,
         table: Floats,
         scale: Scale,
+        own: Mapping[str, int] = NONE,
         others: Sequence[End] = (),
     ) -> None:
-        self.data, count = body.data, len(table)
-        shared = [part for part in parts if part in ("u1", "w1", "u2", "w2")]
-        targets = frame_targets(body, count, shared, others)
-        own = {part: size for part, size in parts.items() if part not in (*shared, "mu")}
-        sizes = scale.of(parts["mu"], self.directions)
-        given = parts["mu"], self._violation, *sizes
-        name = f"{title} of {body.data.name}"
-        super().__init__(name, body.comm, count, *given, targets=targets, own=own)
+        self.data, items = body.data, len(table)
+        super().__init__(
+            f"{title} of {body.data.name}",
+            body.comm,
+            items,
+            count,
+            self._violation,
+            *scale.of(count, self.directions),
+            targets=frame_targets(body, items, shared, others),
+            own=own,
+        )
         self.table = self.per_item(table, "coefficients")
 
     def _violation(self, q: Expr) -> Expr:
@@ -190,7 +196,7 @@ class OnFrame(ConstraintGroup):
 class OnArms(OnFrame):
     """Ends of arms from the frame, at places that modes and frame tell, that forces act on.
 
-    Arguments as of `OnFrame`; of `parts` those of the frame.
+    Arguments as of `OnFrame`.
 
     Attributes:
         arms: The arms at rest, shape (count, 3), m.
@@ -202,11 +208,11 @@ class OnArms(OnFrame):
         self,
         title: str,
         body: Reduced,
-        parts: dict[str, int],
+        shared: Sequence[str],
         table: Floats,
         scale: Scale,
     ) -> None:
-        super().__init__(title, body, {**parts, "u": 3, "mu": 3}, table, scale)
+        super().__init__(title, body, shared, 3, table, scale, own={"u": 3})
         self.mixed = replace(self.mixed, elementwise=frozenset({"u", "mu"}))
         self.jump_parts = frozenset({"u", "mu"})
         size = PartScale("u", f"{title} of '{body.data.name}'", body.data.length, ADVICE)
@@ -222,7 +228,7 @@ class InertiaPoints(OnArms):
             [data.points.reshape(len(data.mass), -1), data.mass[:, None], data.coupling], axis=1
         )
         self.arms = np.zeros((len(table), 3))
-        super().__init__("inertia", body, {"w1": 9}, table, scale)
+        super().__init__("inertia", body, ["w1"], table, scale)
         # the directors are those of the frame, and their rates count here, too
         self.kinematic = frozenset({"u", "w1"})
         self.slowing = self.constant(data.slowing) if data.slowing else None
@@ -279,8 +285,8 @@ class Interfaces(OnFrame):
         for end, item in zip(others, body.data.interfaces, strict=True):
             turned = [item.shift.ravel(), item.turn.ravel(), end.node - body.frame.node]
             rows.append(np.concatenate([*turned, end.directors.ravel()]))
-        parts = {"u1": 3, "w1": 9, "u2": 3, "w2": 9, "mu": 6}
-        super().__init__("interfaces", body, parts, np.array(rows), scale, others)
+        shared = "u1", "w1", "u2", "w2"
+        super().__init__("interfaces", body, shared, 6, np.array(rows), scale, others=others)
         self.labels = [item.name for item in body.data.interfaces]
 
     def _violation(self, q: Expr) -> Expr:
@@ -305,7 +311,7 @@ class LoadPoints(OnArms):
         self._data = body.data.points_loaded
         self.arms = np.array([item.arm for item in self._data])
         rows = np.array([[*p.shape.ravel(), *p.arm, p.share] for p in self._data])
-        super().__init__("loads", body, {"u1": 3, "w1": 9}, rows, scale)
+        super().__init__("loads", body, ["u1", "w1"], rows, scale)
         self.kinematic = frozenset({"u"})
 
     def _violation(self, q: Expr) -> Expr:

@@ -24,7 +24,7 @@ from shellmb.arrays import Floats
 from shellmb.errors import SceneError, warn
 from shellmb.forms.measure import Measure
 from shellmb.model.body import TimeFunction
-from shellmb.model.shells.positions import on_all
+from shellmb.model.rank_consistency import alike
 from shellmb.scene import BeamNaturalStrain, NaturalStrain
 from shellmb.scene.loads.loads import Load
 from shellmb.scene.lookup import said
@@ -93,7 +93,8 @@ def doubt_natural(comm: MPI.Comm, t_end: float, bodies: Mapping[str, Any]) -> No
         body = model.described
         if body.natural is None:
             continue
-        extremes = [_principal(*face) for face in on_all(comm, model.natural_faces)]
+        with alike(comm):
+            extremes = [_principal(*face) for face in model.natural_faces()]
         found = np.concatenate([np.concatenate(each) for each in comm.allgather(extremes)])
         factors = _factors(body.natural.time, t_end, f"natural strain of {said(body)}: time")
         low, high = (f(np.outer(factors, found), initial=0.0) for f in (np.min, np.max))

@@ -32,7 +32,7 @@ from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed, Quadratic
 from shellmb.forms.tying import Tying
 from shellmb.meshes.shared import space_on
 from shellmb.meshes.tying import cell_squares, shell_forces
-from shellmb.model.shells.positions import on_all
+from shellmb.model.rank_consistency import alike
 from shellmb.model.user_forms import resists_all, written
 from shellmb.native.kernels import compiled
 from shellmb.scene import Hyperelastic, LinearSection, Shell, Wrinkling
@@ -222,8 +222,8 @@ class SectionFields:
             return self._section.generic
         if rule not in self._layups:
             x = np.moveaxis(self._points(rule), -1, 0)
-            found = on_all(self._domain.comm, lambda: self._section.at(x, self._who))
-            self._layups[rule] = found
+            with alike(self._domain.comm):
+                self._layups[rule] = self._section.at(x, self._who)
         return self._layups[rule]
 
     def _points(self, rule: Rule) -> Floats:

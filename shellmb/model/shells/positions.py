@@ -1,6 +1,5 @@
 """Functions of the position as fields on nodes, and the material 1-direction of a shell."""
 
-from collections.abc import Callable
 from typing import Any
 
 from mpi4py import MPI
@@ -9,35 +8,14 @@ import numpy as np
 from dolfinx import fem
 
 from shellmb.arrays import Floats
-from shellmb.barrier import first_found
 from shellmb.errors import SceneError
 from shellmb.meshes.mesh import SurfaceMesh
 from shellmb.meshes.raw import cell_cross
 from shellmb.meshes.shared import space_on
 from shellmb.meshes.spaces import MixedSpace
+from shellmb.model.rank_consistency import alike
 from shellmb.scene import Hyperelastic, Isotropic, Shell, Wrinkling
 from shellmb.scene.values.user_functions import OfPosition, values_at
-
-
-def on_all[T](comm: MPI.Comm, make: Callable[[], T]) -> T:
-    """Return what each rank makes; collective.
-
-    Args:
-        comm: The ranks.
-        make: Makes it, and may fail on some ranks only.
-
-    Raises:
-        SceneError: On all ranks, that of the first one that fails.
-    """
-    made, failed = [], None
-    try:
-        made.append(make())
-    except SceneError as error:
-        failed = error
-    failed = first_found(comm, failed)
-    if failed is not None:
-        raise failed
-    return made[0]
 
 
 def interpolated(function: OfPosition, mixed: MixedSpace, size: int, who: str) -> fem.Function:
@@ -58,11 +36,8 @@ def interpolated(function: OfPosition, mixed: MixedSpace, size: int, who: str) -
     if size == 1:
         space = space_on(space.mesh, space.ufl_element().sub_elements[0])
     field = fem.Function(space, name=who)
-
-    def interpolate() -> None:
+    with alike(space.mesh.comm):
         field.interpolate(lambda x: values_at(function, x, size, who))
-
-    on_all(space.mesh.comm, interpolate)
     return field
 
 

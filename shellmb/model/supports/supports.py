@@ -183,13 +183,23 @@ class SupportRows:
         arms = [
             arm_components(support.offset, D, self._who, f"'{body.name}'") for D in nodes.directors
         ]
-        count, name = len(directions), f"displacement plane of '{body.name}' off {show(support.at)}"
+        count = len(directions)
         u, w = (np.tile(nodes.dofs[part], (count, 1)) for part in ("u", "w"))
         turns = {f"w{k}": w[:, 3 * k : 3 * k + 3] for k in range(len(arms[0]))}
         normals = np.repeat([d / np.linalg.norm(d) for d in directions], len(nodes.x), axis=0)
-        common = name, body.domain.mesh.comm, body.name, {"u": u, **turns}, normals
-        sizes = body.force_size, np.tile(nodes.x, (count, 1)), body.domain.length
-        self.arms.append(plane(*common, *sizes, np.tile(arms, (count, 1))))
+        self.arms.append(
+            plane(
+                f"displacement plane of '{body.name}' off {show(support.at)}",
+                body.domain.mesh.comm,
+                body.name,
+                {"u": u, **turns},
+                normals,
+                body.force_size,
+                np.tile(nodes.x, (count, 1)),
+                body.domain.length,
+                np.tile(arms, (count, 1)),
+            )
+        )
 
     def _crosses(self, support: scene_supports.SymmetryPlane) -> None:
         """A director along the normal of its plane cannot stay in it."""

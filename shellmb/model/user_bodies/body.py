@@ -440,7 +440,7 @@ class _Errors:
         self._state = fem.Function(body.mixed.space)
         mesh = body.mixed.space.mesh
         points = hold.element.basix_element.points
-        self._mesh, self._law = mesh, law
+        self._mesh = mesh
         self._read = compiled_expression(law.function(self._state), np.asarray(points))
         count = mesh.topology.index_map(mesh.topology.dim).size_local
         self._cells = np.arange(count, dtype=np.int32)

@@ -18,9 +18,10 @@ from mpi4py import MPI
 import numpy as np
 
 from shellmb.arrays import Floats
-from shellmb.model.frames.rigid import GROUND, RigidBodies
+from shellmb.model.frames.rigid import RigidBodies
 from shellmb.observers.deferred_observer import STEPS, Booked, DeferredObserver, Row, SharedTable
 from shellmb.observers.fields.nodal import Nodes, nodal_bodies
+from shellmb.scene.multibody.joints import GROUND
 from shellmb.simulate.simulation import Simulation
 
 # the square of the way of a wave in a step over the radius, at which a body loses half of what one

@@ -4,19 +4,17 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from shellmb.arrays import Floats, Int32s, Ints
-from shellmb.barrier import first_found
 from shellmb.errors import SceneError, warn
 from shellmb.model.body import Body
 from shellmb.model.joints.columns import COLUMN
 from shellmb.model.model import Model
+from shellmb.model.rank_consistency import alike
 from shellmb.model.sanity_checks import refuse_folded
 from shellmb.model.shells.shell import ShellModel
 from shellmb.prefixes import below
@@ -112,7 +110,7 @@ def _take_frame(start: FromRun, problem: Problem, scene: Scene, stored: Stored, 
     for body in scene.meshed:
         if body.rigid:
             raise SceneError(f"{who}: {said(body)} is rigid; frames are of its mesh, leave out at")
-    with _alike(problem.model):
+    with alike(problem.model.comm):
         frame = StoredFrame(Path(start.run), start.at, who)
         for each in scene.bodies:
             own, nodes, X, D = problem.model.nodes_of(each.name)
@@ -122,19 +120,6 @@ def _take_frame(start: FromRun, problem: Problem, scene: Scene, stored: Stored, 
             for v, dv in rates:
                 _place(own, levels.rates["v"].x.array, nodes, 0 * D, v, dv)
     return True
-
-
-@contextmanager
-def _alike(model: Model) -> Iterator[None]:
-    """Context in which what fails on one rank fails on all of them; collective."""
-    wrong = None
-    try:
-        yield
-    except SceneError as error:
-        wrong = str(error)
-    wrong = first_found(model.comm, wrong)
-    if wrong is not None:
-        raise SceneError(wrong)
 
 
 def _check_exact(body: Shell | Beam, who: str, right: str) -> None:
@@ -167,7 +152,7 @@ def _(start: FromShape, problem: Problem, scene: Scene) -> bool:
     q = problem.levels[body.name].q.x.array
     x = np.ascontiguousarray(X.T)
     u = d = None
-    with _alike(model):
+    with alike(model.comm):
         if start.displacement is not None:
             u = values_at(start.displacement, x, 3, f"{who}: displacement").T
         if start.rotation is not None:

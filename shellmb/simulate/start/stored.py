@@ -13,10 +13,10 @@ from typing import Any
 from mpi4py import MPI
 
 from shellmb.arrays import Floats
-from shellmb.barrier import first_found
 from shellmb.errors import SceneError
 from shellmb.files.checksums import checksum, is_intact
 from shellmb.files.reading import Damaged, read_bytes, read_json, unpacked
+from shellmb.model.rank_consistency import alike
 from shellmb.prefixes import below
 from shellmb.scene.schemes import is_static
 
@@ -68,16 +68,8 @@ def read_stored(directory: Path, comm: MPI.Comm, whole: bool = True) -> Stored:
     Raises:
         SceneError: If there is no such state, or it is damaged, or of another number of ranks.
     """
-    found: Stored | None = None
-    wrong: str | None = None
-    try:
+    with alike(comm):
         found = _read(directory, comm, whole)
-    except SceneError as error:
-        wrong = str(error)
-    wrong = first_found(comm, wrong)
-    if wrong is not None:
-        raise SceneError(wrong)
-    assert found is not None
     return found
 
 
