@@ -13,6 +13,9 @@ from shellmb.errors import SceneError
 from shellmb.options.response import ResponseOptions
 from shellmb.scene.values.validate import show
 
+# of a period of an oscillator between times that its response is found at
+PARTS = 50
+
 
 def check_response(chosen: ResponseOptions) -> None:
     """Refuse options that make no sense.
@@ -43,6 +46,11 @@ def check_response(chosen: ResponseOptions) -> None:
             )
     for name, curve in (chosen.psd or {}).items():
         curve_of(curve, f"psd of '{name}'")
+        if len(given) < 2:
+            raise SceneError(
+                f"response: psd is given with one frequency, {_some(given)} Hz; give two or more: "
+                "root mean squares are those between the first and the last"
+            )
     for name, curve in (chosen.spectrum or {}).items():
         curve_of(curve, f"spectrum of '{name}'")
         if name not in GROUND:
@@ -125,8 +133,10 @@ def shock_spectrum(
     """
     import scipy.signal
 
-    t, a, f = (
-        np.atleast_1d(np.asarray(v, dtype=float)) for v in (times, acceleration, frequencies)
+    given = {"times": times, "acceleration": acceleration, "frequencies": frequencies}
+    t, a, f, ratio = (
+        np.atleast_1d(_floats(name, value, "shock_spectrum"))
+        for name, value in (given | {"damping": damping}).items()
     )
     h = np.diff(t)
     if len(t) < 2 or len(t) != len(a) or h[0] <= 0 or np.ptp(h) > 1e-6 * h[0]:
@@ -134,14 +144,17 @@ def shock_spectrum(
             f"shock_spectrum: there are {len(t)} times and {len(a)} accelerations; times must be "
             "as many, at least two, and increase by equal steps"
         )
-    if np.any(f <= 0) or not 0 <= damping < 1:
+    if not len(f) or np.any(f <= 0) or len(ratio) != 1 or not 0 <= ratio[0] < 1:
         raise SceneError(
-            f"shock_spectrum: frequencies begin at {f.min():g} and damping is {damping:g}; "
+            f"shock_spectrum: frequencies are {_some(f) or None} and damping is {_some(ratio)}; "
             "frequencies must be positive, and damping from 0 to below 1"
         )
     found = np.empty(len(f))
     for k, frequency in enumerate(f):
-        w, step = 2 * np.pi * frequency, float(h.mean())
+        # times between those given, so that none is far from a peak
+        finer = int(np.ceil(min(frequency * h.mean(), 1.0) * PARTS))
+        w, step = 2 * np.pi * frequency, float(h.mean()) / finer
+        places = np.arange((len(t) - 1) * finer + 1) / finer
         # a period more, in which ground is at rest
         more = np.zeros(int(np.ceil(1 / (frequency * step))) + 1)
         decay, turn = damping * w * step, w * step * np.sqrt(1 - damping**2)
@@ -152,18 +165,19 @@ def shock_spectrum(
             2 * e * (share - cosine),
             e**2 - e * share,
         ]
-        response = scipy.signal.lfilter(b, [1.0, -2 * e * cosine, e**2], [*a, *more])
+        between = np.interp(places, np.arange(len(t)), a)
+        response = scipy.signal.lfilter(b, [1.0, -2 * e * cosine, e**2], [*between, *more])
         found[k] = np.abs(response).max()
     return found
 
 
-def _floats(name: str, given: Any) -> Floats:
+def _floats(name: str, given: Any, what: str = "response") -> Floats:
     try:
         found = np.asarray(given, dtype=float)
     except (TypeError, ValueError):
         found = np.array([np.nan])
     if not np.all(np.isfinite(found)):
-        raise SceneError(f"response: {name} is {show(given)}; it must be finite numbers")
+        raise SceneError(f"{what}: {name} is {show(given)}; it must be finite numbers")
     return found
 
 

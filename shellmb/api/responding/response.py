@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import MappingProxyType
@@ -17,7 +17,7 @@ from shellmb.api.responding.curves import at_frequencies
 from shellmb.api.responding.poles import Complex
 from shellmb.api.responding.system import GROUND, LinearSystem
 from shellmb.arrays import Floats
-from shellmb.errors import SceneError
+from shellmb.errors import SceneError, warn
 from shellmb.options.response import ResponseOptions
 
 if TYPE_CHECKING:
@@ -27,9 +27,10 @@ if TYPE_CHECKING:
 ORDERS = {"displacement": 0, "velocity": 1, "acceleration": 2}
 # inputs that move supports
 SUPPORT = re.compile(r"support\d+\.")
-# frequencies beside a resonance at which densities are integrated: tangents of angles, in half
-# widths; and between those of the user so many more
-ANGLES, BETWEEN = 161, 4
+# densities are integrated over steps in which responses change by less than this share (sizes) and
+# angle (phases), or which have less than a share of the mean square; frequencies at first, and at
+# most so many more
+CHANGE, SHARE, FEW, MOST = 0.08, 1e-6, 150, 20000
 # coordinates up to which matrices are dense
 SMALL = 100
 # a frequency in place of zero, Hz
@@ -170,13 +171,12 @@ def find(system: LinearSystem, chosen: ResponseOptions) -> Response:
     frf = at(f)
     found = Response(f, part.inputs, part.outputs, frf, about=system.about)
     if densities:
-        psd = _densities(frf, f, part.inputs, densities)
-        fine, there = f, psd
-        if chosen.modes is not None:
-            fine = _finer(part, f)
-            there = _densities(at(fine), fine, part.inputs, densities)
-        squares = np.trapezoid(there, fine, axis=1)
-        found = replace(found, psd=psd, rms=np.sqrt(squares))
+        own = () if chosen.modes is None else oscillators(part)
+        found = replace(
+            found,
+            psd=_densities(frf, f, part.inputs, densities),
+            rms=_root_mean_squares(at, f, part, densities, own),
+        )
     if spectra:
         found = replace(found, largest=_largest(every, chosen))
     return found
@@ -252,16 +252,61 @@ def _densities(frf: Complex, f: Floats, names: Sequence[str], given: Mapping[str
     return np.asarray(np.einsum("oif,if->of", np.abs(frf) ** 2, np.array(of)))
 
 
-def _finer(system: LinearSystem, f: Floats) -> Floats:
-    """Frequencies that resolve all resonances of modes, within the range of others."""
-    omega, ratio = oscillators(system)
-    width = np.maximum(ratio, 1e-6) * omega / (2 * np.pi)
-    angles = np.tan(np.linspace(-0.4995 * np.pi, 0.4995 * np.pi, ANGLES))
-    near = (omega[:, None] / (2 * np.pi) + width[:, None] * angles).ravel()
-    shares = np.linspace(0, 1, BETWEEN, endpoint=False)
-    between = (f[:-1, None] + np.diff(f)[:, None] * shares).ravel()
-    every = np.unique(np.concatenate([f, near, between]))
-    return np.asarray(every[(every >= f[0]) & (every <= f[-1])])
+def _root_mean_squares(
+    at: Callable[[Floats], Complex],
+    f: Floats,
+    system: LinearSystem,
+    given: Mapping[str, Any],
+    own: Sequence[Floats],
+) -> Floats:
+    """Root mean squares of the outputs between the first and the last frequency.
+
+    Frequencies are added until all resonances between those given are resolved.
+
+    Args:
+        at: Responses at frequencies.
+        f: Frequencies, Hz.
+        system: The system, for its names.
+        given: Densities by input.
+        own: Angular frequencies and damping ratios of modes, where they are known.
+    """
+    # few could miss what lies between them
+    f = np.concatenate([f, np.linspace(f[0], f[-1], FEW if len(f) > 1 else 1)])
+    if own:
+        damped = own[0][own[1] > 0] / (2 * np.pi)
+        f = np.concatenate([f, damped[(damped > f[0]) & (damped < f[-1])]])
+    for curve in given.values():
+        if np.iterable(curve):
+            # both sides of where it begins and ends
+            there = np.asarray(curve[0], dtype=float)
+            ends = np.nextafter(there[[0, -1]], [-np.inf, np.inf])
+            there = np.concatenate([there, ends])
+            f = np.concatenate([f, there[(there > f.min()) & (there < f.max())]])
+    f = np.unique(f)
+    frf, most = at(f), len(f) + MOST
+    while True:
+        psd = _densities(frf, f, system.inputs, given)
+        width, parts = np.diff(f), np.maximum(psd[:, 1:], psd[:, :-1]) * np.diff(f)
+        total = np.trapezoid(psd, f, axis=1)
+        # of complex numbers and of densities, both as of logarithms
+        tiny = np.finfo(float).tiny
+        change = np.abs(np.diff(np.log(psd + tiny), axis=1)) / 2
+        turn = np.abs(np.angle(frf[..., 1:] * np.conj(frf[..., :-1]))).max(axis=1)
+        coarse = (np.maximum(change, turn) > CHANGE) & (parts > SHARE * total[:, None])
+        split = coarse.any(axis=0)
+        if not split.any():
+            return np.sqrt(np.asarray(total))
+        endless = split & (width < 1e-9 * f[1:])
+        if endless.any() or len(f) > most:
+            where = f[1:][endless if endless.any() else split][0]
+            warn(
+                f"response: rms is unreliable: near {where:.4g} Hz a resonance has next to no "
+                "damping; give modes and damping, or damp the scene"
+            )
+            return np.sqrt(np.where(coarse[:, endless].any(axis=1), np.inf, total))
+        middle = (f[:-1] + f[1:])[split] / 2
+        order = np.argsort(f := np.concatenate([f, middle]))
+        f, frf = f[order], np.concatenate([frf, at(middle)], axis=2)[..., order]
 
 
 def _largest(system: LinearSystem, chosen: ResponseOptions) -> Floats:
