@@ -22,6 +22,7 @@ from shellmb.exchange.motion import SceneMotion
 from shellmb.files.checksums import as_list
 from shellmb.running.loader import load, scene_of
 from shellmb.scene.control.signals import inputs_of
+from shellmb.simulate.stepsize.target_times import near
 
 # packages of both versions of FMI, and how they call kinds of variables
 PACKAGES = {2: "pythonfmu", 3: "pythonfmu3"}
@@ -30,6 +31,8 @@ KINDS = {
     3: {float: "Float64", int: "Int32", bool: "Boolean", str: "String"},
 }
 TIME = "time"
+# of a step between the times of a master and of the scene, of sums of steps
+LATE = 1e-6
 # name of what is no array in the bytes of a state
 REST = "rest"
 # libraries of FMUs that let go of Python as it ends
@@ -116,6 +119,12 @@ def slave(version: int, described: Mapping[str, Any]) -> type:
             """Step; a step that fails is discarded, and the motion stays where it is."""
             motion = self._now()
             try:
+                if abs(current_time - motion.time) > max(LATE * step_size, near(motion.time, 0.0)):
+                    raise SceneError(
+                        f"step: it begins at t = {current_time:g}, and the scene is at "
+                        f"{motion.time:g}; a step must begin where the last one ended, the first "
+                        "one at 0"
+                    )
                 for name, value in self._values.items():
                     motion.inputs[name] = value
                 motion.trial(step_size)

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 
 from shellmb.api.responding.system import GROUND
 from shellmb.arrays import Floats
 from shellmb.errors import SceneError
-from shellmb.options.response import ResponseOptions
+from shellmb.options.response import Quantity, ResponseOptions
 from shellmb.scene.values.validate import show
 
 # of a period of an oscillator between times that its response is found at
@@ -31,6 +31,11 @@ def check_response(chosen: ResponseOptions) -> None:
         raise SceneError(
             f"response: frequencies are {_some(given) or None}; they must be one or more "
             "numbers in Hz, from 0 on, each larger than the one before"
+        )
+    if chosen.quantity not in get_args(Quantity):
+        raise SceneError(
+            f"response: quantity is {show(chosen.quantity)}; it must be one of "
+            f"{', '.join(get_args(Quantity))}"
         )
     if chosen.damping is not None:
         ratios = np.atleast_1d(_floats("damping", chosen.damping))
