@@ -31,8 +31,6 @@ KINDS = {
     3: {float: "Float64", int: "Int32", bool: "Boolean", str: "String"},
 }
 TIME = "time"
-# of a step between the times of a master and of the scene, of sums of steps
-LATE = 1e-6
 # name of what is no array in the bytes of a state
 REST = "rest"
 # libraries of FMUs that let go of Python as it ends
@@ -119,11 +117,10 @@ def slave(version: int, described: Mapping[str, Any]) -> type:
             """Step; a step that fails is discarded, and the motion stays where it is."""
             motion = self._now()
             try:
-                if abs(current_time - motion.time) > max(LATE * step_size, near(motion.time, 0.0)):
+                if abs(current_time - motion.time) > near(motion.time, abs(step_size)):
+                    here = f"{motion.time:g}, where the last one ended (the first one at 0)"
                     raise SceneError(
-                        f"step: it begins at t = {current_time:g}, and the scene is at "
-                        f"{motion.time:g}; a step must begin where the last one ended, the first "
-                        "one at 0"
+                        f"step: it begins at {current_time:g}; it must begin at {here}"
                     )
                 for name, value in self._values.items():
                     motion.inputs[name] = value

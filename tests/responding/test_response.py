@@ -135,7 +135,7 @@ def test_an_oscillator_on_ground_that_shakes() -> None:
     found = sm.response(mass, frequencies=f[1:], modes=1, damping=ratio, **given)
     alone = -1 / w**2 / (1 - r**2 + 2j * ratio * r)
     np.testing.assert_allclose(found.frf[0, 0], alone[1:], rtol=1e-6)
-    with pytest.raises(SceneError, match="modes is 2; it must be from 1 to 1, the number of coord"):
+    with pytest.raises(SceneError, match=r"modes is 2; it must be from 1 to 1 \(coord"):
         sm.response(mass, frequencies=f, modes=2, **given)
     # what the joint carries across is nothing; sideways it carries the mass
     found = sm.response(
@@ -261,8 +261,11 @@ def test_files_of_the_command(tmp_path: Path) -> None:
             "frequencies of psd of 'load1'",
         ),
         ({"frequencies": 5.0}, "frequencies are 5; they must be one or more"),
-        ({"frequencies": [5.0], "quantity": "jerk"}, "quantity is 'jerk'; it must be one of displ"),
-        ({"frequencies": [5.0], "psd": {"load1": 1.0}}, "psd is given with one frequency, 5 Hz"),
+        (
+            {"frequencies": [5.0], "quantity": "jerk"},
+            "quantity is 'jerk'; it must be one of 'displ",
+        ),
+        ({"frequencies": [5.0], "psd": {"load1": 1.0}}, "psd is given with one frequency; rms is"),
         ({"frequencies": [1.0], "psd": {"load1": ([1, 2], [1])}}, "2 frequencies and 1 values"),
         ({"frequencies": [1.0], "psd": {"load1": ([], [])}}, "0 frequencies and 0 values"),
         (

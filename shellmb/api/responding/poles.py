@@ -119,22 +119,15 @@ def lowest_modes(K: sp.csr_array, M: sp.csr_array, count: int) -> tuple[Floats, 
         SceneError: If there are not so many.
     """
     size = K.shape[0]
-    if not 0 < count <= size:
-        raise SceneError(
-            f"linearise: modes is {count}; it must be from 1 to {size}, the number of coordinates"
-        )
+    most = size if M.diagonal().min() > 0 else size - 1
+    if not 0 < count <= most:
+        raise SceneError(f"linearise: modes is {count}; it must be from 1 to {most} (coordinates)")
     scale = abs(K.diagonal()).max() / abs(M.diagonal()).max()
     shift = -1e-9 * float(scale)
     even = (0.5 * (K + K.T)).tocsc()
     if count < size:
         values, vectors = spla.eigsh(even, count, M.tocsc(), sigma=shift)
     else:
-        try:
-            values, vectors = la.eigh(even.toarray(), M.toarray())
-        except la.LinAlgError:
-            raise SceneError(
-                f"linearise: modes is {count}, and some of as many coordinates have no mass; give "
-                "fewer"
-            ) from None
+        values, vectors = la.eigh(even.toarray(), M.toarray())
     order = np.argsort(values)
     return values[order], vectors[:, order]
