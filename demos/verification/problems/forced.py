@@ -163,7 +163,9 @@ def mobility() -> Iterator[Check]:
     own = math.sqrt(E * h**2 / 12 / (1 - nu**2) / density) * np.add.outer(
         (n / a) ** 2, (n / b) ** 2
     )
-    system = damped(about_state(scene, LinearOptions()).select("load1").modal(40, static=True), RATIO)
+    system = damped(
+        about_state(scene, LinearOptions()).select("load1").modal(40, static=True), RATIO
+    )
     # the first resonance, between resonances, and above ten of them
     f = np.array([20.0, own[0, 0] / (2 * math.pi), 50.0, 110.0, 250.0])
     found = np.abs(response_at(system, f, 1)[0, 0])
