@@ -236,9 +236,13 @@ def _rotor(rate: float) -> Scene:
 
     wheels = (wheel("left", 0.5, 0.28), wheel("right", 1.0, 0.35))
     # springs this long keep their directions; the last one holds the shaft along its axis
-    held = (("start", 0.0, (0, -far, 0), 1e6), ("start", 0.0, (0, 0, -far), 8e5))
-    held += (("end", length, (0, -far, 0), 1e6), ("end", length, (0, 0, -far), 8e5))
-    held += (("start", 0.0, (-far, 0, 0), 1e7),)
+    held = (
+        ("start", 0.0, (0.0, -far, 0.0), 1e6),
+        ("start", 0.0, (0.0, 0.0, -far), 8e5),
+        ("end", length, (0.0, -far, 0.0), 1e6),
+        ("end", length, (0.0, 0.0, -far), 8e5),
+        ("start", 0.0, (-far, 0.0, 0.0), 1e7),
+    )
     springs = tuple(
         Spring(f"bearing {k}", GROUND, "shaft", at=(x + u, v, w), second_at=end, stiffness=stiff)
         for k, (end, x, (u, v, w), stiff) in enumerate(held)

@@ -13,7 +13,7 @@ import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 
-from shellmb.api.responding.curves import at_frequencies
+from shellmb.api.responding.curves import at_frequencies, curve_of
 from shellmb.api.responding.poles import Complex
 from shellmb.api.responding.system import GROUND, LinearSystem
 from shellmb.arrays import Floats
@@ -250,7 +250,7 @@ def _root_mean_squares(
         given: Densities by input.
         modal: Whether the system is one of modes.
     """
-    curves = [np.asarray(c[0], dtype=float) for c in given.values() if np.iterable(c)]
+    curves = [curve_of(c, name)[0] for name, c in given.items() if np.iterable(c)]
     # both sides of where curves begin and end; few could miss what lies between them
     ends = (np.nextafter(c[[0, -1]], [-np.inf, np.inf]) for c in curves)
     every = [f, np.linspace(f[0], f[-1], FEW), *curves, *ends]
@@ -262,7 +262,7 @@ def _root_mean_squares(
     frf, most = at(f), len(f) + MOST
     while True:
         psd = _densities(frf, f, system.inputs, given)
-        total, width = np.trapezoid(psd, f, axis=1), np.diff(f)
+        total, width = np.asarray(np.trapezoid(psd, f, axis=1)), np.diff(f)
         # of complex numbers and of densities, both as of logarithms
         change = np.abs(np.diff(np.log(psd + np.finfo(float).tiny), axis=1)) / 2
         turn = np.abs(np.angle(frf[..., 1:] * np.conj(frf[..., :-1]))).max(axis=1)
@@ -270,7 +270,7 @@ def _root_mean_squares(
         coarse = (np.maximum(change, turn) > CHANGE) & ~small
         split = coarse.any(axis=0)
         if not split.any():
-            return np.sqrt(np.asarray(total))
+            return np.sqrt(total)
         endless = split & (width < 1e-9 * f[1:])
         if endless.any() or len(f) > most:
             where = f[1:][endless if endless.any() else split][0]
