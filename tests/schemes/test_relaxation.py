@@ -248,9 +248,6 @@ BAD |= {
     "relaxed must be True": lambda: refused(
         series=sm.Prony(SERIES, relaxed=False), start="equilibrium"
     ),
-    "has 'von_mises'; it must be left out": lambda: refused(
-        "quad", output=sm.Output(fields=("von_mises",))
-    ),
     "has a relaxation; scheme 'generalized-alpha'": lambda: sm.run(
         refused(scheme="generalized-alpha")
     ),
