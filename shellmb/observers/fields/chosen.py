@@ -32,9 +32,9 @@ STRAINS = {
     "beam": ("stretch", "shear 2", "shear 3", "twist", "curvature 2", "curvature 3"),
 }
 
-# columns of resultants
-PARTS = {"N": np.s_[:, :3], "M": np.s_[:, 3:6], "Q": np.s_[:, 6:8]}
-PARTS |= {"force": PARTS["N"], "moment": PARTS["M"]}
+# columns of resultants; those of a shell stand behind what stresses of its layers follow from
+PARTS = {"N": np.s_[:, -8:-5], "M": np.s_[:, -5:-2], "Q": np.s_[:, -2:]}
+PARTS |= {"force": np.s_[:, 0:3], "moment": np.s_[:, 3:6]}
 
 # fields at both faces from the resultants of a linear section
 FACES: dict[str, Callable[[Shell, Layup], Read]] = {
@@ -91,11 +91,12 @@ class ChosenFields:
 
     def _add(self, body: ShellModel | BeamModel, name: str) -> None:
         known = FIELDS[name].components
-        if name in PARTS or name == "principal_N":
-            read = itemgetter(PARTS[name]) if name in PARTS else section.principal
-            # a shell's own stand behind those of `Layup.among`
-            whole = np.s_[:, -8:] if isinstance(body, ShellModel) else np.s_[:, :]
-            self.components[name], self._derived[name] = known, lambda R: read(R[whole])
+        if name in PARTS:
+            self.components[name], self._derived[name] = known, itemgetter(PARTS[name])
+        elif name == "principal_N":
+            principal = section.principal
+            self.components[name] = known
+            self._derived[name] = lambda R: principal(R[PARTS["N"]])
         elif name in ("strains", "energy_density"):
             self._add_strains(body, name)
         else:
@@ -121,10 +122,9 @@ class ChosenFields:
         """Strains of branches, which `Run.plies` needs beside resultants."""
         compliance = section.shell_compliance(shell, at)[..., :6, :6]
         for k in range(1, len(at.branches) + 1):
-            read, name = section.strains_by(compliance), f"branch_strains_{k}"
-            columns = np.s_[:, 6 * k : 6 * k + 6]
-            self.components[name] = SPRINGS
-            self._derived[name] = lambda R, read=read, columns=columns: read(R[columns])
+            name, others = f"branch_strains_{k}", np.zeros((*compliance.shape[:-1], 6 * k))
+            rows = np.concatenate([others, compliance], axis=-1)
+            self.components[name], self._derived[name] = SPRINGS, section.strains_by(rows)
 
     def _add_strains(self, body: Any, name: str) -> None:
         """Strains or their energy, which follow from resultants of linear sections only."""

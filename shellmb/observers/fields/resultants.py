@@ -58,7 +58,8 @@ class Resultants:
         self._simulation, problem = simulation, simulation.problem
         self._levels = levels = problem.levels[body.name]
         natural = getattr(body, "natural", None)
-        at = state = (levels.reference or levels).q
+        state: Expr = (levels.reference or levels).q
+        at = state
         found = [_linear(body.resultants(state), levels, natural)]
         self._start: fem.Function | None = None
         self._branches = branches = problem.branches.get(body.name)
@@ -140,7 +141,7 @@ class Resultants:
 
 
 class LayerResultants(Resultants):
-    """What stresses of a shell's layers follow from where its branches act, shape (6 n + 8,).
+    """Resultants that stresses of layers follow from where branches act, shape (6 n + 8,).
 
     N and M that the long-term section has of its strain, and would have of those of the springs of
     each set of branches (`Layup.among`); its resultants stand behind.
