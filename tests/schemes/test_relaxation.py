@@ -223,9 +223,7 @@ BAD: dict[str, Callable[[], Any]] = {
     "must be pairs": lambda: sm.Prony((0.1, 1.0)),
     "add up to 1.1, so the long-term modulus": lambda: sm.Prony(((0.6, 1.0), (0.5, 2.0))),
     "moduli is 'secant'": lambda: sm.Prony(((0.6, 1.0),), "secant"),  # type: ignore[arg-type]
-    "is inf s; each shifted time must be": lambda: sm.Prony(
-        ((0.6, 1e300),), shift=1e300
-    ),
+    "is inf s; each shifted time must be": lambda: sm.Prony(((0.6, 1e300),), shift=1e300),
     "must be a positive factor on the times": lambda: sm.Prony(((0.6, 1.0),), shift=-1.0),
     "temperature is -90.0; it must be above": lambda: sm.WLF(8.0, 100.0, 20.0, -90.0),
 }

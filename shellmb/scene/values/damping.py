@@ -171,10 +171,11 @@ class Prony:
         """
         total = sum(g for g, _ in self.terms)
         for _, tau in self.terms:
-            if not 0 < tau * self._factor < math.inf:
+            time = tau * self._factor
+            if not 0 < time < math.inf:
                 raise SceneError(
                     f"Prony series: shift is {show(self.shift)}, with which the time {show(tau)} "
-                    f"is {show(tau * self._factor)} s; each shifted time must be positive and finite"
+                    f"is {show(time)} s; each shifted time must be positive and finite"
                 )
         if self.moduli == "instantaneous" and not total < 1:
             raise SceneError(
