@@ -241,10 +241,14 @@ class MaxwellBranches:
         found = [group.forces(mean) for group in self._groups]
         return sum(found[1:], found[0])[:, 0]
 
-    def mean(self) -> Expr:
-        """Mean of the stresses of the branches over the step, as of the strains."""
-        found = [group.mean() for group in self._groups]
-        return sum(found[1:], found[0])
+    def springs(self, mean: bool) -> list[tuple[Expr, Expr]]:
+        """Strains of the springs of each group, of all its times by their factors, and its stress.
+
+        Args:
+            mean: Whether they are means over the step, as of the strains; if not, those that
+                `follow` takes, of the accepted state.
+        """
+        return [group.springs(mean) for group in self._groups]
 
     def _sum(self, parts: Sequence[float]) -> float:
         return float(self._groups[0].comm.allreduce(sum(parts), op=MPI.SUM))
@@ -328,11 +332,11 @@ class _Group:
 
         return path_terms(self._section, layout, self._strain, along.rows, tests, trial, integrate)
 
-    def mean(self) -> Expr:
-        """Mean of the stresses over the step."""
+    def springs(self, mean: bool) -> tuple[Expr, Expr]:
         rows = self._rows[-1][0].rows
-        e = moment_of(self._strain, rows.stresses[0].moment, rows.states[: rows.moving])
-        return self._section.stress(e)[0]
+        moving = rows.states[: rows.moving]
+        e = moment_of(self._strain, rows.stresses[0].moment, moving) if mean else self._now
+        return e, self._section.stress(e)[0]
 
     def _mixture(self, dt: float, course: Course) -> tuple[Floats, Floats]:
         """Weights of change and bow in both stresses, and of the branches' strains, (2, n)."""
