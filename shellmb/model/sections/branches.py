@@ -175,11 +175,14 @@ class MaxwellBranches:
         name: Name for the columns of histories.
         layout: Parts of the body's state.
         fading: Its strains with branches.
+
+    Attributes:
+        groups: Branches of each strain.
     """
 
     def __init__(self, name: str, layout: Layout, fading: Sequence[Fading]) -> None:
         self.name, self._layout = f"{name}.relaxation", layout
-        self._groups = [_Group(one) for one in fading]
+        self.groups = self._groups = [_Group(one) for one in fading]
 
     def term(self, course: Course, tests: Sequence[Expr], trial: Expr) -> Term:
         """Forces in the rows of a step, with their derivatives; called once for each stage."""
@@ -260,10 +263,11 @@ class _Group:
 
     Attributes:
         values: Strains of the springs at the points, shape (branches, local dofs).
+        C: Stiffness.
     """
 
     def __init__(self, fading: Fading) -> None:
-        self._strain, self._dx = fading.strain, fading.dx
+        self._strain, self._dx, self.C = fading.strain, fading.dx, fading.C
         self._section = Branch(fading.C)
         self._times = np.array([time for time, _ in fading.branches])
         self._relaxed = [relaxed for _, relaxed in fading.branches]
@@ -290,10 +294,10 @@ class _Group:
         self._through = np.linalg.inv(table)
         self._nodes = at_nodes.dofmap.list[self._cells][..., None] * self._size
         self._nodes = self._nodes + np.arange(self._size)
-        self._given = fem.Function(at_nodes), fem.Function(at_nodes)
+        self.given = self._given = fem.Function(at_nodes), fem.Function(at_nodes)
         self._now = fem.Function(at_nodes)
         weights = fem.assemble_vector(compiled(ufl.TestFunction(self.space)[0] * fading.dx))
-        weighed = weights.array[self._dofs[:own, :, 0]]
+        self._weights = weighed = weights.array[self._dofs[:own, :, 0]]
         C = self._at_points(self._section.matrix())[:own]
         C = C.reshape(*weighed.shape, self._size, self._size)
         self._weighed = weighed[..., None, None] * C / 2
@@ -309,14 +313,15 @@ class _Group:
         return np.asarray(found).reshape(len(self._cells), len(self._points), count)
 
     @cached_property
-    def _changes(self) -> list[Any]:
-        """Expressions of change and bow, by the rows of the last stage."""
+    def _moments(self) -> list[Expr]:
+        """Change and bow of the strain, by the rows of the last stage."""
         along = self._rows[-1][0]
         states = along.rows.states[: along.rows.moving]
-        return [
-            compiled_expression(moment_of(self._strain, moment, states), self._points)
-            for moment in along.change
-        ]
+        return [moment_of(self._strain, moment, states) for moment in along.change]
+
+    @cached_property
+    def _changes(self) -> list[Any]:
+        return [compiled_expression(moment, self._points) for moment in self._moments]
 
     def term(self, layout: Layout, course: Course, tests: Sequence[Expr], trial: Expr) -> Term:
         """Forces in the rows of a step."""
@@ -371,8 +376,11 @@ class _Group:
 
     def _mix(self, function: fem.Function, shares: Floats) -> None:
         """Give a function shares of the strains of all branches."""
-        at = (shares @ self.values)[self._dofs]
-        function.x.array[self._nodes] = np.einsum("np,cpi->cni", self._through, at)
+        function.x.array[self._nodes] = self._continued((shares @ self.values)[self._dofs])
+
+    def _continued(self, at: Floats) -> Floats:
+        """Values at the nodes of cells from those at their points."""
+        return np.asarray(np.einsum("np,cpi->cni", self._through, at))
 
     def held(self, q: fem.Function, dq: Expr) -> Form:
         stress = self._section.stress(self._now)[0]
@@ -401,8 +409,36 @@ class _Group:
         mean, moment = both[:, 0], both[:, 1]
         return mean, moment, bow - ratios / 3 * moment, first - ratios * mean
 
+    def change(self) -> Floats:
+        return self._solved()[3]
+
     def accept(self) -> None:
-        self.values += self._solved()[3]
+        self.values += self.change()
+
+    @cached_property
+    def carried(self) -> tuple[list[fem.Function], Form]:
+        """Change and bow of the strain times functions, as `back` sets them."""
+        functions = [fem.Function(self._now.function_space) for _ in self._moments]
+        pairs = zip(functions, self._moments, strict=True)
+        return functions, sum(ufl.inner(*pair) for pair in pairs) * self._dx
+
+    def back(self, of: Floats) -> Floats:
+        """Covector of the strains at the start for one of those at the end, by themselves."""
+        ratios = (self._dt / self._times)[:, None]
+        # (V1), (V3): by the strain at the start, its change and its bow
+        shares = np.array([1.0, 1.0, 0.0]) - ratios * np.array(self._steps)[:, 0]
+        for function, share in zip(self.carried[0], shares.T[1:], strict=False):
+            at = (share @ of)[self._dofs[self._own]] / self._weights[..., None]
+            function.x.array[self._nodes[self._own]] = self._continued(at)
+        return shares[:, :1] * of
+
+    def back_given(self, covectors: Sequence[Floats]) -> Floats:
+        """Covector of the strains at the start for those of `given`."""
+        found = np.zeros_like(self.values)
+        for covector, shares in zip(covectors, self._shares, strict=True):
+            at = np.einsum("np,cni->cpi", self._through, covector[self._nodes])
+            found[:, self._dofs] += shares[:, None, None, None] * at
+        return found
 
     def _norms(self, values: Floats) -> Floats:
         """Halves of the products of strains of all branches with their stresses, J."""
