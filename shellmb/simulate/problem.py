@@ -322,13 +322,18 @@ class Problem:
         self._renew()
 
     @cached_property
+    def linked_rates(self) -> tuple[str, ...]:
+        """Rates at the start that linked nodes take from their bodies: of a single state."""
+        last = [stages[END].stage for stages in self.forms.values() if self.scheme.dynamic]
+        single = not self.scheme.scaled and any(stage and stage.single for stage in last)
+        return tuple(self.scheme.rates) if single else ()
+
+    @cached_property
     def _scaled_rates(self) -> list[ScaledRates]:
         """Rates at the start times the step, or those that a single state is taken with."""
         links = [self._bodies[name].links for name, _ in self._index]
-        last = [stages[END].stage for stages in self.forms.values() if self.scheme.dynamic]
-        kept = self.scheme.rates if any(stage and stage.single for stage in last) else ()
         of = [(self.levels[name], stage) for name, stage in self._index]
-        named = (None,) if self.scheme.scaled else kept
+        named = (None,) if self.scheme.scaled else self.linked_rates
         return [ScaledRates(self.system, of, links, rate) for rate in named]
 
     def start_from_state(self) -> None:

@@ -108,7 +108,7 @@ def _by_parameter(
     for step in reversed(sweep.kept):
         said += corners.met(step.t, step.dt)
     above, below = ends
-    start = sum(float(w @ (above[key] - below[key])) for key, w in sweep.covector.items())
+    start = sum(float(np.vdot(w, above[key] - below[key])) for key, w in sweep.covector.items())
     total: float = run.model.comm.allreduce(start - (work[0] - work[1]))
     return total / parameter.width
 
@@ -128,7 +128,8 @@ def _backwards(
     value = evaluated(objective, history)
     slope = slopes(objective, history, value, said)
     shells = simulation.model.shells
-    found = [(p.body, changes(shells[p.body], p.name)) for p in places]
+    branches = simulation.problem.branches.get
+    found = [(p.body, changes(shells[p.body], p.name, branches(p.body))) for p in places]
     sweep = Sweep(simulation, found, bool(both))
     readings = {p.name: Reading(simulation, p) for p in simulation.scene.probes}
     for step in steps.backwards(simulation):
