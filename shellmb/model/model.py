@@ -26,7 +26,6 @@ from shellmb.model.frames.beam import BeamModel
 from shellmb.model.frames.rigid import RigidBodies
 from shellmb.model.frames.rigid_from_mesh import RigidMeshes, rigidified
 from shellmb.model.joints.constraints import ConstraintGroup
-from shellmb.model.joints.joints import OWN
 from shellmb.model.joints.mechanism import Mechanism, build_mechanism
 from shellmb.model.locations.nodes import Finder
 from shellmb.model.massless import Scale
@@ -107,7 +106,7 @@ class Model:
 
         Equations of a user may hold a direction in space: moments of such joints do not cancel.
         """
-        own = [group for group in self.mechanism.groups if group.kind == OWN]
+        own = [group for group in self.mechanism.groups if group.kind == "own"]
         return [*self.potentials, *(part for v in self.volumes for part in v.surfaces), *own]
 
     @cached_property

@@ -268,8 +268,7 @@ class Problem:
         """Number of that field in the system."""
         return self._index[body, stage]
 
-    # name of the stage at the end of a step
-    last = END
+    last = END  # name of the stage at the end of a step
 
     def start_factor(self, t: float, function: TimeFunction | None) -> float:
         """Factor of a load at a time: its time function, or the default of the scheme."""
@@ -324,9 +323,8 @@ class Problem:
     @cached_property
     def linked_rates(self) -> tuple[str, ...]:
         """Rates at the start that linked nodes take from their bodies: of a single state."""
-        last = [stages[END].stage for stages in self.forms.values() if self.scheme.dynamic]
-        single = not self.scheme.scaled and any(stage and stage.single for stage in last)
-        return tuple(self.scheme.rates) if single else ()
+        last = (stages[END].stage for stages in self.forms.values() if self.scheme.dynamic)
+        return (*self.scheme.rates,) if any(stage and stage.single for stage in last) else ()
 
     @cached_property
     def _scaled_rates(self) -> list[ScaledRates]:

@@ -106,10 +106,6 @@ class BoundOwn(BoundJoint):
         return (self.joint.name, *super().key[1:])
 
 
-# kind of the joints whose equations a user has written
-OWN = "own"
-
-
 def bind_joint(joint: Joint, find: FindEnd) -> BoundJoint:
     """Find the places of a joint and the axes it needs there.
 
@@ -134,7 +130,7 @@ def bind_joint(joint: Joint, find: FindEnd) -> BoundJoint:
             axes = np.array([np.eye(3) if joint.axis is None else frame_about(joint.axis)] * 2)
             own = own_kind(joint, framed)
             check_equations(joint, own, framed, len(joint.values))
-            return BoundOwn(joint, OWN, (first, second), axes, own=own)
+            return BoundOwn(joint, "own", (first, second), axes, own=own)
         case scene_joints.Distance():
             length = float(np.linalg.norm(second.point - first.point))
             if callable(joint.length):

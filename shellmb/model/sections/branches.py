@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property, partial, reduce
+from operator import add
 from typing import Any, NamedTuple
 
 from mpi4py import MPI
@@ -78,14 +79,12 @@ class StrainDamping:
 
     def work(self, along: Straining) -> Form:
         """Work over the step, eq. (D2); never positive."""
-        forms = [_work(part, self._layout, along) for part in self._parts]
-        return sum(forms[1:], forms[0])
+        return reduce(add, (_work(part, self._layout, along) for part in self._parts))
 
     def at(self, q: Expr, v: Expr, dq: Expr) -> Form:
         """Virtual work of the forces at a state with a velocity."""
         layout = self._layout
-        forms = [on(at_state(section, layout, e, q, v, dq)) for section, e, on in self._parts]
-        return sum(forms[1:], forms[0])
+        return reduce(add, (on(at_state(s, layout, e, q, v, dq)) for s, e, on in self._parts))
 
 
 def _work(part: Resisting, layout: Layout, along: Straining) -> Form:
@@ -182,56 +181,55 @@ class MaxwellBranches:
 
     def __init__(self, name: str, layout: Layout, fading: Sequence[Fading]) -> None:
         self.name, self._layout = f"{name}.relaxation", layout
-        self.groups = self._groups = [_Group(one) for one in fading]
+        self.groups = [_Group(one) for one in fading]
 
     def term(self, course: Course, tests: Sequence[Expr], trial: Expr) -> Term:
         """Forces in the rows of a step, with their derivatives; called once for each stage."""
         return reduce(
-            joined, [group.term(self._layout, course, tests, trial) for group in self._groups]
+            joined, [group.term(self._layout, course, tests, trial) for group in self.groups]
         )
 
     def begin(self, q: fem.Function) -> None:
         """Take the start: springs of branches that are not relaxed have all of the strain there."""
-        for group in self._groups:
+        for group in self.groups:
             group.begin(q)
 
     def stiffness(self, q: fem.Function) -> Iterator[tuple[float, Form]]:
         """Time of each branch with its stiffness about a state where it is relaxed."""
-        for group in self._groups:
+        for group in self.groups:
             yield from group.stiffness(q)
 
     def stresses(self, q: fem.Function, change: Expr) -> Iterator[tuple[float, Expr]]:
         """Time of each branch with its stress by a change of a state where it is relaxed."""
-        for group in self._groups:
+        for group in self.groups:
             yield from group.stresses(q, change)
 
     def held(self, q: fem.Function, dq: Expr) -> Form:
         """Work of the stresses that `follow` takes, of the accepted state."""
-        found = [group.held(q, dq) for group in self._groups]
-        return sum(found[1:], found[0])
+        return reduce(add, (group.held(q, dq) for group in self.groups))
 
     def follow(self) -> None:
         """Take the stresses of the accepted state."""
-        for group in self._groups:
+        for group in self.groups:
             group.follow()
 
     def prepare(self, dt: float) -> None:
         """Set the numbers of a step of a length [s]."""
-        for group in self._groups:
+        for group in self.groups:
             group.prepare(dt)
 
     def accept(self) -> None:
         """Take the strains at the end of the step that was solved."""
-        for group in self._groups:
+        for group in self.groups:
             group.accept()
 
     def energy(self) -> float:
         """Energy of the springs at the accepted state, J; collective."""
-        return self._sum([group.energy() for group in self._groups])
+        return self._sum([group.energy() for group in self.groups])
 
     def loss(self) -> tuple[float, float]:
         """Energy that the scheme and the branches dissipate in the step just solved, J."""
-        found = [group.loss() for group in self._groups]
+        found = [group.loss() for group in self.groups]
         first, second = (self._sum([pair[k] for pair in found]) for k in (0, 1))
         return first, second
 
@@ -241,20 +239,18 @@ class MaxwellBranches:
         Args:
             mean: Whether they are means over the step just solved, not those of its start.
         """
-        found = [group.forces(mean) for group in self._groups]
-        return sum(found[1:], found[0])[:, 0]
+        return reduce(add, (group.forces(mean) for group in self.groups))[:, 0]
 
     def mean(self) -> Expr:
         """Mean of the stresses of the branches over the step, as of the strains."""
-        found = [group.mean() for group in self._groups]
-        return sum(found[1:], found[0])
+        return reduce(add, (group.mean() for group in self.groups))
 
     def _sum(self, parts: Sequence[float]) -> float:
-        return float(self._groups[0].comm.allreduce(sum(parts), op=MPI.SUM))
+        return float(self.groups[0].comm.allreduce(sum(parts), op=MPI.SUM))
 
     def kept(self) -> Iterator[tuple[str, dict[str, Floats], fem.FunctionSpace]]:
         """Strains of the springs, which a restart needs, with their space and a name."""
-        for k, group in enumerate(self._groups):
+        for k, group in enumerate(self.groups):
             yield f"{self.name}/{k}", {str(i): X for i, X in enumerate(group.values)}, group.space
 
 
@@ -294,7 +290,7 @@ class _Group:
         self._through = np.linalg.inv(table)
         self._nodes = at_nodes.dofmap.list[self._cells][..., None] * self._size
         self._nodes = self._nodes + np.arange(self._size)
-        self.given = self._given = fem.Function(at_nodes), fem.Function(at_nodes)
+        self.given = fem.Function(at_nodes), fem.Function(at_nodes)
         self._now = fem.Function(at_nodes)
         weights = fem.assemble_vector(compiled(ufl.TestFunction(self.space)[0] * fading.dx))
         self._weights = weighed = weights.array[self._dofs[:own, :, 0]]
@@ -325,7 +321,7 @@ class _Group:
 
     def term(self, layout: Layout, course: Course, tests: Sequence[Expr], trial: Expr) -> Term:
         """Forces in the rows of a step."""
-        along = course.rows(self._mixture(1.0, course)[0], self._given)
+        along = course.rows(self._mixture(1.0, course)[0], self.given)
         self._rows.append((along, course))
 
         def integrate(densities: Sequence[Expr]) -> Form:
@@ -369,9 +365,9 @@ class _Group:
         self._found = None
         for along, course in self._rows if dt != self._dt else ():
             mixture, self._shares = self._mixture(dt, course)
-            course.renew(along.rows, course.rows(mixture, self._given).rows)
+            course.renew(along.rows, course.rows(mixture, self.given).rows)
         self._dt = dt
-        for function, shares in zip(self._given, self._shares, strict=True):
+        for function, shares in zip(self.given, self._shares, strict=True):
             self._mix(function, shares)
 
     def _mix(self, function: fem.Function, shares: Floats) -> None:

@@ -85,43 +85,6 @@ def there_and_back(
     """
     steps = Steps(states)
     run = execute(scene, None, [steps], comm=comm, pictures=False, results=results)
-    return _backwards(run, steps, places, both, objective, said)
-
-
-def _by_parameter(
-    run: Simulation, sweep: Sweep, said: list[str], parameter: Parameter, *scenes: Scene
-) -> float:
-    """Derivative by a parameter, from scenes above and below it; collective.
-
-    Scenes of one parameter are there at a time: MPI has a few thousand communicators, of which
-    each mesh takes some.
-    """
-    work, ends = [], []
-    for scene in scenes:
-        simulation = Simulation(scene, run.model.comm, run)
-        check_alike(run, simulation, parameter.name)
-        ends.append(copied(starts(simulation.problem)))
-        work.append(weighed(PerturbedRun(simulation, [], forces=False), sweep.kept))
-        del simulation
-        gc.collect()
-    corners = Corners(run, parameter, (scenes[0], scenes[1]))
-    for step in reversed(sweep.kept):
-        said += corners.met(step.t, step.dt)
-    above, below = ends
-    start = sum(float(np.vdot(w, above[key] - below[key])) for key, w in sweep.covector.items())
-    total: float = run.model.comm.allreduce(start - (work[0] - work[1]))
-    return total / parameter.width
-
-
-def _backwards(
-    run: RunResult,
-    steps: Steps,
-    places: Sequence[ElementField],
-    both: Sequence[tuple[Parameter, Scene, Scene]],
-    objective: Objective,
-    said: list[str],
-) -> Found:
-    """Go back over all steps."""
     simulation = run.simulation
     names = [probe.name for probe in simulation.scene.probes]
     history = {name: run.column(name) for name in ("t", *names)}
@@ -147,3 +110,27 @@ def _backwards(
         },
         run,
     )
+
+
+def _by_parameter(
+    run: Simulation, sweep: Sweep, said: list[str], parameter: Parameter, *scenes: Scene
+) -> float:
+    """Derivative by a parameter, from scenes above and below it; collective.
+
+    Scenes of one parameter are there at a time: MPI has a few thousand communicators, of which
+    each mesh takes some.
+    """
+    work, ends = [], []
+    for scene in scenes:
+        simulation = Simulation(scene, run.model.comm, run)
+        check_alike(run, simulation, parameter.name)
+        ends.append(copied(starts(simulation.problem)))
+        work.append(weighed(PerturbedRun(simulation, [], forces=False), sweep.kept))
+        del simulation
+        gc.collect()
+    corners = Corners(run, parameter, (scenes[0], scenes[1]))
+    for step in reversed(sweep.kept):
+        said += corners.met(step.t, step.dt)
+    above, below = ends
+    start = sum(float(np.vdot(w, above[key] - below[key])) for key, w in sweep.covector.items())
+    return float(run.model.comm.allreduce(start - (work[0] - work[1]))) / parameter.width

@@ -196,18 +196,20 @@ def _refuse(scene: Scene, places: Sequence[ElementField]) -> None:
     for words, there in said.items():
         if there:
             raise SceneError(f"adjoint: scene '{name}' {words}, which cannot go backwards{where}")
-    if places and not scene.static and "equilibrium" in scene.starts:
-        raise SceneError(
-            f"adjoint: scene '{name}' starts from an equilibrium, which depends on its fields; "
-            "start as given, or differentiate by parameters of the scene function"
-        )
-    if places and any(isinstance(start, FromMode) for start in scene.starts):
-        raise SceneError(
-            f"adjoint: scene '{name}' starts from a mode, whose shape depends on its fields; start "
-            "from a run or a shape, or differentiate by parameters of the scene function"
-        )
-    if places and scene.initial and scene.joints:
-        raise SceneError(
-            f"adjoint: scene '{name}' has joints and initial velocities, which masses distribute; "
-            "start at rest, or differentiate by parameters of the scene function"
-        )
+    by_fields = {
+        "starts from an equilibrium, which depends on its fields; start as given": (
+            not scene.static and "equilibrium" in scene.starts
+        ),
+        "starts from a mode, whose shape depends on its fields; start from a run or a shape": any(
+            isinstance(start, FromMode) for start in scene.starts
+        ),
+        "has joints and initial velocities, which masses distribute; start at rest": (
+            scene.initial and scene.joints
+        ),
+    }
+    for words, there in by_fields.items():
+        if places and there:
+            raise SceneError(
+                f"adjoint: scene '{name}' {words}, or differentiate by parameters of the scene "
+                "function"
+            )

@@ -39,12 +39,12 @@ class Step(NamedTuple):
 
 def starts(problem: Problem) -> State:
     """Arrays of the states and rates at the start of a step, which live on."""
-    found = {
+    functions = {
         (body, name): function.x.array
         for body, levels in problem.levels.items()
         for name, function in {"q": levels.q, **levels.rates}.items()
     }
-    return found | {key: group.values for key, group in relaxing(problem).items()}
+    return functions | {key: group.values for key, group in relaxing(problem).items()}
 
 
 def relaxing(problem: Problem) -> dict[tuple[str, str], Any]:

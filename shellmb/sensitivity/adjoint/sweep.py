@@ -190,10 +190,8 @@ class Sweep:
         for key, values in self._of_bodies(scaled).items():
             before[key] += dt * values
         for rate in self._problem.linked_rates:
-            for (body, _), values in self._of_bodies(
-                {(body, END): before[body, rate] for body in levels}
-            ).items():
-                before[body, rate] = values
+            ends = self._of_bodies({(body, END): before[body, rate] for body in levels})
+            before.update({(body, rate): values for (body, _), values in ends.items()})
 
     def _of_bodies(self, given: Covector) -> Covector:
         """Covectors by body and stage, those of linked nodes of the bodies that these belong to."""
@@ -224,8 +222,5 @@ def _share_of_rate(
 ) -> Floats:
     """Share of a rate at the start in prescribed values at a stage."""
     nothing = np.zeros(len(dofs))
-
-    def given(value: Floats) -> Floats:
-        return np.asarray(scheme.prescribed(stage, lambda _: nothing, t, dt, {rate: value}))
-
-    return given(np.ones(len(dofs))) - given(nothing)
+    rates = dict.fromkeys(scheme.rates, nothing) | {rate: np.ones(len(dofs))}
+    return np.asarray(scheme.prescribed(stage, lambda _: nothing, t, dt, rates))
