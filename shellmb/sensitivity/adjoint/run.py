@@ -207,8 +207,8 @@ def _refuse(scene: Scene, places: Sequence[ElementField]) -> None:
             scene.initial and scene.joints
         ),
     }
-    for words, there in by_fields.items():
-        if places and there:
+    for words, starts in by_fields.items():
+        if places and starts:
             raise SceneError(
                 f"adjoint: scene '{name}' {words}, or differentiate by parameters of the scene "
                 "function"
