@@ -215,7 +215,11 @@ def _arm(group: ContactGroup, row: int, q: Floats, size: float) -> Floats:
     """From the second place to the point of contact, in the vectors of that place, m."""
     if group.kind == "wheel":
         return size * np.append(group.coordinate("r", row, q), 0.0)
-    return np.zeros(3) if "Q" not in group.own else -size * group.coordinate("Q", row, q)[2::3]
+    return (
+        np.zeros(3)
+        if "Q" not in group.equations.parts
+        else -size * group.coordinate("Q", row, q)[2::3]
+    )
 
 
 def read_contacts(problem: Solution, groups: Sequence[JointGroup]) -> dict[str, float]:

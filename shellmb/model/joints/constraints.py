@@ -179,6 +179,18 @@ class ConstraintGroup(NodeGroup):
         self._switched = np.ones((items, count), dtype=bool)
         self.on = self.per_item(self._switched, "on") if switched else None
 
+    def move_along(self, own: Mapping[str, tuple[str, float]], advice: str) -> None:
+        """Let parts of its own have velocities, and jumps of these, as the places have.
+
+        Args:
+            own: Title and size of each part, by name.
+            advice: What to try if it does not converge.
+        """
+        scales = (PartScale(part, title, size, advice) for part, (title, size) in own.items())
+        self.parts = (*self.parts, *scales)
+        self.kinematic = frozenset(self.mixed.parts) - {"mu"}
+        self.jump_parts = frozenset({*own, "mu"})
+
     def switch(self, on: Bools) -> None:
         """Switch single constraints on and off, shape (items, count)."""
         assert self.on is not None

@@ -18,7 +18,7 @@ from shellmb.forms.constraints.velocity_jump import VelocityJump
 from shellmb.forms.steps.discrete import variation
 from shellmb.forms.steps.mixed import Interval
 from shellmb.forms.steps.path import Path
-from shellmb.model.body import Constraint, Dofs, JumpForms, NodeLink, PartScale
+from shellmb.model.body import Constraint, Dofs, JumpForms, NodeLink
 from shellmb.model.joints.constraints import ConstraintGroup
 from shellmb.model.joints.joints import BoundJoint
 from shellmb.model.locations.ends import End, end_pair
@@ -125,11 +125,8 @@ class CoordinateGroup(ConstraintGroup):
         self._start = self.per_item([i.start for i in items], "start")
         # of each at the start of a step, where forms are those of a single state
         self.before = self.per_item([0.0] * len(items), "before")
-        advice = "a smaller step"
-        self.parts = (*self.parts, PartScale("x", f"{self.kind} of joints", size, advice))
-        # the places' velocities, too: `refresh` takes that of the coordinate from them
-        self.kinematic = frozenset(self.mixed.parts) - {"mu"}
-        self.jump_parts = frozenset({"x", "mu"})
+        # the places have velocities, too: `refresh` takes that of the coordinate from them
+        self.move_along({"x": (f"{self.kind} of joints", size)}, "a smaller step")
         self.labels = [f"{item.name}.{item.kind}" for item in items]
         self.targets = self.numbers("x")[:, 0]
 

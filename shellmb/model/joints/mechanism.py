@@ -50,7 +50,7 @@ from shellmb.model.joints.joints import (
     joint_groups,
     point_masses,
 )
-from shellmb.model.joints.rolling import BoundContact, bind_contact, contact_groups
+from shellmb.model.joints.rolling import ContactGroup, bind_contact
 from shellmb.model.joints.switches import (
     HeldCoordinates,
     Locks,
@@ -238,9 +238,9 @@ def build_mechanism(
         made.joints[joint.name] = bound[0]
         plain += bound
     switched = frozenset(j.name for j in scene.joints if j.active is not None)
-    contacts = [j for j in made.joints.values() if isinstance(j, BoundContact)]
+    contacts = [joint for joint in made.joints.values() if joint.start]
     made.groups = joint_groups(scale, plain, switched)
-    made.groups += contact_groups(scale, contacts)
+    made.groups += joint_groups(scale, contacts, switched, ContactGroup)
     needed = _coordinates(scene, made, find, scale.length)
     needed += [c for hinge in hinges.values() for c in hinge.coordinates]
     made.coordinate_groups, made.table = coordinate_groups(scale, needed)
