@@ -311,7 +311,7 @@ def modes(
         else:
             print_modes(made.found, directory, made.errors)
     if check and module.check is not None:
-        run_check(module.check, made.results)
+        run_check(module.check, dict(made.results))
     return made.found
 
 

@@ -117,8 +117,8 @@ def _system_of(
     (K, C, M, *relaxing), driven = found.A, (found.F, found.Y, found.D, carried)
     said = f"scene '{scene.name}' about {about}"
     names = tuple(inputs), tuple(seen)
-    more = said, kept, state.shift, times, tuple(relaxing)
-    system = LinearSystem(M, C, K, *driven, *names, *more)
+    of = M, C, K, *driven, *names
+    system = LinearSystem(*of, said, kept, state.shift, times, tuple(relaxing))
     _doubt(state, system)
     return system
 
