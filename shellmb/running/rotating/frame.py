@@ -18,10 +18,7 @@ import ufl
 from dolfinx import fem
 from ufl.core.expr import Expr
 
-from shellmb.model.body import Body, Rates
-from shellmb.model.frames.frame import FrameBody
-from shellmb.model.joints.joints import PointMasses
-from shellmb.model.shells.shell import ShellModel
+from shellmb.model.body import Body, MassiveBody, Rates
 from shellmb.running.rotating.axis import Axis
 
 
@@ -58,27 +55,12 @@ class RotatingFrame:
             of: Linear map of the vectors; None: `omega x`.
             shift: Added to those of positions, shape (3,).
         """
-        body, omega = self.body, self._omega
+        omega = self._omega
+        if not isinstance(self.body, MassiveBody):
+            # nothing of it turns
+            return 0 * q
         mapped = of or (lambda vector: ufl.cross(omega, vector))
-        values: dict[str, list[Expr]] = {}
-        if isinstance(body, ShellModel):
-            values["w"] = [body.director + body.layout.director_change(q)]
-        elif isinstance(body, FrameBody):
-            values["w"] = list(body.directors(q))
-        if isinstance(body, ShellModel | FrameBody):
-            values["u"] = [body.position(q) - self._about]
-        elif isinstance(body, PointMasses):
-            # the mass itself: its arm on a body is within its position already
-            values["u1"] = [body.position(q) - self._about]
-        components: list[Expr] = [ufl.as_ufl(0.0)] * sum(s for _, s in body.mixed.parts.values())
-        for part, vectors in values.items():
-            first = body.mixed.parts[part][0]
-            for k, vector in enumerate(vectors):
-                new = mapped(vector)
-                if shift is not None and part != "w":
-                    new = new + shift
-                components[first + 3 * k : first + 3 * k + 3] = [new[i] for i in range(3)]
-        return ufl.as_vector(components)
+        return self.body.rigid_rate(q, mapped, shift, self._about)
 
     def rates(self, q: Expr) -> Rates:
         """Absolute velocities along the axes of the frame, `still` being those in it."""

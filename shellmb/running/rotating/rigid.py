@@ -26,7 +26,7 @@ from shellmb.model.frames.frame import FrameBody
 from shellmb.model.frames.rigid import RigidBodies
 from shellmb.model.model import Model
 from shellmb.observers.account.energy import scalar
-from shellmb.observers.fields.nodal import NodalBody, nodal_bodies, reference_nodes
+from shellmb.observers.fields.nodal import NodalBody, nodal_bodies
 from shellmb.running.rotating.axis import Axis
 from shellmb.running.rotating.frame import RotatingFrame
 from shellmb.running.rotating.linearised import Linearised
@@ -383,7 +383,7 @@ class FreeMotions:
     def _fit(self, body: NodalBody, part: Floats, own: Floats) -> None:
         """Put the rigid motion of a body that is nearest to a part of a mode in its place."""
         q = self._rotating.levels[body.name].q.x.array
-        X, D = reference_nodes(body)
+        X, D = body.node_positions(), body.node_directors()
         u, w = body.mixed.dofs["u"].reshape(-1, 3), body.mixed.dofs["w"].reshape(D.shape)
         x, d = X + q[u], D + q[w]
         # displacements by a translation and a rotation, and directors by the rotation, as lengths
