@@ -28,7 +28,6 @@ shell revolute  spherical, `e1 . E3 = e2 . E3 = 0` (eq. 35)                     
 """
 
 from collections.abc import Callable, Mapping
-from types import MappingProxyType
 from typing import NamedTuple
 
 import ufl
@@ -47,7 +46,7 @@ class Place(NamedTuple):
     e: tuple[Expr, ...]
 
 
-NO_PARTS: Mapping[str, int] = MappingProxyType({})
+NO_PARTS: Mapping[str, int] = {}
 
 
 class JointKind(NamedTuple):

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Protocol
 
 from mpi4py import MPI
 
@@ -29,10 +28,11 @@ from shellmb.model.body import (
     FixedDofs,
     JumpForms,
     PartScale,
-    TimeFunction,
 )
 from shellmb.model.massless import NONE, NodeGroup, Places, Targets
 from shellmb.native.expressions import values_at_states
+from shellmb.scene.multibody.couplings import Relation
+from shellmb.scene.multibody.joints import Joint
 from shellmb.scene.values.user_functions import numbers_at
 
 
@@ -353,18 +353,8 @@ class ConstraintGroup(NodeGroup):
         return np.asarray(np.max(apart, axis=(1, 2), initial=0.0))
 
 
-class Prescribed(Protocol):
-    """A joint or coupling of a scene."""
-
-    @property
-    def said(self) -> str:
-        """Name that messages use for it."""
-        ...
-
-    @property
-    def given(self) -> Sequence[TimeFunction]:
-        """Functions of time that its constraints contain."""
-        ...
+# what has functions of time in its constraints
+Prescribed = Joint | Relation
 
 
 class GivenValues:
@@ -384,7 +374,7 @@ class GivenValues:
     @property
     def parts(self) -> dict[str, int]:
         """Sizes of the parts of the group's space."""
-        return {"s": len(self._items[0].given)} if self._items[0].given else {}
+        return {"s": len(self._items[0].given)} if self._items and self._items[0].given else {}
 
     def _at(self, t: float) -> Floats:
         values = [

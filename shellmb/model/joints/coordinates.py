@@ -1,6 +1,6 @@
 """Relative coordinates of joints and pairs of points as unknowns, with the equations they obey."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -23,7 +23,6 @@ from shellmb.model.joints.constraints import ConstraintGroup
 from shellmb.model.joints.joints import BoundJoint
 from shellmb.model.locations.ends import End, end_pair
 from shellmb.model.massless import Scale, Targets
-from shellmb.native.expressions import compiled_expression, evaluate
 
 # name of a joint or a force element, and "rotation", "translation" or "distance"
 Key = tuple[str, str]
@@ -195,12 +194,8 @@ class CoordinateGroup(ConstraintGroup):
         return gap
 
     @cached_property
-    def _refreshing(self) -> tuple[fem.Function, fem.Function, fem.Expression, fem.Function]:
-        """A state, velocities, the correction of those of "x" and a function for its values."""
-        q, v = fem.Function(self.mixed.space), fem.Function(self.mixed.space)
-        values = self.per_item([0.0] * len(self.coordinates), "correction")
-        points = values.function_space.element.interpolation_points
-        return q, v, compiled_expression(self.excess(q, v), points), values
+    def _excess(self) -> Callable[[Floats, Floats], Floats]:
+        return self.reader(lambda q, v: as_row(self.excess(q, v)))
 
     def begin(self, q: fem.Function) -> None:
         """Count rotations from where they are, before a step.
@@ -222,10 +217,7 @@ class CoordinateGroup(ConstraintGroup):
             q: State.
             v: Velocities there; those of the coordinates are replaced.
         """
-        state, velocity, expression, values = self._refreshing
-        state.x.array[:], velocity.x.array[:] = q.x.array, v.x.array
-        evaluate(expression, values)
-        v.x.array[self.mixed.dofs["x"]] -= values.x.array[values.function_space.dofmap.list[:, 0]]
+        v.x.array[self.mixed.dofs["x"]] -= self._excess(q.x.array, v.x.array)[:, 0]
 
 
 class AngleEquations:

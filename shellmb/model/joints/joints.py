@@ -25,7 +25,7 @@ from shellmb.forms.constraints.joints import BUNDLED, KINDS, JointKind, Place
 from shellmb.forms.constraints.nonholonomic import CONTACTS
 from shellmb.forms.loads import dead_force
 from shellmb.forms.steps.discrete import variation
-from shellmb.model.body import LoadFactors
+from shellmb.model.body import LoadFactors, MassiveBody
 from shellmb.model.joints.constraints import ConstraintGroup, GivenValues
 from shellmb.model.locations.ends import End, EndGroup, end_pair, frame_about
 from shellmb.model.locations.nodes import Meshed, shared_nodes
@@ -235,7 +235,7 @@ def joint_groups(
     return groups
 
 
-class PointMasses(NodeGroup):
+class PointMasses(NodeGroup, MassiveBody):
     """Masses of joints, at places of the bodies.
 
     Args:
@@ -270,7 +270,7 @@ class PointMasses(NodeGroup):
 
     def velocity(self, v: Expr) -> Expr:
         """Velocities of the masses: the position is linear in the state."""
-        return variation(self.position, v, v)
+        return variation(self.position, v, v, ufl.Coefficient(self.mixed.space))
 
     def inertia(self, rate: Expr, dq: Expr) -> Form | None:
         """Virtual work of the inertia forces."""
@@ -278,16 +278,9 @@ class PointMasses(NodeGroup):
             return None
         return self.mass * ufl.dot(self.velocity(rate), self.velocity(dq)) * ufl.dx
 
-    def momentum(self, v: Expr, axis: Expr) -> Form | None:
-        """Component of the linear momentum along `axis`, kg m/s."""
-        return self.mass * ufl.dot(self.velocity(v), axis) * ufl.dx if self._dynamic else None
-
-    def angular_momentum(self, q: Expr, v: Expr, axis: Expr) -> Form | None:
-        """Component along `axis` of the angular momentum about the origin, kg m^2/s."""
-        if not self._dynamic:
-            return None
-        arm = ufl.cross(self.position(q), self.mass * self.velocity(v))
-        return ufl.dot(arm, axis) * ufl.dx
+    def vectors_at(self, q: Expr) -> Mapping[str, Sequence[Expr]]:
+        """The places at a state, which have arms on bodies within them already."""
+        return {"u1": [self.position(q)]}
 
     def loads(self) -> LoadFactors | None:
         """Their weight."""

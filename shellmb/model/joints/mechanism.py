@@ -26,12 +26,13 @@ from shellmb.model.joints.columns import (
     EFFORT,
     Relaxing,
     Solution,
-    coupling_forces,
+    coupling_column,
     drive,
     element_forces,
-    lock_forces,
+    lock_column,
     read_contacts,
     read_coordinates,
+    tie_forces,
 )
 from shellmb.model.joints.constraints import ConstraintGroup
 from shellmb.model.joints.coordinates import (
@@ -54,7 +55,6 @@ from shellmb.model.joints.rolling import ContactGroup, bind_contact
 from shellmb.model.joints.switches import (
     HeldCoordinates,
     Locks,
-    State,
     Switched,
     Switches,
     TiedCoordinates,
@@ -110,26 +110,6 @@ class Mechanism:
     switches: Switches = field(default_factory=Switches)
     edges: list[EdgeFrames] = field(default_factory=list)
     several: dict[str, list[tuple[str, float]]] = field(default_factory=dict)
-
-    @property
-    def events(self) -> tuple[float, ...]:
-        """Times at which steps must end, ascending, s."""
-        return self.switches.events
-
-    def update(self, t: float, state: State) -> bool:
-        """Switch joints and locks for a step that begins at `t`; collective.
-
-        Args:
-            t: Time, s.
-            state: Gives the current state of a body of the system.
-
-        Returns:
-            Whether something begins to act: then velocities must be made consistent with it.
-
-        Raises:
-            ConvergenceError: If a joint is to act whose ends are apart.
-        """
-        return self.switches.update(t, state)
 
     def refresh(self, levels: Mapping[str, Any]) -> None:
         """Count rotations from where they are, and take rates from the places, before a step.
@@ -196,9 +176,9 @@ class Mechanism:
         """
         found = {name: drive(problem, c) for name, c in self.drivers.items()}
         for locks in self.lock_groups:
-            found |= lock_forces(problem, locks)
+            found |= tie_forces(problem, locks, lock_column)
         for tied in self.couplings:
-            found |= coupling_forces(problem, tied)
+            found |= tie_forces(problem, tied, coupling_column)
         return found | read_contacts(problem, self.groups)
 
 

@@ -1,6 +1,7 @@
 """Contacts of a scene, wheels, spheres and blades on planes, as groups of constraints."""
 
 from collections.abc import Callable, Sequence
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,7 @@ from shellmb.forms.constraints import held
 from shellmb.forms.constraints.held import Held, Law, both
 from shellmb.forms.constraints.nonholonomic import Own
 from shellmb.model.joints.joints import BoundJoint, JointGroup
-from shellmb.model.locations.ends import End, frame_about
+from shellmb.model.locations.ends import End, change_of, frame_about
 from shellmb.model.massless import Scale
 from shellmb.scene.multibody.rolling import Contact, KnifeEdge, Rolling
 
@@ -139,22 +140,37 @@ class ContactGroup(JointGroup):
 
     def heading(self, row: int, q: Floats) -> Floats:
         """Direction in the plane that a wheel rolls in, or a blade points to, shape (2,)."""
-        return self.coordinate("t", row, q)
-
-    def pressure(self, row: int, q: Floats) -> float:
-        """Normal force of the last step on the second body of a local cell, N."""
-        contact = self.joints[self.nodes.item[row]]
-        place = self.ends[0].parts["w1"]
-        turned = q[self.mixed.dofs["w1"].reshape(-1, place)[row]].reshape(3, 3)
-        normal = contact.axes[0][2] @ (np.eye(3) + contact.ends[0].directors.T @ turned)
-        mu = q[self.mixed.dofs["mu"].reshape(-1, self.count)[row]]
-        # the first three constraints are the gap at the point of contact
-        return -float(self.force.value) * float(mu[:3] @ normal)
-
-    def coordinate(self, part: str, row: int, q: Floats) -> Floats:
-        """Contact coordinates of a local cell at a state, shape (n,)."""
-        start = self._start[part]
-        n = self.equations.parts[part]
+        start, dofs = self._start["t"], self.mixed.dofs["t"].reshape(-1, 2)
         cell = start.function_space.dofmap.list[row, 0]
-        at = self.mixed.dofs[part].reshape(-1, n)[row]
-        return np.asarray(start.x.array.reshape(-1, n)[cell] + q[at])
+        return np.asarray(start.x.array.reshape(-1, 2)[cell] + q[dofs[row]])
+
+    @cached_property
+    def sliding(self) -> Callable[[Floats, Floats], Floats]:
+        """Finds slip and pressure from the bodies' motion alone, by local arrays of state and rate.
+
+        For each local cell the speed of slip and what it is the difference of, m/s, the place in
+        the plane, m, and the normal force of the last step on the second body, N, shape (n, 5).
+        """
+        return self.reader(self._sliding)
+
+    def _sliding(self, q: Expr, v: Expr) -> Expr:
+        (a, _), own = self.places(q), self._coordinates(q)
+        da, db = (change_of(lambda s, k=k: self.places(s)[k], q, v) for k in range(2))  # type: ignore[misc]
+        # from the second place to the point of contact, in the vectors of that place
+        arm = [-self.size * own["Q"][3 * k + 2] for k in range(3)] if "Q" in own else []
+        arm = [self.size * own["r"][k] for k in range(2)] if "r" in own else arm
+        rolled = sum((part * e for part, e in zip(arm, db.e, strict=False)), start=0 * db.x)
+        y, mu = own["y"], self.layout.part(q, "mu")
+        under = da.x + y[0] * da.e[0] + y[1] * da.e[1]
+        slip = ufl.as_vector([ufl.dot(e, db.x + rolled - under) for e in a.e[:2]])
+        if self.kind == "knife edge":
+            t = own["t"]
+            slip = ufl.as_vector([(t[0] * slip[1] - t[1] * slip[0]) / _size(t)])
+        speeds = _size(db.x) + _size(rolled) + _size(under)
+        # the first three constraints are the gap at the point of contact
+        pressure = -self.force * sum(mu[k] * a.e[2][k] for k in range(3))
+        return ufl.as_vector([_size(slip), speeds, y[0], y[1], pressure])
+
+
+def _size(vector: Expr) -> Expr:
+    return ufl.sqrt(ufl.dot(vector, vector))
