@@ -364,39 +364,43 @@ class MassiveBody(Body):
         """
         raise NotImplementedError
 
-    def rigid_rate(
-        self,
-        q: Expr,
-        of: Callable[[Expr], Expr],
-        shift: Expr | None = None,
-        about: Expr | None = None,
-    ) -> Expr:
-        """Rate of the state by which all vectors change in the same way, as in a rigid motion.
-
-        Args:
-            q: State.
-            of: Linear map of the vectors, as `omega x`.
-            shift: Added to the rates of positions, shape (3,).
-            about: Point that positions are seen from, shape (3,), m; None: the origin.
-        """
-        parts = self.mixed.parts
-        components: list[Expr] = [ufl.as_ufl(0.0)] * sum(size for _, size in parts.values())
-        for part, vectors in self.vectors_at(q).items():
-            first, place = parts[part][0], part != "w"
-            for k, vector in enumerate(vectors):
-                new = of(vector - about if place and about is not None else vector)
-                if place and shift is not None:
-                    new = new + shift
-                components[first + 3 * k : first + 3 * k + 3] = [new[i] for i in range(3)]
-        return ufl.as_vector(components)
-
     def momentum(self, v: Expr, axis: Expr) -> Form | None:
         """Component of the linear momentum along `axis`, kg m/s."""
-        return self.inertia(v, self.rigid_rate(v, lambda vector: 0 * vector, axis))
+        return self.inertia(v, rigid_rate(self, v, lambda vector: 0 * vector, axis))
 
     def angular_momentum(self, q: Expr, v: Expr, axis: Expr) -> Form | None:
         """Component along `axis` of the angular momentum about the origin, kg m^2/s."""
-        return self.inertia(v, self.rigid_rate(q, lambda vector: ufl.cross(axis, vector)))
+        return self.inertia(v, rigid_rate(self, q, lambda vector: ufl.cross(axis, vector)))
+
+
+def rigid_rate(
+    body: Body,
+    q: Expr,
+    of: Callable[[Expr], Expr],
+    shift: Expr | None = None,
+    about: Expr | None = None,
+) -> Expr:
+    """Rate of a state by which all vectors change in the same way, as in a rigid motion.
+
+    Args:
+        body: The body; zero of those without places.
+        q: State.
+        of: Linear map of the vectors, as `omega x`.
+        shift: Added to the rates of positions, shape (3,).
+        about: Point that positions are seen from, shape (3,), m; None: the origin.
+    """
+    if not isinstance(body, MassiveBody):
+        return 0 * q
+    parts = body.mixed.parts
+    components: list[Expr] = [ufl.as_ufl(0.0)] * sum(size for _, size in parts.values())
+    for part, vectors in body.vectors_at(q).items():
+        first, place = parts[part][0], part != "w"
+        for k, vector in enumerate(vectors):
+            new = of(vector - about if place and about is not None else vector)
+            if place and shift is not None:
+                new = new + shift
+            components[first + 3 * k : first + 3 * k + 3] = [new[i] for i in range(3)]
+    return ufl.as_vector(components)
 
 
 def same_everywhere(mixed: MixedSpace, part: str, body: str, dofs: Sequence[int]) -> NodeLink:

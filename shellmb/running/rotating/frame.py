@@ -18,7 +18,7 @@ import ufl
 from dolfinx import fem
 from ufl.core.expr import Expr
 
-from shellmb.model.body import Body, MassiveBody, Rates
+from shellmb.model.body import Body, Rates, rigid_rate
 from shellmb.running.rotating.axis import Axis
 
 
@@ -45,22 +45,15 @@ class RotatingFrame:
         """Velocities in the frame at a state, which contain `still`."""
         return self.still
 
-    def turned(
-        self, q: Expr, of: Callable[[Expr], Expr] | None = None, shift: Expr | None = None
-    ) -> Expr:
+    def turned(self, q: Expr, of: Callable[[Expr], Expr] | None = None) -> Expr:
         """Velocities of all that is at rest in the frame, as a rate of the state.
 
         Args:
             q: State.
             of: Linear map of the vectors; None: `omega x`.
-            shift: Added to those of positions, shape (3,).
         """
-        omega = self._omega
-        if not isinstance(self.body, MassiveBody):
-            # nothing of it turns
-            return 0 * q
-        mapped = of or (lambda vector: ufl.cross(omega, vector))
-        return self.body.rigid_rate(q, mapped, shift, self._about)
+        mapped = of or (lambda vector: ufl.cross(self._omega, vector))
+        return rigid_rate(self.body, q, mapped, about=self._about)
 
     def rates(self, q: Expr) -> Rates:
         """Absolute velocities along the axes of the frame, `still` being those in it."""
