@@ -99,8 +99,8 @@ class Checkpoint(BaseObserver):
         self._pending = False
         self._scene = fingerprint(simulation.scene)
         self._live = simulation.live()
-        acting = busy(self._observers.values())
-        self._acting = {n: o for n, o in self._observers.items() if o in acting and _is_changed(o)}
+        changed = {id(o) for o in busy(self._observers.values()) if _is_changed(o)}
+        self._acting = {n: o for n, o in self._observers.items() if id(o) in changed}
         still = {n: o for n, o in self._observers.items() if n not in self._acting}
         self._still = {name: observer.state() for name, observer in still.items()}
         # where those of each rank belong, for a run that goes on with more or fewer of them
