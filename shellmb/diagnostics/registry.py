@@ -10,6 +10,7 @@ from shellmb.diagnostics.dissipation import Dissipation
 from shellmb.diagnostics.drift import Drift
 from shellmb.diagnostics.elements.bulges import Bulging
 from shellmb.diagnostics.elements.director_angles import Folded
+from shellmb.diagnostics.elements.edges import Twisted
 from shellmb.diagnostics.elements.locked import Locked
 from shellmb.diagnostics.elements.wrinkled import Wrinkled
 from shellmb.diagnostics.energy_law import EnergyLaw
@@ -38,6 +39,7 @@ WATCHES: tuple[type[Watch], ...] = (
     LargeTurns,
     Folded,
     Locked,
+    Twisted,
     Bulging,
     Wrinkled,
     Unstable,

@@ -194,11 +194,12 @@ class Roughness:
         self._held, self._q = not body.shell.stretching, fem.Function(mixed.space)
         self._read = values([*body.resultants(self._q), *_strains(body, self._q)])
 
-    def energy(self, q: Floats) -> float:
+    def energy(self, q: Floats, about: Floats | None = None) -> float:
         """The energy, J, of the cells of this rank; collective.
 
         Args:
             q: Local array of a state.
+            about: State that it is a change of, which does not matter.
         """
         self._q.x.array[:] = q
         read = self._read()
