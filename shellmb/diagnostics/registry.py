@@ -9,6 +9,7 @@ from shellmb.diagnostics.damped_modes import DampedModes
 from shellmb.diagnostics.dissipation import Dissipation
 from shellmb.diagnostics.drift import Drift
 from shellmb.diagnostics.elements.bulges import Bulging
+from shellmb.diagnostics.elements.coarse import Coarse
 from shellmb.diagnostics.elements.director_angles import Folded
 from shellmb.diagnostics.elements.edges import Twisted
 from shellmb.diagnostics.elements.locked import Locked
@@ -41,6 +42,7 @@ WATCHES: tuple[type[Watch], ...] = (
     Locked,
     Twisted,
     Bulging,
+    Coarse,
     Wrinkled,
     Unstable,
     PathEnd,

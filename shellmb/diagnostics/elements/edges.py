@@ -22,7 +22,7 @@ import numpy as np
 
 from shellmb.arrays import Bools, Floats
 from shellmb.diagnostics.base import RunWarning, said_of
-from shellmb.diagnostics.elements.sampled import Shares
+from shellmb.diagnostics.elements.sampled import Shares, in_modes
 from shellmb.model.model import Model
 from shellmb.model.sections.section import SectionFields
 from shellmb.model.shells.shell import ShellModel
@@ -91,7 +91,7 @@ class Edges:
             self._sides.append((nodes, slopes, missed * layer * stiffness / 4 * length))
 
     def energy(self, q: Floats, about: Floats | None = None) -> float:
-        """What elements of this rank miss, J.
+        """Energy that elements of this rank miss, J.
 
         Args:
             q: Local array of a state, or of a change of one.
@@ -231,11 +231,7 @@ def twisted_modes(
             if share > BOUND:
                 found.append((share, number))
         if found:
-            most, worst = max(found)
-            which = f"mode {worst}"
-            if len(found) > 1:
-                listed = ", ".join(str(number) for _, number in found)
-                which = f"modes {listed}, most in mode {worst}"
+            most, which = in_modes(found)
             high = 100 * (np.sqrt(1 + most) - 1)
             said.append(
                 f"shell '{name}' is too stiff in twisting, and frequencies are too high, by about "

@@ -41,7 +41,7 @@ class Locked(Shares):
         self.idle = not self._meshes
 
     def _here(self, simulation: Simulation) -> dict[str, Roughness]:
-        """Those that can lock as they are bent now; collective."""
+        """Parts of those that can lock as they are bent now; collective."""
         prone = []
         for name, mesh in self._meshes.items():
             body, q = simulation.model.shells[name], state(simulation, name)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import ClassVar, Protocol
 
 from shellmb.arrays import Floats
@@ -35,6 +35,15 @@ class Sampled(Watch):
             self._look(simulation)
 
 
+def in_modes(found: Sequence[tuple[float, int]]) -> tuple[float, str]:
+    """Largest of some values by numbers of modes, and these modes in words."""
+    most, worst = max(found)
+    if len(found) == 1:
+        return most, f"mode {worst}"
+    listed = ", ".join(str(number) for _, number in found)
+    return most, f"modes {listed}, most in mode {worst}"
+
+
 class Part(Protocol):
     """Something of a body that has an energy."""
 
@@ -56,7 +65,7 @@ class Shares(Sampled):
         self._sums: dict[str, tuple[float, ...]] = {}
 
     def _here(self, simulation: Simulation) -> Mapping[str, Part]:
-        """What counts in this state; collective."""
+        """Parts that count in this state; collective."""
         return self._parts
 
     def _look(self, simulation: Simulation) -> None:
