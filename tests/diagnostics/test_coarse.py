@@ -13,6 +13,7 @@ from shellmb.demos.verification.problems.elements.rows import Mesh, everywhere
 from shellmb.demos.verification.problems.linear_shells import hemisphere, scordelis_lo
 from shellmb.diagnostics.elements.bulges import Bulging
 from shellmb.diagnostics.elements.coarse import Coarse
+from shellmb.diagnostics.elements.locked import Locked
 from shellmb.scene import Scene
 from shellmb.simulate.simulation import Simulation
 
@@ -43,7 +44,7 @@ def tube(mesh: Mesh, thickness: float, load: Any, metre: float = 1.0) -> Scene:
 def told(scene: Scene) -> tuple[float, float]:
     """How far nodes are off, beside a mesh four times as fine, and what is said of it."""
     simulation = Simulation(scene)
-    watches = [Bulging(None), Coarse(None)]  # type: ignore[arg-type]
+    watches = [Locked(None), Bulging(None), Coarse(None)]  # type: ignore[arg-type]
     simulation.run(watches)
     found = [caution for watch in watches for caution in watch.cautions(simulation)]
     assert len(found) <= 1
@@ -60,6 +61,12 @@ def told(scene: Scene) -> tuple[float, float]:
     return float(off / most), sum(c.value or 0.0 for c in found)
 
 
+def deeper(scene: Scene) -> Scene:
+    """The scene with quadrilaterals of degree 3."""
+    (shell,) = scene.shells
+    return replace(scene, shells=(replace(shell, degree=3 if shell.cell == "quad" else 2),))
+
+
 PULL = sm.PointForce((1.0, 0.0, 0.0), (-1e-12, 0.0, 0.0))
 
 
@@ -69,6 +76,10 @@ PULL = sm.PointForce((1.0, 0.0, 0.0), (-1e-12, 0.0, 0.0))
     [
         pytest.param(lambda mesh: sphere(mesh, 2e-2), id="sphere"),
         pytest.param(lambda mesh: sphere(mesh, 1e-3), id="thin sphere"),
+        pytest.param(
+            lambda mesh: deeper(sphere(replace(mesh, size=(3, 3)), 2e-2)),
+            id="quadrilaterals of degree 3",
+        ),
         pytest.param(lambda mesh: tube(mesh, 2e-2, PULL), id="pulled tube"),
         pytest.param(lambda mesh: tube(mesh, 1e-3, PULL), id="thin pulled tube"),
         pytest.param(lambda mesh: tube(mesh, 2e-2, sm.Pressure(1e-6)), id="pressure"),

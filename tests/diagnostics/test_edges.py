@@ -9,6 +9,7 @@ import pytest
 import shellmb as sm
 from shellmb.demos.verification.problems.elements.plane import quarter_ring
 from shellmb.diagnostics.elements.edges import Twisted
+from shellmb.running.natural_modes.run import find_buckling
 from shellmb.running.natural_modes.vibration import natural_modes
 from shellmb.scene import Scene
 from shellmb.simulate.simulation import Simulation
@@ -116,14 +117,32 @@ def test_natural_modes_tell() -> None:
         frequencies.append(found.frequencies)
         if mesh == (6, 1):
             (sentence,) = found.warnings
-            found_in = re.search(r"by about (\d) %, in mode 5", sentence)
+            found_in = re.search(r"by about (\d) % in mode 5;", sentence)
             assert found_in is not None
-            said = float(found_in[1])
+            said = float(found_in[1]) / 2
         else:
             assert found.warnings == []
     high = 100 * (frequencies[0] / frequencies[1] - 1)
     assert max(high[:3]) < 1
     assert high[4] / 2 < said < 2 * high[4]
+
+
+def test_buckling_tells(tmp_path) -> None:
+    """Sideways, of a cantilever under a force in its plane."""
+    factors = []
+    for cell, mesh in (("quad", (6, 1)), RESOLVED):
+        force = sm.EdgeForce("right", (0.0, 1e-9, 0.0))
+        scene = replace(strip(cell, mesh, plain(2e-2)), loads=force, probes=())
+        found = find_buckling(scene, tmp_path / cell / str(mesh[1]), 1, pictures=False)
+        factors.append(found.factors[0])
+        if mesh == (6, 1):
+            (sentence,) = found.warnings
+            said = re.search(r"by about (\d) % in mode 1;", sentence)
+        else:
+            assert found.warnings == []
+    high = 100 * (factors[0] / factors[1] - 1)
+    assert high > 2
+    assert said is not None and high / 2 < float(said[1]) < 2 * high
 
 
 def test_moments_that_loads_bring_to_an_edge() -> None:

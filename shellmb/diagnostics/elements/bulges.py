@@ -23,7 +23,7 @@ from basix import CellType, topology
 
 from shellmb.arrays import Floats
 from shellmb.diagnostics.base import RunWarning, said_of
-from shellmb.diagnostics.elements.finer import compared
+from shellmb.diagnostics.elements.finer import known
 from shellmb.diagnostics.elements.sampled import Sampled, in_modes
 from shellmb.model.model import Model
 from shellmb.model.shells.shell import ShellModel
@@ -130,7 +130,8 @@ class Bulging(Sampled):
         for name, (bulge, moved) in self._largest.items():
             if bulge <= BOUND * moved:
                 continue
-            finer = compared(simulation)
+            body = simulation.model.shells[name]
+            finer = None if body.shell.distortion else known(simulation, body)
             part = bulge / moved if finer is None else finer.off[name]
             if part > BOUND:
                 says = (

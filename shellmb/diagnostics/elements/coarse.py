@@ -12,13 +12,9 @@ from collections.abc import Iterator
 
 from shellmb.diagnostics.base import RunWarning, Watch, said_of
 from shellmb.diagnostics.elements.bulges import Bulges
-from shellmb.diagnostics.elements.finer import compared
-from shellmb.diagnostics.elements.locking import PRONE as LOCKS
+from shellmb.diagnostics.elements.finer import compared, energy_of, known
 from shellmb.diagnostics.elements.locking import Mesh, Roughness
-from shellmb.observers.account.energy import scalar
 from shellmb.observers.fields.nodal import state
-from shellmb.scene import LinearSection
-from shellmb.schemes.linearised import strain_energy
 from shellmb.simulate.simulation import Simulation
 
 # `p`, and the share of jumps in the strain energy, below which nothing was off by two per cent
@@ -33,8 +29,8 @@ class Coarse(Watch):
     def cautions(self, simulation: Simulation) -> Iterator[RunWarning]:
         """A sentence for each body that does not; collective."""
         shells = simulation.model.shells if simulation.scene.static else ()
-        for name in [name for name in shells if _doubtful(simulation, name)]:
-            finer = compared(simulation)
+        for name in shells:
+            finer = compared(simulation) if _doubtful(simulation, name) else None
             if finer is not None and (off := finer.off[name]) > BOUND:
                 says = (
                     f"{said_of(simulation, name)} is off by about {100 * off:.0f} % of its largest "
@@ -47,17 +43,16 @@ class Coarse(Watch):
 def _doubtful(simulation: Simulation, name: str) -> bool:
     """Decide whether resultants jump between elements of a thin curved body; collective.
 
-    Of those that distortion or the motion of single nodes explains there are other watches.
+    There is another watch of those whose single nodes move.
     """
     body, q, comm = simulation.model.shells[name], state(simulation, name), simulation.model.comm
-    mesh, d = Mesh(body), body.node_directors()[:, 0]
-    plain = isinstance(body.shell.section, LinearSection) and body.shell.stretching
-    if not (plain and mesh.curved(d) > PRONE) or (mesh.distorted and mesh.proneness(d) > LOCKS):
+    mesh = Mesh(body)
+    if mesh.curved(body.node_directors()[:, 0]) < PRONE:
         return False
     if mesh.triangles:
         bulge, moved = Bulges(body).largest(q, 0 * q if simulation.scheme.linear else None)
         if bulge > BOUND * moved:
             return False
-    energy = scalar([strain_energy(body, simulation.problem.levels[name])], comm)
-    assert energy is not None
-    return bool(comm.allreduce(Roughness(body).energy(q)) > ROUGH * energy())
+    rough = comm.allreduce(Roughness(body).energy(q))
+    found = rough > ROUGH * energy_of(simulation, name)
+    return bool(found) and not body.shell.distortion and known(simulation, body) is not None

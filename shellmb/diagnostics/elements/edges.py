@@ -232,9 +232,8 @@ def twisted_modes(
                 found.append((share, number))
         if found:
             most, which = in_modes(found)
-            high = 100 * (np.sqrt(1 + most) - 1)
             said.append(
-                f"shell '{name}' is too stiff in twisting, and frequencies are too high, by about "
-                f"{high:.0f} %, in {which}: {WHY}"
+                f"shell '{name}' is too stiff in twisting, by about {100 * most:.0f} % in {which}; "
+                f"frequencies are too high by half of that, load factors by as much: {WHY}"
             )
     return said

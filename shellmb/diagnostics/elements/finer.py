@@ -10,7 +10,11 @@ import numpy as np
 
 from shellmb.arrays import Floats
 from shellmb.errors import ShellmbError
+from shellmb.model.shells.shell import ShellModel
+from shellmb.observers.account.energy import scalar
 from shellmb.observers.fields.nodal import state
+from shellmb.scene import LinearSection
+from shellmb.schemes.linearised import strain_energy
 from shellmb.simulate.simulation import Simulation
 
 # error over the difference from a mesh twice as fine
@@ -26,10 +30,12 @@ class Finer(NamedTuple):
 
     Args:
         off: Errors by names of shells, as parts of the largest displacement of both runs.
+        stiff: By how much their strain energies differ, as those of stiffer ones do.
         how: What it is, in words.
     """
 
     off: dict[str, float]
+    stiff: dict[str, float]
     how: str
 
 
@@ -44,10 +50,17 @@ def compared(simulation: Simulation) -> Finer | None:
     return _KNOWN[simulation]
 
 
+def known(simulation: Simulation, body: ShellModel) -> Finer | None:
+    """Comparison with a finer mesh that tells of a body; None without one; collective."""
+    plain = isinstance(body.shell.section, LinearSection) and body.shell.stretching
+    return compared(simulation) if plain else None
+
+
 def _compared(simulation: Simulation) -> Finer | None:
     from scipy.spatial import cKDTree
 
-    begin, comm, off = time.perf_counter(), simulation.model.comm, {}
+    begin, comm = time.perf_counter(), simulation.model.comm
+    off, stiff = {}, {}
     try:
         scene = simulation.scene.with_options(scheme="linear-statics")
         runs = [Simulation(each, comm) for each in (scene, scene.with_options(divide=2))]
@@ -61,9 +74,11 @@ def _compared(simulation: Simulation) -> Finer | None:
         change = np.linalg.norm(u - U[near], axis=1)[apart < NEAR * np.ptp(X, axis=0).max()]
         most = max(np.linalg.norm(v, axis=1).max() for v in (u, U))
         off[name] = LEFT * float(change.max(initial=0.0) / most) if most > 0 else 0.0
+        energies = [energy_of(run, name) for run in runs]
+        stiff[name] = LEFT * (max(energies) / max(min(energies), 1e-300) - 1)
     cost = f"{time.perf_counter() - begin:.1f} s"
     how = f"by its response to small loads on twice as many elements along each side ({cost})"
-    return Finer(off, how)
+    return Finer(off, stiff, how)
 
 
 def _moved(simulation: Simulation, name: str) -> tuple[Floats, Floats]:
@@ -73,3 +88,11 @@ def _moved(simulation: Simulation, name: str) -> tuple[Floats, Floats]:
     both = np.concatenate([body.mixed.nodes("u"), u], axis=1)
     x, moved = np.split(np.concatenate(simulation.model.comm.allgather(both)), 2, axis=1)
     return x, moved
+
+
+def energy_of(simulation: Simulation, name: str) -> float:
+    """Strain energy of a shell, J; collective."""
+    form = strain_energy(simulation.model.shells[name], simulation.problem.levels[name])
+    energy = scalar([form], simulation.model.comm)
+    assert energy is not None
+    return energy()

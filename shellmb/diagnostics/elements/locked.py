@@ -8,9 +8,11 @@ import numpy as np
 
 from shellmb.arrays import Floats
 from shellmb.diagnostics.base import RunWarning, said_of
+from shellmb.diagnostics.elements.finer import known
 from shellmb.diagnostics.elements.locking import (
     BOUND,
     PRONE,
+    Excess,
     Mesh,
     Roughness,
     excess,
@@ -58,11 +60,15 @@ class Locked(Shares):
         """A sentence for each body that is too stiff; collective."""
         for name, share in self.shares(simulation):
             body = simulation.model.shells[name]
-            found = excess(body, share)
+            found, how = excess(body, share), why(body, share)
+            finer = known(simulation, body) if found.value > BOUND else None
+            if finer is not None:
+                # nodes of meshes that are not distorted are compared by themselves
+                value = finer.stiff[name] if body.shell.distortion else 0.0
+                found, how = Excess(value, False), f"{how} (the number is {finer.how})"
             if found.value > BOUND:
                 said = f"{said_of(simulation, name)} is too stiff in bending, by {found.said}"
-                says = f"{said}: {why(body, share)}"
-                yield self.caution(name, found.value, BOUND, says)
+                yield self.caution(name, found.value, BOUND, f"{said}: {how}")
 
 
 def locked_modes(
