@@ -12,7 +12,7 @@ from collections.abc import Iterator
 
 from shellmb.diagnostics.base import RunWarning, Watch, said_of
 from shellmb.diagnostics.elements.bulges import Bulges
-from shellmb.diagnostics.elements.finer import compared, energy_of, known
+from shellmb.diagnostics.elements.finer import comparable, compared, energy_of
 from shellmb.diagnostics.elements.locking import Mesh, Roughness
 from shellmb.observers.fields.nodal import state
 from shellmb.simulate.simulation import Simulation
@@ -46,6 +46,8 @@ def _doubtful(simulation: Simulation, name: str) -> bool:
     There is another watch of those whose single nodes move.
     """
     body, q, comm = simulation.model.shells[name], state(simulation, name), simulation.model.comm
+    if body.shell.distortion or not comparable(body):
+        return False
     mesh = Mesh(body)
     if mesh.curved(body.node_directors()[:, 0]) < PRONE:
         return False
@@ -54,5 +56,4 @@ def _doubtful(simulation: Simulation, name: str) -> bool:
         if bulge > BOUND * moved:
             return False
     rough = comm.allreduce(Roughness(body).energy(q))
-    found = rough > ROUGH * energy_of(simulation, name)
-    return bool(found) and not body.shell.distortion and known(simulation, body) is not None
+    return bool(rough > ROUGH * energy_of(simulation, name))

@@ -52,7 +52,7 @@ class Edges:
         model: All bodies.
 
     Attributes:
-        none: Whether there are none.
+        none: Whether there are none that elements could miss anything of.
     """
 
     def __init__(self, body: ShellModel, model: Model) -> None:
@@ -83,12 +83,17 @@ class Edges:
             found.append((nodes, np.einsum("cpde,dpk->ecpk", parts, slopes), length, depth))
             here[1] += np.sum(length) / 2
         area, whole = space.mesh.comm.allreduce(here)
-        self.none = not whole > 0
         # by side of the reference cell: nodes, functions' slopes along it and across, and weights
         self._sides: list[tuple[Any, Floats, Floats]] = []
-        for nodes, slopes, length, depth in [] if self.none else found:
-            missed = _missed(whole * depth**2 / (2 * area * layer)) if len(ends) == 4 else 1.0
-            self._sides.append((nodes, slopes, missed * layer * stiffness / 4 * length))
+        most = 0.0
+        for nodes, slopes, length, depth in found if whole > 0 else []:
+            missed = layer * np.ones_like(depth)
+            if len(ends) == 4:
+                missed *= _missed(whole * depth**2 / (2 * area * layer))
+            self._sides.append((nodes, slopes, missed * stiffness / 4 * length))
+            # of the energy of twist in elements between two free edges
+            most = max(most, float(np.max(2 * missed / depth, initial=0.0)))
+        self.none = not space.mesh.comm.allreduce(most, op=MPI.MAX) > BOUND
 
     def energy(self, q: Floats, about: Floats | None = None) -> float:
         """Energy that elements of this rank miss, J.

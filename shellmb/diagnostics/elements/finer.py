@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import time
+import warnings
 from typing import NamedTuple
 from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from shellmb.arrays import Floats
-from shellmb.errors import ShellmbError
+from shellmb.errors import ShellmbError, ShellmbWarning
 from shellmb.model.shells.shell import ShellModel
 from shellmb.observers.account.energy import scalar
 from shellmb.observers.fields.nodal import state
@@ -50,10 +51,14 @@ def compared(simulation: Simulation) -> Finer | None:
     return _KNOWN[simulation]
 
 
+def comparable(body: ShellModel) -> bool:
+    """Decide whether a comparison tells of a body."""
+    return isinstance(body.shell.section, LinearSection) and body.shell.stretching
+
+
 def known(simulation: Simulation, body: ShellModel) -> Finer | None:
     """Comparison with a finer mesh that tells of a body; None without one; collective."""
-    plain = isinstance(body.shell.section, LinearSection) and body.shell.stretching
-    return compared(simulation) if plain else None
+    return compared(simulation) if comparable(body) else None
 
 
 def _compared(simulation: Simulation) -> Finer | None:
@@ -62,10 +67,13 @@ def _compared(simulation: Simulation) -> Finer | None:
     begin, comm = time.perf_counter(), simulation.model.comm
     off, stiff = {}, {}
     try:
-        scene = simulation.scene.with_options(scheme="linear-statics")
-        runs = [Simulation(each, comm) for each in (scene, scene.with_options(divide=2))]
-        for run in runs:
-            run.run()
+        # the run has warned of its scene
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", ShellmbWarning)
+            scene = simulation.scene.with_options(scheme="linear-statics")
+            runs = [Simulation(each, comm) for each in (scene, scene.with_options(divide=2))]
+            for run in runs:
+                run.run()
     except ShellmbError:
         return None
     for name in simulation.model.shells:
