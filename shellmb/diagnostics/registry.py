@@ -9,7 +9,9 @@ from shellmb.diagnostics.damped_modes import DampedModes
 from shellmb.diagnostics.dissipation import Dissipation
 from shellmb.diagnostics.drift import Drift
 from shellmb.diagnostics.elements.bulges import Bulging
+from shellmb.diagnostics.elements.coarse import Coarse
 from shellmb.diagnostics.elements.director_angles import Folded
+from shellmb.diagnostics.elements.edges import Twisted
 from shellmb.diagnostics.elements.locked import Locked
 from shellmb.diagnostics.elements.wrinkled import Wrinkled
 from shellmb.diagnostics.energy_law import EnergyLaw
@@ -38,7 +40,9 @@ WATCHES: tuple[type[Watch], ...] = (
     LargeTurns,
     Folded,
     Locked,
+    Twisted,
     Bulging,
+    Coarse,
     Wrinkled,
     Unstable,
     PathEnd,

@@ -44,6 +44,7 @@ class BucklingFactors:
         negative: The negative factor nearest to zero; None if none was found: the load would have
             to act in the opposite direction.
         vectors: Vector of each positive factor, all unknowns of the system.
+        energies: Strain energies of the vectors, of whatever size these are.
         system: The block system.
         model: The model.
     """
@@ -51,6 +52,7 @@ class BucklingFactors:
     factors: Floats
     negative: float | None
     vectors: list[PETSc.Vec]
+    energies: list[float]
     system: BlockSystem
     model: Model
 
@@ -117,6 +119,7 @@ def linear_buckling(scene: Scene, comm: MPI.Comm, count: int) -> BucklingFactors
         np.array([values[k].real for k in order]),
         max(negative, default=None),
         [vectors[k] for k in order],
+        [float(np.real(vectors[k].dot(K * vectors[k]))) / 2 for k in order],
         system,
         model,
     )

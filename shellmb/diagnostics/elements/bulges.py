@@ -23,7 +23,8 @@ from basix import CellType, topology
 
 from shellmb.arrays import Floats
 from shellmb.diagnostics.base import RunWarning, said_of
-from shellmb.diagnostics.elements.sampled import Sampled
+from shellmb.diagnostics.elements.finer import known
+from shellmb.diagnostics.elements.sampled import Sampled, in_modes
 from shellmb.model.model import Model
 from shellmb.model.shells.shell import ShellModel
 from shellmb.observers.fields.nodal import state
@@ -127,11 +128,16 @@ class Bulging(Sampled):
         """A sentence for each body whose nodes are off; collective."""
         self._look(simulation)
         for name, (bulge, moved) in self._largest.items():
-            if bulge > BOUND * moved:
-                part = bulge / moved
+            if bulge <= BOUND * moved:
+                continue
+            body = simulation.model.shells[name]
+            finer = None if body.shell.distortion else known(simulation, body)
+            part = bulge / moved if finer is None else finer.off[name]
+            if part > BOUND:
                 says = (
                     f"single nodes of {said_of(simulation, name)} are off by about "
-                    f"{100 * part:.0f} % of its largest displacement: {WHY}"
+                    f"{100 * part:.0f} % of its largest displacement"
+                    f"{'' if finer is None else f', {finer.how}'}: {WHY}"
                 )
                 yield self.caution(name, part, BOUND, says)
 
@@ -157,11 +163,7 @@ def bulging_modes(
             if bulge > BOUND * moved:
                 found.append((bulge / moved, number))
         if found:
-            most, worst = max(found)
-            which = f"mode {worst}"
-            if len(found) > 1:
-                listed = ", ".join(str(number) for _, number in found)
-                which = f"modes {listed}, most in mode {worst}"
+            most, which = in_modes(found)
             said.append(
                 f"single nodes of shell '{name}' are off by up to about {100 * most:.0f} % of the "
                 f"amplitude in {which}: {WHY}"

@@ -103,12 +103,14 @@ class Mesh:
 
     Attributes:
         distorted: Whether it is not regular, or the body does not stretch.
+        triangles: Whether it is of triangles.
     """
 
     def __init__(self, body: ShellModel) -> None:
         domain = body.mixed.space.mesh
         count = domain.topology.index_map(2).size_local
-        corners = 3 if domain.basix_cell() == basix.CellType.triangle else 4
+        self.triangles = domain.basix_cell() == basix.CellType.triangle
+        corners = 3 if self.triangles else 4
         # corners come first, of quadrilaterals in the order of a tensor product
         x = domain.geometry.x[domain.geometry.dofmaps[0][:count, :corners]]
         self._comm = domain.comm
@@ -123,10 +125,12 @@ class Mesh:
             normal = np.cross(first, second)
         self._area = np.linalg.norm(normal, axis=1)
         size = np.sqrt(self._area)
+        # h/t
+        self._slender = size / body.section.sizes.thickness
         every = self._mean(size)
         # without stretching regular ones may lock, too
         if body.shell.stretching:
-            size *= _unlike_neighbours(domain, self._area)
+            size = size * _unlike_neighbours(domain, self._area)
         self.distorted = self._mean(size) > REGULAR[domain.topology.cell_name()] * every
         # d h/t, with d over h
         self._shape = size / body.section.sizes.thickness
@@ -143,8 +147,19 @@ class Mesh:
         Args:
             directors: At the nodes, shape (n, 3).
         """
+        return self._mean(self._shape * self._turned(directors))
+
+    def curved(self, directors: Floats) -> float:
+        """`kappa h h/t`, the measure of a regular mesh; collective.
+
+        Args:
+            directors: At the nodes, shape (n, 3).
+        """
+        return self._mean(self._slender * self._turned(directors))
+
+    def _turned(self, directors: Floats) -> Floats:
         d, (ends, starts) = directors[self._corners], self._sides
-        return self._mean(self._shape * np.linalg.norm(d[:, ends] - d[:, starts], axis=2).max(1))
+        return np.asarray(np.linalg.norm(d[:, ends] - d[:, starts], axis=2).max(axis=1))
 
 
 def _unlike_neighbours(domain: mesh.Mesh, areas: Floats) -> Floats:
@@ -194,11 +209,12 @@ class Roughness:
         self._held, self._q = not body.shell.stretching, fem.Function(mixed.space)
         self._read = values([*body.resultants(self._q), *_strains(body, self._q)])
 
-    def energy(self, q: Floats) -> float:
+    def energy(self, q: Floats, about: Floats | None = None) -> float:
         """The energy, J, of the cells of this rank; collective.
 
         Args:
             q: Local array of a state.
+            about: State that it is a change of, which does not matter.
         """
         self._q.x.array[:] = q
         read = self._read()

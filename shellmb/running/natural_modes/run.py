@@ -14,6 +14,7 @@ from mpi4py import MPI
 from shellmb.arrays import Floats
 from shellmb.barrier import arrive
 from shellmb.diagnostics.elements.bulges import bulging_modes
+from shellmb.diagnostics.elements.edges import twisted_modes
 from shellmb.diagnostics.elements.wrinkled import wrinkled_modes
 from shellmb.errors import petsc_in_words
 from shellmb.files.writing import make_folder, write_text
@@ -242,8 +243,10 @@ def find_buckling(
     with modes_directory(scene, out, comm) as run:
         found = linear_buckling(scene, comm, count)
         shapes = [mode_shape(found.system, found.model, vector) for vector in found.vectors]
-        modes = enumerate(parts_of(found.system, found.vectors), start=1)
+        modes = list(enumerate(parts_of(found.system, found.vectors), start=1))
+        stored = [(k, e, part) for e, (k, part) in zip(found.energies, modes, strict=True)]
         warnings = [
+            *twisted_modes(found.model, stored, None),
             *bulging_modes(found.model, modes, None),
             *wrinkled_modes(found.model, None),
         ]

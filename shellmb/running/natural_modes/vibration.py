@@ -10,6 +10,7 @@ import numpy as np
 
 from shellmb.arrays import Bools, Floats
 from shellmb.diagnostics.elements.bulges import bulging_modes
+from shellmb.diagnostics.elements.edges import twisted_modes
 from shellmb.diagnostics.elements.locked import locked_modes
 from shellmb.diagnostics.elements.wrinkled import wrinkled_modes
 from shellmb.diagnostics.stiffened_modes import Motion, stiffened_modes
@@ -214,6 +215,7 @@ def _doubtful(
     return [
         *(stiffened_modes(model, state, elastic) if state is not None else ()),
         *locked_modes(model, modes, directors),
+        *twisted_modes(model, modes, state),
         *bulging_modes(model, [(number, part) for number, _, part in modes], state),
         *wrinkled_modes(model, state),
     ]
