@@ -23,7 +23,7 @@ from shellmb.meshes.directors import reference_director
 from shellmb.meshes.mesh import SurfaceMesh
 from shellmb.meshes.shared import space_on
 from shellmb.meshes.spaces import NO_PARTS, shell_space
-from shellmb.meshes.tying import cell_directions, cell_squares, shell_forces
+from shellmb.meshes.tying import cell_bows, cell_directions, cell_squares, shell_forces
 from shellmb.model.body import Body, PartScale
 from shellmb.model.frames.frame import DirectorConstraint, FloatingFrame, directors_held
 from shellmb.model.sections.branches import slowing
@@ -275,13 +275,15 @@ def bind_tying(domain: mesh.Mesh, degree: int, surf: Surface) -> Tying:
         surf: Its local basis.
     """
     forces = shell_forces(domain.basix_cell(), degree)
-    direction = None
+    direction = bow = None
     if forces.constants:
         direction = _per_cell(domain, cell_directions(domain), 3)
+    if forces.twists:
+        bow = _per_cell(domain, cell_bows(domain), 2)
     size = _per_cell(domain, cell_squares(domain), 1)
-    components = forces.weights, forces.polynomials, forces.constants
+    components = forces.weights, forces.polynomials, forces.constants, forces.twists
     rules = tuple(rule.strains for rule in forces.rules)
-    return tying(ufl.Jacobian(domain), surf, direction, size, components, rules)
+    return tying(ufl.Jacobian(domain), surf, direction, bow, size, components, rules)
 
 
 def _per_cell(domain: mesh.Mesh, values: Floats, size: int) -> Expr:
