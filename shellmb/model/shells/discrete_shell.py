@@ -81,7 +81,7 @@ class DiscreteShell(Body):
         )
         direction = direction_1(shell, surface_mesh, self.mixed, self.director)
         self.surface: Surface = surface(ufl.Jacobian(domain), direction, self.director)
-        self.tying = maps = bind_tying(domain, shell.degree, self.surface)
+        self.tying = maps = bind_tying(domain, shell, self.surface)
         self.layout = Layout(self.mixed.parts, maps)
         self.rules = quadrature_rules(domain, shell.degree)
         self._ds = self._edge_measure(domain)
@@ -266,19 +266,20 @@ class DiscreteShell(Body):
         return directors_held(shell_forms.director_constraint, 1)
 
 
-def bind_tying(domain: mesh.Mesh, degree: int, surf: Surface) -> Tying:
+def bind_tying(domain: mesh.Mesh, shell: Shell, surf: Surface) -> Tying:
     """Maps of the forces of elements.
 
     Args:
         domain: Mesh of the shell.
-        degree: Degree of displacements.
+        shell: The shell.
         surf: Its local basis.
     """
-    forces = shell_forces(domain.basix_cell(), degree)
+    forces = shell_forces(domain.basix_cell(), shell.degree)
     direction = bow = None
     if forces.constants:
         direction = _per_cell(domain, cell_directions(domain), 3)
-    if forces.twists:
+    # without them strains that are constrained are those of bodies that bend, on regular meshes
+    if forces.twists and shell.stretching:
         bow = _per_cell(domain, cell_bows(domain), 2)
     size = _per_cell(domain, cell_squares(domain), 1)
     components = forces.weights, forces.polynomials, forces.constants, forces.twists
