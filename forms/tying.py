@@ -11,8 +11,8 @@ equilibrium with uniform strains are among them; where both meet, strains are th
 
     <N, e> = sum of  z . F^T e F  over the points + integral of (c + F b F^T / det F) . e
 
-Forces of twist have `b` in addition, stretches of third degree: so displacements whose strains they
-see are those of their nodes and of the means along their sides, on distorted cells as well.
+Forces of twist have `b` beside them on cells that are no parallelograms: so they see of smooth
+displacements what they see of these interpolated, as they do on parallelograms.
 
 A cell's own strains, where it has some (`forms.steps.mixed_nonlinear`), are the dual polynomials
 `F^-T s F^-1` and constants.
@@ -38,7 +38,7 @@ from ufl.core.expr import Expr
 from shellmb.forms.surface import Surface, unit
 
 # numbers of a cell's forces: weights, polynomials, constants, and those beside twist
-COUNT = 17
+COUNT = 15
 # strains and forces in the plane among those of shape (5,)
 PLANE = (0, 1, 2)
 
@@ -46,8 +46,8 @@ PLANE = (0, 1, 2)
 class Tying(NamedTuple):
     """Maps between forces of a cell and their components in the local basis.
 
-    Forces of a cell are one vector, shape (17,): weights `z` (5), polynomials `p` (5), constants
-    `c` (3), and `b` (2) of any cell and by how far it is from a parallelogram (2).
+    Forces of a cell are one vector, shape (15,): weights `z` (5), polynomials `p` (5), constants
+    `c` (3), and `b` (2), to be taken by how far a cell is from a parallelogram.
 
     Args:
         F: Jacobian in the local basis, shape (2, 2), m.
@@ -73,9 +73,9 @@ class Tying(NamedTuple):
     rules: tuple[tuple[int, ...], ...]
 
     def forces(self, values: Expr) -> Expr:
-        """Forces of a cell from the values of an element, shape (17,)."""
+        """Forces of a cell from the values of an element, shape (15,)."""
         c = [values[k] for k in self.constants] or [0, 0, 0]
-        b = [values[k] for k in self.twists] or [0, 0, 0, 0]
+        b = [values[k] for k in self.twists] or [0, 0]
         return ufl.as_vector([*(values[k] for k in (*self.weights, *self.polynomials)), *c, *b])
 
     def force(self, N: Expr) -> Expr:
@@ -97,7 +97,7 @@ class Tying(NamedTuple):
         if self.bow is None:
             return self.constant(N)
         F, J = self.F, ufl.det(self.F)
-        b = [N[13 + k] + self.bow[k] * N[15 + k] for k in range(2)]
+        b = [self.bow[k] * N[13 + k] for k in range(2)]
         p = F * ufl.as_matrix([[b[0], 0], [0, b[1]]]) * ufl.transpose(F) / J
         return self.constant(N) + ufl.as_vector([p[0, 0], p[1, 1], p[0, 1]])
 

@@ -142,7 +142,7 @@ class LinearMixed:
     B: Expr | None = None
 
     def forces(self, layout: Layout, q: Expr) -> Expr:
-        """Forces of the cells that a state has, shape (17,), N/m."""
+        """Forces of the cells that a state has, shape (15,), N/m."""
         return self.N0 * layout.forces(q)
 
     def where_held(self, there: Expr, elsewhere: Expr) -> Expr:
@@ -256,7 +256,7 @@ class LinearOwn:
     B: Expr | None = None
 
     def forces(self, layout: Layout, q: Expr) -> Expr:
-        """Strains and forces of the cells that a state has, shape (34,)."""
+        """Strains and forces of the cells that a state has, shape (30,)."""
         return ufl.as_vector([*layout.forces(q, "S"), *(self.N0 * layout.forces(q))])
 
     def where_held(self, there: Expr, elsewhere: Expr) -> Expr:

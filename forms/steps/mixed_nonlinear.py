@@ -134,7 +134,7 @@ class NonlinearMixed:
         return self._psi(e) - self._sheared(e)
 
     def forces(self, layout: Layout, q: Expr) -> Expr:
-        """Forces that tie the strains, shape (17,), N/m."""
+        """Forces that tie the strains, shape (15,), N/m."""
         return self.N0 * layout.forces(q)
 
     def _average(self, psi: Callable[[Expr], Expr], a: Expr, b: Expr, beta: Expr | float) -> Expr:

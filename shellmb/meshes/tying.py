@@ -45,10 +45,10 @@ Functions = Callable[[Floats], Floats]
 # degrees of polynomials in the first and the second coordinate
 Powers = Sequence[tuple[int, ...]]
 
-# what forces of twist of nine-node elements have beside them. With the first one they see the same
-# of cubic displacements as of their interpolation on parallelograms; with the others (0.4 in place
-# of 5/9, by trial on distorted hyperbolic paraboloids) nearly so on other cells
-ALWAYS, LINEAR, BILINEAR = 5 / 3, -0.4, 1.2
+# What forces of twist of nine-node elements have beside them, times how far a cell is from a
+# parallelogram: so they see, to first order in that, the same of cubic displacements as of their
+# interpolation.
+BESIDE_TWIST = 5 / 3
 
 
 class Rule(NamedTuple):
@@ -73,8 +73,8 @@ class Forces(NamedTuple):
         weights: Components of its values that weigh strains at the points, for each strain.
         polynomials: Components that are the forces 11, 22, 12, 13, 23 in contravariant components.
         constants: Components of membrane forces that are constant in space, if there are.
-        twists: Components 11, 22 of what forces of twist have beside them, on any cell and by how
-            far it is from a parallelogram, if there are.
+        twists: Components 11, 22 of what forces of twist have beside them, by how far a cell is
+            from a parallelogram, if there are.
         rules: Where strains are taken.
     """
 
@@ -166,27 +166,19 @@ def _quadrilateral(degree: int) -> Forces:
         membrane += [_custom(cell, twist, 1, k - 1), constant]
         element = basix.ufl.mixed_element([*membrane, *shear])
         return Forces(element, (0, 2, 4, 8, 10), (1, 3, 4, 9, 11), (5, 6, 7), (), tuple(rules))
-    membrane += [_custom(cell, _twisting, 5, 3), constant]
+    membrane += [_custom(cell, _twisting, 3, 2), constant]
     element = basix.ufl.mixed_element([*membrane, *shear])
-    places = (0, 2, 4, 12, 14), (1, 3, 4, 13, 15), (9, 10, 11), (5, 6, 7, 8)
+    places = (0, 2, 4, 10, 12), (1, 3, 4, 11, 13), (7, 8, 9), (5, 6)
     return Forces(element, *places, tuple(rules))
 
 
 def _twisting(x: Floats) -> Floats:
-    """Twist, linear in the second, in the first and in both coordinates, and what goes with it."""
+    """Twist, linear in the second, in the first and in both coordinates, and what is beside it."""
     values = np.polynomial.legendre.legvander(2 * x - 1, 2)
-    one, (a, b), (a2, b2) = np.ones(len(x)), values[..., 1].T, values[..., 2].T
-    nothing = 0 * one
-    return np.stack(
-        [
-            np.stack(found, axis=-1)
-            for found in (
-                (b, nothing, ALWAYS * a * b2, nothing, LINEAR * b2),
-                (a, ALWAYS * a2 * b, nothing, LINEAR * a2, nothing),
-                (a * b, nothing, nothing, BILINEAR * a2 * b, BILINEAR * a * b2),
-            )
-        ]
-    )
+    (a, b), (a2, b2) = values[..., 1].T, BESIDE_TWIST * values[..., 2].T
+    nothing = 0 * a
+    every = (b, nothing, b2), (a, a2, nothing), (a * b, nothing, nothing)
+    return np.stack([np.stack(found, axis=-1) for found in every])
 
 
 def _line_element(points: Floats, orders: tuple[int, int], powers: Powers) -> Element:

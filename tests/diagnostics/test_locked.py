@@ -60,6 +60,7 @@ def told(scene: Scene) -> tuple[float, float | None]:
     [
         ("quad", 1e-3, 8, 0.25),
         ("tri", 1e-3, 8, 0.25),
+        pytest.param("quad", 1e-4, 16, 0.1, marks=pytest.mark.slow),
         pytest.param("quad", 1e-4, 16, 0.25, marks=pytest.mark.slow),
         pytest.param("tri", 1e-4, 16, 0.25, marks=pytest.mark.slow),
     ],
@@ -75,9 +76,9 @@ def test_by_how_much(cell: str, thickness: float, mesh: int, distortion: float) 
 
 
 @pytest.mark.slow
-def test_half_of_it_in_statics_in_motion_and_in_modes() -> None:
-    """On 16x8, where 0.90 of the deflection is left."""
-    thickness = 1e-4
+@pytest.mark.parametrize("thickness", [1e-3, 1e-4])
+def test_half_of_it_in_statics_in_motion_and_in_modes(thickness: float) -> None:
+    """On 16x8, where 0.93 and 0.36 of the deflection are left."""
 
     def position(xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
         x, y = xi - 0.5, eta / 2
@@ -107,10 +108,8 @@ def test_half_of_it_in_statics_in_motion_and_in_modes() -> None:
 @pytest.mark.parametrize(("share", "says"), [(0.15, "about 19 %"), (0.2, "about 29 % or far more")])
 def test_from_where_on_it_may_be_far_more(share: float, says: str) -> None:
     """From 20 % on the estimate may be too low: `s / (1 - 1.5 s)` of jumps that are a part s."""
-    body: Any = SimpleNamespace(
-        shell=SimpleNamespace(stretching=True), tying=SimpleNamespace(bow=None)
-    )
-    assert excess(body, share, 1.0).said == says
+    body: Any = SimpleNamespace(shell=SimpleNamespace(stretching=True))
+    assert excess(body, share).said == says
 
 
 def round_bodies(body: str, thickness: float, mesh: int, distortion: float) -> Scene:
@@ -152,8 +151,10 @@ def round_bodies(body: str, thickness: float, mesh: int, distortion: float) -> S
 @pytest.mark.parametrize(
     ("body", "thickness", "mesh"),
     [
-        ("cap", 1e-4, 8),
-        pytest.param("hemisphere", 1e-4, 8, marks=pytest.mark.slow),
+        ("cap", 1e-3, 8),
+        pytest.param("cap", 1e-4, 16, marks=pytest.mark.slow),
+        pytest.param("hemisphere", 1e-3, 8, marks=pytest.mark.slow),
+        pytest.param("hemisphere", 1e-4, 16, marks=pytest.mark.slow),
     ],
 )
 def test_bodies_that_are_curved_like_spheres_are_told(body, thickness, mesh) -> None:
@@ -198,10 +199,9 @@ def test_forces_of_little_energy_that_hold_a_very_thin_body(thickness, distortio
     # of a strip that is bent alike all over: at the angle a it turns by a times the curvature
     exact = 1e8 * 12 / 2e11 * (1 - 0.3**2) * (np.pi / 2 - 1)
     if distortion:
-        # 0.76 and 0.17 of the deflection are left
-        missing = exact / abs(deflection) - 1
+        # 0.16 and 0.10 of the deflection are left
         assert said is not None
-        assert missing / 2 < said < 2 * missing
+        assert 0.4 < said < exact / abs(deflection) - 1
     else:
         assert said is None
         # edges along the strip bend otherwise

@@ -75,7 +75,7 @@ class Locked(Sampled):
         for name, (rough, energy) in sums.items():
             share = rough / energy if energy > 0 else 0.0
             body = simulation.model.shells[name]
-            found = excess(body, share, self._meshes[name].prone)
+            found = excess(body, share)
             if found.value > BOUND:
                 said = f"{said_of(simulation, name)} is too stiff in bending, by {found.said}"
                 says = f"{said}: {why(body, share)}"
@@ -104,7 +104,7 @@ def locked_modes(
         roughness, found = Roughness(body), []
         for number, energy, part in modes:
             share = model.comm.allreduce(roughness.energy(part(name))) / energy
-            found.append((excess(body, share, mesh.prone), share, number))
+            found.append((excess(body, share), share, number))
         if numbers := [number for each, _, number in found if each.value > BOUND]:
             worst, share, most = max(found)
             # squares of frequencies are in proportion to stiffness

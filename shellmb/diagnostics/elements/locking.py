@@ -39,8 +39,6 @@ from shellmb.native.expressions import compiled_expression
 PRONE, BOUND = 0.6, 0.02
 # excess from which on the estimate is too low
 MUCH = 0.2
-# `p` of nine-node elements that are too stiff by as much as their `s`
-ALIKE = 22.0
 # of a body that does not stretch: what it is too stiff by at least, and `s` beyond which it is; and
 # the part that jumps have in all energy, below which membrane forces carry loads
 LEAST, STILL, JUMPS = 0.1, {"quadrilateral": 2000.0, "triangle": 20.0}, 0.1
@@ -69,21 +67,17 @@ class Excess(NamedTuple):
         return f"about {100 * self.value:.0f} %{' or far more' if self.least else ''}"
 
 
-def excess(body: ShellModel, share: float, prone: float) -> Excess:
+def excess(body: ShellModel, share: float) -> Excess:
     """Excess of a body's stiffness.
 
     Args:
         body: The shell.
         share: Of jumps of resultants in its strain energy, `s`.
-        prone: Its mesh's `p`.
     """
     if not body.shell.stretching:
         still = STILL[body.mixed.space.mesh.topology.cell_name()]
         return Excess(LEAST if share > still else 0.0, True)
-    if body.tying.bow is not None:
-        value = share * (prone / ALIKE) ** 0.8
-    else:
-        value = share / max(1 - 1.5 * share, 0.2)
+    value = share / max(1 - 1.5 * share, 0.2)
     return Excess(value, value > MUCH)
 
 
@@ -109,7 +103,6 @@ class Mesh:
 
     Attributes:
         distorted: Whether it is not regular, or the body does not stretch.
-        prone: `p` of the directors that were looked at last.
     """
 
     def __init__(self, body: ShellModel) -> None:
@@ -135,7 +128,6 @@ class Mesh:
         if body.shell.stretching:
             size *= _unlike_neighbours(domain, self._area)
         self.distorted = self._mean(size) > REGULAR[domain.topology.cell_name()] * every
-        self.prone = 0.0
         # d h/t, with d over h
         self._shape = size / body.section.sizes.thickness
 
@@ -152,8 +144,7 @@ class Mesh:
             directors: At the nodes, shape (n, 3).
         """
         d, (ends, starts) = directors[self._corners], self._sides
-        self.prone = self._mean(self._shape * np.linalg.norm(d[:, ends] - d[:, starts], axis=2).max(1))
-        return self.prone
+        return self._mean(self._shape * np.linalg.norm(d[:, ends] - d[:, starts], axis=2).max(1))
 
 
 def _unlike_neighbours(domain: mesh.Mesh, areas: Floats) -> Floats:
