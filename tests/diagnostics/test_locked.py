@@ -76,9 +76,9 @@ def test_by_how_much(cell: str, thickness: float, mesh: int, distortion: float) 
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("thickness", [1e-3, 1e-4])
-def test_half_of_it_in_statics_in_motion_and_in_modes(thickness: float) -> None:
-    """On 16x8, where 0.93 and 0.36 of the deflection are left."""
+def test_half_of_it_in_statics_in_motion_and_in_modes() -> None:
+    """On 16x8, where 0.60 of the deflection is left."""
+    thickness = 1e-4
 
     def position(xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
         x, y = xi - 0.5, eta / 2
