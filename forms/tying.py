@@ -164,4 +164,5 @@ def tying(
     if direction is not None:
         line = unit(ufl.as_vector([ufl.dot(direction, e1), ufl.dot(direction, e2)]))
         turn = line[0], line[1]
-    return Tying(F, turn, bow, size, *components, rules)
+    weights, polynomials, constants, twists = components
+    return Tying(F, turn, bow, size, weights, polynomials, constants, twists, rules)

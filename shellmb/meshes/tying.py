@@ -111,7 +111,7 @@ def cell_directions(domain: mesh.Mesh) -> Floats:
 
 
 def cell_bows(domain: mesh.Mesh) -> Floats:
-    """How far each cell of this rank is from a parallelogram, ghosts included, shape (c, 2).
+    """Distances of cells of this rank from parallelograms, ghosts included, shape (c, 2).
 
     Half the change of the tangents from side to side, in the basis of those in the middle.
     """
