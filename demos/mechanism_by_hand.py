@@ -112,15 +112,15 @@ def part(e, *components):
 
 def force(N):  # of an element at a point: see `weak_form_by_hand`
     p = F * as_matrix([[N[1], N[4]], [N[4], N[3]]]) * F.T / det(F)
-    return as_vector([p[0, 0], p[1, 1], p[0, 1]]) + part(N, 5, 6, 7), F * part(N, 9, 11) / det(F)
+    return as_vector([p[0, 0], p[1, 1], p[0, 1]]) + part(N, 7, 8, 9), F * part(N, 11, 13) / det(F)
 
 
 def work(N, e):  # <N, e>
     strains = F.T * as_matrix([[e[0], e[2] / 2], [e[2] / 2, e[1]]]) * F / det(F)
     g = F.T * part(e, 6, 7) / det(F)
-    first, second = N[0] * strains[0, 0] + N[8] * g[0], N[2] * strains[1, 1] + N[10] * g[1]
+    first, second = N[0] * strains[0, 0] + N[10] * g[0], N[2] * strains[1, 1] + N[12] * g[1]
     taken = first, second, 2 * N[4] * strains[0, 1]
-    uniform = dot(part(N, 5, 6, 7), part(e, 0, 1, 2)) * dx
+    uniform = dot(part(N, 7, 8, 9), part(e, 0, 1, 2)) * dx
     return N0 * (uniform + sum(t * d for t, d in zip(taken, dx_taken, strict=True)))
 
 

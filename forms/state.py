@@ -54,7 +54,7 @@ class Layout(NamedTuple):
         return self.tying
 
     def forces(self, q: Expr, name: str = "N") -> Expr:
-        """Scaled forces of a shell's cells, or strains of their own, shape (13,)."""
+        """Scaled forces of a shell's cells, or strains of their own, shape (15,)."""
         return self.cells.forces(self.part(q, name))
 
     def director_change(self, q: Expr) -> Expr:

@@ -9,7 +9,10 @@ contravariant components and, on quadrilaterals, some that are constant in space
 They work on strains by their weights `z` where these are taken, `c` as it is, so that forces in
 equilibrium with uniform strains are among them; where both meet, strains are those that forces see:
 
-    <N, e> = sum of  z . F^T e F  over the points + integral of c . e
+    <N, e> = sum of  z . F^T e F  over the points + integral of (c + F b F^T / det F) . e
+
+Forces of twist have `b` beside them on cells that are no parallelograms: so they see of smooth
+displacements what they see of these interpolated, as they do on parallelograms.
 
 A cell's own strains, where it has some (`forms.steps.mixed_nonlinear`), are the dual polynomials
 `F^-T s F^-1` and constants.
@@ -21,6 +24,8 @@ symbol      name                                                               u
 `z`         weights of forces where strains 11, 22, 2*12, 13, 23 are taken     as N
 `p`         forces 11, 22, 12, 13, 23 in contravariant components              as N
 `c`         membrane forces 11, 22, 12 that are constant in space              as N
+`b`         forces 11, 22 beside those of twist                                as N
+`bow`       `x,12` in the basis `x,1`, `x,2` of the middle, halved             -
 ==========  =================================================================  ==========
 """
 
@@ -32,6 +37,8 @@ from ufl.core.expr import Expr
 
 from shellmb.forms.surface import Surface, unit
 
+# numbers of a cell's forces: weights, polynomials, constants, and those beside twist
+COUNT = 15
 # strains and forces in the plane among those of shape (5,)
 PLANE = (0, 1, 2)
 
@@ -39,32 +46,37 @@ PLANE = (0, 1, 2)
 class Tying(NamedTuple):
     """Maps between forces of a cell and their components in the local basis.
 
-    Forces of a cell are one vector, shape (13,): weights `z` (5), polynomials `p` (5) and
-    constants `c` (3).
+    Forces of a cell are one vector, shape (15,): weights `z` (5), polynomials `p` (5), constants
+    `c` (3), and `b` (2), to be taken by how far a cell is from a parallelogram.
 
     Args:
         F: Jacobian in the local basis, shape (2, 2), m.
         turn: Cosine and sine of the angle from `e1` to the direction of the constants; None:
             there are no constants.
+        bow: How far it is from a parallelogram, shape (2,); None: there are no `b`.
         size: Mean square of the sides of the cell, m^2.
         weights: Components of an element's values that are `z`.
         polynomials: Those that are `p`.
         constants: Those that are `c`.
+        twists: Those that are `b`.
         rules: Numbers of the strains that are taken by each rule.
     """
 
     F: Expr
     turn: tuple[Expr, Expr] | None
+    bow: Expr | None
     size: Expr
     weights: tuple[int, ...]
     polynomials: tuple[int, ...]
     constants: tuple[int, ...]
+    twists: tuple[int, ...]
     rules: tuple[tuple[int, ...], ...]
 
     def forces(self, values: Expr) -> Expr:
-        """Forces of a cell from the values of an element, shape (13,)."""
+        """Forces of a cell from the values of an element, shape (15,)."""
         c = [values[k] for k in self.constants] or [0, 0, 0]
-        return ufl.as_vector([*(values[k] for k in (*self.weights, *self.polynomials)), *c])
+        b = [values[k] for k in self.twists] or [0, 0]
+        return ufl.as_vector([*(values[k] for k in (*self.weights, *self.polynomials)), *c, *b])
 
     def force(self, N: Expr) -> Expr:
         """Membrane and shear forces 11, 22, 12, 13, 23 in the local basis, shape (5,)."""
@@ -79,6 +91,15 @@ class Tying(NamedTuple):
         if self.turn is None:
             return ufl.as_vector([0, 0, 0])
         return _turned(self.turn, N[10], N[11], N[12])
+
+    def whole(self, N: Expr) -> Expr:
+        """Membrane forces 11, 22, 12 on strains of the rule of all integrals, shape (3,)."""
+        if self.bow is None:
+            return self.constant(N)
+        F, J = self.F, ufl.det(self.F)
+        b = [self.bow[k] * N[13 + k] for k in range(2)]
+        p = F * ufl.as_matrix([[b[0], 0], [0, b[1]]]) * ufl.transpose(F) / J
+        return self.constant(N) + ufl.as_vector([p[0, 0], p[1, 1], p[0, 1]])
 
     def strain(self, S: Expr) -> Expr:
         """A cell's own strains 11, 22, 2*12, 13, 23 in the local basis, shape (5,)."""
@@ -121,6 +142,7 @@ def tying(
     jacobian: Expr,
     surf: Surface,
     direction: Expr | None,
+    bow: Expr | None,
     size: Expr,
     components: Sequence[tuple[int, ...]],
     rules: tuple[tuple[int, ...], ...],
@@ -131,8 +153,9 @@ def tying(
         jacobian: Jacobian of the reference surface, shape (3, 2).
         surf: Its local basis.
         direction: A direction of each cell, shape (3,), for its constants; None: it has none.
+        bow: As of `Tying`.
         size: Mean square of the sides of the cell, m^2.
-        components: Components of an element's values: weights, polynomials, constants.
+        components: Components of an element's values: weights, polynomials, constants, twists.
         rules: As of `Tying`.
     """
     e1, e2 = surf.e1, surf.e2
@@ -141,5 +164,5 @@ def tying(
     if direction is not None:
         line = unit(ufl.as_vector([ufl.dot(direction, e1), ufl.dot(direction, e2)]))
         turn = line[0], line[1]
-    weights, polynomials, constants = components
-    return Tying(F, turn, size, weights, polynomials, constants, rules)
+    weights, polynomials, constants, twists = components
+    return Tying(F, turn, bow, size, weights, polynomials, constants, twists, rules)

@@ -57,7 +57,7 @@ class GeneralPath:
         ]
 
     def _forces(self, q: Expr) -> Expr:
-        """Forces that a state has, shape (13,)."""
+        """Forces that a state has, shape (15,)."""
         return self._section.forces(self._layout, q)
 
     def _projected(self, psi: Density, e: GeneralStrain) -> tuple[Expr, Expr]:

@@ -32,7 +32,7 @@ from shellmb.forms.measure import Measure
 from shellmb.forms.shell import ShellStrains
 from shellmb.forms.state import Layout
 from shellmb.forms.steps.discrete import stress_average
-from shellmb.forms.tying import Tying
+from shellmb.forms.tying import COUNT, Tying
 
 Densities = Sequence[Expr]
 
@@ -142,7 +142,7 @@ class LinearMixed:
     B: Expr | None = None
 
     def forces(self, layout: Layout, q: Expr) -> Expr:
-        """Forces of the cells that a state has, shape (13,), N/m."""
+        """Forces of the cells that a state has, shape (15,), N/m."""
         return self.N0 * layout.forces(q)
 
     def where_held(self, there: Expr, elsewhere: Expr) -> Expr:
@@ -159,8 +159,8 @@ class LinearMixed:
         return m if self.B is None else m + self.B * self.stretch(n, e)
 
     def uniform(self, N: Expr) -> Expr:
-        """Membrane forces that are constant in space, shape (3,)."""
-        return self.tying.constant(N)
+        """Membrane forces on strains of the rule of all integrals, shape (3,)."""
+        return self.tying.whole(N)
 
     def coupled_moments(self, N: Expr, e: Expr) -> Expr | None:
         """Moments of membrane strains; None without coupling."""
@@ -176,7 +176,7 @@ class LinearMixed:
         (n, Q), (dn, dQ) = (split(self.tying.force(f)) for f in (N, dN))
         own = ufl.dot(dn, self.stretch(n, end)) + ufl.dot(dQ, self.G_inv * Q)
         eps, _ = split(membrane_shear(end))
-        whole = ufl.dot(self.tying.constant(dN), eps) - own
+        whole = ufl.dot(self.uniform(dN), eps) - own
         return [whole, *(ufl.dot(stress, end) for stress in self.taken(dN))]
 
     def taken(self, N: Expr) -> list[Expr]:
@@ -199,7 +199,7 @@ class LinearMixed:
         own = n if self.B is None else n - self.B * kap
         whole = [
             ufl.dot(kap, self.D * kap) / 2,
-            ufl.dot(self.tying.constant(N), eps),
+            ufl.dot(self.uniform(N), eps),
             -ufl.dot(own, stretch) / 2,
             -ufl.dot(Q, self.G_inv * Q) / 2,
         ]
@@ -256,7 +256,7 @@ class LinearOwn:
     B: Expr | None = None
 
     def forces(self, layout: Layout, q: Expr) -> Expr:
-        """Strains and forces of the cells that a state has, shape (26,)."""
+        """Strains and forces of the cells that a state has, shape (30,)."""
         return ufl.as_vector([*layout.forces(q, "S"), *(self.N0 * layout.forces(q))])
 
     def where_held(self, there: Expr, elsewhere: Expr) -> Expr:
@@ -264,10 +264,10 @@ class LinearOwn:
         return elsewhere
 
     def _forces(self, F: Expr) -> Expr:
-        return ufl.as_vector([F[k] for k in range(13, 26)])
+        return ufl.as_vector([F[k] for k in range(COUNT, 2 * COUNT)])
 
     def _strain(self, F: Expr) -> Expr:
-        return ufl.as_vector([F[k] for k in range(13)])
+        return ufl.as_vector([F[k] for k in range(COUNT)])
 
     def stresses(self, S: Expr, e: Expr) -> tuple[Expr, Expr, Expr]:
         """Membrane forces, moments and shear forces of strains of the cells and curvatures."""
@@ -278,8 +278,8 @@ class LinearOwn:
         return n, m, self.G * gam
 
     def uniform(self, N: Expr) -> Expr:
-        """Membrane forces that are constant in space, shape (3,)."""
-        return self.tying.constant(self._forces(N))
+        """Membrane forces on strains of the rule of all integrals, shape (3,)."""
+        return self.tying.whole(self._forces(N))
 
     def coupled_moments(self, N: Expr, e: Expr) -> Expr | None:
         """Moments of membrane strains; None without coupling."""

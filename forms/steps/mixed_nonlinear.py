@@ -49,7 +49,7 @@ def ties(strain: Measure, layout: Layout) -> list[Tie]:
     tying = layout.cells
 
     def act(N: Expr) -> Expr:
-        return ufl.as_vector([*tying.constant(N), *tying.force(N)])
+        return ufl.as_vector([*tying.whole(N), *tying.force(N)])
 
     def join(S: Expr, e: Expr) -> Expr:
         own = tying.strain(S)
@@ -134,7 +134,7 @@ class NonlinearMixed:
         return self._psi(e) - self._sheared(e)
 
     def forces(self, layout: Layout, q: Expr) -> Expr:
-        """Forces that tie the strains, shape (13,), N/m."""
+        """Forces that tie the strains, shape (15,), N/m."""
         return self.N0 * layout.forces(q)
 
     def _average(self, psi: Callable[[Expr], Expr], a: Expr, b: Expr, beta: Expr | float) -> Expr:
@@ -186,7 +186,7 @@ class NonlinearMixed:
         stress = averaged(self._psi_own, own)
         N, dN = (self.forces(layout, q) for q in (span.unknown, dq))
         dS = tying.strain(layout.forces(dq, "S"))
-        moments = ufl.as_vector([*tying.constant(N), *bending(stress), 0, 0])
+        moments = ufl.as_vector([*tying.whole(N), *bending(stress), 0, 0])
         whole = work(averaged(self._sheared, strain) + moments)
         whole += ufl.dot(membrane_shear(stress) - tying.force(N), dS)
         found = [whole, *map(work, tying.works(N))]

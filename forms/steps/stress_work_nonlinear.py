@@ -80,7 +80,7 @@ class NonlinearPath:
         self._ties = ties(strain, layout)
 
     def _forces(self, q: Expr) -> Expr:
-        """Forces that a state has, shape (13,)."""
+        """Forces that a state has, shape (15,)."""
         return self._section.forces(self._layout, q)
 
     def work(self, tests: Sequence[Expr]) -> list[Expr]:

@@ -45,6 +45,11 @@ Functions = Callable[[Floats], Floats]
 # degrees of polynomials in the first and the second coordinate
 Powers = Sequence[tuple[int, ...]]
 
+# What forces of twist of nine-node elements have beside them, times how far a cell is from a
+# parallelogram: so they see, to first order in that, the same of cubic displacements as of their
+# interpolation.
+BESIDE_TWIST = 5 / 3
+
 
 class Rule(NamedTuple):
     """Points where strains are taken.
@@ -68,6 +73,8 @@ class Forces(NamedTuple):
         weights: Components of its values that weigh strains at the points, for each strain.
         polynomials: Components that are the forces 11, 22, 12, 13, 23 in contravariant components.
         constants: Components of membrane forces that are constant in space, if there are.
+        twists: Components 11, 22 of what forces of twist have beside them, by how far a cell is
+            from a parallelogram, if there are.
         rules: Where strains are taken.
     """
 
@@ -75,6 +82,7 @@ class Forces(NamedTuple):
     weights: tuple[int, ...]
     polynomials: tuple[int, ...]
     constants: tuple[int, ...]
+    twists: tuple[int, ...]
     rules: tuple[Rule, ...]
 
 
@@ -100,6 +108,16 @@ def cell_directions(domain: mesh.Mesh) -> Floats:
     """First line through the middle of each cell of this rank, ghosts included, shape (c, 3)."""
     middle = _corners(domain.basix_cell()).mean(axis=0, keepdims=True)
     return _tangents(domain, middle)[0][:, 0]
+
+
+def cell_bows(domain: mesh.Mesh) -> Floats:
+    """Distances of cells of this rank from parallelograms, ghosts included, shape (c, 2).
+
+    Half the change of the tangents from side to side, in the basis of those in the middle.
+    """
+    a, b, c, d = np.moveaxis(domain.geometry.x[domain.geometry.dofmaps[0][:, :4]], 1, 0)
+    basis = np.stack([b + d - a - c, c + d - a - b], axis=2) / 2
+    return np.asarray(np.linalg.pinv(basis) @ (a + d - b - c)[:, :, None] / 2)[:, :, 0]
 
 
 def _tangents(domain: mesh.Mesh, points: Floats) -> tuple[Floats, Floats]:
@@ -144,9 +162,23 @@ def _quadrilateral(degree: int) -> Forces:
     rules.append(Rule(both, np.outer(weights, weights).ravel(), (2,)))
     twist, cell = _tensor(list(np.ndindex(k, k))[1:]), CellType.quadrilateral
     constant = basix.ufl.element("DG", cell, 0, shape=(3,))
-    membrane += [_custom(cell, twist, 1, k - 1), constant]
+    if k > 2:
+        membrane += [_custom(cell, twist, 1, k - 1), constant]
+        element = basix.ufl.mixed_element([*membrane, *shear])
+        return Forces(element, (0, 2, 4, 8, 10), (1, 3, 4, 9, 11), (5, 6, 7), (), tuple(rules))
+    membrane += [_custom(cell, _twisting, 3, 2), constant]
     element = basix.ufl.mixed_element([*membrane, *shear])
-    return Forces(element, (0, 2, 4, 8, 10), (1, 3, 4, 9, 11), (5, 6, 7), tuple(rules))
+    places = (0, 2, 4, 10, 12), (1, 3, 4, 11, 13), (7, 8, 9), (5, 6)
+    return Forces(element, *places, tuple(rules))
+
+
+def _twisting(x: Floats) -> Floats:
+    """Twist, linear in the second, in the first and in both coordinates, and what is beside it."""
+    values = np.polynomial.legendre.legvander(2 * x - 1, 2)
+    (a, b), (a2, b2) = values[..., 1].T, BESIDE_TWIST * values[..., 2].T
+    nothing = 0 * a
+    every = (b, nothing, b2), (a, a2, nothing), (a * b, nothing, nothing)
+    return np.stack([np.stack(found, axis=-1) for found in every])
 
 
 def _line_element(points: Floats, orders: tuple[int, int], powers: Powers) -> Element:
@@ -206,7 +238,7 @@ def _triangle() -> Forces:
     parts = [_pair_element(points, f, s) for f, s in ((membrane, tensors), (shear, edges))]
     rule = Rule(points, np.ones(len(points)), (0, 1, 2, 3, 4))
     element = basix.ufl.mixed_element(parts)
-    return Forces(element, (0, 1, 2, 6, 7), (3, 4, 5, 8, 9), (), (rule,))
+    return Forces(element, (0, 1, 2, 6, 7), (3, 4, 5, 8, 9), (), (), (rule,))
 
 
 def _pair_element(points: Floats, functionals: Floats, strains: Functions) -> Element:

@@ -23,7 +23,9 @@ def general_position(forms: Sequence[Form]) -> Iterator[None]:
     kept = [array.copy() for array in arrays]
     general = np.random.default_rng(0)
     for array in arrays:
-        array[...] = general.uniform(0.5, 1.5, array.shape)
+        # near what is not zero: directors stay on their side of a curved surface
+        size = np.max(np.abs(array), initial=0.0)
+        array[...] += general.uniform(0.5, 1.5, array.shape) * (0.1 * size or 1.0)
     try:
         yield
     finally:

@@ -16,7 +16,7 @@ from ufl.core.expr import Expr
 
 from shellmb.forms.measure import Measure
 from shellmb.forms.steps.mixed import LinearMixed, LinearOwn
-from shellmb.forms.tying import Tying
+from shellmb.forms.tying import COUNT, Tying
 from shellmb.meshes.spaces import MixedSpace
 from shellmb.model.sections.section import BoundSection
 from shellmb.model.sections.strains import Integrate
@@ -89,11 +89,11 @@ def compatible(shell: Tied, e: Expr) -> CellSystem:
     space = shell.mixed.subspaces["N" if isinstance(section, LinearMixed) else "S"]
     dN, found = tying.forces(ufl.TestFunction(space)), tying.forces(ufl.TrialFunction(space))
     if isinstance(section, LinearMixed):
-        nothing, still = ufl.as_vector([0] * 13), ufl.as_vector([0] * 8)
+        nothing, still = ufl.as_vector([0] * COUNT), ufl.as_vector([0] * 8)
         own = section.gap(still, still, section.N0 * found, dN)[0]
         return CellSystem(space, integrate([-own]), integrate(section.gap(e, e, nothing, dN)))
     eps = ufl.as_vector([e[k] for k in range(3)])
-    works = [ufl.dot(tying.constant(dN), eps), *(ufl.dot(s, e) for s in tying.works(dN))]
+    works = [ufl.dot(tying.whole(dN), eps), *(ufl.dot(s, e) for s in tying.works(dN))]
     matrix = ufl.dot(tying.force(dN), tying.strain(found))
     return CellSystem(space, integrate([matrix]), integrate(works))
 

@@ -23,7 +23,7 @@ from shellmb.meshes.directors import reference_director
 from shellmb.meshes.mesh import SurfaceMesh
 from shellmb.meshes.shared import space_on
 from shellmb.meshes.spaces import NO_PARTS, shell_space
-from shellmb.meshes.tying import cell_directions, cell_squares, shell_forces
+from shellmb.meshes.tying import cell_bows, cell_directions, cell_squares, shell_forces
 from shellmb.model.body import MassiveBody, PartScale
 from shellmb.model.frames.frame import DirectorConstraint, FloatingFrame, directors_held
 from shellmb.model.sections.branches import slowing
@@ -81,7 +81,7 @@ class DiscreteShell(MassiveBody):
         )
         direction = direction_1(shell, surface_mesh, self.mixed, self.director)
         self.surface: Surface = surface(ufl.Jacobian(domain), direction, self.director)
-        self.tying = maps = bind_tying(domain, shell.degree, self.surface)
+        self.tying = maps = bind_tying(domain, shell, self.surface)
         self.layout = Layout(self.mixed.parts, maps)
         self.rules = quadrature_rules(domain, shell.degree)
         self._ds = self._edge_measure(domain)
@@ -266,22 +266,25 @@ class DiscreteShell(MassiveBody):
         return directors_held(shell_forms.director_constraint, 1)
 
 
-def bind_tying(domain: mesh.Mesh, degree: int, surf: Surface) -> Tying:
+def bind_tying(domain: mesh.Mesh, shell: Shell, surf: Surface) -> Tying:
     """Maps of the forces of elements.
 
     Args:
         domain: Mesh of the shell.
-        degree: Degree of displacements.
+        shell: The shell.
         surf: Its local basis.
     """
-    forces = shell_forces(domain.basix_cell(), degree)
-    direction = None
+    forces = shell_forces(domain.basix_cell(), shell.degree)
+    direction = bow = None
     if forces.constants:
         direction = _per_cell(domain, cell_directions(domain), 3)
+    # without them strains that are constrained are those of bodies that bend, on regular meshes
+    if forces.twists and shell.stretching:
+        bow = _per_cell(domain, cell_bows(domain), 2)
     size = _per_cell(domain, cell_squares(domain), 1)
-    components = forces.weights, forces.polynomials, forces.constants
+    components = forces.weights, forces.polynomials, forces.constants, forces.twists
     rules = tuple(rule.strains for rule in forces.rules)
-    return tying(ufl.Jacobian(domain), surf, direction, size, components, rules)
+    return tying(ufl.Jacobian(domain), surf, direction, bow, size, components, rules)
 
 
 def _per_cell(domain: mesh.Mesh, values: Floats, size: int) -> Expr:
