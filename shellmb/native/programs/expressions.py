@@ -11,16 +11,17 @@ import cffi  # type: ignore[import-untyped]
 import ffcx.codegeneration.jit as ffcx_jit
 import numpy as np
 from dolfinx import default_scalar_type, fem
-from ufl.algorithms.analysis import extract_coefficients, extract_constants
 from ufl.core.expr import Expr
 from ufl.domain import extract_domains
 
 from shellmb.arrays import Floats
 from shellmb.native import library as native
+from shellmb.native.library import CArrays
 from shellmb.native.programs.building import Rule
-from shellmb.native.programs.forms import Program, constant_places
+from shellmb.native.programs.forms import Layout, Program, size, starts
 from shellmb.native.programs.graph import Input, Multilinear
 from shellmb.native.programs.reading import ARGUMENT, Reader
+from shellmb.native.programs.structure import Structure
 from shellmb.native.programs.tables import Points, Tables
 
 
@@ -42,6 +43,7 @@ class ExpressionProgram:
 
     Attributes:
         form: Its description, a `ufcx_expression` of C.
+        coefficients: Functions that it reads, in their order.
         constants: Constants that it reads, in their order.
         program: The program.
 
@@ -50,12 +52,12 @@ class ExpressionProgram:
     """
 
     def __init__(self, value: Expr, points: Floats) -> None:
-        coefficients, constants = extract_coefficients(value), extract_constants(value)
+        structure = Structure([value])
+        coefficients, constants = structure.coefficients, structure.constants
         domain: Any = extract_domains(value)[0]
         places = Points(points[None], np.ones(len(points)), np.zeros((1, 0)))
         tables = Tables(places, domain, [f.ufl_element() for f in coefficients], [])
-        known = constant_places(constants)
-        reader = Reader(domain, coefficients, known, [], tables.vanishes)
+        reader = Reader(domain, coefficients, starts(constants, size), [], tables.vanishes)
         values = reader.tensor(value).ravel()
         tables.at_points(len(values))
         none = (0,) * domain.topological_dimension
@@ -63,11 +65,12 @@ class ExpressionProgram:
         zero = reader.graph.zero
         found = Multilinear({key: node for key, node in parts.items() if node != zero})
         rule = Rule(reader, found if found.parts else zero, 1, places, tables)
-        size = sum(f.ufl_element().dim for f in coefficients)
-        self.program = program = Program([rule], 1, 1, np.zeros(size, bool), 0)
-        place = fem.Constant(domain, np.array([program.address(1)]))
-        self.constants = [place, *constants]
-        self._kept: tuple[Any, ...] = program, place
+        layout = Layout([structure], domain, ())
+        self.program = program = Program([rule], 1, 1, layout, structure)
+        pointer = CArrays()
+        place = fem.Constant(domain, np.array([program.address(pointer)]))
+        self.coefficients, self.constants = list(coefficients), [place, *constants]
+        self._kept: tuple[Any, ...] = pointer, place
         self._ffi = ffi = ufcx_interface()
         positions = np.arange(max(len(coefficients), 1), dtype=np.int32)
         shape = np.array([*value.ufl_shape, 0], dtype=np.int32)
@@ -94,7 +97,3 @@ class ExpressionProgram:
     def address(self) -> Any:
         """Address of the description, as DOLFINx takes it."""
         return self._ffi.cast("uintptr_t", self.form)
-
-    def reads(self, coefficients: Any) -> list[Any]:
-        """The coefficients, as DOLFINx takes them."""
-        return [f._cpp_object for f in coefficients]

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 import struct
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import Any
@@ -15,8 +16,9 @@ from dolfinx import default_scalar_type, fem
 from dolfinx.fem import IntegralType
 from dolfinx.fem.forms import form_cpp_class, get_integration_domains
 from ufl import Form
+from ufl.utils.sorting import canonicalize_metadata
 
-from shellmb.arrays import Bools, Int32s, Ints
+from shellmb.arrays import Int32s, Ints
 from shellmb.native import library as native
 from shellmb.native.compiling.flags import LANES
 from shellmb.native.compiling.source import INTEGRALS
@@ -25,13 +27,16 @@ from shellmb.native.programs.building import Rule
 from shellmb.native.programs.geometry import COORDINATES
 from shellmb.native.programs.graph import Unsupported
 from shellmb.native.programs.reading import Reader
+from shellmb.native.programs.structure import Structure
 from shellmb.native.programs.tables import Tables, points_of
 
 KIND_COUNT = len(IntegralType.__members__)
 KINDS = {"cell": IntegralType.cell, "exterior_facet": IntegralType.exterior_facet}
-# rules by the signatures of their forms: to read a form takes longer than many runs, and rules know
-# numbers, elements and places of functions, but no function and no mesh
-READ: dict[tuple[str, int, tuple[int, ...]], list[Rule]] = {}
+# rules by the structures of their integrands: to read them takes longer than many runs, and rules
+# know numbers, elements and places of functions, but no function and no mesh
+READ: dict[Any, list[Rule]] = {}
+# programs, likewise, by these and by where the numbers of functions and Constants stand
+PROGRAMS: dict[Any, Program] = {}
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,32 +44,48 @@ class Interpreted:
     """Stand-in for the module of a form that DOLFINx has compiled.
 
     Args:
-        form: The form.
+        forms: The forms that add up to it.
         kept: What its programs point to.
     """
 
-    form: Form
+    forms: Sequence[Form]
     kept: Any
 
     @property
     def name(self) -> str:
         """Name that forms with the same programs share."""
-        return str(self.form.signature())
+        return "+".join(str(form.signature()) for form in self.forms)
 
 
-def constant_places(constants: Sequence[Any]) -> dict[Any, int]:
-    """Places of Constants among the numbers of all of them."""
-    places, place = {}, 0
-    for constant in constants:
-        places[constant] = place
-        place += int(np.prod(constant.ufl_shape, initial=1))
-    return places
+def dimension(function: Any) -> int:
+    """Number of dofs that a function has in a cell."""
+    return int(function.ufl_element().dim)
+
+
+def size(constant: Any) -> int:
+    """Number of numbers of a Constant."""
+    return int(np.prod(constant.ufl_shape, initial=1))
+
+
+def starts(items: Iterable[Any], count: Callable[[Any], int]) -> dict[Any, int]:
+    """Place of the first number of each item among the numbers of all.
+
+    Args:
+        items: The items.
+        count: Gives how many numbers an item has.
+    """
+    return dict(zip(items, itertools.accumulate(map(count, items), initial=0), strict=False))
+
+
+def _ranges(first: Mapping[Any, int], items: Iterable[Any], count: Callable[[Any], int]) -> Ints:
+    """Places of all numbers of some items."""
+    own = [first[item] + np.arange(count(item)) for item in items]
+    return np.concatenate([np.zeros(0, dtype=int), *own])
 
 
 def rules_of(
     integrals: Sequence[Any],
-    coefficients: Sequence[Any],
-    constants: Sequence[Any],
+    structure: Structure,
     arguments: Sequence[Any],
     static: Collection[int] = (),
 ) -> list[Rule]:
@@ -72,14 +93,13 @@ def rules_of(
 
     Args:
         integrals: The integrals.
-        coefficients: Functions of the form.
-        constants: Constants of the form.
+        structure: Of their integrands.
         arguments: Elements of the arguments.
         static: Sources of values that seldom change: what follows from these alone is kept.
     """
-    places, domain = constant_places(constants), integrals[0].ufl_domain()
-    facet = integrals[0].integral_type() != "cell"
-    elements = [f.ufl_element() for f in coefficients]
+    functions, places = structure.coefficients, starts(structure.constants, size)
+    domain, facet = integrals[0].ufl_domain(), integrals[0].integral_type() != "cell"
+    elements = [f.ufl_element() for f in functions]
     groups: dict[bytes, tuple[Any, list[Any]]] = {}
     for integral in integrals:
         points = points_of(integral)
@@ -88,7 +108,7 @@ def rules_of(
     found = []
     for points, integrands in groups.values():
         tables = Tables(points, domain, elements, arguments)
-        reader = Reader(domain, coefficients, places, arguments, tables.vanishes, facet, static)
+        reader = Reader(domain, functions, places, arguments, tables.vanishes, facet, static)
         value = reader.graph.total([reader.scalar(x) for x in integrands])
         value = reader.graph.mul(value, reader.geometry.scale())
         found.append(Rule(reader, value, len(arguments), points, tables, bool(static)))
@@ -102,12 +122,13 @@ class Program:
         rules: What each quadrature rule adds.
         rank: Number of arguments.
         columns: Dofs of the second argument; 1 without.
-        steady: Of each coefficient of a cell whether it seldom changes.
-        coordinates: How many numbers a cell's coordinates are.
+        layout: Numbers that it gets.
+        structure: What the rules add up to.
 
     Attributes:
         kept: Numbers that are kept of a cell, or of a facet.
         reads: Which coefficients it reads.
+        vanishes: Whether it gives nothing but zero.
     """
 
     def __init__(
@@ -115,20 +136,44 @@ class Program:
         rules: Sequence[Rule],
         rank: int,
         columns: int,
-        steady: Bools,
-        coordinates: int,
+        layout: Layout,
+        structure: Structure,
     ) -> None:
-        self._rules, self._rank, self._columns = list(rules), rank, columns
-        self._coordinates = coordinates
-        self.reads, self._places = _read(rules, len(steady))
+        dofs, constants, steady = layout.dofs(structure), layout.numbers(structure), layout.steady
+        self.vanishes = not any(rule.parts for rule in rules)
+        self.reads, places = _read(rules, dofs, len(steady))
         edges = np.flatnonzero(np.diff([0, *steady[self.reads].astype(int), 0])).reshape(-1, 2)
-        self._ranges = [(int(first), int(last - first)) for first, last in edges]
+        ranges = [{"first": int(a), "count": int(b - a)} for a, b in edges]
+        coordinates = 3 * (layout.element.dim // layout.element.block_size)
         # behind a stamp and what it follows from
-        self._first = 1 + coordinates + sum(count for _, count in self._ranges)
+        place = 1 + coordinates + sum(some["count"] for some in ranges)
         values = sum(rule.kept for rule in rules)
-        self.kept = self._first + values if values else 0
+        self.kept = place + values if values else 0
         # keeps what C points to
-        self.pointer = CArrays()
+        self._pointer = pointer = CArrays()
+        structs = []
+        for rule in rules:
+            structs.append(rule.struct(pointer, constants, place, places[dofs]))
+            place += rule.kept
+        seen = sorted({int(constants[k]) for rule in rules for k in rule.constants})
+        members = {
+            "rank": rank,
+            "columns": columns,
+            "rules": len(rules),
+            "rule": pointer.many("Rule", structs),
+            "registers": max((r.registers * r.chunk for r in rules), default=0),
+            "products": max((r.products for r in rules), default=0),
+            "factors": max((r.factors for r in rules), default=0),
+            "reads": len(self.reads) if len(self.reads) < len(steady) else 0,
+            "read": pointer(np.append(self.reads, 0).astype(np.int32)),
+            "kept": self.kept,
+            "ranges": len(ranges),
+            "coordinates": coordinates,
+            "constants": len(seen),
+            "range": pointer.many("Range", ranges),
+            "constant": pointer(np.array([*seen, 0], dtype=np.int32)),
+        }
+        (self._made,) = pointer.many("Program", [members])
 
     def of_each(self, tables: Sequence[Int32s]) -> list[Int32s]:
         """Dofs that it reads of each coefficient, by all of them, cell by cell."""
@@ -140,88 +185,59 @@ class Program:
             start += table.shape[1]
         return found
 
-    def address(self, first: int) -> float:
-        """Address of it, in the bits of a number that stands before the constants.
+    def address(self, pointer: CArrays) -> float:
+        """Address of it for one form, in the bits of a number that stands before the constants.
 
         Args:
-            first: Place of the first constant.
+            pointer: Keeps what is of this form alone: numbers that C writes.
         """
-        rules, place = [], self._first
-        for rule in self._rules:
-            rules.append(rule.struct(self.pointer, first, place, self._places))
-            place += rule.kept
-        constants = sorted({first + k for rule in self._rules for k in rule.constants})
-        ranges = [{"first": k, "count": count} for k, count in self._ranges]
-        seen = np.full(len(constants) + 1, np.nan)
-        seen[-1] = 0.0
-        members = {
-            "rank": self._rank,
-            "columns": self._columns,
-            "rules": len(rules),
-            "rule": self.pointer.many("Rule", rules),
-            "registers": max((r.registers * r.chunk for r in self._rules), default=0),
-            "products": max((r.products for r in self._rules), default=0),
-            "factors": max((r.factors for r in self._rules), default=0),
-            "reads": len(self.reads) if len(self.reads) < len(self._places) else 0,
-            "read": self.pointer(np.append(self.reads, 0).astype(np.int32)),
-            "kept": self.kept,
-            "ranges": len(ranges),
-            "coordinates": self._coordinates,
-            "constants": len(constants),
-            "range": self.pointer.many("Range", ranges),
-            "constant": self.pointer(np.array([*constants, 0], dtype=np.int32)),
-            "seen": self.pointer(seen),
-        }
-        made = self.pointer.many("Program", [members])
-        # what they were made from is of no more use, and the garbage collector looks at all that is
-        self._rules.clear()
-        place = int(self.pointer.ffi.cast("uintptr_t", made))
+        made = pointer.many("Program", [self._made])
+        (program,) = made
+        program.rule = rules = pointer.many("Rule", list(self._made.rule[0 : program.rules]))
+        for rule in rules[0 : program.rules]:
+            for stage in (rule.steady, rule.always):
+                size = stage.numbers + stage.constants + rule.entity_size + stage.uniform_ops + 1
+                stage.uniform = pointer(np.array(pointer.ffi.unpack(stage.uniform, size)))
+        program.seen = pointer(np.append(np.full(program.constants, np.nan), 0.0))
+        place = int(pointer.ffi.cast("uintptr_t", made))
         (number,) = struct.unpack("d", struct.pack("Q", place))
         return float(number)
 
 
-def summed(forms: Sequence[Form], moving: Collection[Any] = ()) -> fem.Form | None:
+def summed(forms: Sequence[Form], moving: Collection[str] = ()) -> fem.Form | None:
     """The sum of forms as one, whose kernels are programs; None for a matrix that vanishes.
 
     Args:
         forms: Forms with the same arguments, over one mesh; without integrals there is none.
-        moving: Functions that change from call to call, and with them all that are of their
-            elements: what follows from others alone is kept. Without any nothing is.
+        moving: Elements of functions that change from call to call: what follows from others
+            alone is kept. Without any nothing is.
 
     Raises:
         Unsupported: If it has something that programs do not have.
     """
-    form = forms[0] if len(forms) == 1 else Form([i for one in forms for i in one.integrals()])
-    if form.empty():
-        return None
     groups: dict[tuple[str, Any], list[Any]] = {}
-    for integral in form.integrals():
+    for integral in [integral for form in forms for integral in form.integrals()]:
         key = integral.integral_type(), integral.subdomain_id()
         groups.setdefault(key, []).append(integral)
-    coefficients, constants = form.coefficients(), form.constants()
-    spaces = [argument.ufl_function_space() for argument in form.arguments()]
-    if len(form.ufl_domains()) != 1:
+    if not groups:
+        return None
+    ufl_domain, *others = dict.fromkeys(i.ufl_domain() for some in groups.values() for i in some)
+    if others:
         raise Unsupported("several meshes")
     if len(groups) > INTEGRALS or not {kind for kind, _ in groups} <= set(KINDS):
         raise Unsupported("so many or such integrals")
-    (ufl_domain,) = form.ufl_domains()
-    lib, ffi = native.cells().lib, native.cells().ffi
-    order = sorted(groups, key=lambda key: list(KINDS).index(key[0]))
-    elements = [space.ufl_element() for space in spaces]
-    columns = elements[1].dim if len(elements) == 2 else 1
-    static, steady, coordinates = _steady(ufl_domain, coefficients, moving)
-    rules = []
-    for number, key in enumerate(order):
-        place = form.signature(), number, tuple(static)
-        if place not in READ:
-            READ[place] = rules_of(groups[key], coefficients, constants, elements, static)
-        rules.append(READ[place])
-    if len(spaces) == 2 and not any(rule.parts for some in rules for rule in some):
+    order = sorted(groups, key=lambda key: (list(KINDS).index(key[0]), str(type(key[1])), key[1]))
+    structures = [Structure(i.integrand() for i in groups[key]) for key in order]
+    layout = Layout(structures, ufl_domain, moving)
+    programs = [
+        program_of(groups[key], structure, layout)
+        for key, structure in zip(order, structures, strict=True)
+    ]
+    if len(layout.arguments) == 2 and all(program.vanishes for program in programs):
         return None
-    programs = [Program(some, len(spaces), columns, steady, coordinates) for some in rules]
-    addresses = [program.address(len(programs)) for program in programs]
-    places = fem.Constant(ufl_domain, np.array(addresses))
-    every = np.arange(len(coefficients), dtype=np.int8)
+    lib, ffi, pointer = native.cells().lib, native.cells().ffi, CArrays()
+    places = fem.Constant(ufl_domain, np.array([program.address(pointer) for program in programs]))
+    every = np.arange(len(layout.coefficients), dtype=np.int8)
     integrals: dict[IntegralType, list[Any]] = {kind: [] for kind in KINDS.values()}
     kernels = []
     for number, key in enumerate(order):
@@ -232,60 +248,123 @@ def summed(forms: Sequence[Form], moving: Collection[Any] = ()) -> fem.Form | No
         functions = {"tabulate_tensor_float64": one, "tabulate_tensor_float32": many}
         kernels.append(SimpleNamespace(**functions, program=programs[number]))
         own = integrals[KINDS[key[0]]]
-        own.append((len(own), int(ffi.cast("uintptr_t", one)), _entities(form, key), every))
+        entities = _entities(groups[key][0])
+        own.append((len(own), int(ffi.cast("uintptr_t", one)), entities, every))
     counts = [0, *(len(integrals.get(IntegralType(k), ())) for k in range(KIND_COUNT))]
     ufcx = SimpleNamespace(form_integral_offsets=np.cumsum(counts).tolist(), form_integrals=kernels)
     made = form_cpp_class(default_scalar_type)(
-        [space._cpp_object for space in spaces],
+        [argument.ufl_function_space()._cpp_object for argument in layout.arguments],
         {kind: own for kind, own in integrals.items() if own},
-        [f._cpp_object for f in coefficients],
-        [places._cpp_object, *(c._cpp_object for c in constants)],
+        [f._cpp_object for f in layout.coefficients],
+        [places._cpp_object, *(c._cpp_object for c in layout.constants)],
         False,
         [],
         ufl_domain.ufl_cargo(),
     )
-    module = Interpreted(form, (programs, places))
+    module = Interpreted(forms, (programs, pointer, places))
     return fem.Form(made, ufcx, None, module)  # type: ignore[arg-type]
 
 
-def _read(rules: Sequence[Rule], size: int) -> tuple[Ints, Ints]:
+class Layout:
+    """Numbers that kernels of a form get.
+
+    Args:
+        structures: Of the integrands over each kind of entity.
+        domain: The mesh, as UFL knows it.
+        moving: Elements of functions that change from call to call.
+
+    Attributes:
+        coefficients: Functions of the form.
+        constants: Constants of the form; before them stands one number for each of `structures`.
+        arguments: Its arguments.
+        element: Of the coordinates.
+        moving: Those elements.
+        steady: Of each coefficient of a cell whether it seldom changes.
+    """
+
+    def __init__(
+        self, structures: Sequence[Structure], domain: Any, moving: Collection[str]
+    ) -> None:
+        self.coefficients = list(dict.fromkeys(f for some in structures for f in some.coefficients))
+        self.constants = list(dict.fromkeys(c for some in structures for c in some.constants))
+        arguments = {k: v for some in structures for k, v in some.arguments.items()}
+        self.arguments = [arguments[k] for k in sorted(arguments)]
+        self.element, self.moving = domain.ufl_coordinate_element(), moving
+        self._dofs = starts(self.coefficients, dimension)
+        self._numbers = starts(self.constants, size)
+        self._programs = len(structures)
+        steady = map(self.is_steady, self.coefficients)
+        self.steady = np.repeat([*steady, False], [*map(dimension, self.coefficients), 0])
+
+    def is_steady(self, function: Any) -> bool:
+        """Decide whether a function seldom changes."""
+        return bool(self.moving) and repr(function.ufl_element()) not in self.moving
+
+    def dofs(self, structure: Structure) -> Ints:
+        """Places of dofs of a structure's functions."""
+        return _ranges(self._dofs, structure.coefficients, dimension)
+
+    def numbers(self, structure: Structure) -> Ints:
+        """Places of numbers of a structure's Constants."""
+        return self._programs + _ranges(self._numbers, structure.constants, size)
+
+
+def program_of(integrals: Sequence[Any], structure: Structure, layout: Layout) -> Program:
+    """Program of integrals over one kind of entity; those of the same structure share it.
+
+    Args:
+        integrals: The integrals.
+        structure: Of their integrands.
+        layout: Where their numbers stand.
+
+    Raises:
+        Unsupported: If they have something that programs do not have.
+    """
+    functions = enumerate(structure.coefficients)
+    static = [COORDINATES, *(k for k, f in functions if layout.is_steady(f))]
+    elements = [argument.ufl_element() for argument in layout.arguments]
+    key = (
+        structure.key,
+        integrals[0].integral_type(),
+        repr(layout.element),
+        *(canonicalize_metadata(integral.metadata()) for integral in integrals),
+        *map(repr, elements),
+        *(static if layout.moving else ()),
+    )
+    if key not in READ:
+        READ[key] = rules_of(integrals, structure, elements, static if layout.moving else ())
+    numbers = layout.dofs(structure), layout.numbers(structure), layout.steady
+    whole = key, *(some.tobytes() for some in numbers)
+    if whole not in PROGRAMS:
+        columns = elements[1].dim if len(elements) == 2 else 1
+        PROGRAMS[whole] = Program(READ[key], len(elements), columns, layout, structure)
+    return PROGRAMS[whole]
+
+
+def _read(rules: Sequence[Rule], dofs: Ints, count: int) -> tuple[Ints, Ints]:
     """Coefficients of a cell that rules read, and places of all among these.
 
     Nodes of each function stay at equal distances; where they would not, all are read.
     """
-    values = [places for rule in rules for places in rule.read()]
+    values = [dofs[places] for rule in rules for places in rule.read()]
     reads = np.unique(np.concatenate([*values, np.zeros(0)])).astype(int)
-    places = np.zeros(size, dtype=int)
+    places = np.zeros(count, dtype=int)
     places[reads] = np.arange(len(reads))
     if any(len(np.unique(np.diff(places[some]))) > 1 for some in values):
-        reads = places = np.arange(size)
+        reads = places = np.arange(count)
     return reads, places
 
 
-def _steady(
-    domain: Any, coefficients: Sequence[Any], moving: Collection[Any]
-) -> tuple[list[int], Bools, int]:
-    """Sources of what seldom changes, which coefficients do, and numbers of coordinates."""
-    elements = [f.ufl_element() for f in coefficients]
-    changing = {f.ufl_element() for f in moving}
-    steady = [bool(moving) and element not in changing for element in elements]
-    sources = [COORDINATES, *np.flatnonzero(steady).tolist()] if moving else []
-    element = domain.ufl_coordinate_element()
-    numbers = 3 * (element.dim // element.block_size)
-    return sources, np.repeat(np.array(steady, bool), [e.dim for e in elements]), numbers
-
-
-def _entities(form: Form, kind: tuple[str, Any]) -> Any:
+def _entities(integral: Any) -> Any:
     """Cells, or facets as pairs of cell and number."""
-    ((domain, data),) = form.subdomain_data().items()
-    mesh = domain.ufl_cargo()
-    integral_type, part = kind
-    if integral_type == "cell" and part == "everywhere":
+    mesh = integral.ufl_domain().ufl_cargo()
+    kind, part = integral.integral_type(), integral.subdomain_id()
+    if kind == "cell" and part == "everywhere":
         return np.arange(mesh.topology.index_map(mesh.topology.dim).size_local, dtype=np.int32)
-    subdomains = data[integral_type][0]
+    subdomains = integral.subdomain_data()
     parts = part if isinstance(part, tuple) else (part,)
     if subdomains is None or "everywhere" in parts:
         raise Unsupported("all facets, or parts without a list")
-    found = get_integration_domains(KINDS[integral_type], subdomains, list(parts))
+    found = get_integration_domains(KINDS[kind], subdomains, list(parts))
     own = [np.asarray(e).ravel() for k, e in found if k in parts]
     return np.concatenate([np.zeros(0), *own]).astype(np.int32)
