@@ -18,7 +18,7 @@ from shellmb.arrays import Floats
 from shellmb.native import library as native
 from shellmb.native.library import CArrays
 from shellmb.native.programs.building import Rule
-from shellmb.native.programs.forms import Layout, Program, size, starts
+from shellmb.native.programs.forms import PROGRAMS, Layout, Program, size, starts
 from shellmb.native.programs.graph import Input, Multilinear
 from shellmb.native.programs.reading import ARGUMENT, Reader
 from shellmb.native.programs.structure import Structure
@@ -55,18 +55,10 @@ class ExpressionProgram:
         structure = Structure([value])
         coefficients, constants = structure.coefficients, structure.constants
         domain: Any = extract_domains(value)[0]
-        places = Points(points[None], np.ones(len(points)), np.zeros((1, 0)))
-        tables = Tables(places, domain, [f.ufl_element() for f in coefficients], [])
-        reader = Reader(domain, coefficients, starts(constants, size), [], tables.vanishes)
-        values = reader.tensor(value).ravel()
-        tables.at_points(len(values))
-        none = (0,) * domain.topological_dimension
-        parts = {(Input(ARGUMENT, k, none),): node for k, node in enumerate(values)}
-        zero = reader.graph.zero
-        found = Multilinear({key: node for key, node in parts.items() if node != zero})
-        rule = Rule(reader, found if found.parts else zero, 1, places, tables)
-        layout = Layout([structure], domain, ())
-        self.program = program = Program([rule], 1, 1, layout, structure)
+        key = structure.key, repr(domain.ufl_coordinate_element()), points.tobytes()
+        if key not in PROGRAMS:
+            PROGRAMS[key] = _program(value, structure, domain, points)
+        self.program = program = PROGRAMS[key]
         pointer = CArrays()
         place = fem.Constant(domain, np.array([program.address(pointer)]))
         self.coefficients, self.constants = list(coefficients), [place, *constants]
@@ -97,3 +89,19 @@ class ExpressionProgram:
     def address(self) -> Any:
         """Address of the description, as DOLFINx takes it."""
         return self._ffi.cast("uintptr_t", self.form)
+
+
+def _program(value: Expr, structure: Structure, domain: Any, points: Floats) -> Program:
+    """Program of an expression's components."""
+    coefficients, constants = structure.coefficients, structure.constants
+    places = Points(points[None], np.ones(len(points)), np.zeros((1, 0)))
+    tables = Tables(places, domain, [f.ufl_element() for f in coefficients], [])
+    reader = Reader(domain, coefficients, starts(constants, size), [], tables.vanishes)
+    values = reader.tensor(value).ravel()
+    tables.at_points(len(values))
+    none = (0,) * domain.topological_dimension
+    parts = {(Input(ARGUMENT, k, none),): node for k, node in enumerate(values)}
+    zero = reader.graph.zero
+    found = Multilinear({key: node for key, node in parts.items() if node != zero})
+    rule = Rule(reader, found if found.parts else zero, 1, places, tables)
+    return Program([rule], 1, 1, Layout([structure], domain, ()), structure)

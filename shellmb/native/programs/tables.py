@@ -24,6 +24,8 @@ from shellmb.native.programs.reading import ARGUMENT
 
 # what is nearer to zero is zero, as in FFCx
 TINY = 1e-9
+# elements of components, the first of their dofs and the stride, by names of elements
+COMPONENTS: dict[tuple[str, int], tuple[Any, int, int]] = {}
 
 
 @dataclass(frozen=True)
@@ -112,6 +114,23 @@ def _estimated(integral: Any) -> int:
     return int(estimate_total_polynomial_degree(integrand)) + int(more)
 
 
+def component_of(element: Any, component: int) -> tuple[Any, int, int]:
+    """Element of a component of functions, the first of its dofs and their stride.
+
+    Args:
+        element: Element of the functions.
+        component: Number of the component in the reference cell.
+    """
+    if not element.reference_value_shape:
+        return element, 0, 1
+    key = repr(element), component
+    if key not in COMPONENTS:
+        # Basix looks through all parts of an element each time
+        own, first, stride = element.get_component_element(component)
+        COMPONENTS[key] = own, int(first), int(stride)
+    return COMPONENTS[key]
+
+
 class Tables:
     """Values of functions at the points of a rule.
 
@@ -171,16 +190,14 @@ class Tables:
             element = self._arguments[ARGUMENT - item.source]
         else:
             element, offset = self._elements[item.source], int(self._offsets[item.source])
-        own, first, stride = element, 0, 1
-        if element.reference_value_shape:
-            own, first, stride = element.get_component_element(item.component)
+        own, first, stride = component_of(element, item.component)
         if item.source == COORDINATES:
             # three numbers of each node, whatever the dimension
             first, stride = item.component, 3
-        key = own, item.orders
+        key = repr(own), item.orders
         if key not in self._known:
             self._known[key] = self._table(own, item.orders)
-        return self._known[key], Place(offset + int(first), int(stride))
+        return self._known[key], Place(offset + first, stride)
 
     def _table(self, element: Any, orders: tuple[int, ...]) -> int:
         total = sum(orders)
