@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import itertools
 import struct
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import Any
@@ -16,6 +18,7 @@ from dolfinx import default_scalar_type, fem
 from dolfinx.fem import IntegralType
 from dolfinx.fem.forms import form_cpp_class, get_integration_domains
 from ufl import Form
+from ufl.classes import CoefficientDerivative
 from ufl.utils.sorting import canonicalize_metadata
 
 from shellmb.arrays import Int32s, Ints
@@ -28,7 +31,7 @@ from shellmb.native.programs.geometry import COORDINATES
 from shellmb.native.programs.graph import Unsupported
 from shellmb.native.programs.reading import Reader
 from shellmb.native.programs.structure import Structure
-from shellmb.native.programs.tables import Tables, points_of
+from shellmb.native.programs.tables import Points, Tables, points_of
 
 KIND_COUNT = len(IntegralType.__members__)
 KINDS = {"cell": IntegralType.cell, "exterior_facet": IntegralType.exterior_facet}
@@ -37,6 +40,18 @@ KINDS = {"cell": IntegralType.cell, "exterior_facet": IntegralType.exterior_face
 READ: dict[Any, list[Rule]] = {}
 # programs, likewise, by these and by where the numbers of functions and Constants stand
 PROGRAMS: dict[Any, Program] = {}
+# structures and readers of what derivatives are taken of, by the ids of its expressions
+_READ_ONCE: ContextVar[dict[Any, Any] | None] = ContextVar("read_once", default=None)
+
+
+@contextmanager
+def read_once() -> Iterator[None]:
+    """What derivatives are taken of is read once in here for all derivatives of it."""
+    token = _READ_ONCE.set({})
+    try:
+        yield
+    finally:
+        _READ_ONCE.reset(token)
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,36 +98,73 @@ def _ranges(first: Mapping[Any, int], items: Iterable[Any], count: Callable[[Any
     return np.concatenate([np.zeros(0, dtype=int), *own])
 
 
-def rules_of(
-    integrals: Sequence[Any],
-    structure: Structure,
-    arguments: Sequence[Any],
-    static: Collection[int] = (),
-) -> list[Rule]:
-    """Programs of each quadrature rule of integrals over one kind of entity.
+class Integrands:
+    """Integrands over one kind of entity, and what derivatives in them are taken of.
+
+    The latter is read once for all derivatives of it, in here or in what is `read_once`.
 
     Args:
         integrals: The integrals.
-        structure: Of their integrands.
-        arguments: Elements of the arguments.
-        static: Sources of values that seldom change: what follows from these alone is kept.
     """
-    functions, places = structure.coefficients, starts(structure.constants, size)
-    domain, facet = integrals[0].ufl_domain(), integrals[0].integral_type() != "cell"
-    elements = [f.ufl_element() for f in functions]
-    groups: dict[bytes, tuple[Any, list[Any]]] = {}
-    for integral in integrals:
-        points = points_of(integral)
-        key = points.places.tobytes() + points.weights.tobytes()
-        groups.setdefault(key, (points, []))[1].append(integral.integrand())
-    found = []
-    for points, integrands in groups.values():
-        tables = Tables(points, domain, elements, arguments)
-        reader = Reader(domain, functions, places, arguments, tables.vanishes, facet, static)
-        value = reader.graph.total([reader.scalar(x) for x in integrands])
-        value = reader.graph.mul(value, reader.geometry.scale())
-        found.append(Rule(reader, value, len(arguments), points, tables, bool(static)))
-    return found
+
+    def __init__(self, integrals: Sequence[Any]) -> None:
+        self.integrals, self.domain = integrals, integrals[0].ufl_domain()
+        self.kind = integrals[0].integral_type()
+        self._roots = [_underived(integral.integrand()) for integral in integrals]
+        key = self.kind, id(self.domain), *map(id, self._roots)
+        # what is known by its id has to live
+        new = Structure(self._roots), dict[bytes, tuple[Reader, Tables]](), self._roots
+        known = (_READ_ONCE.get() or {}).setdefault(key, new)
+        self._base, self._readers, _ = known
+        self.structure = Structure((i.integrand() for i in integrals), self._base)
+
+    def rules(self, arguments: Sequence[Any], static: Collection[int] = ()) -> list[Rule]:
+        """Programs of each quadrature rule.
+
+        Args:
+            arguments: Elements of the arguments.
+            static: Sources of values that seldom change: what follows from these alone is kept.
+        """
+        groups: dict[bytes, tuple[Any, list[int]]] = {}
+        for k, integral in enumerate(self.integrals):
+            points = points_of(integral)
+            key = points.places.tobytes() + points.weights.tobytes()
+            groups.setdefault(key, (points, []))[1].append(k)
+        found = []
+        for key, (points, own) in groups.items():
+            if key not in self._readers:
+                self._readers[key] = self._reader(self._base, points, arguments, static)
+                for k in own:
+                    self._readers[key][0].tensor(self._roots[k])
+            known = self._readers[key]
+            reader, tables = self._reader(self.structure, points, arguments, static, *known)
+            value = reader.graph.total([reader.scalar(self.integrals[k].integrand()) for k in own])
+            value = reader.graph.mul(value, reader.geometry.scale())
+            found.append(Rule(reader, value, len(arguments), points, tables, bool(static)))
+        return found
+
+    def _reader(
+        self,
+        structure: Structure,
+        points: Points,
+        arguments: Sequence[Any],
+        static: Collection[int],
+        known: Reader | None = None,
+        tables: Tables | None = None,
+    ) -> tuple[Reader, Tables]:
+        functions, places = structure.coefficients, starts(structure.constants, size)
+        elements, facet = [f.ufl_element() for f in functions], self.kind != "cell"
+        own = Tables(points, self.domain, elements, arguments, tables)
+        vanishes = own.vanishes
+        return (
+            Reader(self.domain, functions, places, arguments, vanishes, facet, static, known),
+            own,
+        )
+
+
+def _underived(integrand: Any) -> Any:
+    """What a derivative is taken of, or what is none."""
+    return integrand.ufl_operands[0] if isinstance(integrand, CoefficientDerivative) else integrand
 
 
 class Program:
@@ -227,12 +279,9 @@ def summed(forms: Sequence[Form], moving: Collection[str] = ()) -> fem.Form | No
     if len(groups) > INTEGRALS or not {kind for kind, _ in groups} <= set(KINDS):
         raise Unsupported("so many or such integrals")
     order = sorted(groups, key=lambda key: (list(KINDS).index(key[0]), str(type(key[1])), key[1]))
-    structures = [Structure(i.integrand() for i in groups[key]) for key in order]
-    layout = Layout(structures, ufl_domain, moving)
-    programs = [
-        program_of(groups[key], structure, layout)
-        for key, structure in zip(order, structures, strict=True)
-    ]
+    integrands = [Integrands(groups[key]) for key in order]
+    layout = Layout([some.structure for some in integrands], ufl_domain, moving)
+    programs = [program_of(some, layout) for some in integrands]
     if len(layout.arguments) == 2 and all(program.vanishes for program in programs):
         return None
     lib, ffi, pointer = native.cells().lib, native.cells().ffi, CArrays()
@@ -309,30 +358,30 @@ class Layout:
         return self._programs + _ranges(self._numbers, structure.constants, size)
 
 
-def program_of(integrals: Sequence[Any], structure: Structure, layout: Layout) -> Program:
+def program_of(integrands: Integrands, layout: Layout) -> Program:
     """Program of integrals over one kind of entity; those of the same structure share it.
 
     Args:
-        integrals: The integrals.
-        structure: Of their integrands.
+        integrands: Their integrands.
         layout: Where their numbers stand.
 
     Raises:
         Unsupported: If they have something that programs do not have.
     """
+    structure = integrands.structure
     functions = enumerate(structure.coefficients)
     static = [COORDINATES, *(k for k, f in functions if layout.is_steady(f))]
     elements = [argument.ufl_element() for argument in layout.arguments]
     key = (
         structure.key,
-        integrals[0].integral_type(),
+        integrands.kind,
         repr(layout.element),
-        *(canonicalize_metadata(integral.metadata()) for integral in integrals),
+        *(canonicalize_metadata(integral.metadata()) for integral in integrands.integrals),
         *map(repr, elements),
         *(static if layout.moving else ()),
     )
     if key not in READ:
-        READ[key] = rules_of(integrals, structure, elements, static if layout.moving else ())
+        READ[key] = integrands.rules(elements, static if layout.moving else ())
     numbers = layout.dofs(structure), layout.numbers(structure), layout.steady
     whole = key, *(some.tobytes() for some in numbers)
     if whole not in PROGRAMS:

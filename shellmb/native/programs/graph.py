@@ -107,6 +107,12 @@ class Graph:
         self._known: dict[tuple[Any, ...], int] = {}
         self.zero, self.one = self.number(0.0), self.number(1.0)
 
+    def take(self, other: Graph) -> None:
+        """Take over the nodes of another graph."""
+        self.nodes, self.operands = other.nodes.copy(), other.operands.copy()
+        self.varies, self.steady = other.varies.copy(), other.steady.copy()
+        self.values, self._known = other.values.copy(), other._known.copy()
+
     def _node(self, *node: Any, varies: bool | None = None, steady: bool = True) -> int:
         found = self._known.get(node)
         if found is None:
@@ -143,20 +149,26 @@ class Graph:
         for group in roots:
             for root in map(self.actual, group):
                 uses[root] = uses.get(root, 0) + 1
-                stack = [(root, False)]
+                # below zero: a node whose operands are done
+                stack = [root]
                 while stack:
-                    node, ready = stack.pop()
-                    if node in done:
-                        continue
-                    own = [] if given(node) else self.operands[node]
-                    if ready:
-                        done.add(node)
-                        order.append(node)
-                        for a in own:
+                    node = stack.pop()
+                    if node >= 0:
+                        if node in done:
+                            continue
+                        own = self.operands[node]
+                        if own and not given(node):
+                            stack.append(~node)
+                            stack += [a for a in reversed(own) if a not in done]
+                            continue
+                    else:
+                        node = ~node
+                        if node in done:
+                            continue
+                        for a in self.operands[node]:
                             uses[a] = uses.get(a, 0) + 1
-                        continue
-                    stack.append((node, True))
-                    stack.extend((a, False) for a in reversed(own) if a not in done)
+                    done.add(node)
+                    order.append(node)
             ends.append(len(order))
         return order, ends, uses
 

@@ -18,6 +18,7 @@ class Structure:
 
     Args:
         expressions: The expressions.
+        known: Structure of some of what they are made of, whose numbers come first.
 
     Attributes:
         coefficients: Numbers of functions, in the order in which they appear.
@@ -26,14 +27,15 @@ class Structure:
         key: What expressions of the same structure have in common.
     """
 
-    def __init__(self, expressions: Iterable[Expr]) -> None:
-        self.coefficients: dict[Any, int] = {}
-        self.constants: dict[Any, int] = {}
-        self.arguments: dict[int, Any] = {}
+    def __init__(self, expressions: Iterable[Expr], known: Structure | None = None) -> None:
+        before: dict[str, dict[Any, Any]] = {} if known is None else vars(known)
+        self.coefficients: dict[Any, int] = dict(before.get("coefficients", {}))
+        self.constants: dict[Any, int] = dict(before.get("constants", {}))
+        self.arguments: dict[int, Any] = dict(before.get("arguments", {}))
         # of indices and labels of variables, by their kind and count
-        self._names: dict[Any, int] = {}
-        self._operations: dict[Any, int] = {}
-        self._numbers: dict[int, int] = {}
+        self._names: dict[Any, int] = dict(before.get("_names", {}))
+        self._operations: dict[Any, int] = dict(before.get("_operations", {}))
+        self._numbers: dict[int, int] = dict(before.get("_numbers", {}))
         roots = [self._number(expression) for expression in expressions]
         self.key = *roots, *self._operations
 

@@ -139,6 +139,7 @@ class Tables:
         domain: The mesh, as UFL knows it.
         elements: Elements of coefficients, then of arguments.
         arguments: Elements of the arguments.
+        known: Tables at the same points, of some of the coefficients that come first.
     """
 
     def __init__(
@@ -147,13 +148,14 @@ class Tables:
         domain: Any,
         elements: Sequence[Any],
         arguments: Sequence[Any],
+        known: Tables | None = None,
     ) -> None:
         self._points, self._elements, self._arguments = points, elements, arguments
         self._coordinates = domain.ufl_coordinate_element()
         self._offsets = np.concatenate([[0], np.cumsum([e.dim for e in elements])]).astype(int)
-        self._known: dict[Any, int] = {}
-        self.tables: list[Floats] = []
-        self._of: dict[Input, tuple[int, Place]] = {}
+        self._known: dict[Any, int] = {} if known is None else known._known.copy()
+        self.tables: list[Floats] = [] if known is None else known.tables.copy()
+        self._of: dict[Input, tuple[int, Place]] = {} if known is None else known._of.copy()
 
     @cached_property
     def _flat(self) -> Floats:
