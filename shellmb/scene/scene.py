@@ -138,10 +138,6 @@ class Scene(Description):
         """Bodies that a support, load, potential, initial velocity or probe acts on."""
         return lookup.bodies_of(self, item)
 
-    def shells_of(self, item: Support | Load | InitialVelocity | Probe) -> tuple[Shell, ...]:
-        """The shells among the bodies of a support, load, initial velocity or probe."""
-        return tuple(b for b in self.bodies_of(item) if isinstance(b, Shell))
-
     def coordinates_of(self, item: Driver | Lock | Element) -> tuple[Coordinate, ...]:
         """Coordinates of its joint on which a driver, lock or joint element acts."""
         return lookup.coordinates_of(self, item)

@@ -73,13 +73,13 @@ def test_scheme_objects():
     assert (scene.static, scene.scheme_name) == (False, "mine")
 
 
-def test_items_find_their_shells():
+def test_items_find_their_bodies():
     join = Join("plate", "wall", "left", "bottom")
     scene = Scene("s", [PLATE, WALL], supports=Clamped("right", body="plate"), joins=[join])
     assert scene.shell("wall") is WALL
-    assert scene.shells_of(Gravity()) == (PLATE, WALL)
-    assert scene.shells_of(InitialVelocity(body="wall")) == (WALL,)
-    assert scene.shells_of(Probe("p", (0, 0, 0), body="plate")) == (PLATE,)
+    assert scene.bodies_of(Gravity()) == (PLATE, WALL)
+    assert scene.bodies_of(InitialVelocity(body="wall")) == (WALL,)
+    assert scene.bodies_of(Probe("p", (0, 0, 0), body="plate")) == (PLATE,)
 
 
 def test_support_reaches_through_joins():

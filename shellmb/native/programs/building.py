@@ -100,7 +100,7 @@ class Rule:
         return found
 
     def read(self) -> list[Ints]:
-        """Places of coefficients among those of its functions, of each value that is read."""
+        """Places of coefficients among those of a cell, of each value that is read."""
         every = [*self._made.inputs, *self._steady.inputs]
         own = dict.fromkeys(item for item, _ in every if item.source != COORDINATES)
         found = []
@@ -110,19 +110,19 @@ class Rule:
             found.append(place.first + place.stride * np.arange(nodes))
         return found
 
-    def struct(self, pointer: CArrays, constants: Ints, place: int, read: Ints) -> dict[str, Any]:
+    def struct(self, pointer: CArrays, first: int, place: int, read: Ints) -> dict[str, Any]:
         """Members of C's structure.
 
         Args:
             pointer: Makes pointers, and keeps what they point to.
-            constants: Place of each constant.
+            first: Place of the first constant, behind those of programs.
             place: Of what is kept of a cell.
             read: Place of each coefficient among those that are read.
         """
         self._read = read
         entities = self._points.numbers
         found = self._products(pointer) if self._rank == 2 else self._rows(pointer)
-        stages = [self._stage(pointer, constants, made) for made in (self._steady, self._made)]
+        stages = [self._stage(pointer, first, made) for made in (self._steady, self._made)]
         tables = [_table(pointer, values) for values in self._tables.tables]
         keep = [self._steady.output[_numbered(k)] for k in range(len(self._made.kept))]
         return {
@@ -140,7 +140,7 @@ class Rule:
             **found,
         }
 
-    def _stage(self, pointer: CArrays, constants: Ints, made: Translation) -> dict[str, Any]:
+    def _stage(self, pointer: CArrays, first: int, made: Translation) -> dict[str, Any]:
         uniform = np.zeros(made.uniforms + 1)
         uniform[: len(made.numbers)] = made.numbers
         loads = self._loads(pointer, made)
@@ -149,7 +149,7 @@ class Rule:
             "numbers": len(made.numbers),
             "constants": len(made.constants),
             "uniform": pointer(uniform),
-            "constant": _ints(pointer, [*constants[made.constants], 0]),
+            "constant": _ints(pointer, [first + k for k in made.constants] or [0]),
             "uniform_ops": len(made.uniform_code),
             "ops": len(made.code),
             "uniform_code": _instructions(pointer, made.uniform_code),

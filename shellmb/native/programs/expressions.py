@@ -18,7 +18,7 @@ from shellmb.arrays import Floats
 from shellmb.native import library as native
 from shellmb.native.library import CArrays
 from shellmb.native.programs.building import Rule
-from shellmb.native.programs.forms import PROGRAMS, Layout, Program, size, starts
+from shellmb.native.programs.forms import READ, Program, constant_places
 from shellmb.native.programs.graph import Input, Multilinear
 from shellmb.native.programs.reading import ARGUMENT, Reader
 from shellmb.native.programs.structure import Structure
@@ -56,11 +56,11 @@ class ExpressionProgram:
         coefficients, constants = structure.coefficients, structure.constants
         domain: Any = extract_domains(value)[0]
         key = structure.key, repr(domain.ufl_coordinate_element()), points.tobytes()
-        if key not in PROGRAMS:
-            PROGRAMS[key] = _program(value, structure, domain, points)
-        self.program = program = PROGRAMS[key]
+        if key not in READ:
+            READ[key] = [_program(value, structure, domain, points)]
+        (self.program,) = READ[key]
         pointer = CArrays()
-        place = fem.Constant(domain, np.array([program.address(pointer)]))
+        place = fem.Constant(domain, np.array([self.program.address(pointer)]))
         self.coefficients, self.constants = list(coefficients), [place, *constants]
         self._kept: tuple[Any, ...] = pointer, place
         self._ffi = ffi = ufcx_interface()
@@ -96,7 +96,7 @@ def _program(value: Expr, structure: Structure, domain: Any, points: Floats) -> 
     coefficients, constants = structure.coefficients, structure.constants
     places = Points(points[None], np.ones(len(points)), np.zeros((1, 0)))
     tables = Tables(places, domain, [f.ufl_element() for f in coefficients], [])
-    reader = Reader(domain, coefficients, starts(constants, size), [], tables.vanishes)
+    reader = Reader(domain, coefficients, constant_places(constants), [], tables.vanishes)
     values = reader.tensor(value).ravel()
     tables.at_points(len(values))
     none = (0,) * domain.topological_dimension
@@ -104,4 +104,5 @@ def _program(value: Expr, structure: Structure, domain: Any, points: Floats) -> 
     zero = reader.graph.zero
     found = Multilinear({key: node for key, node in parts.items() if node != zero})
     rule = Rule(reader, found if found.parts else zero, 1, places, tables)
-    return Program([rule], 1, 1, Layout([structure], domain, ()), structure)
+    steady = np.zeros(sum(f.ufl_element().dim for f in coefficients), bool)
+    return Program([rule], [len(values)], steady, 0, 1)

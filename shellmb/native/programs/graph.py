@@ -107,12 +107,6 @@ class Graph:
         self._known: dict[tuple[Any, ...], int] = {}
         self.zero, self.one = self.number(0.0), self.number(1.0)
 
-    def take(self, other: Graph) -> None:
-        """Take over the nodes of another graph."""
-        self.nodes, self.operands = other.nodes.copy(), other.operands.copy()
-        self.varies, self.steady = other.varies.copy(), other.steady.copy()
-        self.values, self._known = other.values.copy(), other._known.copy()
-
     def _node(self, *node: Any, varies: bool | None = None, steady: bool = True) -> int:
         found = self._known.get(node)
         if found is None:
@@ -153,22 +147,17 @@ class Graph:
                 stack = [root]
                 while stack:
                     node = stack.pop()
-                    if node >= 0:
-                        if node in done:
-                            continue
-                        own = self.operands[node]
-                        if own and not given(node):
-                            stack.append(~node)
-                            stack += [a for a in reversed(own) if a not in done]
-                            continue
-                    else:
-                        node = ~node
-                        if node in done:
-                            continue
-                        for a in self.operands[node]:
+                    if node >= 0 and node not in done and self.operands[node] and not given(node):
+                        stack.append(~node)
+                        stack += [a for a in reversed(self.operands[node]) if a not in done]
+                        continue
+                    own = self.operands[~node] if node < 0 else []
+                    node = max(node, ~node)
+                    if node not in done:
+                        done.add(node)
+                        order.append(node)
+                        for a in own:
                             uses[a] = uses.get(a, 0) + 1
-                    done.add(node)
-                    order.append(node)
             ends.append(len(order))
         return order, ends, uses
 

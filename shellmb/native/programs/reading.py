@@ -42,8 +42,6 @@ class Reader:
         vanishes: Decides whether a function's value, or a derivative of it, is zero everywhere.
         facet: Whether it is over facets.
         static: Sources of values that seldom change.
-        known: Reader of some of what there is to read, with the same numbers: what it has read is
-            not read again.
 
     Attributes:
         graph: What is read.
@@ -59,13 +57,8 @@ class Reader:
         vanishes: Callable[[Input], bool],
         facet: bool = False,
         static: Collection[int] = (),
-        known: Reader | None = None,
     ) -> None:
         self.graph = Graph(static)
-        self._memo: dict[Any, Tensor] = {}
-        if known is not None:
-            self.graph.take(known.graph)
-            self._memo |= known._memo
         self._vanishes = vanishes
         self._numbers = {f: k for k, f in enumerate(coefficients)}
         self._constants = constants
@@ -73,6 +66,7 @@ class Reader:
         self._arguments = arguments
         self._gdim, self._tdim = domain.geometric_dimension, domain.topological_dimension
         self._along = [Along(self.value, a) for a in range(self._tdim)]
+        self._memo: dict[Any, Tensor] = {}
         self._bound: dict[int, int] = {}
         self._directions: dict[Any, Gateaux] = {}
         self._kept: list[Any] = []

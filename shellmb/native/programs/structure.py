@@ -10,7 +10,7 @@ from typing import Any
 
 from ufl.classes import GeometricQuantity
 from ufl.core.expr import Expr
-from ufl.core.multiindex import FixedIndex
+from ufl.core.multiindex import Index
 
 
 class Structure:
@@ -18,7 +18,6 @@ class Structure:
 
     Args:
         expressions: The expressions.
-        known: Structure of some of what they are made of, whose numbers come first.
 
     Attributes:
         coefficients: Numbers of functions, in the order in which they appear.
@@ -27,64 +26,53 @@ class Structure:
         key: What expressions of the same structure have in common.
     """
 
-    def __init__(self, expressions: Iterable[Expr], known: Structure | None = None) -> None:
-        before: dict[str, dict[Any, Any]] = {} if known is None else vars(known)
-        self.coefficients: dict[Any, int] = dict(before.get("coefficients", {}))
-        self.constants: dict[Any, int] = dict(before.get("constants", {}))
-        self.arguments: dict[int, Any] = dict(before.get("arguments", {}))
-        # of indices and labels of variables, by their kind and count
-        self._names: dict[Any, int] = dict(before.get("_names", {}))
-        self._operations: dict[Any, int] = dict(before.get("_operations", {}))
-        self._numbers: dict[int, int] = dict(before.get("_numbers", {}))
+    def __init__(self, expressions: Iterable[Expr]) -> None:
+        self.coefficients: dict[Any, int] = {}
+        self.constants: dict[Any, int] = {}
+        self.arguments: dict[int, Any] = {}
+        # of indices and labels of variables
+        self._names: dict[Any, int] = {}
+        self._operations: dict[Any, int] = {}
+        self._numbers: dict[int, int] = {}
         roots = [self._number(expression) for expression in expressions]
         self.key = *roots, *self._operations
 
-    def _number(self, root: Any) -> int:
+    @property
+    def elements(self) -> list[Any]:
+        """Elements of the arguments."""
+        return [argument.ufl_element() for _, argument in sorted(self.arguments.items())]
+
+    def _number(self, expr: Any) -> int:
         """Number of an operation, behind those that it is of."""
-        numbers, operations, stack = self._numbers, self._operations, [root]
-        while stack:
-            expr = stack[-1]
-            own = id(expr)
-            if own in numbers:
-                stack.pop()
-                continue
-            if expr._ufl_is_terminal_:
-                operation = self._terminal(expr)
-            else:
-                of = expr.ufl_operands
-                missing = [o for o in of if id(o) not in numbers]
-                if missing:
-                    stack += reversed(missing)
-                    continue
-                operation = expr._ufl_typecode_, *[numbers[id(o)] for o in of]
-            stack.pop()
-            numbers[own] = operations.setdefault(operation, len(operations))
-        return numbers[id(root)]
+        found = self._numbers.get(id(expr))
+        if found is None:
+            of = expr.ufl_operands
+            about = map(self._number, of) if of else self._terminal(expr)
+            operation = expr._ufl_typecode_, *about
+            found = self._operations.setdefault(operation, len(self._operations))
+            self._numbers[id(expr)] = found
+        return found
 
     def _terminal(self, expr: Any) -> tuple[Any, ...]:
-        name = expr._ufl_handler_name_
-        match name:
+        names = self._names
+        match expr._ufl_handler_name_:
             case "coefficient":
-                number = self.coefficients.setdefault(expr, len(self.coefficients))
-                return name, number, repr(expr.ufl_element())
+                return _placed(expr, self.coefficients), repr(expr.ufl_element())
             case "constant":
-                number = self.constants.setdefault(expr, len(self.constants))
-                return name, number, expr.ufl_shape
+                return _placed(expr, self.constants), expr.ufl_shape
             case "argument":
                 self.arguments[expr.number()] = expr
-                return name, expr.number(), repr(expr.ufl_element())
+                return expr.number(), repr(expr.ufl_element())
             case "multi_index":
-                return name, *map(self._index, expr)
+                # free ones below zero
+                return tuple(~_placed(i, names) if isinstance(i, Index) else int(i) for i in expr)
             case "label":
-                return name, self._names.setdefault((name, expr.count()), len(self._names))
+                return (_placed(expr, names),)
             case "int_value" | "float_value" | "real_value":
-                return name, float(expr)
-            case "zero":
-                return name, expr.ufl_shape, expr.ufl_free_indices
-        return name, "" if isinstance(expr, GeometricQuantity) else repr(expr)
+                return (float(expr),)
+        return () if isinstance(expr, GeometricQuantity) else (repr(expr),)
 
-    def _index(self, index: Any) -> int:
-        """A fixed index, or the number of a free one below zero."""
-        if isinstance(index, FixedIndex):
-            return int(index)
-        return -1 - self._names.setdefault(("index", index.count()), len(self._names))
+
+def _placed(item: Any, among: dict[Any, int]) -> int:
+    """Number of an item, the next one if it has none yet."""
+    return among.setdefault(item, len(among))

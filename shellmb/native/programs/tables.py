@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any
 
 import basix
@@ -24,8 +24,6 @@ from shellmb.native.programs.reading import ARGUMENT
 
 # what is nearer to zero is zero, as in FFCx
 TINY = 1e-9
-# elements of components, the first of their dofs and the stride, by names of elements
-COMPONENTS: dict[tuple[str, int], tuple[Any, int, int]] = {}
 
 
 @dataclass(frozen=True)
@@ -114,6 +112,7 @@ def _estimated(integral: Any) -> int:
     return int(estimate_total_polynomial_degree(integrand)) + int(more)
 
 
+@cache
 def component_of(element: Any, component: int) -> tuple[Any, int, int]:
     """Element of a component of functions, the first of its dofs and their stride.
 
@@ -121,14 +120,12 @@ def component_of(element: Any, component: int) -> tuple[Any, int, int]:
         element: Element of the functions.
         component: Number of the component in the reference cell.
     """
-    if not element.reference_value_shape:
-        return element, 0, 1
-    key = repr(element), component
-    if key not in COMPONENTS:
-        # Basix looks through all parts of an element each time
-        own, first, stride = element.get_component_element(component)
-        COMPONENTS[key] = own, int(first), int(stride)
-    return COMPONENTS[key]
+    # Basix looks through all parts of an element each time
+    return (
+        element.get_component_element(component)
+        if element.reference_value_shape
+        else (element, 0, 1)
+    )
 
 
 class Tables:
@@ -139,7 +136,6 @@ class Tables:
         domain: The mesh, as UFL knows it.
         elements: Elements of coefficients, then of arguments.
         arguments: Elements of the arguments.
-        known: Tables at the same points, of some of the coefficients that come first.
     """
 
     def __init__(
@@ -148,14 +144,13 @@ class Tables:
         domain: Any,
         elements: Sequence[Any],
         arguments: Sequence[Any],
-        known: Tables | None = None,
     ) -> None:
         self._points, self._elements, self._arguments = points, elements, arguments
         self._coordinates = domain.ufl_coordinate_element()
         self._offsets = np.concatenate([[0], np.cumsum([e.dim for e in elements])]).astype(int)
-        self._known: dict[Any, int] = {} if known is None else known._known.copy()
-        self.tables: list[Floats] = [] if known is None else known.tables.copy()
-        self._of: dict[Input, tuple[int, Place]] = {} if known is None else known._of.copy()
+        self._known: dict[Any, int] = {}
+        self.tables: list[Floats] = []
+        self._of: dict[Input, tuple[int, Place]] = {}
 
     @cached_property
     def _flat(self) -> Floats:
@@ -196,10 +191,10 @@ class Tables:
         if item.source == COORDINATES:
             # three numbers of each node, whatever the dimension
             first, stride = item.component, 3
-        key = repr(own), item.orders
+        key = own, item.orders
         if key not in self._known:
             self._known[key] = self._table(own, item.orders)
-        return self._known[key], Place(offset + first, stride)
+        return self._known[key], Place(offset + int(first), int(stride))
 
     def _table(self, element: Any, orders: tuple[int, ...]) -> int:
         total = sum(orders)

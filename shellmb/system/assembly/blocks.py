@@ -24,7 +24,6 @@ from shellmb.native import library as native
 from shellmb.native.assembler import is_native
 from shellmb.native.derivatives import derivative
 from shellmb.native.kernels import compile_each, together
-from shellmb.native.programs.forms import read_once
 from shellmb.system.assembly.dependent_functions import following
 from shellmb.system.assembly.entries import most_entries
 from shellmb.system.assembly.fields import DependentFunctions, Field
@@ -130,7 +129,6 @@ class BlockSystem:
         """Number of unknowns."""
         return int(self.x.getSize())
 
-    @read_once()
     def _compile(self) -> None:
         self.residual_forms: list[RowForm]
         fields = self.fields
