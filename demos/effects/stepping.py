@@ -6,7 +6,7 @@ import io
 import tempfile
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import contextmanager
 from pathlib import Path
 from statistics import quantiles
 
@@ -15,7 +15,7 @@ from mpi4py import MPI
 from rich.console import Console
 
 from shellmb.accuracy.measuring.times import Stopwatch, slowest
-from shellmb.clock import now, timed_by
+from shellmb.clock import CLOCK, now
 from shellmb.native.kernels import watched
 from shellmb.observers.progress import ProgressReport
 from shellmb.running.standard import StandardObservers
@@ -194,7 +194,8 @@ def observer_shares(stepping: Stepping, steps: int) -> dict[str, float]:
     return {n: (s - before[n]) / took for n, s in stepping.seconds().items()} if took else {}
 
 
-def measured_in(clock: str) -> AbstractContextManager[None]:
+@contextmanager
+def measured_in(clock: str) -> Iterator[None]:
     """Parts of steps are timed by a clock meanwhile.
 
     On a machine that others use, too, a step is interrupted and a kernel timed alone is not:
@@ -204,7 +205,11 @@ def measured_in(clock: str) -> AbstractContextManager[None]:
     Args:
         clock: "cpu" or "wall".
     """
-    return timed_by(CLOCKS[clock])
+    token = CLOCK.set(CLOCKS[clock])
+    try:
+        yield
+    finally:
+        CLOCK.reset(token)
 
 
 def in_turn[T](rounds: int, works: Sequence[Callable[[], T]]) -> list[tuple[T, ...]]:

@@ -63,8 +63,7 @@ def together[K](
         groups.setdefault(key, []).append(form)
     _refuse_others([form for some in groups.values() for form in some])
     elements = {repr(function.ufl_element()) for function in moving}
-    found = {key: _interpreted(some, elements) for key, some in groups.items()}
-    return {key: made for key, made in found.items() if made}
+    return {k: made for k, some in groups.items() if (made := _interpreted(some, elements))}
 
 
 def _interpreted(forms: Sequence[Form], moving: Collection[str] = ()) -> list[fem.Form]:
@@ -119,8 +118,7 @@ def _refuse_others(forms: Sequence[Form]) -> None:
 
 def comm_of(form: Form) -> MPI.Comm:
     """The ranks of what a form is on."""
-    domain: Any = form.integrals()[0].ufl_domain()
-    comm: MPI.Comm = domain.ufl_cargo().comm
+    comm: MPI.Comm = form.integrals()[0].ufl_domain().ufl_cargo().comm
     return comm
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property, partial, reduce
+from operator import add
 from typing import Any, NamedTuple
 
 from mpi4py import MPI
@@ -78,14 +79,13 @@ class StrainDamping:
 
     def work(self, along: Straining) -> Form:
         """Work over the step, eq. (D2); never positive."""
-        forms = [_work(part, self._layout, along) for part in self._parts]
-        return sum(forms[1:], forms[0])
+        return reduce(add, [_work(part, self._layout, along) for part in self._parts])
 
     def at(self, q: Expr, v: Expr, dq: Expr) -> Form:
         """Virtual work of the forces at a state with a velocity."""
         layout = self._layout
         forms = [on(at_state(section, layout, e, q, v, dq)) for section, e, on in self._parts]
-        return sum(forms[1:], forms[0])
+        return reduce(add, forms)
 
 
 def _work(part: Resisting, layout: Layout, along: Straining) -> Form:
@@ -204,8 +204,7 @@ class MaxwellBranches:
 
     def held(self, q: fem.Function, dq: Expr) -> Form:
         """Work of the stresses that `follow` takes, of the accepted state."""
-        found = [group.held(q, dq) for group in self._groups]
-        return sum(found[1:], found[0])
+        return reduce(add, [group.held(q, dq) for group in self._groups])
 
     def follow(self) -> None:
         """Take the stresses of the accepted state."""
@@ -238,13 +237,11 @@ class MaxwellBranches:
         Args:
             mean: Whether they are means over the step just solved, not those of its start.
         """
-        found = [group.forces(mean) for group in self._groups]
-        return sum(found[1:], found[0])[:, 0]
+        return reduce(add, [group.forces(mean) for group in self._groups])[:, 0]
 
     def mean(self) -> Expr:
         """Mean of the stresses of the branches over the step, as of the strains."""
-        found = [group.mean() for group in self._groups]
-        return sum(found[1:], found[0])
+        return reduce(add, [group.mean() for group in self._groups])
 
     def _sum(self, parts: Sequence[float]) -> float:
         return float(self._groups[0].comm.allreduce(sum(parts), op=MPI.SUM))

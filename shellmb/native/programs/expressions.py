@@ -19,7 +19,7 @@ from shellmb.native import library as native
 from shellmb.native.library import CArrays
 from shellmb.native.programs.building import Rule
 from shellmb.native.programs.forms import READ, Program, constant_places
-from shellmb.native.programs.graph import Input, Multilinear
+from shellmb.native.programs.graph import Input, linear
 from shellmb.native.programs.reading import ARGUMENT, Reader
 from shellmb.native.programs.structure import Structure
 from shellmb.native.programs.tables import Points, Tables
@@ -46,6 +46,7 @@ class ExpressionProgram:
         coefficients: Functions that it reads, in their order.
         constants: Constants that it reads, in their order.
         program: The program.
+        address: Address of the description, as DOLFINx takes it.
 
     Raises:
         Unsupported: If it has something that programs do not have.
@@ -57,13 +58,23 @@ class ExpressionProgram:
         domain: Any = extract_domains(value)[0]
         key = structure.key, repr(domain.ufl_coordinate_element()), points.tobytes()
         if key not in READ:
-            READ[key] = [_program(value, structure, domain, points)]
+            places = Points(points[None], np.ones(len(points)), np.zeros((1, 0)))
+            tables = Tables(places, domain, [f.ufl_element() for f in coefficients], [])
+            known = constant_places(constants)
+            reader = Reader(domain, coefficients, known, [], tables.vanishes)
+            values = reader.tensor(value).ravel()
+            tables.at_points(len(values))
+            none = (0,) * domain.topological_dimension
+            parts = {(Input(ARGUMENT, k, none),): node for k, node in enumerate(values)}
+            rule = Rule(reader, linear(parts, reader.graph.zero), 1, places, tables)
+            steady = np.zeros(sum(f.ufl_element().dim for f in coefficients), bool)
+            READ[key] = [Program([rule], [len(values)], steady, 0, 1)]
         (self.program,) = READ[key]
         pointer = CArrays()
         place = fem.Constant(domain, np.array([self.program.address(pointer)]))
         self.coefficients, self.constants = list(coefficients), [place, *constants]
         self._kept: tuple[Any, ...] = pointer, place
-        self._ffi = ffi = ufcx_interface()
+        ffi = ufcx_interface()
         positions = np.arange(max(len(coefficients), 1), dtype=np.int32)
         shape = np.array([*value.ufl_shape, 0], dtype=np.int32)
         where = np.ascontiguousarray(points.ravel(), dtype=float)
@@ -84,25 +95,4 @@ class ExpressionProgram:
             "coordinate_element_hash": domain.ufl_coordinate_element().basix_hash(),
         }
         self.form = ffi.new("ufcx_expression *", members)
-
-    @property
-    def address(self) -> Any:
-        """Address of the description, as DOLFINx takes it."""
-        return self._ffi.cast("uintptr_t", self.form)
-
-
-def _program(value: Expr, structure: Structure, domain: Any, points: Floats) -> Program:
-    """Program of an expression's components."""
-    coefficients, constants = structure.coefficients, structure.constants
-    places = Points(points[None], np.ones(len(points)), np.zeros((1, 0)))
-    tables = Tables(places, domain, [f.ufl_element() for f in coefficients], [])
-    reader = Reader(domain, coefficients, constant_places(constants), [], tables.vanishes)
-    values = reader.tensor(value).ravel()
-    tables.at_points(len(values))
-    none = (0,) * domain.topological_dimension
-    parts = {(Input(ARGUMENT, k, none),): node for k, node in enumerate(values)}
-    zero = reader.graph.zero
-    found = Multilinear({key: node for key, node in parts.items() if node != zero})
-    rule = Rule(reader, found if found.parts else zero, 1, places, tables)
-    steady = np.zeros(sum(f.ufl_element().dim for f in coefficients), bool)
-    return Program([rule], [len(values)], steady, 0, 1)
+        self.address = ffi.cast("uintptr_t", self.form)

@@ -207,9 +207,8 @@ def summed(forms: Sequence[Form], moving: Collection[str] = ()) -> fem.Form | No
     element = repr(ufl_domain.ufl_coordinate_element())
     known = structure.key, *places, *rules, element, *static
     if known not in READ:
-        numbers = sizes, steady, coordinates, len(order)
         every = (rules_of(groups[key], structure, static) for key in order)
-        READ[known] = [Program(some, *numbers) for some in every]
+        READ[known] = [Program(some, sizes, steady, coordinates, len(order)) for some in every]
     programs = READ[known]
     if len(sizes) == 2 and all(program.vanishes for program in programs):
         return None
@@ -238,8 +237,8 @@ def summed(forms: Sequence[Form], moving: Collection[str] = ()) -> fem.Form | No
         [],
         ufl_domain.ufl_cargo(),
     )
-    module = Interpreted(forms, (programs, pointer, addresses))
-    return fem.Form(made, ufcx, None, module)  # type: ignore[arg-type]
+    module: Any = Interpreted(forms, (programs, pointer, addresses))
+    return fem.Form(made, ufcx, None, module)
 
 
 def _read(rules: Sequence[Rule], size: int) -> tuple[Ints, Ints]:
@@ -264,8 +263,8 @@ def _steady(
     steady = [bool(moving) and repr(element) not in moving for element in elements]
     sources = [COORDINATES, *np.flatnonzero(steady).tolist()] if moving else []
     element = domain.ufl_coordinate_element()
-    numbers = 3 * (element.dim // element.block_size)
-    return sources, np.repeat(np.array(steady, bool), [e.dim for e in elements]), numbers
+    all_steady = np.repeat(np.array(steady, bool), [e.dim for e in elements])
+    return sources, all_steady, 3 * (element.dim // element.block_size)
 
 
 def _entities(integral: Any) -> Any:

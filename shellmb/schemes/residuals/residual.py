@@ -303,8 +303,7 @@ def stage_forms(
         )
         jumped = jump_forms(dq)
         forces = inertia, internal, None if jumped is None else jumped[1]
-        own = added(forces)
-        parts = [] if own is None else [own]
+        parts = [form for form in [added(forces)] if form is not None]
         samples = sample.resolved(body, dq, space.mesh)
         parts += acting(body, samples, dq)
         result[name] = StageForms(stage, tuple(parts), samples, tuple(terms), sub.states, work)
@@ -315,8 +314,7 @@ def stage_forms(
             body.inertia(jump.defect, db),
             velocity_constraint(body, jump.jump, jump.mid, db) if jumped is None else jumped[0],
         )
-        found = added(rows)
-        result["b"] = StageForms(None, () if found is None else (found,))
+        result["b"] = StageForms(None, tuple(x for x in [added(rows)] if x is not None))
     return result
 
 

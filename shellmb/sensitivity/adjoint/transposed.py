@@ -20,7 +20,7 @@ from ufl import Form
 
 from shellmb.arrays import Floats
 from shellmb.native.assembler import is_native
-from shellmb.native.derivatives import by_directions, by_shares
+from shellmb.native.derivatives import by_directions
 from shellmb.native.kernels import compile_all, compile_each
 from shellmb.simulate.problem import Problem
 from shellmb.system.assembly.fields import Field
@@ -233,8 +233,7 @@ def _by_state(
     """`mu.R` derived by what functions of one space have shares of."""
     space = functions[0].function_space
     constant, test = fem.Constant(space.mesh, np.array(shares)), ufl.TestFunction(space)
-    weights = [constant[k] for k in range(len(functions))]
-    return by_shares(_weighed(form, mu), functions, weights, test)
+    return by_directions(_weighed(form, mu), functions, [share * test for share in constant])
 
 
 def _by_number(
