@@ -65,7 +65,7 @@ class ExpressionProgram:
             values = reader.tensor(value).ravel()
             tables.at_points(len(values))
             none = (0,) * domain.topological_dimension
-            parts = {(Input(ARGUMENT, k, none),): node for k, node in enumerate(values)}
+            parts: Any = {(Input(ARGUMENT, k, none),): node for k, node in enumerate(values)}
             rule = Rule(reader, linear(parts, reader.graph.zero), 1, places, tables)
             steady = np.zeros(sum(f.ufl_element().dim for f in coefficients), bool)
             READ[key] = [Program([rule], [len(values)], steady, 0, 1)]
