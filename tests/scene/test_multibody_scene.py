@@ -71,11 +71,9 @@ def test_bodies_are_found():
 def test_items_find_their_bodies():
     s = scene()
     assert s.bodies_of(Gravity()) == s.bodies
-    assert s.shells_of(Gravity()) == (PLATE,)
     assert s.bodies_of(InitialVelocity()) == s.bodies
     assert s.bodies_of(Gravity(body="crank")) == (CRANK,)
     assert s.bodies_of(Probe("p", "pin", body="crank")) == (CRANK,)
-    assert s.shells_of(Probe("p", "pin", body="crank")) == ()
     # the only body of a kind that can carry the load
     assert s.bodies_of(Pressure(1.0)) == (PLATE,)
     assert s.bodies_of(LineForce(Z)) == (BEAM,)
