@@ -16,7 +16,7 @@ import ufl
 from dolfinx import fem
 
 from shellmb.native.kernels import compiled
-from shellmb.native.programs.structure import Structure
+from shellmb.native.programs.forms import Structure
 
 
 def written(cells: int, stiff: float, degree: int = 1, turned: bool = False) -> ufl.Form:

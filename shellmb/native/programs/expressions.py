@@ -18,10 +18,9 @@ from shellmb.arrays import Floats
 from shellmb.native import library as native
 from shellmb.native.library import CArrays
 from shellmb.native.programs.building import Rule
-from shellmb.native.programs.forms import READ, Program, constant_places
+from shellmb.native.programs.forms import READ, Program, Structure, constant_places
 from shellmb.native.programs.graph import Input, linear
 from shellmb.native.programs.reading import ARGUMENT, Reader
-from shellmb.native.programs.structure import Structure
 from shellmb.native.programs.tables import Points, Tables
 
 
