@@ -145,6 +145,7 @@ class SceneMotion(Trials):
         own = self.simulation.scene
         known = named_inputs(own)
         self.inputs = Inputs(known)
+        self._of = [own.name, own.scheme_name]
         self._last = dict(self.inputs)
         self.t_end = float(own.t_end or 0.0)
         self._places = [one for some in known.values() for one in some]
@@ -201,6 +202,7 @@ class SceneMotion(Trials):
         simulation, observers = self.simulation, self._observers
         factors = simulation.problem.iteration.factors
         return simulation.arrays(), {
+            "of": self._of,
             "outputs": self.outputs,
             "simulation": simulation.state(),
             "observers": [o.state() for o in observers],
@@ -210,6 +212,20 @@ class SceneMotion(Trials):
             "lines": [one.line for one in self._places],
             "factors": None if factors is None else factors.value,
         }
+
+    def take_up(self, state: State) -> None:
+        """Be at a state again, as often as wanted, bit for bit.
+
+        Args:
+            state: As from `state` of this motion, or of another one of the same scene.
+
+        Raises:
+            SceneError: If it is none of such a motion.
+        """
+        known = isinstance(state, tuple | list) and len(state) == 2 and isinstance(state[1], dict)
+        if not known or state[1].get("of") != self._of:
+            raise SceneError(f"take_up: state is none of {self._of}; it must come from its state()")
+        super().take_up(state)
 
     def _restore(self, saved: State) -> None:
         arrays, rest = saved

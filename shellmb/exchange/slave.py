@@ -22,6 +22,7 @@ from shellmb.exchange.motion import SceneMotion
 from shellmb.files.checksums import as_list
 from shellmb.running.loader import load, scene_of
 from shellmb.scene.control.signals import inputs_of
+from shellmb.simulate.stepsize.target_times import near
 
 # packages of both versions of FMI, and how they call kinds of variables
 PACKAGES = {2: "pythonfmu", 3: "pythonfmu3"}
@@ -116,6 +117,11 @@ def slave(version: int, described: Mapping[str, Any]) -> type:
             """Step; a step that fails is discarded, and the motion stays where it is."""
             motion = self._now()
             try:
+                if abs(current_time - motion.time) > near(motion.time, abs(step_size)):
+                    here = f"{motion.time:g}, where the last one ended (the first one at 0)"
+                    raise SceneError(
+                        f"step: it begins at {current_time:g}; it must begin at {here}"
+                    )
                 for name, value in self._values.items():
                     motion.inputs[name] = value
                 motion.trial(step_size)

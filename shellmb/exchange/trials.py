@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from numbers import Real
 from typing import Any
 
 from shellmb.errors import SceneError
@@ -34,7 +35,7 @@ class Trials:
             ConvergenceError: If it has no solution; the motion is where it was before.
             SceneError: If the length is impossible.
         """
-        if isinstance(dt, bool) or not isinstance(dt, int | float) or not 0 < dt < math.inf:
+        if isinstance(dt, bool) or not isinstance(dt, Real) or not 0 < dt < math.inf:
             raise SceneError(f"trial: dt is {show(dt)}; it must be finite and greater than 0")
         if self._saved is None:
             self._saved = self.state()

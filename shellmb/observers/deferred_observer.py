@@ -4,7 +4,7 @@ A step leaves few numbers, and they are cheap to take. What follows from them (s
 columns of the history) is evaluated for many steps at once, which for small systems costs a
 fraction of what it does between two solutions. Whoever asks for it gets what is true now: the steps
 that are not booked yet are booked first. So controllers, events and watches see each step, and
-steps of a run in which nobody asks are booked `STEPS` at a time.
+steps of a run in which nobody asks are booked `STEPS` at a time, or fewer where each leaves much.
 """
 
 from __future__ import annotations
@@ -22,10 +22,18 @@ from shellmb.simulate.simulation import BaseObserver, Simulation
 # steps that are booked together: a step of three links (EP) takes 5 % less than with 32, where most
 # of the time is that of the first calls after so many solutions, and as long as with 128
 STEPS = 64
+# numbers of a table of all local dofs, 16 MB: tables take memory as their rows are used, and steps
+# of large systems gain nothing from being booked together
+NUMBERS = 2_000_000
 
 type Row = dict[str, float]
 type Mark = tuple[int, int, bool, Row]
 type Find = Callable[[slice, Floats], None]
+
+
+def _together(simulation: Simulation) -> int:
+    """Number of steps that are booked together."""
+    return min(STEPS, NUMBERS // len(simulation.problem.system.numbering.local_to_global) + 1)
 
 
 class DeferredNumbers:
@@ -154,10 +162,10 @@ class DeferredObserver(BaseObserver):
 
     def solved(self, simulation: Simulation) -> None:
         """Take the step."""
-        if self._taken == STEPS:
+        if self._taken and self._taken >= _together(simulation):
             # nobody requests the state before the last step any more: another one is solved
-            self._taken = 0
-            self._book(slice(0, STEPS))
+            taken, self._taken = self._taken, 0
+            self._book(slice(0, taken))
         self.take_solved(simulation, self._taken)
 
     def accepted(self, simulation: Simulation) -> None:

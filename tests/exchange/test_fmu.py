@@ -185,15 +185,15 @@ def test_states_are_got_and_set(plant: Path, loaded: Callable[..., Unit]) -> Non
 
 
 def test_a_step_that_fails_is_discarded(plant: Path, loaded: Callable[..., Unit]) -> None:
-    """Too long a step, and no number: nothing is lost."""
+    """Too long a step, no number, and a time that is not the scene's: nothing is lost."""
     unit, other = loaded(plant), loaded(plant)
     for each in (unit, other):
         each.step(0.0, 0.01)
     before = unit.get("tip", "t")
-    for name, value, dt in (("push", 0.25, 0.5), ("push", float("nan"), 0.01)):
-        unit.set(name, value)
+    for value, t, dt in ((0.25, 0.01, 0.5), (float("nan"), 0.01, 0.01), (0.25, 0.02, 0.01)):
+        unit.set("push", value)
         with pytest.raises(Exception, match=r"(?i)status|discard|doStep"):
-            unit.step(0.01, dt)
+            unit.step(t, dt)
         assert unit.get("tip", "t") == before
     unit.set("push", 0.25)
     for each in (unit, other):

@@ -321,6 +321,9 @@ def test_refused() -> None:
     for act in (motion.accept, motion.reject):
         with pytest.raises(sm.SceneError, match=r"there is no trial; call trial\(dt\) first"):
             act()
+    for state in (None, ("a", {}), sm.SceneMotion(strip("ed")).state()):
+        with pytest.raises(sm.SceneError, match=r"take_up: state is none of \['"):
+            motion.take_up(state)  # type: ignore[arg-type]
     with pytest.raises(sm.SceneError, match=r"scheme is 'static', which has no time"):
         sm.SceneMotion(strip("static"))
     with pytest.raises(sm.SceneError, match=r"prescribes a motion.* must be linear=True"):

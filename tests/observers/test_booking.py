@@ -102,6 +102,12 @@ def test_rows_are_the_same_however_many_are_booked_together(monkeypatch) -> None
     assert len(alone) == COUNT + 1
     assert set(ones) == {1} and len(ones) == COUNT
     assert max(several) == deferred_observer.STEPS and sum(several) == COUNT
+    # of a large system fewer are, as a table of all its dofs has so many numbers at most
+    unknowns = len(Simulation(swing()).problem.system.numbering.local_to_global)
+    monkeypatch.setattr(deferred_observer, "NUMBERS", 7 * unknowns - 1)
+    large, others, several = observed(ask=False)
+    assert repr(alone) == repr(large) and repr(states) == repr(others)
+    assert max(several) == 7 and sum(several) == COUNT
 
 
 def test_forces_on_arms_are_the_same_however_many_steps_there_are() -> None:

@@ -20,7 +20,7 @@ from shellmb.cli.main import app
 from shellmb.demos.verification.cases import CASES
 from shellmb.demos.verification.problems import forced  # noqa: F401
 from shellmb.errors import SceneError
-from tests.responding.test_linearise import MOTION, TIP, strip
+from tests.responding.test_linearise import MOTION, TIP, static, strip
 
 F = 1.5
 
@@ -83,16 +83,29 @@ def test_mean_squares_to_white_noise_are_lyapunovs() -> None:
     ss = part.state_space()
     P = la.solve_continuous_lyapunov(ss.A, -ss.B @ ss.B.T / 2)
     exact = np.sqrt(ss.C @ P @ ss.C.T).item()
-    found = sm.response(part, frequencies=np.linspace(0, 200, 40001), psd={"load1": 1.0})
+    found = sm.response(part, frequencies=[0.0, 200.0], psd={"load1": 1.0})
     assert found.rms is not None
     assert found.rms[0] == pytest.approx(exact, rel=1e-3)
-    # of modes, at few frequencies; of all unknowns, at many, with a density of a file
+    # of modes and of all unknowns, at few frequencies and with a density that begins between them
     few = sm.response(system, frequencies=[0.0, 200.0], psd={"load1": 1.0}, outputs="tip", modes=4)
-    f, curve = np.geomspace(1e-3, 50, 1500), ([1e-3, 50], [1.0, 1.0])
-    many = sm.response(system, frequencies=f, psd={"load1": curve}, outputs="tip")
-    for other in (few, many):
+    curve = ([1e-3, 50.0], [1.0, 1.0])
+    whole = sm.response(system, frequencies=[0.0, 50.0], psd={"load1": curve}, outputs="tip")
+    for other in (few, whole):
         assert other.rms is not None
         assert other.rms[0] == pytest.approx(exact, rel=5e-3)
+    # a band far below the first mode moves as in statics
+    band = ([0.02, 0.03], [1.0, 1.0])
+    slow = sm.response(part, frequencies=[0.0, 50.0], psd={"load1": band}).rms
+    assert slow is not None
+    assert slow[0] == pytest.approx(abs(static(part).item()) * 0.1, rel=1e-3)
+
+
+def test_what_is_undamped_has_no_mean_square() -> None:
+    undamped = sm.linearise(strip(supports=sm.Clamped("left"), probes=sm.Probe("tip", TIP)))
+    for modes in (None, 3):
+        with pytest.warns(sm.ShellmbWarning, match="rms is unreliable: near .* Hz a resonance"):
+            found = sm.response(undamped, frequencies=[0.0, 5.0], psd={"base.z": 1.0}, modes=modes)
+        assert found.rms is not None and np.isinf(found.rms[0])
 
 
 def test_an_oscillator_on_ground_that_shakes() -> None:
@@ -118,6 +131,12 @@ def test_an_oscillator_on_ground_that_shakes() -> None:
     np.testing.assert_allclose(found.frf[0, 0], exact, rtol=1e-6)
     found = sm.response(mass, frequencies=f, **given)
     np.testing.assert_allclose(found.frf[0, 0], -1 / w**2 / (1 - r**2 + 2j * ratio * r), rtol=1e-6)
+    # as many modes as coordinates
+    found = sm.response(mass, frequencies=f[1:], modes=1, damping=ratio, **given)
+    alone = -1 / w**2 / (1 - r**2 + 2j * ratio * r)
+    np.testing.assert_allclose(found.frf[0, 0], alone[1:], rtol=1e-6)
+    with pytest.raises(SceneError, match=r"modes is 2; it must be from 1 to 1 \(coord"):
+        sm.response(mass, frequencies=f, modes=2, **given)
     # what the joint carries across is nothing; sideways it carries the mass
     found = sm.response(
         mass, frequencies=f, inputs="base.x", outputs="slide.F1,slide.F2,slide.F3".split(",")
@@ -141,8 +160,27 @@ def test_shock_spectra_of_a_half_sine() -> None:
     # slow ones see the momentum alone, stiff ones follow, and ring from its corners
     slow, stiff = 2 * np.pi * 0.1 * 2 * 0.01 / np.pi, 1 / (1 - 1 / (2 * 5000 * 0.01))
     assert found == pytest.approx([slow, 1.768, stiff], rel=3e-3)
-    with pytest.raises(SceneError, match="times must be as many"):
-        sm.shock_spectrum([0.0, 1.0, 3.0], [0, 0, 0], [1.0])
+    # however few times there are in a period: linear between them
+    few, every = [1.0, 30.0, 81.0, 330.0, 900.0], np.linspace(0, 0.05, 51)
+    rough = np.interp(every, t, pulse)
+    for damping in (0.0, 0.05):
+        fine = sm.shock_spectrum(t, np.interp(t, every, rough), few, damping)
+        assert sm.shock_spectrum(every, rough, few, damping) == pytest.approx(fine, rel=3e-3)
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        (([0.0, 1.0, 3.0], [0, 0, 0], [1.0]), "times must be as many"),
+        (([0.0, 1.0], [0, 0], []), "frequencies are None and damping is 0.05"),
+        (([0.0, 1.0], [0, 0], [0.0]), "frequencies must be positive"),
+        (([0.0, 1.0], [0, np.nan], [1.0]), "acceleration is .*; it must be finite numbers"),
+        (([0.0, 1.0], [0, 0], [1.0], None), "damping is None; it must be finite numbers"),
+    ],
+)
+def test_shock_spectra_of_nothing(given: Any, said: str) -> None:
+    with pytest.raises(SceneError, match=said):
+        sm.shock_spectrum(*given)
 
 
 def test_largest_outputs_by_spectra() -> None:
@@ -223,6 +261,11 @@ def test_files_of_the_command(tmp_path: Path) -> None:
             "frequencies of psd of 'load1'",
         ),
         ({"frequencies": 5.0}, "frequencies are 5; they must be one or more"),
+        (
+            {"frequencies": [5.0], "quantity": "jerk"},
+            "quantity is 'jerk'; it must be one of 'displ",
+        ),
+        ({"frequencies": [5.0], "psd": {"load1": 1.0}}, "psd is given with one frequency; rms is"),
         ({"frequencies": [1.0], "psd": {"load1": ([1, 2], [1])}}, "2 frequencies and 1 values"),
         ({"frequencies": [1.0], "psd": {"load1": ([], [])}}, "0 frequencies and 0 values"),
         (

@@ -20,6 +20,7 @@ from shellmb.scene import (
     Isotropic,
     Line,
     LineForce,
+    PointForce,
     Pressure,
     Probe,
     Rectangle,
@@ -139,3 +140,35 @@ def beams() -> Iterator[Check]:
     yield Check("5T, time [s]", t, 0.0117, SOURCE, 0.02)
     yield Check("5T, stress", M * stress, 18.76, SOURCE, 0.03)
     yield Check("5T, static displacement", still * MILLI, 0.538, SOURCE)
+
+
+@case("forced/plate mobility")
+def mobility() -> Iterator[Check]:
+    """Driving-point mobility of a thin simply supported plate, by its modes, in m/(N s)."""
+    a, b, x, y = 0.5, 0.7, 0.1, 0.2
+    E, nu, h, density = 70e9, 0.3, 2e-3, 2700.0
+    section = Isotropic(E, nu, thickness=h, density=density)
+    scene = Scene(
+        "plate",
+        Shell("plate", Rectangle(a, b), section, mesh=(10, 14)),
+        supports=(HardSupport(ALL), Fixed(ALL, displacement=(0.0, 0.0, None))),
+        loads=PointForce((x, y, 0.0), (0, 0, 1.0)),
+        probes=Probe("w", (x, y, 0.0)),
+        scheme="ep",
+        dt=1.0,
+        t_end=1.0,
+    )
+    n = np.arange(1, 61) * math.pi
+    shapes = np.outer(np.sin(n * x / a), np.sin(n * y / b)) ** 2 / (density * h * a * b / 4)
+    own = math.sqrt(E * h**2 / 12 / (1 - nu**2) / density) * np.add.outer(
+        (n / a) ** 2, (n / b) ** 2
+    )
+    system = damped(
+        about_state(scene, LinearOptions()).select("load1").modal(40, static=True), RATIO
+    )
+    # the first resonance, between resonances, and above ten of them
+    f = np.array([20.0, own[0, 0] / (2 * math.pi), 50.0, 110.0, 250.0])
+    found = np.abs(response_at(system, f, 1)[0, 0])
+    for k, w in enumerate(2 * math.pi * f):
+        exact = abs(w * np.sum(shapes / (own**2 - w**2 + 2j * RATIO * own * w)))
+        yield Check(f"{f[k]:.4g} Hz", float(found[k]), float(exact), "Navier's modes", 0.02)

@@ -7,15 +7,19 @@ from mpi4py import MPI
 
 import numpy as np
 
+from shellmb.api.responding.states import about_state
 from shellmb.arrays import Floats
 from shellmb.demos.references.rotating import flapping, lagging, sleeping_top, spinning_membrane
 from shellmb.demos.verification.cases import Check, case
+from shellmb.options.response import LinearOptions
 from shellmb.running.resuming.reached import StateOfRun
 from shellmb.running.rotating.campbell import campbell
 from shellmb.running.rotating.modes import RotatingModes, modes_of
 from shellmb.running.rotating.state import MovingState
 from shellmb.scene import (
+    GROUND,
     Beam,
+    CircularSection,
     Clamped,
     Disc,
     Driver,
@@ -34,8 +38,10 @@ from shellmb.scene import (
     Scene,
     Shell,
     Spherical,
+    Spring,
     Support,
     SurfaceForce,
+    Weld,
 )
 from shellmb.scene.loads.loads import Load
 from shellmb.simulate.simulation import Simulation
@@ -216,3 +222,56 @@ def disc() -> Iterator[Check]:
         value = float(ratios[np.argmin(np.abs(ratios - exact))])
         # bending stiffness and the mesh add 2e-3 each to the third
         yield Check(f"{diameters} diameters, {circles} circles", value, exact, source, 4e-3)
+
+
+def _rotor(rate: float) -> Scene:
+    """A shaft along x with two discs, in bearings that are softer along z than along y."""
+    E, G, density, length, diameter, far = 211e9, 81.2e9, 7810.0, 1.5, 0.05, 1e4
+
+    def wheel(name: str, at: float, outer: float, width: float = 0.07) -> RigidBody:
+        mass = density * math.pi * width * (outer**2 - diameter**2) / 4
+        around = outer**2 + diameter**2
+        across = mass * (around / 16 + width**2 / 12)
+        return RigidBody(name, mass, (mass * around / 8, across, across), position=(at, 0, 0))
+
+    wheels = (wheel("left", 0.5, 0.28), wheel("right", 1.0, 0.35))
+    # springs this long keep their directions; the last one holds the shaft along its axis
+    held = (
+        ("start", 0.0, (0.0, -far, 0.0), 1e6),
+        ("start", 0.0, (0.0, 0.0, -far), 8e5),
+        ("end", length, (0.0, -far, 0.0), 1e6),
+        ("end", length, (0.0, 0.0, -far), 8e5),
+        ("start", 0.0, (-far, 0.0, 0.0), 1e7),
+    )
+    springs = tuple(
+        Spring(f"bearing {k}", GROUND, "shaft", at=(x + u, v, w), second_at=end, stiffness=stiff)
+        for k, (end, x, (u, v, w), stiff) in enumerate(held)
+    )
+    section = CircularSection(E, E / (2 * G) - 1, radius=diameter / 2, density=density)
+    return Scene(
+        "rotor",
+        beams=Beam("shaft", Line((0, 0, 0), (length, 0, 0)), section, elements=6),
+        rigid_bodies=wheels,
+        joints=tuple(Weld(w.name + " hub", "shaft", w.name, at=w.position) for w in wheels),
+        force_elements=springs,
+        initial=InitialVelocity(spin=(rate, 0, 0)),
+        scheme="ep4",
+        dt=5e-5,
+        t_end=1e-3,
+    )
+
+
+@case("modes/rotor")
+def rotor() -> Iterator[Check]:
+    """A flexible rotor with two discs in bearings that differ, seen in space: rad/s."""
+    source = "ROSS, tests of Friswell et al. (2010), Example 5.9.2"
+    published = {
+        0: (82.65, 86.66, 254.52, 274.31, 679.49, 716.79),
+        4000: (82.33, 86.86, 239.64, 287.25, 583.49, 806.89),
+    }
+    for turns, values in published.items():
+        system = about_state(_rotor(turns * math.pi / 30), LinearOptions(at=0.0))
+        found = np.abs(system.poles(14).imag)
+        for k, exact in enumerate(values, start=1):
+            value = float(found[np.argmin(np.abs(found - exact))])
+            yield Check(f"{turns} rev/min, whirl {k}", value, exact, source, 1e-3)

@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 
 from shellmb.api.responding.system import GROUND
 from shellmb.arrays import Floats
 from shellmb.errors import SceneError
-from shellmb.options.response import ResponseOptions
+from shellmb.options.response import Quantity, ResponseOptions
+from shellmb.scene.lookup import listed
 from shellmb.scene.values.validate import show
+
+# of a period of an oscillator between times that its response is found at
+PARTS = 50
+SHOCK = "times", "acceleration", "frequencies", "damping"
 
 
 def check_response(chosen: ResponseOptions) -> None:
@@ -29,6 +34,11 @@ def check_response(chosen: ResponseOptions) -> None:
             f"response: frequencies are {_some(given) or None}; they must be one or more "
             "numbers in Hz, from 0 on, each larger than the one before"
         )
+    if chosen.quantity not in get_args(Quantity):
+        known = listed(get_args(Quantity))
+        raise SceneError(
+            f"response: quantity is {show(chosen.quantity)}; it must be one of {known}"
+        )
     if chosen.damping is not None:
         ratios = np.atleast_1d(_floats("damping", chosen.damping))
         if chosen.modes is None:
@@ -41,10 +51,12 @@ def check_response(chosen: ResponseOptions) -> None:
                 f"response: damping is {_some(ratios)}; it must be one ratio from 0 to 1, or "
                 f"one for each of the {chosen.modes} modes"
             )
-    for name, curve in (chosen.psd or {}).items():
-        curve_of(curve, f"psd of '{name}'")
-    for name, curve in (chosen.spectrum or {}).items():
-        curve_of(curve, f"spectrum of '{name}'")
+    for what, curves in (("psd", chosen.psd), ("spectrum", chosen.spectrum)):
+        for name, curve in (curves or {}).items():
+            curve_of(curve, f"{what} of '{name}'")
+    if chosen.psd and len(given) < 2:
+        raise SceneError("response: psd is given with one frequency; rms is between two or more")
+    for name in chosen.spectrum or {}:
         if name not in GROUND:
             raise SceneError(
                 f"response: spectrum is given for {name!r}; it must be of base.x, base.y or base.z"
@@ -71,8 +83,7 @@ def curve_of(curve: Any, said: str) -> tuple[Floats, Floats]:
     f, values = (np.atleast_1d(_floats(said, part)) for part in pair)
     if len(f) != len(values) or not len(f):
         raise SceneError(
-            f"response: {said} has {len(f)} frequencies and {len(values)} values; there must be "
-            "as many"
+            f"response: {said} has {len(f)} frequencies and {len(values)} values; give as many"
         )
     if np.any(values < 0):
         raise SceneError(f"response: {said} is {values.min():g} somewhere; it must not be negative")
@@ -125,45 +136,42 @@ def shock_spectrum(
     """
     import scipy.signal
 
-    t, a, f = (
-        np.atleast_1d(np.asarray(v, dtype=float)) for v in (times, acceleration, frequencies)
-    )
+    given = zip(SHOCK, (times, acceleration, frequencies, damping), strict=True)
+    t, a, f, ratio = (np.atleast_1d(_floats(n, v, "shock_spectrum")) for n, v in given)
     h = np.diff(t)
     if len(t) < 2 or len(t) != len(a) or h[0] <= 0 or np.ptp(h) > 1e-6 * h[0]:
         raise SceneError(
             f"shock_spectrum: there are {len(t)} times and {len(a)} accelerations; times must be "
             "as many, at least two, and increase by equal steps"
         )
-    if np.any(f <= 0) or not 0 <= damping < 1:
+    if not len(f) or np.any(f <= 0) or len(ratio) != 1 or not 0 <= ratio[0] < 1:
         raise SceneError(
-            f"shock_spectrum: frequencies begin at {f.min():g} and damping is {damping:g}; "
+            f"shock_spectrum: frequencies are {_some(f) or None} and damping is {_some(ratio)}; "
             "frequencies must be positive, and damping from 0 to below 1"
         )
-    found = np.empty(len(f))
+    found, double = np.empty(len(f)), 2 * float(ratio[0])
+    # of frequency one; an undamped one has no force by the velocity of ground
+    oscillator = [double, 1.0][double == 0 :], [1.0, double, 1.0]
     for k, frequency in enumerate(f):
-        w, step = 2 * np.pi * frequency, float(h.mean())
+        # times between those given, so that none is far from a peak
+        finer = int(np.ceil(min(frequency * h.mean(), 1.0) * PARTS))
+        step = 2 * np.pi * frequency * float(h.mean()) / finer
         # a period more, in which ground is at rest
-        more = np.zeros(int(np.ceil(1 / (frequency * step))) + 1)
-        decay, turn = damping * w * step, w * step * np.sqrt(1 - damping**2)
-        e, sine, cosine = np.exp(-decay), np.sin(turn), np.cos(turn)
-        share = sine / turn
-        b = [
-            1 - e * share,
-            2 * e * (share - cosine),
-            e**2 - e * share,
-        ]
-        response = scipy.signal.lfilter(b, [1.0, -2 * e * cosine, e**2], [*a, *more])
+        more = np.zeros(int(np.ceil(2 * np.pi / step)) + 1)
+        b, denominator, _ = scipy.signal.cont2discrete(oscillator, step, "foh")
+        between = np.interp(np.arange((len(t) - 1) * finer + 1), finer * np.arange(len(t)), a)
+        response = scipy.signal.lfilter(b.ravel(), denominator, [*between, *more])
         found[k] = np.abs(response).max()
     return found
 
 
-def _floats(name: str, given: Any) -> Floats:
+def _floats(name: str, given: Any, what: str = "response") -> Floats:
     try:
         found = np.asarray(given, dtype=float)
     except (TypeError, ValueError):
         found = np.array([np.nan])
     if not np.all(np.isfinite(found)):
-        raise SceneError(f"response: {name} is {show(given)}; it must be finite numbers")
+        raise SceneError(f"{what}: {name} is {show(given)}; it must be finite numbers")
     return found
 
 

@@ -109,7 +109,7 @@ def lowest_modes(K: sp.csr_array, M: sp.csr_array, count: int) -> tuple[Floats, 
     Args:
         K: Stiffness, of which the symmetric part counts.
         M: Mass.
-        count: How many, fewer than coordinates.
+        count: How many, at most as coordinates.
 
     Returns:
         Squares of the angular frequencies, shape (count,) [rad^2/s^2], and the modes as
@@ -119,14 +119,15 @@ def lowest_modes(K: sp.csr_array, M: sp.csr_array, count: int) -> tuple[Floats, 
         SceneError: If there are not so many.
     """
     size = K.shape[0]
-    if not 0 < count < size:
-        raise SceneError(
-            f"matrices: modes is {count}; it must be from 1 to {size - 1}, the number of "
-            "coordinates less one"
-        )
+    most = size if M.diagonal().min() > 0 else size - 1
+    if not 0 < count <= most:
+        raise SceneError(f"linearise: modes is {count}; it must be from 1 to {most} (coordinates)")
     scale = abs(K.diagonal()).max() / abs(M.diagonal()).max()
     shift = -1e-9 * float(scale)
     even = (0.5 * (K + K.T)).tocsc()
-    values, vectors = spla.eigsh(even, count, M.tocsc(), sigma=shift)
+    if count < size:
+        values, vectors = spla.eigsh(even, count, M.tocsc(), sigma=shift)
+    else:
+        values, vectors = la.eigh(even.toarray(), M.toarray())
     order = np.argsort(values)
     return values[order], vectors[:, order]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import MappingProxyType
@@ -13,11 +13,11 @@ import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 
-from shellmb.api.responding.curves import at_frequencies
+from shellmb.api.responding.curves import at_frequencies, curve_of
 from shellmb.api.responding.poles import Complex
 from shellmb.api.responding.system import GROUND, LinearSystem
 from shellmb.arrays import Floats
-from shellmb.errors import SceneError
+from shellmb.errors import SceneError, warn
 from shellmb.options.response import ResponseOptions
 
 if TYPE_CHECKING:
@@ -27,11 +27,10 @@ if TYPE_CHECKING:
 ORDERS = {"displacement": 0, "velocity": 1, "acceleration": 2}
 # inputs that move supports
 SUPPORT = re.compile(r"support\d+\.")
-# frequencies beside a resonance at which densities are integrated: tangents of angles, in half
-# widths; and between those of the user so many more
-ANGLES, BETWEEN = 161, 4
-# coordinates up to which matrices are dense
-SMALL = 100
+# densities are integrated over steps in which responses change by less than this share (sizes) and
+# angle (phases), or which have less than a share of the mean square; frequencies at first, and at
+# most so many more
+CHANGE, SHARE, FEW, MOST = 0.08, 1e-6, 150, 20000
 # a frequency in place of zero, Hz
 STILL = 1e-6
 
@@ -65,11 +64,7 @@ class Response:
     @property
     def numbers(self) -> dict[str, float]:
         """Peaks of frequency responses, root mean squares and largest outputs by name."""
-        found = {
-            f"peak {output} / {name}": float(np.nanmax(np.abs(self.frf[o, i])))
-            for o, output in enumerate(self.outputs)
-            for i, name in enumerate(self.inputs)
-        }
+        found = {f"peak {k}": float(np.nanmax(np.abs(v))) for k, v in self._pairs.items()}
         for what, values in (("rms", self.rms), ("largest", self.largest)):
             if values is not None:
                 found |= {
@@ -80,16 +75,20 @@ class Response:
     @property
     def table(self) -> pd.DataFrame:
         """Complex responses "OUTPUT / INPUT", and densities "psd OUTPUT", by frequency [Hz]."""
+        return self._indexed(self._pairs)
+
+    @property
+    def _pairs(self) -> dict[str, Complex]:
+        pairs = [f"{output} / {name}" for output in self.outputs for name in self.inputs]
+        return dict(zip(pairs, self.frf.reshape(len(pairs), -1), strict=True))
+
+    def _indexed(self, columns: Mapping[str, Any]) -> pd.DataFrame:
         import pandas as pd
 
-        columns: dict[str, Any] = {
-            f"{output} / {name}": self.frf[o, i]
-            for o, output in enumerate(self.outputs)
-            for i, name in enumerate(self.inputs)
-        }
-        if self.psd is not None:
-            columns |= {f"psd {o}": v for o, v in zip(self.outputs, self.psd, strict=True)}
-        return pd.DataFrame(columns, index=pd.Index(self.frequencies, name="frequency_hz"))
+        psd = () if self.psd is None else self.psd
+        densities = {f"psd {o}": v for o, v in zip(self.outputs, psd, strict=False)}
+        index = pd.Index(self.frequencies, name="frequency_hz")
+        return pd.DataFrame({**columns, **densities}, index=index)
 
     def plot(self) -> Figure:
         """Bode plot of all responses, with densities below where there are some."""
@@ -112,13 +111,9 @@ class Response:
 
         where = Path(directory)
         with claimed(where, MPI.COMM_SELF, new=True), written(where, MPI.COMM_SELF):
-            table, columns = self.table, dict[str, Any]()
-            for name, values in table.items():
-                if np.iscomplexobj(values):
-                    columns |= {f"Re {name}": np.real(values), f"Im {name}": np.imag(values)}
-                else:
-                    columns[str(name)] = values
-            type(table)(columns, index=table.index).to_csv(where / "response.csv")
+            parts = (("Re", np.real), ("Im", np.imag))
+            columns = {f"{p} {k}": of(v) for k, v in self._pairs.items() for p, of in parts}
+            self._indexed(columns).to_csv(where / "response.csv")
             content = {"about": self.about, "results": self.numbers, "errors": dict(self.errors)}
             write_json(where / "summary.json", content | {"versions": versions()})
             if pictures:
@@ -165,18 +160,14 @@ def find(system: LinearSystem, chosen: ResponseOptions) -> Response:
             return response_at(part, f, order)
         # ground that accelerates evenly moves without end
         near = np.where(f > 0, f, STILL)
-        return response_at(part, near, order) * _of_acceleration(part, near)
+        base = np.array([name in GROUND for name in part.inputs])
+        return response_at(part, near, order) / np.where(base[:, None], (2j * np.pi * near) ** 2, 1)
 
     frf = at(f)
     found = Response(f, part.inputs, part.outputs, frf, about=system.about)
     if densities:
-        psd = _densities(frf, f, part.inputs, densities)
-        fine, there = f, psd
-        if chosen.modes is not None:
-            fine = _finer(part, f)
-            there = _densities(at(fine), fine, part.inputs, densities)
-        squares = np.trapezoid(there, fine, axis=1)
-        found = replace(found, psd=psd, rms=np.sqrt(squares))
+        rms = _root_mean_squares(at, f, part, densities, chosen.modes is not None)
+        found = replace(found, psd=_densities(frf, f, part.inputs, densities), rms=rms)
     if spectra:
         found = replace(found, largest=_largest(every, chosen))
     return found
@@ -195,8 +186,6 @@ def response_at(system: LinearSystem, f: Floats, order: int = 0) -> Complex:
     diagonal = all(A.nnz == np.count_nonzero(A.diagonal()) for A in of)
     if diagonal:
         of = [A.diagonal()[:, None] for A in of]
-    elif system.size <= SMALL:
-        of = [A.toarray() for A in of]
     for n, frequency in enumerate(f):
         s = 2j * np.pi * frequency
         powers = system.powers(s)
@@ -208,25 +197,16 @@ def response_at(system: LinearSystem, f: Floats, order: int = 0) -> Complex:
             if diagonal:
                 with np.errstate(divide="raise", invalid="raise"):
                     x = force / inner
-            elif system.size <= SMALL:
-                x = np.linalg.solve(inner, force)
             else:
                 factor = spla.splu(sp.csc_array(inner, dtype=np.complex128))
                 x = factor.solve(np.asarray(force, dtype=np.complex128))
-        except (RuntimeError, FloatingPointError, np.linalg.LinAlgError):
+        except (RuntimeError, FloatingPointError):
             raise SceneError(
                 f"response: at {frequency:g} Hz nothing resists the motion; hold or damp the "
                 "scene, or leave this frequency out"
             ) from None
         found[..., n] = s**order * (row @ x + direct)
     return found
-
-
-def _of_acceleration(system: LinearSystem, f: Floats) -> Complex:
-    """Factors from responses to displacements of ground to those to accelerations, (inputs, n)."""
-    base = np.array([name in GROUND for name in system.inputs])
-    s = 2j * np.pi * f
-    return np.where(base[:, None], 1 / s**2, 1.0)
 
 
 def damped(system: LinearSystem, ratios: Sequence[float] | float | None) -> LinearSystem:
@@ -252,16 +232,54 @@ def _densities(frf: Complex, f: Floats, names: Sequence[str], given: Mapping[str
     return np.asarray(np.einsum("oif,if->of", np.abs(frf) ** 2, np.array(of)))
 
 
-def _finer(system: LinearSystem, f: Floats) -> Floats:
-    """Frequencies that resolve all resonances of modes, within the range of others."""
-    omega, ratio = oscillators(system)
-    width = np.maximum(ratio, 1e-6) * omega / (2 * np.pi)
-    angles = np.tan(np.linspace(-0.4995 * np.pi, 0.4995 * np.pi, ANGLES))
-    near = (omega[:, None] / (2 * np.pi) + width[:, None] * angles).ravel()
-    shares = np.linspace(0, 1, BETWEEN, endpoint=False)
-    between = (f[:-1, None] + np.diff(f)[:, None] * shares).ravel()
-    every = np.unique(np.concatenate([f, near, between]))
-    return np.asarray(every[(every >= f[0]) & (every <= f[-1])])
+def _root_mean_squares(
+    at: Callable[[Floats], Complex],
+    f: Floats,
+    system: LinearSystem,
+    given: Mapping[str, Any],
+    modal: bool,
+) -> Floats:
+    """Root mean squares of the outputs between the first and the last frequency.
+
+    Frequencies are added until all resonances between those given are resolved.
+
+    Args:
+        at: Responses at frequencies.
+        f: Frequencies, Hz.
+        system: The system.
+        given: Densities by input.
+        modal: Whether the system is one of modes.
+    """
+    curves = [curve_of(c, name)[0] for name, c in given.items() if np.iterable(c)]
+    # both sides of where curves begin and end; few could miss what lies between them
+    ends = (np.nextafter(c[[0, -1]], [-np.inf, np.inf]) for c in curves)
+    every = [f, np.linspace(f[0], f[-1], FEW), *curves, *ends]
+    if modal:
+        omega, ratio = oscillators(system)
+        every.append(omega[ratio > 0] / (2 * np.pi))
+    known = np.unique(np.concatenate(every))
+    f = known[(known >= f[0]) & (known <= f[-1])]
+    frf, most = at(f), len(f) + MOST
+    while True:
+        psd = _densities(frf, f, system.inputs, given)
+        total, width = np.asarray(np.trapezoid(psd, f, axis=1)), np.diff(f)
+        # of complex numbers and of densities, both as of logarithms
+        change = np.abs(np.diff(np.log(psd + np.finfo(float).tiny), axis=1)) / 2
+        turn = np.abs(np.angle(frf[..., 1:] * np.conj(frf[..., :-1]))).max(axis=1)
+        small = np.maximum(psd[:, 1:], psd[:, :-1]) * width <= SHARE * total[:, None]
+        coarse = (np.maximum(change, turn) > CHANGE) & ~small
+        split = coarse.any(axis=0)
+        if not split.any():
+            return np.sqrt(total)
+        endless = split & (width < 1e-9 * f[1:])
+        if endless.any() or len(f) > most:
+            where = f[1:][endless if endless.any() else split][0]
+            said = f"near {where:.4g} Hz a resonance has next to no damping; damp the scene"
+            warn(f"response: rms is unreliable: {said}, or give modes and damping")
+            return np.sqrt(np.where(coarse[:, endless].any(axis=1), np.inf, total))
+        middle = (f[:-1] + f[1:])[split] / 2
+        order = np.argsort(f := np.concatenate([f, middle]))
+        f, frf = f[order], np.concatenate([frf, at(middle)], axis=2)[..., order]
 
 
 def _largest(system: LinearSystem, chosen: ResponseOptions) -> Floats:

@@ -50,6 +50,8 @@ def about_state(
         said = re.sub("^(modes|matrices|resume): ", "linearise: ", str(error))
         if isinstance(error, ConvergenceError):
             raise error.reworded(said) from error
+        if said.startswith("statics: nothing holds"):
+            said += "; or give at=0.0 in place of 'equilibrium', if the scene begins in balance"
         raise SceneError(said) from None
 
 
