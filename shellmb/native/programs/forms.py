@@ -270,13 +270,17 @@ def summed(forms: Sequence[Form], moving: Collection[str] = ()) -> fem.Form | No
         raise Unsupported("several meshes")
     structure = Structure(integral.integrand() for integral in integrals)
     coefficients, sizes = list(structure.coefficients), [e.dim for e in structure.elements]
-    static, steady, coordinates = _steady(ufl_domain, coefficients, moving)
+    elements = [f.ufl_element() for f in coefficients]
+    seldom = [bool(moving) and repr(element) not in moving for element in elements]
+    static = [COORDINATES, *np.flatnonzero(seldom).tolist()] if moving else []
+    steady = np.repeat(np.array(seldom, bool), [element.dim for element in elements])
+    of_mesh = ufl_domain.ufl_coordinate_element()
     places = [(*key, len(groups[key])) for key in order]
     rules = [canonicalize_metadata(integral.metadata()) for integral in integrals]
-    element = repr(ufl_domain.ufl_coordinate_element())
-    known = structure.key, *places, *rules, element, *static
+    known = structure.key, *places, *rules, repr(of_mesh), *static
     if known not in READ:
         every = (rules_of(groups[key], structure, static) for key in order)
+        coordinates = 3 * (of_mesh.dim // of_mesh.block_size)
         READ[known] = [Program(some, sizes, steady, coordinates, len(order)) for some in every]
     programs = READ[known]
     if len(sizes) == 2 and all(program.vanishes for program in programs):
@@ -322,18 +326,6 @@ def _read(rules: Sequence[Rule], size: int) -> tuple[Ints, Ints]:
     if any(len(np.unique(np.diff(places[some]))) > 1 for some in values):
         reads = places = np.arange(size)
     return reads, places
-
-
-def _steady(
-    domain: Any, coefficients: Sequence[Any], moving: Collection[str]
-) -> tuple[list[int], Bools, int]:
-    """Sources of what seldom changes, which coefficients do, and numbers of coordinates."""
-    elements = [f.ufl_element() for f in coefficients]
-    steady = [bool(moving) and repr(element) not in moving for element in elements]
-    sources = [COORDINATES, *np.flatnonzero(steady).tolist()] if moving else []
-    element = domain.ufl_coordinate_element()
-    all_steady = np.repeat(np.array(steady, bool), [e.dim for e in elements])
-    return sources, all_steady, 3 * (element.dim // element.block_size)
 
 
 def _entities(integral: Any) -> Any:

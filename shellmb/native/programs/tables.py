@@ -139,11 +139,7 @@ class Tables:
     """
 
     def __init__(
-        self,
-        points: Points,
-        domain: Any,
-        elements: Sequence[Any],
-        arguments: Sequence[Any],
+        self, points: Points, domain: Any, elements: Sequence[Any], arguments: Sequence[Any]
     ) -> None:
         self._points, self._elements, self._arguments = points, elements, arguments
         self._coordinates = domain.ufl_coordinate_element()
