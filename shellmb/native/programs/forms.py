@@ -271,9 +271,9 @@ def summed(forms: Sequence[Form], moving: Collection[str] = ()) -> fem.Form | No
     structure = Structure(integral.integrand() for integral in integrals)
     coefficients, sizes = list(structure.coefficients), [e.dim for e in structure.elements]
     elements = [f.ufl_element() for f in coefficients]
-    seldom = [bool(moving) and repr(element) not in moving for element in elements]
-    static = [COORDINATES, *np.flatnonzero(seldom).tolist()] if moving else []
-    steady = np.repeat(np.array(seldom, bool), [element.dim for element in elements])
+    steady = [bool(moving) and repr(element) not in moving for element in elements]
+    static = [COORDINATES, *np.flatnonzero(steady).tolist()] if moving else []
+    steady_dofs = np.repeat(np.array(steady, bool), [element.dim for element in elements])
     of_mesh = ufl_domain.ufl_coordinate_element()
     places = [(*key, len(groups[key])) for key in order]
     rules = [canonicalize_metadata(integral.metadata()) for integral in integrals]
@@ -281,7 +281,7 @@ def summed(forms: Sequence[Form], moving: Collection[str] = ()) -> fem.Form | No
     if known not in READ:
         every = (rules_of(groups[key], structure, static) for key in order)
         coordinates = 3 * (of_mesh.dim // of_mesh.block_size)
-        READ[known] = [Program(some, sizes, steady, coordinates, len(order)) for some in every]
+        READ[known] = [Program(some, sizes, steady_dofs, coordinates, len(order)) for some in every]
     programs = READ[known]
     if len(sizes) == 2 and all(program.vanishes for program in programs):
         return None
