@@ -4,9 +4,9 @@ import time
 from collections.abc import Callable
 from contextvars import ContextVar
 
-CLOCK: ContextVar[Callable[[], float]] = ContextVar("clock", default=time.perf_counter)
+CHOSEN: ContextVar[Callable[[], float]] = ContextVar("clock", default=time.perf_counter)
 
 
 def now() -> float:
     """Time on that clock, s."""
-    return CLOCK.get()()
+    return CHOSEN.get()()

@@ -15,7 +15,7 @@ from mpi4py import MPI
 from rich.console import Console
 
 from shellmb.accuracy.measuring.times import Stopwatch, slowest
-from shellmb.clock import CLOCK, now
+from shellmb.clock import CHOSEN, now
 from shellmb.native.kernels import watched
 from shellmb.observers.progress import ProgressReport
 from shellmb.running.standard import StandardObservers
@@ -205,11 +205,11 @@ def measured_in(clock: str) -> Iterator[None]:
     Args:
         clock: "cpu" or "wall".
     """
-    token = CLOCK.set(CLOCKS[clock])
+    token = CHOSEN.set(CLOCKS[clock])
     try:
         yield
     finally:
-        CLOCK.reset(token)
+        CHOSEN.reset(token)
 
 
 def in_turn[T](rounds: int, works: Sequence[Callable[[], T]]) -> list[tuple[T, ...]]:

@@ -55,12 +55,16 @@ from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple, Protocol
 
 import ufl
+from ufl.classes import Abs, Condition, MaxValue, MinValue
 from ufl.core.expr import Expr
+from ufl.corealg.traversal import unique_pre_traversal
 
 from shellmb.forms.measure import Measure
 from shellmb.forms.steps.discrete import derivatives
 from shellmb.forms.steps.general_strains import GeneralStep
 
+# what differs on both sides of a state, while its derivatives vanish there
+KINKED = (Condition, Abs, MinValue, MaxValue)
 # pairs of the states x, D, z, y in the order of a moment's weights
 PAIRS = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2), (1, 3))
 
@@ -285,14 +289,19 @@ def moment_of(measure: Measure, m: Moment, states: Sequence[Expr]) -> Expr:
 
 
 def is_quadratic(function: Callable[[Expr], Expr], state: Any) -> bool:
-    """Decide whether a measure is at most quadratic: whether its third derivative vanishes.
+    """Decide whether a measure is at most quadratic, and the same function everywhere.
+
+    Its third derivative vanishes, and nothing in it has a kink or a jump that the state moves.
 
     Args:
         function: The measure.
         state: A function of the state's space.
     """
-    third, (_, *directions) = derivatives(function, state.ufl_function_space(), 3)
-    return directions[-1] not in ufl.algorithms.extract_coefficients(third)
+    third, (z, *directions) = derivatives(function, state.ufl_function_space(), 3)
+    bent = (node for node in unique_pre_traversal(function(z)) if isinstance(node, KINKED))
+    return directions[-1] not in ufl.algorithms.extract_coefficients(third) and not any(
+        z in ufl.algorithms.extract_coefficients(node) for node in bent
+    )
 
 
 class Points(NamedTuple):

@@ -195,7 +195,7 @@ class Run:
         Args:
             body: Name of the shell; None: the only one.
             at: The place on the shell at rest [m].
-            t: Time; None: the last state.
+            t: The time, of which the nearest stored state is taken; None: the last state.
             axes: Along the fibres of each "ply", or along the material axes of the "shell".
 
         Returns:

@@ -102,8 +102,12 @@ class Model:
 
     @property
     def outside(self) -> list[Body]:
-        """Bodies whose forces come from outside."""
-        return [*self.potentials, *(part for v in self.volumes for part in v.surfaces)]
+        """Bodies whose forces come from outside.
+
+        Equations of a user may hold a direction in space: moments of such joints do not cancel.
+        """
+        own = [group for group in self.mechanism.groups if group.kind == "own"]
+        return [*self.potentials, *(part for v in self.volumes for part in v.surfaces), *own]
 
     @cached_property
     def farthest(self) -> float:

@@ -46,6 +46,7 @@ def _kind(
 EVERY, SHELL, BEAM = "shell beam rigid joint", "shell", "beam"
 LOWER_UPPER = tuple(f"{face} {c}" for face in ("lower", "upper") for c in PLANE)
 SIX = tuple(f"{side} {c}" for side in ("bottom", "middle", "top") for c in SHEAR)
+SPRINGS = ("eps 11", "eps 22", "2 eps 12", "kap 11", "kap 22", "2 kap 12")
 EXTREMES = tuple(f"{face} {which}" for face in ("lower", "upper") for which in ("first", "second"))
 
 FIELDS: dict[str, FieldKind] = {
@@ -62,6 +63,9 @@ FIELDS: dict[str, FieldKind] = {
         "principal membrane forces", "force per length", ("first", "second"), "principal", SHELL
     ),
     "strains": _kind("strains", "strain or curvature", (), "strain", "shell beam"),
+    "branch_strains": _kind(
+        "strains of Maxwell branches", "strain or curvature", SPRINGS, "branch", "relaxing"
+    ),
     "energy_density": _kind("strain energy density", "energy per area", (), "", "shell beam"),
     "surface_stress": _kind("stresses at both faces", "stress", LOWER_UPPER, "face", "linear"),
     "von_mises": _kind(
@@ -84,7 +88,7 @@ FIELDS: dict[str, FieldKind] = {
 
 # of which a body has several, with a number or a name behind theirs
 JUDGED = ("utilisation", "reserve", "critical_ply")
-MANY = ("ply_stress", "interlaminar", *JUDGED)
+MANY = ("ply_stress", "interlaminar", "branch_strains", *JUDGED)
 # written if nothing is named
 DEFAULT = ("displacement", "director", "velocity")
 # of which nothing has to be computed

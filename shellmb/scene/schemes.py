@@ -51,8 +51,10 @@ SIMPLEST = "ep"
 # those of small displacements
 LINEAR = ("linear-statics", "linear-dynamics")
 OURS = tuple(name for name, traits in SCHEMES.items() if traits.ours)
-# those in whose steps shells can touch, and that are taken backwards for derivatives
+# those in whose steps shells can touch
 COMPLETE = ("static", *OURS)
+# those that are taken backwards for derivatives, as a user's own are
+REVERSIBLE = (*COMPLETE, "generalized-alpha")
 # those that have dissipation, with its default
 DISSIPATIVE = {n: traits.alpha for n, traits in SCHEMES.items() if traits.alpha is not None}
 

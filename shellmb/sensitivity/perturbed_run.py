@@ -13,14 +13,12 @@ from mpi4py import MPI
 from petsc4py import PETSc
 
 import numpy as np
-import numpy.typing as npt
 
+from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.simulate.simulation import Observer, Simulation
 from shellmb.simulate.stepping import Attempt, StepInfo
 from shellmb.system.nullspace.directors import any_pseudo_inverse, constraint, pseudo_inverse
-
-Floats = npt.NDArray[np.float64]
 
 
 class PerturbedRun:

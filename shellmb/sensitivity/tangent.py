@@ -24,8 +24,8 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from shellmb.arrays import Floats
 from shellmb.errors import ConvergenceError
 from shellmb.sensitivity.events import Corners, check_begun, ends
 from shellmb.sensitivity.parameters import STEP, Parameter
@@ -38,8 +38,6 @@ from shellmb.system.direct.linear import Linear
 from shellmb.system.direct.solver import Purpose
 from shellmb.system.newton.iteration import Iteration
 from shellmb.system.two_sided import Kind, two_sided
-
-Floats = npt.NDArray[np.float64]
 
 # change of derivatives relative to them at which the iteration ends if it goes on contracting.
 # Errors of steps add up: with `newton="auto"` columns are off by up to 3e-7 of the derivative after

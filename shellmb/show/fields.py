@@ -107,7 +107,13 @@ class Fields(Mapping[str, "xr.Dataset"]):
         """
         series = self.folder / f"{self.stem(name)}{SERIES}"
         # a run that goes on writes it anew
-        written = series.stat().st_mtime_ns
+        try:
+            written = series.stat().st_mtime_ns
+        except FileNotFoundError:
+            raise SceneError(
+                f"fields: {series} is gone; a run without a folder keeps its files as long as "
+                "itself: it must have a name, as in 'run = sm.run(scene)', or an out directory"
+            ) from None
         if name not in self._listed or self._listed[name][0] != written:
             there = {file.name for file in os.scandir(self.folder)}
             try:

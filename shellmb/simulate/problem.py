@@ -268,8 +268,7 @@ class Problem:
         """Number of that field in the system."""
         return self._index[body, stage]
 
-    # name of the stage at the end of a step
-    last = END
+    last = END  # name of the stage at the end of a step
 
     def start_factor(self, t: float, function: TimeFunction | None) -> float:
         """Factor of a load at a time: its time function, or the default of the scheme."""
@@ -322,13 +321,17 @@ class Problem:
         self._renew()
 
     @cached_property
+    def linked_rates(self) -> tuple[str, ...]:
+        """Rates at the start that linked nodes take from their bodies: of a single state."""
+        last = (stages[END].stage for stages in self.forms.values() if self.scheme.dynamic)
+        return (*self.scheme.rates,) if any(stage and stage.single for stage in last) else ()
+
+    @cached_property
     def _scaled_rates(self) -> list[ScaledRates]:
         """Rates at the start times the step, or those that a single state is taken with."""
         links = [self._bodies[name].links for name, _ in self._index]
-        last = [stages[END].stage for stages in self.forms.values() if self.scheme.dynamic]
-        kept = self.scheme.rates if any(stage and stage.single for stage in last) else ()
         of = [(self.levels[name], stage) for name, stage in self._index]
-        named = (None,) if self.scheme.scaled else kept
+        named = (None,) if self.scheme.scaled else self.linked_rates
         return [ScaledRates(self.system, of, links, rate) for rate in named]
 
     def start_from_state(self) -> None:

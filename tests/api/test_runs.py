@@ -83,11 +83,13 @@ def test_a_scene_that_is_made_already(tmp_path) -> None:
     assert run.fields["plate"]["position"].attrs == {"units": "mm"}
     assert run.plot().axes[0].get_ylabel() == "displacement [mm]"
     # a temporary directory lives as long as its run
-    folder = run.directory
+    folder, fields = run.directory, run.fields
     assert folder.is_dir()
     del run
     gc.collect()
     assert not folder.exists()
+    with pytest.raises(sm.SceneError, match="is gone; a run without a folder keeps its files as"):
+        fields.times  # noqa: B018
 
 
 def test_bad_calls() -> None:

@@ -159,7 +159,8 @@ def there_and_back(
         run.advance(every)
     forth = time.process_time() - begin
     begin = time.process_time()
-    sweep = Sweep(run, [(place.body, changes(run.model.shells[place.body], place.name))], False)
+    found = changes(run.model.shells[place.body], place.name, None)
+    sweep = Sweep(run, [(place.body, found)], False)
     before = time.process_time() - begin
     reading = Reading(run, run.scene.probes[0])
     begin = time.process_time()

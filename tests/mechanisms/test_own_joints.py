@@ -150,6 +150,42 @@ def test_what_it_exerts_is_the_change_of_momentum() -> None:
     assert run.warnings == ()
 
 
+@pytest.mark.parametrize("scheme", ["ep", "ep4"])
+def test_directions_in_space_take_moments_from_outside(scheme: str) -> None:
+    """Kind: rows that turning everything changes, to ground and between bodies that spin."""
+
+    def two(a: Any, b: Any, height: Any, way: Any) -> list[Any]:
+        return [b.x[2] - a.x[2] - height, b.x[0] - a.x[0] - 1 - way]
+
+    lifted = own(two, lambda t: 0.2 * np.sin(3 * t) ** 2, lambda t: t**2)
+    between = sm.OwnJoint(
+        "level",
+        "bob",
+        "other",
+        at=(1.0, 0.0, 0.0),
+        second_at=(2.0, 1.0, 0.0),
+        constraints=lambda a, b: [b.x[2] - a.x[2]],
+    )
+    scene = sm.Scene(
+        "level",
+        rigid_bodies=[
+            sm.RigidBody("bob", 2.0, (0.1, 0.2, 0.3), position=(1.0, 0.0, 0.0)),
+            sm.RigidBody("other", 1.0, (0.1, 0.2, 0.3), position=(2.3, 1.0, 0.4)),
+        ],
+        joints=[lifted, between],
+        loads=sm.Gravity((1.0, 2.0, -G)),
+        initial=sm.InitialVelocity((0, 1.0, 0)),
+        scheme=scheme,
+        dt=0.01,
+        t_end=0.1,
+    )
+    run = sm.run(scene, pictures=False)
+    assert abs(run.history[["angular_momentum_x"]].to_numpy()).max() > 0.1
+    # of order four in EP4; without the moments from outside it is 0.9
+    assert run.summary["angular_momentum_drift"] < {"ep": 1e-11, "ep4": 1e-8}[scheme]
+    assert run.summary["energy_balance_error"] < 1e-11
+
+
 def test_in_statics_and_along_paths_values_follow_the_load() -> None:
     strip = sm.Isotropic(E=2e9, nu=0.0, thickness=0.02, density=1000)
     pull = sm.Distance(
@@ -188,6 +224,14 @@ REFUSED: dict[str, tuple[Any, str]] = {
     ),
     "cubic in a value": (
         own(lambda a, b, s: [gap(a, b)[0] - s**3], lambda t: 1.0 + t),
+        "constraint 0 is not quadratic",
+    ),
+    "a kink": (
+        own(lambda a, b: [gap(a, b)[1], abs(gap(a, b)[2])]),
+        "constraint 1 is not quadratic",
+    ),
+    "a jump": (
+        own(lambda a, b: [ufl.conditional(ufl.gt(b.x[2], 0), 2 * b.x[2], b.x[2])]),
         "constraint 0 is not quadratic",
     ),
     "of no body": (

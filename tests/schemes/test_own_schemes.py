@@ -280,3 +280,38 @@ def test_friction_sees_the_velocity_of_what_slides() -> None:
         return float(sm.run(scene, progress=False).history["x"].iloc[-1])
 
     assert abs(slide("generalized-alpha") / slide("ep4") - 1) < 3e-5
+
+
+def hung(scheme: Any = "ep", stiffness: float = 2.0, spin: float = 1.0) -> sm.Scene:
+    """A pendulum with a spring and a damper, whose rates its joint takes from the body."""
+    return sm.Scene(
+        "hung",
+        rigid_bodies=sm.RigidBody("bob", 1.0, (0.01, 0.02, 0.03), position=(1, 0, 0)),
+        joints=sm.Revolute("hinge", sm.GROUND, "bob", at=(0, 0, 0), axis=(0, 1, 0)),
+        force_elements=[
+            sm.JointSpring("spring", "hinge", stiffness),
+            sm.JointDamper("damper", "hinge", 0.5),
+        ],
+        loads=sm.Gravity((0, 0, -9.81)),
+        initial=sm.InitialVelocity(spin=(0, spin, 0)),
+        probes=sm.Probe("height", "center"),
+        scheme=scheme,
+        dt=0.02,
+        t_end=0.08,
+    )
+
+
+@pytest.mark.parametrize(
+    "scheme", [OPTIMAL, Composite(), "generalized-alpha"], ids=["alpha", "composite", "bundled"]
+)
+def test_derivatives_go_backwards(scheme: Any) -> None:
+    """Kind: rates beside the velocity at the start of a step, and states in between."""
+    names, tight = ("stiffness", "spin"), {"newton": "full", "newton_tolerance": 1e-11}
+    common: Any = {"values": {"scheme": scheme}, **tight}
+    back = sm.adjoint(hung, lambda h: float(np.sum(h["height"] ** 2)), (), names, **common)
+    forth = sm.sensitivities(hung, names, columns="probes", fields=False, **common)
+    height = forth.run.history["height"].to_numpy()
+    for name in names:
+        exact = 2 * height @ forth.history[name]["height"].to_numpy()
+        # differences of tangents
+        assert back.parameters[name] == pytest.approx(exact, rel=1e-6)

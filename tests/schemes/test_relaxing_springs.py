@@ -307,9 +307,6 @@ BAD: dict[str, Callable[[], Any]] = {
     "'joint spring 'spring'': it has a relaxation; scheme 'generalized-alpha'": lambda: sm.run(
         slide("generalized-alpha", False)
     ),
-    "has springs that relax, which cannot go backwards": lambda: sm.adjoint(
-        loaded, lambda history: history["z"][-1], parameters=["load"]
-    ),
     "spring 'strip': a body that relaxes has this name": lambda: named("strip"),
 }
 

@@ -400,6 +400,34 @@ def meeting(
     )
 
 
+def fading(scheme="ep", g=0.3, tau=4e-3, angle=25.0, stiffness=300.0, length=0.1, force=3.0):
+    """A laminate whose plies relax, on a spring that does so from the start on."""
+    series = sm.Prony([(g, tau), (0.1, 0.02)])
+    shear = {name: 0.7e9 for name in ("G12", "G13", "G23")}
+    ply = sm.PlyMaterial(8e9, 2e9, nu12=0.3, density=1200.0, relaxation=series, **shear)
+    plies = sm.Laminate((sm.Ply(ply, 2e-3, angle), sm.Ply(ply, 2e-3, -50.0)))
+    return sm.Scene(
+        "fading",
+        sm.Shell("strip", sm.Rectangle(0.6, 0.1), plies, mesh=(2, 1), direction=(1, 0, 0)),
+        supports=sm.Clamped("left"),
+        force_elements=sm.Spring(
+            "cord",
+            sm.GROUND,
+            "strip",
+            (0.6, 0, 0.12),
+            (0.6, 0, 0),
+            stiffness,
+            length=length,
+            relaxation=sm.Prony([(g, tau)], relaxed=False),
+        ),
+        loads=sm.EdgeForce("right", (0.0, 0, force)),
+        probes=[sm.Probe(f"u{k}", "right-top", body="strip", component=k) for k in (0, 2)],
+        scheme=scheme,
+        dt=3e-3,
+        t_end=0.012,
+    )
+
+
 def plucked(
     scheme="ep",
     amplitude=0.02,

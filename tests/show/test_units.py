@@ -99,6 +99,7 @@ FIELD_UNITS = {
     "principal_N": "N/m",
     # strains and curvatures are in one field
     "strains": "-, 1/m",
+    "branch_strains": "-, 1/m",
     "energy_density": "N/m",
     "surface_stress": "Pa",
     "von_mises": "Pa",

@@ -79,13 +79,12 @@ class StrainDamping:
 
     def work(self, along: Straining) -> Form:
         """Work over the step, eq. (D2); never positive."""
-        return reduce(add, [_work(part, self._layout, along) for part in self._parts])
+        return reduce(add, (_work(part, self._layout, along) for part in self._parts))
 
     def at(self, q: Expr, v: Expr, dq: Expr) -> Form:
         """Virtual work of the forces at a state with a velocity."""
         layout = self._layout
-        forms = [on(at_state(section, layout, e, q, v, dq)) for section, e, on in self._parts]
-        return reduce(add, forms)
+        return reduce(add, (on(at_state(s, layout, e, q, v, dq)) for s, e, on in self._parts))
 
 
 def _work(part: Resisting, layout: Layout, along: Straining) -> Form:
@@ -175,59 +174,62 @@ class MaxwellBranches:
         name: Name for the columns of histories.
         layout: Parts of the body's state.
         fading: Its strains with branches.
+
+    Attributes:
+        groups: Branches of each strain.
     """
 
     def __init__(self, name: str, layout: Layout, fading: Sequence[Fading]) -> None:
         self.name, self._layout = f"{name}.relaxation", layout
-        self._groups = [_Group(one) for one in fading]
+        self.groups = [_Group(one) for one in fading]
 
     def term(self, course: Course, tests: Sequence[Expr], trial: Expr) -> Term:
         """Forces in the rows of a step, with their derivatives; called once for each stage."""
         return reduce(
-            joined, [group.term(self._layout, course, tests, trial) for group in self._groups]
+            joined, [group.term(self._layout, course, tests, trial) for group in self.groups]
         )
 
     def begin(self, q: fem.Function) -> None:
         """Take the start: springs of branches that are not relaxed have all of the strain there."""
-        for group in self._groups:
+        for group in self.groups:
             group.begin(q)
 
     def stiffness(self, q: fem.Function) -> Iterator[tuple[float, Form]]:
         """Time of each branch with its stiffness about a state where it is relaxed."""
-        for group in self._groups:
+        for group in self.groups:
             yield from group.stiffness(q)
 
     def stresses(self, q: fem.Function, change: Expr) -> Iterator[tuple[float, Expr]]:
         """Time of each branch with its stress by a change of a state where it is relaxed."""
-        for group in self._groups:
+        for group in self.groups:
             yield from group.stresses(q, change)
 
     def held(self, q: fem.Function, dq: Expr) -> Form:
         """Work of the stresses that `follow` takes, of the accepted state."""
-        return reduce(add, [group.held(q, dq) for group in self._groups])
+        return reduce(add, (group.held(q, dq) for group in self.groups))
 
     def follow(self) -> None:
         """Take the stresses of the accepted state."""
-        for group in self._groups:
+        for group in self.groups:
             group.follow()
 
     def prepare(self, dt: float) -> None:
         """Set the numbers of a step of a length [s]."""
-        for group in self._groups:
+        for group in self.groups:
             group.prepare(dt)
 
     def accept(self) -> None:
         """Take the strains at the end of the step that was solved."""
-        for group in self._groups:
+        for group in self.groups:
             group.accept()
 
     def energy(self) -> float:
         """Energy of the springs at the accepted state, J; collective."""
-        return self._sum([group.energy() for group in self._groups])
+        return self._sum([group.energy() for group in self.groups])
 
     def loss(self) -> tuple[float, float]:
         """Energy that the scheme and the branches dissipate in the step just solved, J."""
-        found = [group.loss() for group in self._groups]
+        found = [group.loss() for group in self.groups]
         first, second = (self._sum([pair[k] for pair in found]) for k in (0, 1))
         return first, second
 
@@ -237,18 +239,23 @@ class MaxwellBranches:
         Args:
             mean: Whether they are means over the step just solved, not those of its start.
         """
-        return reduce(add, [group.forces(mean) for group in self._groups])[:, 0]
+        return reduce(add, (group.forces(mean) for group in self.groups))[:, 0]
 
-    def mean(self) -> Expr:
-        """Mean of the stresses of the branches over the step, as of the strains."""
-        return reduce(add, [group.mean() for group in self._groups])
+    def springs(self, mean: bool) -> list[tuple[Expr, Expr]]:
+        """Strains of the springs of each group, of all its times by their factors, and its stress.
+
+        Args:
+            mean: Whether they are means over the step, as of the strains; if not, those that
+                `follow` takes, of the accepted state.
+        """
+        return [group.springs(mean) for group in self.groups]
 
     def _sum(self, parts: Sequence[float]) -> float:
-        return float(self._groups[0].comm.allreduce(sum(parts), op=MPI.SUM))
+        return float(self.groups[0].comm.allreduce(sum(parts), op=MPI.SUM))
 
     def kept(self) -> Iterator[tuple[str, dict[str, Floats], fem.FunctionSpace]]:
         """Strains of the springs, which a restart needs, with their space and a name."""
-        for k, group in enumerate(self._groups):
+        for k, group in enumerate(self.groups):
             yield f"{self.name}/{k}", {str(i): X for i, X in enumerate(group.values)}, group.space
 
 
@@ -257,10 +264,11 @@ class _Group:
 
     Attributes:
         values: Strains of the springs at the points, shape (branches, local dofs).
+        C: Stiffness.
     """
 
     def __init__(self, fading: Fading) -> None:
-        self._strain, self._dx = fading.strain, fading.dx
+        self._strain, self._dx, self.C = fading.strain, fading.dx, fading.C
         self._section = Branch(fading.C)
         self._times = np.array([time for time, _ in fading.branches])
         self._relaxed = [relaxed for _, relaxed in fading.branches]
@@ -287,10 +295,10 @@ class _Group:
         self._through = np.linalg.inv(table)
         self._nodes = at_nodes.dofmap.list[self._cells][..., None] * self._size
         self._nodes = self._nodes + np.arange(self._size)
-        self._given = fem.Function(at_nodes), fem.Function(at_nodes)
+        self.given = fem.Function(at_nodes), fem.Function(at_nodes)
         self._now = fem.Function(at_nodes)
         weights = fem.assemble_vector(compiled(ufl.TestFunction(self.space)[0] * fading.dx))
-        weighed = weights.array[self._dofs[:own, :, 0]]
+        self._weights = weighed = weights.array[self._dofs[:own, :, 0]]
         C = self._at_points(self._section.matrix())[:own]
         C = C.reshape(*weighed.shape, self._size, self._size)
         self._weighed = weighed[..., None, None] * C / 2
@@ -306,18 +314,19 @@ class _Group:
         return np.asarray(found).reshape(len(self._cells), len(self._points), count)
 
     @cached_property
-    def _changes(self) -> list[Any]:
-        """Expressions of change and bow, by the rows of the last stage."""
+    def _moments(self) -> list[Expr]:
+        """Change and bow of the strain, by the rows of the last stage."""
         along = self._rows[-1][0]
         states = along.rows.states[: along.rows.moving]
-        return [
-            compiled_expression(moment_of(self._strain, moment, states), self._points)
-            for moment in along.change
-        ]
+        return [moment_of(self._strain, moment, states) for moment in along.change]
+
+    @cached_property
+    def _changes(self) -> list[Any]:
+        return [compiled_expression(moment, self._points) for moment in self._moments]
 
     def term(self, layout: Layout, course: Course, tests: Sequence[Expr], trial: Expr) -> Term:
         """Forces in the rows of a step."""
-        along = course.rows(self._mixture(1.0, course)[0], self._given)
+        along = course.rows(self._mixture(1.0, course)[0], self.given)
         self._rows.append((along, course))
 
         def integrate(densities: Sequence[Expr]) -> Form:
@@ -325,11 +334,11 @@ class _Group:
 
         return path_terms(self._section, layout, self._strain, along.rows, tests, trial, integrate)
 
-    def mean(self) -> Expr:
-        """Mean of the stresses over the step."""
+    def springs(self, mean: bool) -> tuple[Expr, Expr]:
         rows = self._rows[-1][0].rows
-        e = moment_of(self._strain, rows.stresses[0].moment, rows.states[: rows.moving])
-        return self._section.stress(e)[0]
+        moving = rows.states[: rows.moving]
+        e = moment_of(self._strain, rows.stresses[0].moment, moving) if mean else self._now
+        return e, self._section.stress(e)[0]
 
     def _mixture(self, dt: float, course: Course) -> tuple[Floats, Floats]:
         """Weights of change and bow in both stresses, and of the branches' strains, (2, n)."""
@@ -361,15 +370,18 @@ class _Group:
         self._found = None
         for along, course in self._rows if dt != self._dt else ():
             mixture, self._shares = self._mixture(dt, course)
-            course.renew(along.rows, course.rows(mixture, self._given).rows)
+            course.renew(along.rows, course.rows(mixture, self.given).rows)
         self._dt = dt
-        for function, shares in zip(self._given, self._shares, strict=True):
+        for function, shares in zip(self.given, self._shares, strict=True):
             self._mix(function, shares)
 
     def _mix(self, function: fem.Function, shares: Floats) -> None:
         """Give a function shares of the strains of all branches."""
-        at = (shares @ self.values)[self._dofs]
-        function.x.array[self._nodes] = np.einsum("np,cpi->cni", self._through, at)
+        function.x.array[self._nodes] = self._continued((shares @ self.values)[self._dofs])
+
+    def _continued(self, at: Floats) -> Floats:
+        """Values at the nodes of cells from those at their points."""
+        return np.asarray(np.einsum("np,cpi->cni", self._through, at))
 
     def held(self, q: fem.Function, dq: Expr) -> Form:
         stress = self._section.stress(self._now)[0]
@@ -398,8 +410,36 @@ class _Group:
         mean, moment = both[:, 0], both[:, 1]
         return mean, moment, bow - ratios / 3 * moment, first - ratios * mean
 
+    def change(self) -> Floats:
+        return self._solved()[3]
+
     def accept(self) -> None:
-        self.values += self._solved()[3]
+        self.values += self.change()
+
+    @cached_property
+    def carried(self) -> tuple[list[fem.Function], Form]:
+        """Change and bow of the strain times functions, as `back` sets them."""
+        functions = [fem.Function(self._now.function_space) for _ in self._moments]
+        pairs = zip(functions, self._moments, strict=True)
+        return functions, sum(ufl.inner(*pair) for pair in pairs) * self._dx
+
+    def back(self, of: Floats) -> Floats:
+        """Covector of the strains at the start for one of those at the end, by themselves."""
+        ratios = (self._dt / self._times)[:, None]
+        # (V1), (V3): by the strain at the start, its change and its bow
+        shares = np.array([1.0, 1.0, 0.0]) - ratios * np.array(self._steps)[:, 0]
+        for function, share in zip(self.carried[0], shares.T[1:], strict=False):
+            at = (share @ of)[self._dofs[self._own]] / self._weights[..., None]
+            function.x.array[self._nodes[self._own]] = self._continued(at)
+        return shares[:, :1] * of
+
+    def back_given(self, covectors: Sequence[Floats]) -> Floats:
+        """Covector of the strains at the start for those of `given`."""
+        found = np.zeros_like(self.values)
+        for covector, shares in zip(covectors, self._shares, strict=True):
+            at = np.einsum("np,cni->cpi", self._through, covector[self._nodes])
+            found[:, self._dofs] += shares[:, None, None, None] * at
+        return found
 
     def _norms(self, values: Floats) -> Floats:
         """Halves of the products of strains of all branches with their stresses, J."""

@@ -10,19 +10,37 @@ import numpy as np
 from shellmb.arrays import Floats
 from shellmb.model.shells.shell import ShellModel
 from shellmb.scene import Beam, LinearSection, Shell
-from shellmb.scene.shells.lamination import Layer, Layup, strain_turn
+from shellmb.scene.shells.lamination import Layup, strain_turn
 
-# values at points, shape (n, k), from resultants there, shape (n, 8) or (n, 6)
+# values at points, shape (n, k), from resultants there: of a beam shape (n, 6), of a shell (n, 8),
+# of one whose branches act what `LayerResultants` has
 type Derived = Callable[[Floats], Floats]
 
 
-def layup(body: ShellModel) -> Layup:
-    """The section of a shell at its local nodes, or of no point where it does not vary."""
+def layup(body: ShellModel, dynamic: bool) -> Layup:
+    """The section of a shell at its local nodes, or of no point where it does not vary.
+
+    Args:
+        body: The shell.
+        dynamic: Whether its branches act; in statics they are relaxed, or strained at once.
+    """
     section = body.shell.section
     assert isinstance(section, LinearSection)
-    if not section.functions:
-        return section.generic
-    return section.at(body.mixed.nodes("u").T, f"shell '{body.name}'")
+    if section.functions:
+        found = section.at(body.mixed.nodes("u").T, f"shell '{body.name}'")
+    else:
+        found = section.generic
+    return found if dynamic else found.at_rest
+
+
+def shell_stiffness(shell: Shell, at: Layup) -> Floats:
+    """Resultants (N, M, Q) of strains (eps, kap, gam), shape (..., 8, 8); of linear sections."""
+    stiffness = np.zeros((*at.D.shape[:-2], 8, 8))
+    stiffness[..., :3, :3], stiffness[..., 3:6, 3:6], stiffness[..., 6:, 6:] = at.A, at.D, at.G
+    # without stretching there is nothing that bending could be coupled to
+    if shell.coupling and shell.stretching:
+        stiffness[..., :3, 3:6] = stiffness[..., 3:6, :3] = at.B
+    return stiffness
 
 
 def shell_compliance(shell: Shell, at: Layup, held: bool = True) -> Floats:
@@ -34,12 +52,7 @@ def shell_compliance(shell: Shell, at: Layup, held: bool = True) -> Floats:
         held: Whether strains that are constrained to zero are; else they are what the section
             itself would give to the forces that hold them.
     """
-    stiffness = np.zeros((*at.D.shape[:-2], 8, 8))
-    stiffness[..., :3, :3], stiffness[..., 3:6, 3:6], stiffness[..., 6:, 6:] = at.A, at.D, at.G
-    # without stretching there is nothing that bending could be coupled to
-    if shell.coupling and shell.stretching:
-        stiffness[..., :3, 3:6] = stiffness[..., 3:6, :3] = at.B
-    compliance = np.linalg.inv(stiffness)
+    compliance = np.linalg.inv(shell_stiffness(shell, at))
     if held and not shell.stretching:
         compliance[..., :3, :] = 0.0
     if held and not shell.transverse_shear:
@@ -62,8 +75,10 @@ def beam_compliance(beam: Beam) -> Floats:
 
 
 def strains_by(compliance: Floats) -> Derived:
-    """Strains, or stresses, from resultants, compliance the same at all points or one for each."""
-    return lambda R: np.asarray(np.einsum("...ij,...j->...i", compliance, R))
+    """Strains, or stresses, from the first of some resultants, by rows of all points or of each."""
+    return lambda R: np.asarray(
+        np.einsum("...ij,...j->...i", compliance, R[..., : compliance.shape[-1]])
+    )
 
 
 def energy_by(compliance: Floats) -> Derived:
@@ -85,10 +100,9 @@ def surface_stress(shell: Shell, at: Layup) -> Derived:
         shell: The shell, with a linear section.
         at: Its section at points (...).
     """
-    lower = _outermost(at.layers)
-    upper = _outermost(at.layers[::-1])
-    ends = ((lower, at.heights[0]), (upper, at.heights[-1]))
-    found = [_stress_at(shell, at, plane, z) for plane, z in ends]
+    upward = range(len(at.layers))
+    ends = ((upward, at.heights[0]), (upward[::-1], at.heights[-1]))
+    found = [_outermost(shell, at, order, z) for order, z in ends]
     return strains_by(np.concatenate(found, axis=-2))
 
 
@@ -134,12 +148,12 @@ def von_mises(stress: Derived) -> Derived:
     return read
 
 
-def _outermost(layers: Sequence[Layer]) -> Floats:
-    """Stiffness of the first layer that is not dropped, shape (..., 3, 3)."""
-    found = layers[-1].plane
-    for layer in layers[-2::-1]:
-        there = np.asarray(layer.thickness)[..., None, None] > 0
-        found = np.where(there, layer.plane, found)
+def _outermost(shell: Shell, at: Layup, order: Sequence[int], z: Any) -> Floats:
+    """Stresses at a height of the first layer that is not dropped, shape (..., 3, columns)."""
+    found = stress_at(shell, at, order[-1], z)
+    for k in order[-2::-1]:
+        there = np.asarray(at.layers[k].thickness)[..., None, None] > 0
+        found = np.where(there, stress_at(shell, at, k, z), found)
     return found
 
 
@@ -155,12 +169,13 @@ def ply_stress(shell: Shell, at: Layup, number: int) -> Derived:
     """
     ply = at.layers[number]
     turn = strain_turn(-ply.angle).mT * (np.asarray(ply.thickness)[..., None, None] > 0)
-    both = [turn @ _stress_at(shell, at, ply.plane, at.heights[number + k]) for k in (0, 1)]
+    both = [turn @ stress_at(shell, at, number, at.heights[number + k]) for k in (0, 1)]
     return strains_by(np.concatenate(both, axis=-2))
 
 
-def _stress_at(shell: Shell, at: Layup, plane: Floats, z: Any) -> Floats:
-    """Stresses at a height from resultants, shape (..., 3, 8)."""
-    compliance = shell_compliance(shell, at, held=False)
+def stress_at(shell: Shell, at: Layup, number: int, z: Any) -> Floats:
+    """Stresses of a layer at a height from `N` and `M`, shape (..., 3, 6), or of `Layup.among`."""
+    compliance = shell_compliance(shell, at, held=False)[..., :6]
     height = np.asarray(z)[..., None, None]
-    return np.asarray(plane @ (compliance[..., :3, :] + height * compliance[..., 3:6, :]))
+    strain = compliance[..., :3, :] + height * compliance[..., 3:6, :]
+    return at.among(at.layers[number].plane @ strain, number)

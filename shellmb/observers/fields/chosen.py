@@ -21,20 +21,20 @@ from shellmb.observers.fields.resultants import Strained
 from shellmb.observers.fields.through import NodalResultants, interlaminar, ply_rows, stresses
 from shellmb.scene import LinearSection, Scene, Shell
 from shellmb.scene.checks.fields import kinds_of, wanted_fields
-from shellmb.scene.fields import FIELDS, JUDGED, STATE
+from shellmb.scene.fields import FIELDS, JUDGED, SPRINGS, STATE
 from shellmb.scene.shells.lamination import Layup
 from shellmb.simulate.simulation import Simulation
 
 type Read = Callable[[Floats], Floats]
 
 STRAINS = {
-    "shell": ("eps 11", "eps 22", "2 eps 12", "kap 11", "kap 22", "2 kap 12", "gam 13", "gam 23"),
+    "shell": (*SPRINGS, "gam 13", "gam 23"),
     "beam": ("stretch", "shear 2", "shear 3", "twist", "curvature 2", "curvature 3"),
 }
 
-# columns of resultants
-PARTS = {"N": np.s_[:, :3], "M": np.s_[:, 3:6], "Q": np.s_[:, 6:8]}
-PARTS |= {"force": PARTS["N"], "moment": PARTS["M"]}
+# columns of resultants; those of a shell stand behind what stresses of its layers follow from
+PARTS = {"N": np.s_[:, -8:-5], "M": np.s_[:, -5:-2], "Q": np.s_[:, -2:]}
+PARTS |= {"force": np.s_[:, 0:3], "moment": np.s_[:, 3:6]}
 
 # fields at both faces from the resultants of a linear section
 FACES: dict[str, Callable[[Shell, Layup], Read]] = {
@@ -72,15 +72,17 @@ class ChosenFields:
         self._own: dict[str, Read] = {}
         # from the resultants with their derivatives along the surface
         self._steep: dict[str, Read] = {}
+        self._dynamic = simulation.scheme.dynamic
         for name in names:
             if name not in JUDGED:
                 self._add(body, name)
         judged_names = tuple(name for name in names if name in JUDGED)
         self._judging = self._judge(simulation.scene, body, judged_names)
-        self._slopes = bool(self._steep or self._judging)
+        slopes = bool(self._steep or self._judging)
         self._resultants: NodalResultants | None = None
-        if self._derived or self._slopes:
-            self._resultants = NodalResultants(body, resultants_of(simulation, body), self._slopes)
+        if self._derived or slopes:
+            found = resultants_of(simulation, body, layers=isinstance(body, ShellModel))
+            self._resultants = NodalResultants(body, found, slopes)
         self._strained: NodalResultants | None = None
         if self._own:
             modal = body.name in modal_members(simulation.model)
@@ -92,14 +94,19 @@ class ChosenFields:
         if name in PARTS:
             self.components[name], self._derived[name] = known, itemgetter(PARTS[name])
         elif name == "principal_N":
-            self.components[name], self._derived[name] = known, section.principal
+            principal = section.principal
+            self.components[name] = known
+            self._derived[name] = lambda R: principal(R[PARTS["N"]])
         elif name in ("strains", "energy_density"):
             self._add_strains(body, name)
         else:
             assert isinstance(body, ShellModel)
-            shell, at = body.shell, section.layup(body)
+            shell, at = body.shell, section.layup(body, self._dynamic)
             if name in FACES:
                 self.components[name], self._derived[name] = known, FACES[name](shell, at)
+                return
+            if name == "branch_strains":
+                self._add_springs(shell, at)
                 return
             if name == "ply_stress":
                 to = self._derived
@@ -107,8 +114,17 @@ class ChosenFields:
             else:
                 to = self._steep
                 each = [partial(interlaminar, rows) for rows in ply_rows(shell, at)]
+                self._add_springs(shell, at)
             for k, read in enumerate(each, start=1):
                 self.components[f"{name}_{k}"], to[f"{name}_{k}"] = known, read
+
+    def _add_springs(self, shell: Shell, at: Layup) -> None:
+        """Strains of branches, which `Run.plies` needs beside resultants."""
+        compliance = section.shell_compliance(shell, at)[..., :6, :6]
+        for k in range(1, len(at.branches) + 1):
+            name, others = f"branch_strains_{k}", np.zeros((*compliance.shape[:-1], 6 * k))
+            rows = np.concatenate([others, compliance], axis=-1)
+            self.components[name], self._derived[name] = SPRINGS, section.strains_by(rows)
 
     def _add_strains(self, body: Any, name: str) -> None:
         """Strains or their energy, which follow from resultants of linear sections only."""
@@ -125,7 +141,8 @@ class ChosenFields:
             read = make(section.beam_compliance(described))
             self._derived[name] = lambda R: read(R[:, 6:])
         else:
-            self._derived[name] = make(section.shell_compliance(described, section.layup(body)))
+            at = section.layup(body, self._dynamic)
+            self._derived[name] = make(section.shell_compliance(described, at))
 
     def _judge(
         self, scene: Scene, body: ShellModel | BeamModel, names: tuple[str, ...]
@@ -135,7 +152,7 @@ class ChosenFields:
         if not on:
             return None
         assert isinstance(body, ShellModel)
-        rows = ply_rows(body.shell, section.layup(body))
+        rows = ply_rows(body.shell, section.layup(body, self._dynamic))
         each = {reserve.name: judged(reserve, body.shell) for reserve in on}
         self.components |= {f"{name}_{reserve}": () for reserve in each for name in names}
 
@@ -158,7 +175,7 @@ class ChosenFields:
         found: dict[str, Floats] = {}
         if self._resultants is not None:
             both = self._resultants.now()
-            R = both[:, :8] if self._slopes else both
+            R = both[:, : self._resultants.size]
             found |= {name: read(R) for name, read in self._derived.items()}
             found |= {name: read(both) for name, read in self._steep.items()}
             found |= self._judging(both) if self._judging else {}

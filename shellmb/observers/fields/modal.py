@@ -24,7 +24,7 @@ from shellmb.model.reduced.floating_body import Modes
 from shellmb.model.shells.shell import ShellModel
 from shellmb.native.expressions import compiled_expression
 from shellmb.observers.fields.nodal import NodalValues, NodeGroup
-from shellmb.observers.fields.resultants import Resultants
+from shellmb.observers.fields.resultants import LayerResultants, Resultants
 from shellmb.simulate.simulation import Simulation
 
 # displacement of a frame, changes of its directors
@@ -212,15 +212,20 @@ class ModalResultants(Resultants):
         return np.asarray(self._table @ self._mean.now())
 
 
-def resultants_of(simulation: Simulation, body: ShellModel | BeamModel) -> Resultants:
+def resultants_of(
+    simulation: Simulation, body: ShellModel | BeamModel, layers: bool = False
+) -> Resultants:
     """Reader of the resultants of a shell or beam, also in modes; making it is collective.
 
     Args:
         simulation: The simulation.
         body: The shell or beam.
+        layers: Whether stresses of layers follow from them.
     """
     if body.name in modal_members(simulation.model):
         return ModalResultants(simulation, body.name)
+    if layers and body.name in simulation.problem.branches:
+        return LayerResultants(simulation, body)
     return Resultants(simulation, body)
 
 

@@ -156,9 +156,10 @@ class Reserves(BaseObserver):
             for load in scene.loads:
                 if isinstance(load, PointLoad) and shell in scene.bodies_of(load):
                     self._loads[shell.name].append((load.label, _places(body, load)))
-        self._rows = {n: ply_rows(b.shell, layup(b)) for n, (b, _) in bodies.items()}
+        dynamic = simulation.scheme.dynamic
+        self._rows = {n: ply_rows(b.shell, layup(b, dynamic)) for n, (b, _) in bodies.items()}
         self._resultants = {
-            name: NodalResultants(body, resultants_of(simulation, body), across)
+            name: NodalResultants(body, resultants_of(simulation, body, layers=True), across)
             for name, (body, across) in bodies.items()
         }
         # a run that goes on has those of its last step, which are means over it

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import Any
+
 import numpy as np
 import ufl
 from dolfinx import fem
@@ -41,29 +44,50 @@ class Resultants:
     momentum of the step. Of ED that is the one from the state j to f, where eq. (29) has its
     forces; of schemes quadratic in time it is S_0. Stresses at the end of a step are of no order
     where a body is stiff. In statics, and before the first step, they are those of the state.
+    Maxwell branches are in all of them.
 
     Args:
         simulation: The simulation.
         body: The beam or shell.
+
+    Attributes:
+        size: Number of components.
     """
 
     def __init__(self, simulation: Simulation, body: ShellModel | BeamModel) -> None:
         self._simulation, problem = simulation, simulation.problem
         self._levels = levels = problem.levels[body.name]
         natural = getattr(body, "natural", None)
-        state = body.resultants((levels.reference or levels).q)
-        found = [_linear(state, levels, natural)]
+        state: Expr = (levels.reference or levels).q
+        at = state
+        found = [_linear(body.resultants(state), levels, natural)]
         self._start: fem.Function | None = None
+        self._branches = branches = problem.branches.get(body.name)
         if simulation.scheme.dynamic:
-            averaged = problem.steps[body.name].mean_resultants(body)
+            step = problem.steps[body.name]
             # looked at when the step is accepted, and its start is overwritten
             self._start = fem.Function(body.mixed.space, name="start")
-            mean = _linear(averaged, levels, natural)
-            if (branches := problem.branches.get(body.name)) is not None:
-                step, rest = problem.steps[body.name], levels.reference
-                mean += body.of_stress(branches.mean(), rest.q if rest else step.mean_state())
-            found.append(ufl.replace(mean, {levels.q: self._start}))
+            found.append(_linear(step.mean_resultants(body), levels, natural))
+            at = state if levels.reference else step.mean_state()
+        if branches is not None:
+            pairs = zip(found, (state, at), (False, True), strict=True)
+            found = [self._relaxing(body, r, q, branches.springs(mean)) for r, q, mean in pairs]
+        if self._start is not None:
+            found[1] = ufl.replace(found[1], {levels.q: self._start})
         self._prepare(body, found)
+
+    def _relaxing(
+        self, body: Any, elastic: Expr, q: Expr, springs: Sequence[tuple[Expr, Expr]]
+    ) -> Expr:
+        """Vector that is read of a body whose branches act.
+
+        Args:
+            body: The body.
+            elastic: Resultants of the long-term section.
+            q: State at which the stresses of the branches act.
+            springs: Strains and stresses of the branches.
+        """
+        return sum((body.of_stress(stress, q) for _, stress in springs), elastic)
 
     def _prepare(self, body: ShellModel | BeamModel, vectors: list[Expr]) -> None:
         """Make what is read, of states and perhaps as means."""
@@ -71,7 +95,7 @@ class Resultants:
         inner = reading_element(nodes)
         points = np.asarray(inner.points, dtype=np.float64)
         self._mesh = nodes.mesh
-        self._size = int(vectors[0].ufl_shape[0])
+        self.size = int(vectors[0].ufl_shape[0])
         self._expressions = [compiled_expression(vector, points) for vector in vectors]
         # values at the nodes of an element from those at its points
         at = np.asarray(nodes.element.interpolation_points)
@@ -89,12 +113,16 @@ class Resultants:
     def elements(self) -> Floats:
         """Values of each element of this rank at its nodes, shape (elements, nodes, size)."""
         # before the first step there is the state only
-        return self.at_nodes(self._expressions[-1 if self._simulation.last else 0])
+        if self._simulation.last:
+            return self.at_nodes(self._expressions[-1])
+        if self._branches is not None:
+            self._branches.follow()
+        return self.at_nodes(self._expressions[0])
 
     def at_nodes(self, expression: fem.Expression) -> Floats:
         """Values of an expression at the nodes of each element of this rank."""
         flat = np.asarray(expression.eval(self._mesh, self._cells), dtype=np.float64)
-        values = flat.reshape(len(self._cells), -1, self._size)
+        values = flat.reshape(len(self._cells), -1, self.size)
         return np.asarray(np.einsum("np,epk->enk", self._continued, values))
 
     def sums(self, nodes: Int32s, quantity: str) -> Floats:
@@ -112,6 +140,23 @@ class Resultants:
         return total
 
 
+class LayerResultants(Resultants):
+    """Resultants that stresses of layers follow from where branches act, shape (6 n + 8,).
+
+    N and M that the long-term section has of its strain, and would have of those of the springs of
+    each set of branches (`Layup.among`); its resultants stand behind.
+    """
+
+    def _relaxing(
+        self, body: Any, elastic: Expr, q: Expr, springs: Sequence[tuple[Expr, Expr]]
+    ) -> Expr:
+        whole = super()._relaxing(body, elastic, q, springs)
+        # triangles have a second group of each set, of shear alone
+        sets = springs[:: len(springs) // len(body.shell.section.generic.branches)]
+        every = [elastic, *(body.section.formulation.stress(strain) for strain, _ in sets)]
+        return ufl.as_vector([*(r[k] for r in every for k in range(6)), *whole])
+
+
 class Strained(Resultants):
     """Strains that do not follow from resultants, and their energy per area or length.
 
@@ -124,7 +169,7 @@ class Strained(Resultants):
     """
 
     def __init__(self, simulation: Simulation, body: ShellModel | BeamModel) -> None:
-        self._simulation, self._start = simulation, None
+        self._simulation, self._start, self._branches = simulation, None, None
         q, formulation = simulation.problem.state(body.name), body.section.formulation
         if isinstance(body, BeamModel):
             e = body.strains(q)

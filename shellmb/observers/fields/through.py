@@ -22,10 +22,10 @@ from shellmb.meshes.shared import sums_at_nodes
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.shells.shell import ShellModel
 from shellmb.native.expressions import compiled_expression
-from shellmb.observers.fields.by_section import shell_compliance
+from shellmb.observers.fields.by_section import shell_compliance, stress_at
 from shellmb.observers.fields.resultants import Resultants
 from shellmb.scene import Shell
-from shellmb.scene.shells.lamination import PURE, Layup, shear_step, strain_turn, vector_turn
+from shellmb.scene.shells.lamination import Layup, shear_step, strain_turn, vector_turn
 
 SIDES = ("bottom", "middle", "top")
 
@@ -37,11 +37,13 @@ class PlyRows:
     Args:
         angle: From the shell's 1-direction to the fibres, shape (...) [degrees].
         heights: Above the reference surface, shape (..., 3) [m].
-        stress: Stresses 11, 22, 12 in the ply's axes from (N, M, Q), shape (..., 3, 3, 8).
-        strain: Strains 11, 22, 2*12 in the ply's axes from (N, M, Q), shape (..., 3, 3, 8).
-        shear: Stresses 13, 23 in the ply's axes from Q and the derivatives of N and M along 1 and
-            along 2, shape (..., 3, 2, 14).
-        slip: Shear strains from the stresses 13, 23, shape (..., 2, 2).
+        stress: Stresses 11, 22, 12 in the ply's axes from N and M, shape (..., 3, 3, m): m is 6,
+            and more where branches act (`Layup.among`).
+        strain: Strains 11, 22, 2*12 in the ply's axes from N and M, shape (..., 3, 3, 6).
+        shear: Stresses 13, 23 in the ply's axes from Q and the derivatives of these N and M along 1
+            and along 2, shape (..., 3, 2, 2 + 2 m).
+        slip: Shear strains from the stresses 13, 23, shape (..., 2, 2); NaN in a ply whose branches
+            act, where they follow from the stresses of all times before.
     """
 
     angle: Any
@@ -70,36 +72,44 @@ def ply_rows(shell: Shell, at: Layup) -> tuple[PlyRows, ...]:
         stress_into = strain_turn(-layer.angle).mT[..., None, :, :]
         across = vector_turn(layer.angle)
         turned = across @ layer.transverse @ across.mT
+        stress = np.stack(
+            [stress_at(shell, at, k, z) for z in np.moveaxis(heights, -1, 0)], axis=-3
+        )
         found.append(
             PlyRows(
                 layer.angle,
                 heights,
-                there * (stress_into @ layer.plane[..., None, :, :] @ _strain(free, heights)),
+                there * (stress_into @ stress),
                 there * (into @ _strain(held, heights)),
                 there * (across[..., None, :, :] @ shear),
-                np.linalg.inv(turned),
+                np.linalg.inv(turned) * (1.0 if layer.relaxation is None else np.nan),
             )
         )
     return tuple(found)
 
 
 def _strain(compliance: Floats, heights: Floats) -> Floats:
-    """Strains at three heights from resultants, shape (..., 3, 3, 8)."""
-    z, every = heights[..., None, None], compliance[..., None, :, :]
+    """Strains at three heights from N and M, shape (..., 3, 3, 6)."""
+    z, every = heights[..., None, None], compliance[..., None, :, :6]
     return np.asarray(every[..., :3, :] + z * every[..., 3:6, :])
 
 
 def _shears(compliance: Floats, at: Layup) -> list[Floats]:
-    """Stresses 13, 23 of each layer at three heights, in the axes of the shell (..., 3, 2, 14)."""
-    face, sides = np.zeros((2, 12)), []
-    for layer, low, high in zip(at.layers, at.heights, at.heights[1:], strict=False):
-        inner = face + shear_step(layer, compliance, low, (low + high) / 2)
-        upper = face + shear_step(layer, compliance, low, high)
+    """Stresses 13, 23 of each layer at three heights in the shell's axes, (..., 3, 2, 2 + 2 m)."""
+    m = 6 * (1 + len(at.branches))
+    face, sides = np.zeros((2, 2 * m)), []
+
+    def step(k: int, to: Any) -> Floats:
+        both = shear_step(at.layers[k], compliance, at.heights[k], to)
+        return np.concatenate([at.among(both[..., :6], k), at.among(both[..., 6:], k)], axis=-1)
+
+    for k, (low, high) in enumerate(zip(at.heights, at.heights[1:], strict=False)):
+        inner, upper = face + step(k, (low + high) / 2), face + step(k, high)
         sides.append(np.stack([np.broadcast_to(face, upper.shape), inner, upper], axis=-3))
         face = upper
     # what is left at the upper face acts in the surface: loads and inertia, even over the thickness
     whole = np.asarray(at.thickness)[..., None, None]
-    integral, below, balanced = np.zeros((2, 12)), np.zeros((1, 1)), []
+    integral, below, balanced = np.zeros((2, 2 * m)), np.zeros((1, 1)), []
     for layer, side in zip(at.layers, sides, strict=True):
         h = np.asarray(layer.thickness)[..., None, None]
         shares = np.stack([(below + part * h) / whole for part in (0.0, 0.5, 1.0)], axis=-3)
@@ -107,8 +117,10 @@ def _shears(compliance: Floats, at: Layup) -> list[Floats]:
         bottom, middle, top = np.moveaxis(balanced[-1], -3, 0)
         integral, below = integral + h * (bottom + 4 * middle + top) / 6, below + h
     found = []
+    # M_11,1 and M_22,2 of the section's strain
+    pure = [3, m + 4]
     for side in balanced:
-        shape = side[..., PURE]
+        shape = side[..., pure]
         found.append(np.concatenate([shape, side - shape @ integral[..., None, :, :]], axis=-1))
     return found
 
@@ -178,12 +190,14 @@ class NodalResultants:
 
     Attributes:
         solved: Keeps what means over the step need of its start.
+        size: Number of the resultants.
     """
 
     def __init__(
         self, body: ShellModel | BeamModel, resultants: Resultants, slopes: bool = False
     ) -> None:
         self._resultants, self.solved = resultants, resultants.solved
+        self.size = resultants.size
         self._nodes = NodalMeans(body)
         self._slopes: Slopes | None = None
         if slopes:
@@ -191,11 +205,16 @@ class NodalResultants:
             self._slopes = Slopes(body)
 
     def now(self) -> Floats:
-        """Resultants, shape (n, k), of a shell (n, 8), or with the derivatives (n, 20)."""
+        """Resultants, shape (n, k), of a shell (n, 8), or with the derivatives (n, 20).
+
+        Of a shell whose branches act (n, m + 8), or (n, 3 m + 8), with N and M of `Layup.among`
+        before its resultants.
+        """
         R = self._nodes.mean(self._resultants.elements())
         if self._slopes is None:
             return R
-        return np.concatenate([R, self._nodes.mean(self._slopes.elements(R[:, :6]))], axis=1)
+        apart = R[:, : max(6, R.shape[1] - 8)]
+        return np.concatenate([R, self._nodes.mean(self._slopes.elements(apart))], axis=1)
 
 
 def interlaminar(rows: PlyRows, both: Floats) -> Floats:
@@ -203,9 +222,9 @@ def interlaminar(rows: PlyRows, both: Floats) -> Floats:
 
     Args:
         rows: Rows of the ply, of all points or of each.
-        both: Resultants and their derivatives, shape (n, 20).
+        both: Resultants and their derivatives, shape (n, 20), or more (`NodalResultants.now`).
     """
-    found = np.einsum("...sij,...j->...si", rows.shear, both[:, 6:])
+    found = np.einsum("...sij,...j->...si", rows.shear, both[:, -rows.shear.shape[-1] :])
     return np.asarray(found.reshape(len(both), -1))
 
 
@@ -215,15 +234,15 @@ def stresses(rows: Sequence[PlyRows], both: Floats) -> tuple[Floats, Floats]:
     Args:
         rows: Rows of the plies.
         both: Resultants and their derivatives, shape (n, 20), or resultants alone, (n, 8): without
-            derivatives stresses and strains 13 and 23 are zero.
+            derivatives stresses and strains 13 and 23 are zero. Or more (`NodalResultants.now`).
     """
     stress, strain = list[Floats](), list[Floats]()
     for ply in rows:
         across = slip = np.zeros((len(both), 3, 2))
-        if both.shape[1] > 8:
-            across = np.einsum("...sij,...j->...si", ply.shear, both[:, 6:])
+        if both.shape[1] > ply.stress.shape[-1] + 8:
+            across = interlaminar(ply, both).reshape(-1, 3, 2)
             slip = np.einsum("...ij,...sj->...si", ply.slip, across)
         for kept, plane, shear in ((stress, ply.stress, across), (strain, ply.strain, slip)):
-            inner = np.einsum("...sij,...j->...si", plane, both[:, :8])
+            inner = np.einsum("...sij,...j->...si", plane, both[:, : plane.shape[-1]])
             kept.append(np.concatenate([inner, shear], axis=-1))
     return np.stack(stress, axis=1), np.stack(strain, axis=1)

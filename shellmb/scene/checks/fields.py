@@ -16,8 +16,9 @@ OWNERS = {
     "shell": "shell that deforms",
     "beam": "beam that deforms",
     "joint": "joint",
-    "laminate": "shell with plies (a Laminate), without natural strains and relaxation",
-    "linear": "shell with a linear section, without relaxation, of plies without natural strains",
+    "laminate": "shell with plies (a Laminate), without natural strains",
+    "linear": "shell with a linear section, of plies without natural strains",
+    "relaxing": "shell whose section relaxes",
 }
 
 
@@ -27,9 +28,9 @@ def kinds_of(body: Body) -> set[str]:
         return {"rigid"}
     if isinstance(body, Beam):
         return {"beam"}
-    kinds = {"shell"}
-    if body.section.relaxes or (isinstance(body.section, Laminate) and body.natural is not None):
-        # stresses between plies that expand or relax differently are in no resultant
+    kinds = {"shell", "relaxing"} if body.section.relaxes else {"shell"}
+    if isinstance(body.section, Laminate) and body.natural is not None:
+        # stresses between plies that expand differently are in no resultant
         return kinds
     if isinstance(body.section, LinearSection):
         kinds.add("linear")

@@ -194,11 +194,25 @@ class Layup:
 
     @property
     def at_rest(self) -> Layup:
-        """The section as statics has it."""
+        """The section as statics has it, which has no branches."""
         given = [p.relaxation for p in self.layers]
         if not any(given):
             return self
-        return self.scaled([1.0 if r is None else r.at_rest / r.long_term for r in given])
+        found = self.scaled([1.0 if r is None else r.at_rest / r.long_term for r in given])
+        return replace(found, layers=tuple(replace(p, relaxation=None) for p in found.layers))
+
+    def among(self, rows: Matrix, number: int) -> Matrix:
+        """Rows of a layer by its strain, from N and M that strains of the layers would give.
+
+        Args:
+            rows: From N and M of an elastic section, shape (..., n, 6).
+            number: The layer, from 0 at the lower face.
+
+        Returns:
+            From those of the section's strain, and of the springs of each set of branches: what
+            the long-term section would have of them, shape (..., n, 6 (1 + sets)).
+        """
+        return np.concatenate([rows, *(shares[number] * rows for shares in self.branches)], axis=-1)
 
     def scaled(self, factors: Sequence[float]) -> Layup:
         """The section with a factor on the stiffness of each layer."""

@@ -166,15 +166,27 @@ class Prony:
         """Check that a stiffness is left in the long term.
 
         Raises:
-            SceneError: If the shares of instantaneous moduli add up to one or more.
+            SceneError: If the shares of instantaneous moduli add up to one or more, or a shifted
+                time is no number.
         """
         total = sum(g for g, _ in self.terms)
+        for _, tau in self.terms:
+            time = tau * self._factor
+            if not 0 < time < math.inf:
+                raise SceneError(
+                    f"Prony series: shift is {show(self.shift)}, with which the time {show(tau)} "
+                    f"is {show(time)} s; each shifted time must be positive and finite"
+                )
         if self.moduli == "instantaneous" and not total < 1:
             raise SceneError(
                 f"Prony series: the shares of terms add up to {show(total)}, so the long-term "
                 "modulus would not be positive; they must add up to less than 1, or moduli must be "
                 "'long-term'"
             )
+
+    @property
+    def _factor(self) -> float:
+        return float(self.shift.factor if isinstance(self.shift, WLF) else self.shift)
 
     @property
     def long_term(self) -> float:
@@ -185,9 +197,8 @@ class Prony:
     def branches(self) -> dict[tuple[float, bool], float]:
         """Stiffness of the branches over the long-term one, by shifted time and `relaxed`."""
         found: dict[tuple[float, bool], float] = {}
-        shift = self.shift.factor if isinstance(self.shift, WLF) else self.shift
         for g, tau in self.terms:
-            key = shift * tau, self.relaxed
+            key = self._factor * tau, self.relaxed
             found[key] = found.get(key, 0.0) + g / self.long_term
         return found
 

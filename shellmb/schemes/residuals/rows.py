@@ -5,11 +5,11 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 from dolfinx import fem
 from ufl.algorithms.renumbering import renumber_indices
 from ufl.core.expr import Expr
 
+from shellmb.arrays import Floats
 from shellmb.forms.steps.discrete import mean
 from shellmb.forms.steps.mixed import Interval
 from shellmb.forms.steps.path import Moment, Rows, Slope, Stress
@@ -22,8 +22,6 @@ from shellmb.schemes.residuals.weights import (
     interval_pair,
     single_pair,
 )
-
-Floats = npt.NDArray[np.float64]
 
 NAMES = ("mean", "chord", "bow", "mean_velocity")
 

@@ -85,7 +85,31 @@ def there_and_back(
     """
     steps = Steps(states)
     run = execute(scene, None, [steps], comm=comm, pictures=False, results=results)
-    return _backwards(run, steps, places, both, objective, said)
+    simulation = run.simulation
+    names = [probe.name for probe in simulation.scene.probes]
+    history = {name: run.column(name) for name in ("t", *names)}
+    value = evaluated(objective, history)
+    slope = slopes(objective, history, value, said)
+    shells = simulation.model.shells
+    branches = simulation.problem.branches.get
+    found = [(p.body, changes(shells[p.body], p.name, branches(p.body))) for p in places]
+    sweep = Sweep(simulation, found, bool(both))
+    readings = {p.name: Reading(simulation, p) for p in simulation.scene.probes}
+    for step in steps.backwards(simulation):
+        for name, reading in readings.items():
+            reading.add(sweep.covector, float(slope[name][step.number + 1]))
+        sweep.back(step, *steps.times[step.number])
+    for name, reading in readings.items():
+        reading.add(sweep.covector, float(slope[name][0]))
+    return (
+        value,
+        {p.name: _by_parameter(simulation, sweep, said, p, *scenes) for p, *scenes in both},
+        {
+            (p.body, p.name): by_element(shells[p.body], p.name, derivative)
+            for p, derivative in zip(places, sweep.by_fields, strict=True)
+        },
+        run,
+    )
 
 
 def _by_parameter(
@@ -108,41 +132,5 @@ def _by_parameter(
     for step in reversed(sweep.kept):
         said += corners.met(step.t, step.dt)
     above, below = ends
-    start = sum(float(w @ (above[key] - below[key])) for key, w in sweep.covector.items())
-    total: float = run.model.comm.allreduce(start - (work[0] - work[1]))
-    return total / parameter.width
-
-
-def _backwards(
-    run: RunResult,
-    steps: Steps,
-    places: Sequence[ElementField],
-    both: Sequence[tuple[Parameter, Scene, Scene]],
-    objective: Objective,
-    said: list[str],
-) -> Found:
-    """Go back over all steps."""
-    simulation = run.simulation
-    names = [probe.name for probe in simulation.scene.probes]
-    history = {name: run.column(name) for name in ("t", *names)}
-    value = evaluated(objective, history)
-    slope = slopes(objective, history, value, said)
-    shells = simulation.model.shells
-    found = [(p.body, changes(shells[p.body], p.name)) for p in places]
-    sweep = Sweep(simulation, found, bool(both))
-    readings = {p.name: Reading(simulation, p) for p in simulation.scene.probes}
-    for step in steps.backwards(simulation):
-        for name, reading in readings.items():
-            reading.add(sweep.covector, float(slope[name][step.number + 1]))
-        sweep.back(step, *steps.times[step.number])
-    for name, reading in readings.items():
-        reading.add(sweep.covector, float(slope[name][0]))
-    return (
-        value,
-        {p.name: _by_parameter(simulation, sweep, said, p, *scenes) for p, *scenes in both},
-        {
-            (p.body, p.name): by_element(shells[p.body], p.name, derivative)
-            for p, derivative in zip(places, sweep.by_fields, strict=True)
-        },
-        run,
-    )
+    start = sum(float(np.vdot(w, above[key] - below[key])) for key, w in sweep.covector.items())
+    return float(run.model.comm.allreduce(start - (work[0] - work[1]))) / parameter.width

@@ -8,8 +8,9 @@ how every coefficient changes with each of them.
 from __future__ import annotations
 
 from collections.abc import Callable
+from copy import copy
 from dataclasses import fields as fields_of
-from dataclasses import replace
+from dataclasses import is_dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -21,6 +22,7 @@ from ufl.core.expr import Expr
 from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.forms.shell import Mass
+from shellmb.model.sections.branches import MaxwellBranches
 from shellmb.model.sections.section import BoundSection, bind_mass, bind_section
 from shellmb.model.shells.shell import ShellModel
 from shellmb.native.kernels import compiled
@@ -39,12 +41,13 @@ APART = 1e-3
 DEGREES = 0.1
 
 
-def changes(model: ShellModel, name: str) -> list[Change]:
+def changes(model: ShellModel, name: str, branches: MaxwellBranches | None) -> list[Change]:
     """Changes of the coefficients of a shell by a parameter in each element; collective.
 
     Args:
         model: The shell.
         name: The parameter, which is a function of the position.
+        branches: Its Maxwell branches; None: none.
 
     Raises:
         SceneError: If the mass is eccentric: its coefficients are not element by element.
@@ -56,7 +59,7 @@ def changes(model: ShellModel, name: str) -> list[Change]:
         )
     angle = name.endswith("angle")
     size = DEGREES if angle else APART * model.section.sizes.thickness
-    found = _functions(model.section, model.mass, model.mass_of_section)
+    found = _functions(model.section, branches, model.mass, model.mass_of_section)
     sums = [np.zeros_like(f.x.array) for f in found]
     for offset, weight in FOURTH:
         section = changed(model.shell, name, _moved(offset * size))
@@ -65,7 +68,9 @@ def changes(model: ShellModel, name: str) -> list[Change]:
         every = replace(shell, rotary_inertia=True, eccentric_inertia=True)
         weighed = None if model.mass_of_section is None else bind_mass(every, domain)
         mass = None if model.mass is None else bind_mass(shell, domain)
-        others = _functions(bound, mass, weighed)
+        like = copy(model)
+        like.shell, like.section = shell, bound
+        others = _functions(bound, branches and like.branches(), mass, weighed)
         for total, other in zip(sums, others, strict=True):
             total += weight / size * other.x.array
     made = []
@@ -83,10 +88,14 @@ def _moved(by: float) -> Callable[[Any], Any]:
     return change
 
 
-def _functions(bound: BoundSection, *masses: Mass | None) -> list[fem.Function]:
+def _functions(
+    bound: BoundSection, branches: MaxwellBranches | None, *masses: Mass | None
+) -> list[fem.Function]:
     """Coefficients that are fields, each once, in an order that is always the same."""
-    form: Any = bound.formulation
-    parts = [getattr(form, f.name) for f in fields_of(form)]
+    # an energy of strains has its stiffness
+    forms = [bound.formulation, getattr(bound.formulation, "psi", None)]
+    parts = [getattr(form, f.name) for form in forms if is_dataclass(form) for f in fields_of(form)]
+    parts += [] if branches is None else [group.C for group in branches.groups]
     parts += [part for mass in masses for part in mass or ()]
     every = [f for part in parts if isinstance(part, Expr) for f in extract_coefficients(part)]
     return list(dict.fromkeys(f for f in every if isinstance(f, fem.Function)))

@@ -11,7 +11,7 @@ from shellmb.options.described import options_of, takes
 from shellmb.options.run import Options
 from shellmb.scene import FromMode, Scene
 from shellmb.scene.loads.contacts import Faces
-from shellmb.scene.schemes import COMPLETE
+from shellmb.scene.schemes import REVERSIBLE
 from shellmb.sensitivity.adjoint.element_fields import ElementField, varying
 from shellmb.sensitivity.adjoint.objective import Objective, check_objective, check_probes
 from shellmb.sensitivity.parameters import (
@@ -177,16 +177,14 @@ def _refuse(scene: Scene, places: Sequence[ElementField]) -> None:
         SceneError: If the scene has something that changes at times of its own, or memory.
     """
     name, where = scene.name, "; use `sensitivities`, or compare runs (`sweep`)"
-    if scene.scheme_name not in COMPLETE:
+    if isinstance(scene.scheme, str) and scene.scheme not in REVERSIBLE:
         raise SceneError(
             f"adjoint: scheme '{scene.scheme_name}' of scene '{name}' does not go backwards; use "
-            + ", ".join(COMPLETE)
+            + ", ".join(REVERSIBLE)
         )
     check_probes(scene)
     said = {
         "follows a static path": scene.path,
-        "has sections that relax": any(b.section.relaxes for b in scene.meshed),
-        "has springs that relax": any(e.relaxation for e in scene.force_elements),
         "has events": scene.all_events,
         "has contact with the faces of a shell": [
             c for c in scene.contacts if isinstance(c.obstacle, Faces)
@@ -198,18 +196,20 @@ def _refuse(scene: Scene, places: Sequence[ElementField]) -> None:
     for words, there in said.items():
         if there:
             raise SceneError(f"adjoint: scene '{name}' {words}, which cannot go backwards{where}")
-    if places and not scene.static and "equilibrium" in scene.starts:
-        raise SceneError(
-            f"adjoint: scene '{name}' starts from an equilibrium, which depends on its fields; "
-            "start as given, or differentiate by parameters of the scene function"
-        )
-    if places and any(isinstance(start, FromMode) for start in scene.starts):
-        raise SceneError(
-            f"adjoint: scene '{name}' starts from a mode, whose shape depends on its fields; start "
-            "from a run or a shape, or differentiate by parameters of the scene function"
-        )
-    if places and scene.initial and scene.joints:
-        raise SceneError(
-            f"adjoint: scene '{name}' has joints and initial velocities, which masses distribute; "
-            "start at rest, or differentiate by parameters of the scene function"
-        )
+    by_fields = {
+        "starts from an equilibrium, which depends on its fields; start as given": (
+            not scene.static and "equilibrium" in scene.starts
+        ),
+        "starts from a mode, whose shape depends on its fields; start from a run or a shape": any(
+            isinstance(start, FromMode) for start in scene.starts
+        ),
+        "has joints and initial velocities, which masses distribute; start at rest": (
+            scene.initial and scene.joints
+        ),
+    }
+    for words, starts in by_fields.items():
+        if places and starts:
+            raise SceneError(
+                f"adjoint: scene '{name}' {words}, or differentiate by parameters of the scene "
+                "function"
+            )

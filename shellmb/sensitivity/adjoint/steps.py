@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from checkpoint_schedules import (  # type: ignore[import-untyped]
     Copy,
@@ -39,10 +39,20 @@ class Step(NamedTuple):
 
 def starts(problem: Problem) -> State:
     """Arrays of the states and rates at the start of a step, which live on."""
-    return {
+    functions = {
         (body, name): function.x.array
         for body, levels in problem.levels.items()
         for name, function in {"q": levels.q, **levels.rates}.items()
+    }
+    return functions | {key: group.values for key, group in relaxing(problem).items()}
+
+
+def relaxing(problem: Problem) -> dict[tuple[str, str], Any]:
+    """Maxwell branches of each strain, by the keys of their strains in a state."""
+    return {
+        (body, f"{branches.name} {k}"): group
+        for body, branches in problem.branches.items()
+        for k, group in enumerate(branches.groups)
     }
 
 

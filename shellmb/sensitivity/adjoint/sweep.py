@@ -19,10 +19,10 @@ import numpy as np
 from dolfinx import fem
 
 from shellmb.arrays import Floats, Int32s
-from shellmb.schemes.base import Scheme
+from shellmb.schemes.base import END, Scheme
 from shellmb.sensitivity.adjoint.advance import Advance
 from shellmb.sensitivity.adjoint.multipliers import ROUND_OFF, TOLERANCE, Multipliers
-from shellmb.sensitivity.adjoint.steps import State, Step, put, starts, unknowns
+from shellmb.sensitivity.adjoint.steps import State, Step, put, relaxing, starts, unknowns
 from shellmb.sensitivity.adjoint.transposed import Change, Covector, Refreshed, Transposed
 from shellmb.sensitivity.perturbed_run import PerturbedRun
 from shellmb.simulate.simulation import Simulation
@@ -38,6 +38,7 @@ class StoredSteps(NamedTuple):
         start: State and rates at its start.
         unknowns: Its unknowns, entries that this rank owns.
         multipliers: Those of its equations.
+        ends: Covectors of the strains of branches at its end.
         t: Its start, s.
         dt: Its length, s.
     """
@@ -45,22 +46,24 @@ class StoredSteps(NamedTuple):
     start: State
     unknowns: Floats
     multipliers: Floats
+    ends: Covector
     t: float
     dt: float
 
 
 def weighed(side: PerturbedRun, steps: Sequence[StoredSteps]) -> float:
-    """Residuals of a scene beside the run at its states, times the multipliers; this rank's share.
+    """Equations of a scene beside the run at its states, times the multipliers; this rank's share.
 
     Args:
         side: The scene.
         steps: All steps.
     """
-    total, live = 0.0, starts(side.problem)
+    total, live, branches = 0.0, starts(side.problem), relaxing(side.problem)
     for step in steps:
         put(step.start, live)
         side.begin(step.t, step.dt)
         total += float(step.multipliers @ side.residual(step.unknowns))
+        total -= sum(np.vdot(step.ends[key], group.change()) for key, group in branches.items())
     return total
 
 
@@ -140,8 +143,9 @@ class Sweep:
                 before[body, f"{rate} dt"] = np.zeros_like(levels.q.x.array)
         self._solve(before, dt)
         if self._weighing:
-            own = system.global_values(self.multipliers.by_field())
-            self.kept.append(StoredSteps(step.start, np.array(system.x.array_r), own, t, dt))
+            own, x = system.global_values(self.multipliers.by_field()), np.array(system.x.array_r)
+            ends = {key: self.covector[key] for key in relaxing(problem)}
+            self.kept.append(StoredSteps(step.start, x, own, ends, t, dt))
         self._given(before, t, dt)
         self._transposed.add_start(before, -1.0)
         self._transposed.add_by_fields(self.by_fields, -1.0)
@@ -160,6 +164,7 @@ class Sweep:
                 for stage in levels.unknown
             }
             self._advances[body](self.covector, before, of, dt)
+        self._transposed.carry(self.covector, before, local)
         system.exchange.collect(self._right)
         self.multipliers.solve(self._right)
 
@@ -179,27 +184,33 @@ class Sweep:
                         before[body.name, rate][dofs] += share[mine] * mu[dofs]
 
     def _scaled(self, before: Covector, dt: float) -> None:
-        """Rates times the step: those of linked nodes are the bodies' that these belong to."""
-        problem, system = self._problem, self._system
-        found, local = {}, system.exchange.local
+        """Rates times the step, and those that linked nodes take from their bodies."""
+        levels = self._problem.levels
+        scaled = {(b, r): before.pop((b, f"{r} dt")) for b in levels for r in levels[b].scaled}
+        for key, values in self._of_bodies(scaled).items():
+            before[key] += dt * values
+        for rate in self._problem.linked_rates:
+            ends = self._of_bodies({(body, END): before[body, rate] for body in levels})
+            before.update({(body, rate): values for (body, _), values in ends.items()})
+
+    def _of_bodies(self, given: Covector) -> Covector:
+        """Covectors by body and stage, those of linked nodes of the bodies that these belong to."""
+        problem, system, local = self._problem, self._system, self._system.exchange.local
+        if not given:
+            return {}
         local[:] = 0.0
-        for body, levels in problem.levels.items():
-            for rate in levels.scaled:
-                k = problem.number(body, rate)
-                found[body, rate] = before.pop((body, f"{rate} dt")), k
-                local[system.numbering.slice(k)] = found[body, rate][0]
-        if not found:
-            return
-        total = self._right
-        system.exchange.collect(total)
-        sums = system.local_values(total)
+        places = {key: system.numbering.slice(problem.number(*key)) for key in given}
+        for key, values in given.items():
+            local[places[key]] = values
+        system.exchange.collect(self._right)
+        sums, found = system.local_values(self._right), {}
         bodies = {b.name: b for b in self._simulation.model.bodies}
-        for (body, rate), (_, k) in found.items():
-            values = sums[system.numbering.slice(k)].copy()
+        for (body, stage), place in places.items():
+            found[body, stage] = values = sums[place].copy()
             values[_owned(problem.levels[body].q) :] = 0.0
             for link in bodies[body].links:
                 values[link.dofs] = 0.0
-            before[body, rate] += dt * values
+        return found
 
 
 def _owned(function: fem.Function) -> int:
@@ -211,8 +222,5 @@ def _share_of_rate(
 ) -> Floats:
     """Share of a rate at the start in prescribed values at a stage."""
     nothing = np.zeros(len(dofs))
-
-    def given(value: Floats) -> Floats:
-        return np.asarray(scheme.prescribed(stage, lambda _: nothing, t, dt, {rate: value}))
-
-    return given(np.ones(len(dofs))) - given(nothing)
+    rates = dict.fromkeys(scheme.rates, nothing) | {rate: np.ones(len(dofs))}
+    return np.asarray(scheme.prescribed(stage, lambda _: nothing, t, dt, rates))

@@ -9,7 +9,7 @@ what the form takes, and a pass of it over the cells costs about as much as a re
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -22,6 +22,7 @@ from shellmb.arrays import Floats
 from shellmb.native.assembler import is_native
 from shellmb.native.derivatives import by_directions
 from shellmb.native.kernels import compile_all, compile_each
+from shellmb.sensitivity.adjoint.steps import relaxing
 from shellmb.simulate.problem import Problem
 from shellmb.system.assembly.fields import Field
 from shellmb.system.assembly.loops import LoopResiduals, MeshCells, Rows
@@ -43,25 +44,6 @@ class Change(NamedTuple):
     derivative: fem.Function
 
 
-def _weighed(form: Form, mu: Sequence[fem.Function]) -> Form:
-    """`mu.R` of one form.
-
-    Args:
-        form: The form.
-        mu: Multipliers of its rows, in the place of test functions.
-    """
-    (test,) = form.arguments()
-    parts = [m[n] for m in mu for n in range(m.ufl_shape[0])]
-    return ufl.replace(form, {test: mu[0] if len(mu) == 1 else ufl.as_vector(parts)})
-
-
-class _Placed(NamedTuple):
-    """A derivative with the function whose dofs its rows are."""
-
-    derivative: Form
-    function: fem.Function
-
-
 class Transposed:
     """Transposed derivatives of the residuals of a problem.
 
@@ -73,46 +55,43 @@ class Transposed:
     def __init__(self, problem: Problem, fields: Sequence[tuple[str, Sequence[Change]]]) -> None:
         self._system = system = problem.system
         self._mu = [fem.Function(f.function.function_space) for f in system.fields]
-        shares = _shares(problem)
-        unknown = {field.function for field in system.fields}
-        self._starts = {f: key for f, key in _starts(problem).items() if f not in unknown}
-        self._numbers = [fem.Function(_constants_on(changes)) for _, changes in fields]
-        placed: list[list[_Placed]] = [[], [], []]
-        for form, rows in self._forms():
-            mu = [self._mu[k] for k in rows]
-            for function, of in shares.items():
-                if there := [f for f in form.coefficients() if f in of]:
-                    every = [f for f in form.coefficients() if _alike(f, function, shares)]
-                    by = _by_state(form, mu, every, [of.get(f, 0.0) for f in every])
-                    placed[function not in unknown].append(_Placed(by, function))
-                    assert set(there) <= set(every)
-            for number, (_, changes) in zip(self._numbers, fields, strict=True):
-                found = [c for c in changes if c.coefficient in form.coefficients()]
-                if found:
-                    by = _by_number(form, mu, found, number.function_space)
-                    placed[2].append(_Placed(by, number))
-        kernels = iter(compile_each([p.derivative for some in placed for p in some]))
-        by_unknown, by_start, by_number = (
-            [(made, p.function) for p in some if (made := next(kernels)) is not None]
-            for some in placed
-        )
-        functions = [field.function for field in system.fields]
-        self._by_unknown = _Sums(functions, by_unknown)
-        self._by_start = _Sums(list(self._starts), by_start)
-        self._by_number = _Sums(self._numbers, by_number)
+        self._rest = _Derivatives(problem, list(self._weighed()), fields)
+        self._relaxing, self._all = relaxing(problem), [self._rest]
+        if self._relaxing:
+            # strains of branches at the end of a step are further equations, whose multipliers
+            # are their covectors
+            ahead = [group.carried[1] for group in self._relaxing.values()]
+            self._all.append(_Derivatives(problem, ahead, []))
 
-    def _forms(self) -> list[tuple[Form, tuple[int, ...]]]:
-        """Residuals with the numbers of the fields whose rows they have."""
-        found: list[tuple[Form, tuple[int, ...]]] = []
+    def _weighed(self) -> Iterator[Form]:
+        """Residuals times multipliers."""
         for k, field in enumerate(self._system.fields):
-            found += [(form, (k,)) for form in field.residual]
-            found += [(term.residual, term.rows) for term in field.terms]
-        return found
+            terms = [(term.residual, term.rows) for term in field.terms]
+            for form, rows in [*((form, (k,)) for form in field.residual), *terms]:
+                mu, (test,) = [self._mu[n] for n in rows], form.arguments()
+                parts = [m[n] for m in mu for n in range(m.ufl_shape[0])]
+                # in the place of test functions
+                yield ufl.replace(form, {test: mu[0] if len(mu) == 1 else ufl.as_vector(parts)})
 
     def refresh(self) -> None:
         """Take the values of constants, after they changed."""
-        for sums in (self._by_unknown, self._by_start, self._by_number):
-            sums.loops.refresh()
+        for each in self._all:
+            for sums in (each.by_unknown, each.by_start, each.by_number):
+                sums.loops.refresh()
+
+    def carry(self, ends: Covector, starts: Covector, local: Floats) -> None:
+        """Add what covectors of branches at the end are at the start and in the unknown states.
+
+        Args:
+            ends: Of the end of the step.
+            starts: Of its start.
+            local: One number for each local dof of all fields.
+        """
+        for key, group in self._relaxing.items():
+            starts[key] += group.back(ends[key])
+        for ahead in self._all[1:]:
+            ahead.by_unknown.loops.add(local)
+            ahead.add_start(starts, 1.0)
 
     def take(self, local: Floats) -> None:
         """Take multipliers.
@@ -135,18 +114,77 @@ class Transposed:
         Args:
             local: One number for each local dof of all fields.
         """
-        self._by_unknown.loops.add(local)
+        self._rest.by_unknown.loops.add(local)
 
     def add_start(self, covector: Covector, factor: float) -> None:
         """Add `(dR/ds)^T mu` times a factor; collective."""
-        for function, values in self._by_start().items():
-            covector[self._starts[function]] += factor * values
+        given = self._rest.add_start(covector, factor)
+        for key, group in self._relaxing.items():
+            covector[key] += factor * group.back_given([given[f] for f in group.given])
 
     def add_by_fields(self, gradients: Sequence[Floats], factor: float) -> None:
         """Add `(dR/dp)^T mu` times a factor to the derivatives by each field; collective."""
-        found = self._by_number()
-        for gradient, number in zip(gradients, self._numbers, strict=True):
+        found = self._rest.by_number()
+        for gradient, number in zip(gradients, self._rest.numbers, strict=True):
             gradient += factor * found[number]
+
+
+class _Derivatives:
+    """Derivatives of numbers by the states of a step and by fields.
+
+    Args:
+        problem: The problem.
+        weighed: Numbers, whose sum is differentiated.
+        fields: Changes of coefficients for each field of numbers, with its body.
+    """
+
+    def __init__(
+        self,
+        problem: Problem,
+        weighed: Sequence[Form],
+        fields: Sequence[tuple[str, Sequence[Change]]],
+    ) -> None:
+        shares = _shares(problem)
+        unknown = {field.function for field in problem.fields}
+        self._starts = {f: key for f, key in _starts(problem).items() if f not in unknown}
+        given = [f for group in relaxing(problem).values() for f in group.given]
+        shares |= {f: {f: 1.0} for f in given}
+        states = {f for of in shares.values() for f in of}
+        meshes = [changes[0].coefficient.function_space.mesh for _, changes in fields]
+        # numbers of the elements
+        self.numbers = [fem.Function(fem.functionspace(mesh, ("DG", 0))) for mesh in meshes]
+        placed: list[list[tuple[Form, fem.Function]]] = [[], [], []]
+        for form in weighed:
+            seen = form.coefficients()
+            for function, of in shares.items():
+                if any(f in of for f in seen):
+                    space = function.function_space
+                    every = [f for f in seen if f in states and f.function_space == space]
+                    weights = fem.Constant(space.mesh, np.array([of.get(f, 0.0) for f in every]))
+                    by = [weights[k] for k in range(len(every))]
+                    test = ufl.TestFunction(space)
+                    derivative = by_directions(form, every, [share * test for share in by])
+                    placed[function not in unknown].append((derivative, function))
+            for number, (_, changes) in zip(self.numbers, fields, strict=True):
+                if found := [c for c in changes if c.coefficient in seen]:
+                    test = ufl.TestFunction(number.function_space)
+                    by = [c.derivative * test for c in found]
+                    derivative = by_directions(form, [c.coefficient for c in found], by)
+                    placed[2].append((derivative, number))
+        kernels = iter(compile_each([form for some in placed for form, _ in some]))
+        by_unknown, by_start, by_number = (
+            [(made, f) for _, f in some if (made := next(kernels)) is not None] for some in placed
+        )
+        self.by_unknown = _Sums([field.function for field in problem.fields], by_unknown)
+        self.by_start = _Sums([*self._starts, *given], by_start)
+        self.by_number = _Sums(self.numbers, by_number)
+
+    def add_start(self, covector: Covector, factor: float) -> Mapping[fem.Function, Floats]:
+        """Add derivatives by the state at the start times a factor, and return all; collective."""
+        found = self.by_start()
+        for function, key in self._starts.items():
+            covector[key] += factor * found[function]
+        return found
 
 
 class _Sums:
@@ -216,39 +254,6 @@ def _shares(problem: Problem) -> dict[fem.Function, dict[fem.Function, float]]:
     return shares
 
 
-def _alike(
-    f: Any, function: fem.Function, shares: Mapping[fem.Function, Mapping[fem.Function, float]]
-) -> bool:
-    """Decide whether a coefficient is a state of the body that a function is of."""
-    known = any(f in of for of in shares.values())
-    return known and f.function_space == function.function_space
-
-
-def _by_state(
-    form: Form,
-    mu: Sequence[fem.Function],
-    functions: Sequence[fem.Function],
-    shares: Sequence[float],
-) -> Form:
-    """`mu.R` derived by what functions of one space have shares of."""
-    space = functions[0].function_space
-    constant, test = fem.Constant(space.mesh, np.array(shares)), ufl.TestFunction(space)
-    return by_directions(_weighed(form, mu), functions, [share * test for share in constant])
-
-
-def _by_number(
-    form: Form, mu: Sequence[fem.Function], changes: Sequence[Change], space: fem.FunctionSpace
-) -> Form:
-    """`mu.R` derived by a number in each element."""
-    number, functions = ufl.TestFunction(space), [c.coefficient for c in changes]
-    return by_directions(_weighed(form, mu), functions, [c.derivative * number for c in changes])
-
-
-def _constants_on(changes: Sequence[Change]) -> fem.FunctionSpace:
-    """Numbers of the elements of the mesh on which coefficients change."""
-    return fem.functionspace(changes[0].coefficient.function_space.mesh, ("DG", 0))
-
-
 def _summed(space: fem.FunctionSpace, values: Floats) -> Floats:
     """Local values summed over ranks; zero at ghosts; collective."""
     index_map = space.dofmap.index_map
@@ -271,7 +276,6 @@ class Refreshed:
 
     def __init__(self, problem: Problem) -> None:
         self._parts: list[Any] = []
-        forms: list[Form] = []
         for group in problem.model.mechanism.coordinate_groups:
             levels = problem.levels[group.name]
             if "v" not in levels.rates:
@@ -279,10 +283,8 @@ class Refreshed:
             q, v = levels.q, levels.rates["v"]
             weight, test = fem.Function(q.function_space), ufl.TestFunction(q.function_space)
             work = group.layout.part(weight, "x") * group.excess(q, v) * ufl.dx
-            forms += [ufl.derivative(work, function, test) for function in (q, v)]
-            self._parts.append((group, weight))
-        made = iter(compile_all(forms))
-        self._parts = [(*part, next(made), next(made)) for part in self._parts]
+            forms = compile_all([ufl.derivative(work, function, test) for function in (q, v)])
+            self._parts.append((group, weight, *forms))
 
     def add(self, covector: Covector) -> None:
         """Turn a covector of the state after it into that of the state before it; collective."""

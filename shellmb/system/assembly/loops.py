@@ -141,7 +141,7 @@ class MeshCells(MeshGeometry):
         return super().struct(loop, **own, **more)
 
     def _elementwise(self, field: Field, table: Int32s, held: npt.NDArray[np.int8]) -> Bools:
-        inner = np.zeros(field.size_all, dtype=bool)
+        inner = np.zeros(len(held), dtype=bool)
         inner[field.elementwise] = True
         # what is held has no equations to be eliminated with
         inner &= held == 0
