@@ -107,11 +107,3 @@ def momentum_work(v: Expr, dw: Expr, mass: FrameMass, dv: Expr, ddw: Expr) -> Ex
     """`h.dv + g_k.dd_k`: virtual work of inertia forces, or twice the kinetic energy."""
     h, g = momenta(v, dw, mass)
     return ufl.dot(h, dv) + sum(ufl.dot(gk, Dk) for gk, Dk in zip(g, vectors(ddw), strict=True))
-
-
-def angular_momentum(x: Expr, d: Vectors, v: Expr, dw: Expr, mass: FrameMass) -> Expr:
-    """`x x h + d_k x g_k`, shape (3,), kg m^2/s."""
-    h, g = momenta(v, dw, mass)
-    return ufl.cross(x, h) + sum(
-        (ufl.cross(dk, gk) for dk, gk in zip(d, g, strict=True)), start=0 * x
-    )

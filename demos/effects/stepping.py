@@ -20,7 +20,7 @@ from shellmb.native.kernels import watched
 from shellmb.observers.progress import ProgressReport
 from shellmb.running.standard import StandardObservers
 from shellmb.scene import Scene
-from shellmb.simulate.simulation import BaseObserver, Observer, Simulation
+from shellmb.simulate.simulation import BaseObserver, Observer, Simulation, busy
 
 # steps before those that are measured: the predictor needs four, an observer may load its library
 WARM = 5
@@ -68,7 +68,7 @@ class Timed(BaseObserver):
             for observer in self.inner:
                 observer.start(simulation)
         # as in a run, those that have nothing to do are not called in steps
-        self.inner = tuple(o for o in self.inner if not getattr(o, "idle", False))
+        self.inner = tuple(busy(self.inner))
 
     def switched(self, simulation: Simulation) -> None:
         """Something began to act."""
@@ -134,7 +134,7 @@ class Stepping:
         for observer in self.observers.values():
             observer.start(self.simulation)
         self.simulation.control.attach(self.simulation, list(self.observers.values()))
-        self._start = self.simulation.arrays(), self.simulation.state()
+        self._start = self.simulation.saved()
         self.steps = self.iterations = 0
 
     @property

@@ -17,9 +17,10 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import ufl
+from ufl.algorithms.ad import expand_derivatives
 from ufl.core.expr import Expr
 
-from shellmb.forms.steps.discrete import gradient, stress_average
+from shellmb.forms.steps.discrete import gradient
 
 Potential = Callable[[Expr], Expr]
 
@@ -41,15 +42,10 @@ def linear_potential(k: Expr) -> Potential:
     return lambda e: k * e**2 / 2
 
 
-def linear_force(k: Expr, a: Expr, b: Expr, beta: Expr | float) -> Expr:
-    """Average force of a linear spring between the extensions `a` and `b`."""
+def linear_stiffness(k: Expr) -> Expr:
+    """Second derivative of the energy of a linear spring."""
     U = linear_potential(k)
-    return stress_average(slope(U, a), slope(U, b), beta)
-
-
-def linear_jump(k: Expr, a: Expr, b: Expr) -> Expr:
-    """Elastic part of `c^2`, eq. (34)."""
-    return linear_potential(k)(b - a)
+    return expand_derivatives(slope(lambda e: slope(U, e), ufl.as_ufl(1.0)))
 
 
 def slope(U: Potential, e: Expr) -> Expr:
@@ -69,9 +65,3 @@ class Stretch(NamedTuple):
     start: Expr
     chord: Expr
     bow: Expr
-
-
-def linear_forces(k: Expr, e: Stretch, alpha: Expr) -> tuple[Expr, Expr]:
-    """Force of a linear spring, `S_0 + S_1 P1` of eq. (Q3)."""
-    U, mean = linear_potential(k), e.start + (e.chord - e.bow) / 2
-    return slope(U, mean), slope(U, (e.chord + alpha * e.bow) / 2)

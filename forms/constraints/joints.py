@@ -27,7 +27,7 @@ shell revolute  spherical, `e1 . E3 = e2 . E3 = 0` (eq. 35)                     
 ==============  ==================================================================  =====
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 import ufl
@@ -46,6 +46,9 @@ class Place(NamedTuple):
     e: tuple[Expr, ...]
 
 
+NO_PARTS: Mapping[str, int] = {}
+
+
 class JointKind(NamedTuple):
     """A kind of joint.
 
@@ -55,12 +58,19 @@ class JointKind(NamedTuple):
             ones are values over time, those of the description's `given`.
         vectors: Number of vectors that the first and the second place must have.
         directions: Rows that are products of two unit vectors; all others are lengths.
+        parts: Sizes of unknowns of its own, by name, which come as the third argument: contact
+            coordinates (`nonholonomic`).
+        slips: Number of constraints on velocities, behind the others.
+        slip: Their values `A(own) change` for these unknowns, a change of them and the length.
     """
 
     rows: int
     constraints: Callable[..., list[Expr]]
     vectors: tuple[int, int]
     directions: tuple[int, ...] = ()
+    parts: Mapping[str, int] = NO_PARTS
+    slips: int = 0
+    slip: Callable[..., list[Expr]] | None = None
 
 
 def _gap(a: Place, b: Place) -> Expr:

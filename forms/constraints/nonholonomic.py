@@ -55,12 +55,11 @@ at the ends of steps, of second order, and add up.
 """
 
 from collections.abc import Callable, Mapping
-from typing import NamedTuple
 
 import ufl
 from ufl.core.expr import Expr
 
-from shellmb.forms.constraints.joints import Place
+from shellmb.forms.constraints.joints import JointKind, Place
 from shellmb.forms.constraints.pathconstraints import ConstraintRow
 from shellmb.forms.steps.discrete import variation
 from shellmb.forms.steps.mixed import Interval
@@ -69,24 +68,6 @@ from shellmb.forms.steps.path import Path
 Own = Mapping[str, Expr]
 # slip of a state and a direction, `A(q) dq`, shape (n,)
 Slip = Callable[[Expr, Expr], Expr]
-
-
-class ContactKind(NamedTuple):
-    """A kind of contact.
-
-    Args:
-        parts: Sizes of the contact coordinates, by name.
-        rows: Number of constraints on positions.
-        slips: Number of those on velocities.
-        constraints: The former, at two places with contact coordinates and a length `R`, m.
-        slip: The latter, `A(own) change` with the length, m.
-    """
-
-    parts: dict[str, int]
-    rows: int
-    slips: int
-    constraints: Callable[[Place, Place, Own, Expr], list[Expr]]
-    slip: Callable[[Own, Own, Expr], list[Expr]]
 
 
 def _touching(a: Place, point: Expr, y: Expr) -> list[Expr]:
@@ -130,10 +111,11 @@ def _edge_slip(own: Own, d: Own, size: Expr) -> list[Expr]:
     return [own["t"][0] * d["y"][1] - own["t"][1] * d["y"][0]]
 
 
-CONTACTS: dict[str, ContactKind] = {
-    "wheel": ContactKind({"y": 2, "t": 2, "r": 2}, 7, 2, _wheel, _wheel_slip),
-    "sphere": ContactKind({"y": 2, "Q": 9}, 12, 2, _sphere, _sphere_slip),
-    "knife edge": ContactKind({"y": 2, "t": 2}, 5, 1, _edge, _edge_slip),
+_ROLLING = {"y": 2, "t": 2, "r": 2}
+CONTACTS: dict[str, JointKind] = {
+    "wheel": JointKind(7, _wheel, (3, 3), parts=_ROLLING, slips=2, slip=_wheel_slip),
+    "sphere": JointKind(12, _sphere, (3, 3), parts={"y": 2, "Q": 9}, slips=2, slip=_sphere_slip),
+    "knife edge": JointKind(5, _edge, (3, 3), parts={"y": 2, "t": 2}, slips=1, slip=_edge_slip),
 }
 
 

@@ -56,7 +56,7 @@ class Beginning(Steps):
         self.building = self._begun - self._made
         if simulation.step == 0 and simulation.repeatable:
             self.simulation = simulation
-            self.arrays, self.counters = simulation.arrays(), simulation.state()
+            self.arrays, self.counters = simulation.saved()
 
 
 @contextmanager
@@ -66,7 +66,7 @@ def kept(simulation: Simulation) -> Iterator[None]:
     Args:
         simulation: The simulation.
     """
-    arrays, counters = simulation.arrays(), simulation.state()
+    arrays, counters = simulation.saved()
     scene, t_end, size, last = simulation.scene, simulation.t_end, simulation.size, simulation.last
     levels, control = simulation.problem.levels.values(), simulation.control
     stages = [(f, f.x.array.copy()) for level in levels for f in level.unknown.values()]

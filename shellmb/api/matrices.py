@@ -182,6 +182,6 @@ def matrices(
     found = unknowns_of(state, (*state.matrices(), *branches.values())).free()
     names = {body.name: k for k, body in enumerate(state.model.bodies)}
     numbers = {name: state.system.numbering.by_field[k] for name, k in names.items()}
-    of = found.M, found.C, found.K, found.basis
-    relaxing = dict(zip(branches, found.branches, strict=True))
-    return Matrices(*of, wanted, state.model, numbers, relaxing)
+    K, C, M, *own = found.A
+    relaxing = dict(zip(branches, own, strict=True))
+    return Matrices(M, C, K, found.basis, wanted, state.model, numbers, relaxing)

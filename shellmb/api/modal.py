@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, overload
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, NamedTuple, overload
 
 from shellmb.api.modeshapes import ModeShapes
-from shellmb.api.record import Run
+from shellmb.api.record import Run, scene_of
 from shellmb.api.resolve_scene import requested
 from shellmb.api.rotating import RotatingModes, StateModes
-from shellmb.errors import SceneError
 from shellmb.options.accuracy import AccuracyOptions, take_accuracy
 from shellmb.options.described import options_of, take, takes
 from shellmb.options.modes import ModesOptions
@@ -93,14 +93,8 @@ def modes(
         ConvergenceError: If the static state or the modes do not converge.
     """
     from shellmb.api.folders import placed
-    from shellmb.running.natural_modes.run import find_modes
-    from shellmb.running.request import scene_of_run
 
-    if isinstance(scene, Run):
-        if options.get("state") is not None:
-            raise SceneError("modes: the scene is a run, and a state is given, too; give one")
-        options["state"], made_here = scene, scene.computed is not None
-        scene = scene.scene if made_here else scene_of_run(scene.directory, "modes")[0]
+    scene = scene_of(scene, options, "modes")
     chosen, accuracy = take(ModesOptions, options, loaded=loaded), take_accuracy(options)
     if accuracy is not None or options.get("errors"):
         chosen.check_errors()
@@ -110,8 +104,6 @@ def modes(
     directory, world = place.directory, place.comm
     measure = wanted.module.mode_results if wanted.module is not None else None
     draw = out is not None if pictures is None else pictures
-    how: Any = {"comm": world, "pictures": draw}
-    frame = (chosen.axis, chosen.about)
     made: ModeShapes | RotatingModes | StateModes
     if accuracy is not None:
         from shellmb.accuracy.request.directory import run_to_accuracy
@@ -122,31 +114,75 @@ def modes(
         running = Running(world, request=wanted.request, mode_results=measure)
         run_to_accuracy(wanted.scene, of, directory, running, draw)
         made = ModeShapes(directory)
-    elif chosen.buckling:
-        from shellmb.running.natural_modes.run import find_buckling
-
-        made = ModeShapes(directory, find_buckling(wanted.scene, directory, count, **how))
-    elif chosen.moving:
-        from shellmb.running.rotating.files import find_state_modes
-
-        state: Any = chosen.state
-        run = state.directory if isinstance(state, Run) else state
-        steady = (run, count, chosen.rates, *frame)
-        about = find_state_modes(wanted.scene, directory, *steady, at=chosen.at, **how)
-        made = StateModes(directory, about)
-    elif chosen.rates is None:
-        found, summary = find_modes(wanted.scene, directory, count, loaded, results=measure, **how)
-        if wanted.scene.errors:
-            from shellmb.accuracy.modes import add_mode_errors
-
-            add_mode_errors(wanted.scene, found, summary, directory, loaded, measure)
-        made = ModeShapes(directory, found)
     else:
-        from shellmb.running.rotating.files import find_campbell
-
-        over, _ = find_campbell(
-            wanted.scene, directory, chosen.rates, count, loaded, *frame, results=measure, **how
-        )
-        made = RotatingModes(directory, over)
+        how: Any = {"comm": world, "pictures": draw}
+        done = write_modes(wanted.scene, directory, count, chosen, measure, **how)
+        made = done.reader(directory, done.found)
     world.Barrier()
     return place.held_by(made)
+
+
+class WrittenModes(NamedTuple):
+    """Modes of one kind that were found and written.
+
+    Args:
+        reader: Class that reads their directory.
+        found: The modes.
+        results: Results that the scene measures on them.
+        errors: Frequencies and results with their errors, by name.
+    """
+
+    reader: type[ModeShapes | RotatingModes | StateModes]
+    found: Any
+    results: Mapping[str, float] = MappingProxyType({})
+    errors: Mapping[str, Any] = MappingProxyType({})
+
+
+def write_modes(
+    scene: Scene,
+    directory: Path,
+    count: int,
+    chosen: ModesOptions,
+    measure: Callable[[Any], dict[str, float]] | None,
+    **how: Any,
+) -> WrittenModes:
+    """Find modes of the kind that options say, and write them.
+
+    Args:
+        scene: The scene.
+        directory: Directory to write.
+        count: Number of modes.
+        chosen: What they are about.
+        measure: Gives the results that the scene measures on them.
+        how: Communicator, and whether pictures are drawn.
+
+    Raises:
+        SceneError: If the scene or its state has no such modes.
+        ConvergenceError: If the static state or the modes do not converge.
+    """
+    frame = (chosen.axis, chosen.about)
+    if chosen.buckling:
+        from shellmb.running.natural_modes.run import find_buckling
+
+        return WrittenModes(ModeShapes, find_buckling(scene, directory, count, **how))
+    if chosen.moving:
+        from shellmb.running.rotating.files import find_state_modes
+
+        steady = (chosen.state, count, chosen.rates, *frame)
+        about = find_state_modes(scene, directory, *steady, at=chosen.at, **how)
+        return WrittenModes(StateModes, about)
+    loaded, how = chosen.loaded, how | {"results": measure}
+    if chosen.rates is not None:
+        from shellmb.running.rotating.files import find_campbell
+
+        over = find_campbell(scene, directory, chosen.rates, count, loaded, *frame, **how)
+        return WrittenModes(RotatingModes, *over)
+    from shellmb.running.natural_modes.run import find_modes
+
+    found, summary = find_modes(scene, directory, count, loaded, **how)
+    errors: Mapping[str, Any] = {}
+    if scene.errors:
+        from shellmb.accuracy.modes import add_mode_errors
+
+        errors = add_mode_errors(scene, found, summary, directory, loaded, measure)
+    return WrittenModes(ModeShapes, found, summary["results"], errors)

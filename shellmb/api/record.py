@@ -402,3 +402,26 @@ def read_accuracy(directory: Path) -> pd.DataFrame:
     rows += [offer for offer in found.get("offers", []) if offer["predicted"]]
     columns = ["label", "error", "error_mesh", "error_step", "seconds", "predicted"]
     return pd.DataFrame(rows, columns=columns)
+
+
+def scene_of(scene: Scene | Run | str, options: dict[str, Any], command: str) -> Scene | str:
+    """The scene that is meant, of a run with its last state as the option `state`.
+
+    Args:
+        scene: A scene, its name or file, or a run.
+        options: Options, in which `state` may be a run; it becomes the run's directory.
+        command: Who asks, for errors.
+
+    Raises:
+        SceneError: If the scene is a run and a state is given, too, or there is no such run.
+    """
+    from shellmb.running.request import scene_of_run
+
+    if isinstance(scene, Run):
+        if options.get("state") is not None:
+            raise SceneError(f"{command}: the scene is a run, and a state is given, too; give one")
+        options["state"], made_here = scene, scene.computed is not None
+        scene = scene.scene if made_here else scene_of_run(scene.directory, command)[0]
+    if isinstance(options.get("state"), Run):
+        options["state"] = options["state"].directory
+    return scene

@@ -296,47 +296,23 @@ def modes(
 
     from mpi4py import MPI
 
-    from shellmb.running.natural_modes.run import find_modes
+    from shellmb.api.modal import write_modes
 
     directory = MPI.COMM_WORLD.bcast(out or default_directory(f"{module.name}-modes"))
-    options: Any = {"results": module.mode_results, "pictures": not no_pictures}
-    errors: Any = {}
-    loaded, rates, frame = chosen.loaded, chosen.rates, (chosen.axis, chosen.about)
-    found: Any
-    if chosen.buckling:
-        from shellmb.running.natural_modes.run import find_buckling
-
-        found = find_buckling(built, directory, count, pictures=not no_pictures)
-        if not quiet and first_rank():
-            print_buckling(found, directory)
-        return found
-    if chosen.moving:
-        from shellmb.running.rotating.files import find_state_modes
-
-        del options["results"]
-        steady = (state, count, rates, *frame)
-        found = find_state_modes(built, directory, *steady, at=chosen.at, **options)
-        if not quiet and first_rank():
-            print_state_modes(found, directory)
-        return found
-    if rates is not None:
-        from shellmb.running.rotating.files import find_campbell
-
-        found, results = find_campbell(built, directory, rates, count, loaded, *frame, **options)
-    else:
-        found, summary = find_modes(built, directory, count, loaded, **options)
-        results = summary["results"]
-        if built.errors:
-            from shellmb.accuracy.modes import add_mode_errors
-
-            errors = add_mode_errors(built, found, summary, directory, loaded, module.mode_results)
-    if not quiet and first_rank() and rates is not None:
-        print_campbell(found, count, directory)
-    elif not quiet and first_rank():
-        print_modes(found, directory, errors)
+    measure, drawn = module.mode_results, not no_pictures
+    made = write_modes(built, directory, count, chosen, measure, pictures=drawn)
+    if not quiet and first_rank():
+        if chosen.buckling:
+            print_buckling(made.found, directory)
+        elif chosen.moving:
+            print_state_modes(made.found, directory)
+        elif chosen.rates is not None:
+            print_campbell(made.found, count, directory)
+        else:
+            print_modes(made.found, directory, made.errors)
     if check and module.check is not None:
-        run_check(module.check, results)
-    return found
+        run_check(module.check, dict(made.results))
+    return made.found
 
 
 @app.command()

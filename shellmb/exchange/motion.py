@@ -201,10 +201,11 @@ class SceneMotion(Trials):
         """Copy of all that steps change now, for `take_up`."""
         simulation, observers = self.simulation, self._observers
         factors = simulation.problem.iteration.factors
-        return simulation.arrays(), {
+        arrays, counters = simulation.saved()
+        return arrays, {
             "of": self._of,
             "outputs": self.outputs,
-            "simulation": simulation.state(),
+            "simulation": counters,
             "observers": [o.state() for o in observers],
             "marks": [o.mark if isinstance(o, DeferredObserver) else None for o in observers],
             "last": None if simulation.last is None else asdict(simulation.last),

@@ -1,11 +1,12 @@
 """Interface of bodies to the schemes: spaces, virtual work, energies; nothing else."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
 import numpy as np
 import numpy.typing as npt
+import ufl
 from dolfinx import fem
 from ufl import Form
 from ufl.core.expr import Expr
@@ -347,6 +348,59 @@ class Body:
             return None
         form = self.inertia(rates.chord if rates.weighed is None else rates.weighed, dq)
         return None if form is None else -self.slowing * form
+
+
+class MassiveBody(Body):
+    """A body with places, whose momenta are its inertia on rigid motions."""
+
+    def node_positions(self) -> Values:
+        """Reference positions of the local nodes (owned and ghost), shape (n, 3), m."""
+        return self.mixed.nodes("u")
+
+    def vectors_at(self, q: Expr) -> Mapping[str, Sequence[Expr]]:
+        """Positions and directors at a state, by the parts that hold their changes.
+
+        Directors are the part "w".
+        """
+        raise NotImplementedError
+
+    def momentum(self, v: Expr, axis: Expr) -> Form | None:
+        """Component of the linear momentum along `axis`, kg m/s."""
+        return self.inertia(v, rigid_rate(self, v, lambda vector: 0 * vector, axis))
+
+    def angular_momentum(self, q: Expr, v: Expr, axis: Expr) -> Form | None:
+        """Component along `axis` of the angular momentum about the origin, kg m^2/s."""
+        return self.inertia(v, rigid_rate(self, q, lambda vector: ufl.cross(axis, vector)))
+
+
+def rigid_rate(
+    body: Body,
+    q: Expr,
+    of: Callable[[Expr], Expr],
+    shift: Expr | None = None,
+    about: Expr | None = None,
+) -> Expr:
+    """Rate of a state by which all vectors change in the same way, as in a rigid motion.
+
+    Args:
+        body: The body; zero of those without places.
+        q: State.
+        of: Linear map of the vectors, as `omega x`.
+        shift: Added to the rates of positions, shape (3,).
+        about: Point that positions are seen from, shape (3,), m; None: the origin.
+    """
+    if not isinstance(body, MassiveBody):
+        return 0 * q
+    parts = body.mixed.parts
+    components: list[Expr] = [ufl.as_ufl(0.0)] * sum(size for _, size in parts.values())
+    for part, vectors in body.vectors_at(q).items():
+        first, place = parts[part][0], part != "w"
+        for k, vector in enumerate(vectors):
+            new = of(vector - about if place and about is not None else vector)
+            if place and shift is not None:
+                new = new + shift
+            components[first + 3 * k : first + 3 * k + 3] = [new[i] for i in range(3)]
+    return ufl.as_vector(components)
 
 
 def same_everywhere(mixed: MixedSpace, part: str, body: str, dofs: Sequence[int]) -> NodeLink:

@@ -26,6 +26,7 @@ from shellmb.model.body import (
     TimeFunction,
     added,
 )
+from shellmb.native.expressions import values_at_states
 
 Average = Callable[[TimeFunction | None], float]
 
@@ -197,6 +198,24 @@ class NodeGroup(Body):
         """Values of a part of all items from a local array of a state, (n, size); collective."""
         size = self.mixed.parts[part][1]
         return gathered(self.nodes, values[self.mixed.dofs[part]].reshape(-1, size))
+
+    def reader(self, value: Callable[[Expr, Expr], Expr]) -> Callable[[Floats, Floats], Floats]:
+        """Make what finds a vector in all local items.
+
+        Args:
+            value: The vector by a state and velocities.
+
+        Returns:
+            Gives it, shape (local items, n), by local arrays of both.
+        """
+        q, v = (fem.Function(self.mixed.space) for _ in range(2))
+        find = values_at_states(value(q, v), q)
+
+        def read(state: Floats, velocity: Floats) -> Floats:
+            v.x.array[:] = velocity
+            return np.asarray(find(state[None])[0])
+
+        return read
 
     def numbers(self, part: str) -> Ints:
         """Global dofs of a part in the order of the items, shape (n, size); collective."""

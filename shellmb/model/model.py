@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, cast
+from typing import Any
 
 from mpi4py import MPI
 
@@ -128,15 +128,12 @@ class Model:
             positions (n, 3) and directors (n, m, 3).
         """
         meshed: dict[str, Any] = {**self.meshed, **self.own}
-        if name in meshed:
-            body = meshed[name]
-            X = body.mixed.nodes("u")
-            return cast(Body, body), np.arange(len(X)), X, body.node_directors()
-        assert self.rigid is not None
-        item = self.rigid.index[name]
-        node, here = self.rigid.bodies[item], np.flatnonzero(self.rigid.node_mesh.item == item)
-        X, D = np.tile(node.center, (len(here), 1)), np.tile(node.directors, (len(here), 1, 1))
-        return self.rigid, here, X, D
+        body: Any = meshed.get(name, self.rigid)
+        X, D = body.node_positions(), body.node_directors()
+        here = np.arange(len(X))
+        if name not in meshed:
+            here = np.flatnonzero(body.node_mesh.item == body.index[name])
+        return body, here, X[here], D[here]
 
     def coupled(self, body: Body) -> bool:
         """Decide whether constraints tie a body's velocity jump to others: it is unknown then.
@@ -213,7 +210,7 @@ def build_model(
     planes, prescribed = hold(scene, comm, meshed, places)
     refuse_idle_loads(scene, meshed.all, prescribed)
     find = Finder(places, rigid_places(scene, rigid))
-    bodies += [*planes, *glue_beams(scene, comm, beams, shells, lines)]
+    bodies += [*planes, *glue_beams(scene, beams, shells, lines)]
     hinged: dict[str, Any] = {**shells, **placed}
     mechanism = build_mechanism(scene, scale, find, hinged, signals)
     check_turnable(scene, mechanism, meshed.all)

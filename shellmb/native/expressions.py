@@ -55,19 +55,6 @@ def _program(value: Expr, points: Floats) -> ExpressionProgram | None:
         return None
 
 
-def evaluate(expression: fem.Expression, values: fem.Function) -> None:
-    """Give a function the values of an expression in all cells of this rank.
-
-    Args:
-        expression: The expression.
-        values: The function, on the same mesh.
-    """
-    cells = values.function_space.mesh.topology.index_map(values.function_space.mesh.topology.dim)
-    every = np.arange(cells.size_local + cells.num_ghosts, dtype=np.int32)
-    # `Function.interpolate` takes most of its time to find out what it is given
-    values._cpp_object.interpolate_expr(expression._cpp_object, every, every)
-
-
 def values_at_states(value: Expr, state: fem.Function) -> Callable[[Floats], Floats]:
     """Make what finds an expression on a mesh of lines at many states of a function in it.
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from shellmb.arrays import Floats
 from shellmb.errors import SceneError
-from shellmb.simulate.simulation import Observer, Simulation
+from shellmb.simulate.simulation import Observer, Simulation, busy
 from shellmb.simulate.stepping import Attempt, StepInfo
 from shellmb.system.nullspace.directors import any_pseudo_inverse, constraint, pseudo_inverse
 
@@ -54,7 +54,7 @@ class PerturbedRun:
         for observer in self.observers:
             observer.start(self.simulation)
         # as in a run, those that have nothing to do are not called in steps
-        self.observers = [o for o in self.observers if not getattr(o, "idle", False)]
+        self.observers = busy(self.observers)
 
     def begin(self, t: float, dt: float) -> None:
         """Set all that acts in a step; unknowns come later; collective.

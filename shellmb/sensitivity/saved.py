@@ -38,7 +38,7 @@ class SavedSide:
     def remember(self) -> None:
         """Take down the present state, that of an accepted step."""
         observers = {name: o.state() for name, o in self._named.items()}
-        self._last = self._simulation.arrays(), self._simulation.state(), observers
+        self._last = *self._simulation.saved(), observers
 
     def write(self) -> None:
         """Write the state that was taken down last, and before it the files that it counts on."""

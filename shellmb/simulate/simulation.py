@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import ExitStack
 from typing import Any, Protocol
 
@@ -126,9 +126,14 @@ class _Called:
 
     def __init__(self, observers: Sequence[Observer]) -> None:
         self.observers, self.count = observers, len(observers)
-        acting = [observer for observer in observers if not getattr(observer, "idle", False)]
+        acting = busy(observers)
         self.solved = [o for o in acting if _of(o.solved) is not BaseObserver.solved]
         self.accepted = [o for o in acting if _of(o.accepted) is not BaseObserver.accepted]
+
+
+def busy[T: Observer](observers: Iterable[T]) -> list[T]:
+    """Observers that have something to do in the steps of a run, for which they have started."""
+    return [observer for observer in observers if not getattr(observer, "idle", False)]
 
 
 def _of(method: Any) -> Any:
@@ -206,7 +211,7 @@ class Simulation(Restartable):
             self.path = PathSteps(self.problem, scene.path, self.size)
         self.stepping: TimeSteps | PathSteps = self.path or TimeSteps(self.problem)
         self.dropped = DroppedConstraints(self.problem)
-        self.landing = Landing(scene, self.model.mechanism.events)
+        self.landing = Landing(scene, self.model.mechanism.switches.events)
         self.control = Control(scene, self.model.signals)
         self.control.go_on(self.problem.controlled)
         self._calls = _Called(())
@@ -329,7 +334,7 @@ class Simulation(Restartable):
             ControlError: If a controller or an event fails.
         """
         self.control.begin(self, observers)
-        if self.model.mechanism.update(self.t, self.problem.state) and self.scheme.dynamic:
+        if self.model.mechanism.switches.update(self.t, self.problem.state) and self.scheme.dynamic:
             self.problem.projection.project()
             # as long as the impulses are there, of which accelerations leave nothing
             for observer in observers:
@@ -372,8 +377,12 @@ class Simulation(Restartable):
 
     def arrays(self) -> Arrays:
         """State of all bodies on this rank, by name: what a restart needs."""
-        now = {name: array.copy() for name, array in self.live().items()}
-        return now | separated(self.whole_state())[0]
+        return self.saved()[0]
+
+    def saved(self) -> tuple[Arrays, dict[str, Any]]:
+        """Both `arrays` and `state`, for which the whole state is taken once."""
+        past, counters = separated(self.whole_state())
+        return {name: array.copy() for name, array in self.live().items()} | past, counters
 
     def _kept(self) -> Iterator[StateArrays]:
         """Arrays of each space that a state consists of, with the space and a name."""
@@ -450,7 +459,7 @@ class Simulation(Restartable):
         self.scene, self.t_end = scene, float(scene.t_end or 0.0)
         # it reads columns of new observers
         self.control = Control(scene, self.model.signals)
-        self.landing = Landing(scene, self.model.mechanism.events)
+        self.landing = Landing(scene, self.model.mechanism.switches.events)
         self.size = size or self._size()
         if self.path is not None:
             assert isinstance(self.size, ArcSize)

@@ -70,14 +70,13 @@ def test_small_increments_neither_jump_nor_divide_by_zero(
     assert inside == pytest.approx(outside, abs=1e-11 * max(1.0, abs(slope)))
 
 
-def test_linear_springs_have_forms_of_their_own() -> None:
-    k, a, b, beta = U(3.0), 0.2, -0.5, U(0.7)
+def test_the_stiffness_of_linear_springs_is_that_of_their_energy() -> None:
+    k, a, b, beta = U(3.0), 0.2, -0.5, 0.7
     potential = elements.linear_potential(k)
-    own = value(elements.linear_force(k, U(a), U(b), beta))
-    assert stress(potential, a, b, beta) == pytest.approx(own, rel=1e-14)
-    assert jump(potential, a, b) == pytest.approx(
-        value(elements.linear_jump(k, U(a), U(b))), rel=1e-14
-    )
+    own = value(elements.linear_stiffness(k))
+    force = own * ((a + b) / 2 + beta * (b - a) / 2)
+    assert stress(potential, a, b, U(beta)) == pytest.approx(force, rel=1e-14)
+    assert jump(potential, a, b) == pytest.approx(own * (b - a) ** 2 / 2, rel=1e-14)
 
 
 @pytest.mark.parametrize("potential", POTENTIALS.values(), ids=POTENTIALS)

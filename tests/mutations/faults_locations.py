@@ -22,8 +22,8 @@ FAULTS: tuple[Fault, ...] = (
     Fault(
         "moments of welds along areas about the middle of the body",
         "shellmb/model/joints/joints.py",
-        "center=frame.point",
-        "center=frame.node",
+        "about=frame.point",
+        "about=frame.node",
         ("tests/model/test_areas.py::test_clamped_strip_leaves_a_shorter_plate[quad]",),
     ),
     Fault(

@@ -61,8 +61,7 @@ def about(scene: Scene, count: int, at: float | None = None) -> RotatingModes:
     if at is None:
         simulation = Simulation(scene)
         simulation.run()
-        state = simulation.arrays(), simulation.state()
-        return modes_of(MovingState(scene, *state, MPI.COMM_WORLD), count)
+        return modes_of(MovingState(scene, *simulation.saved(), MPI.COMM_WORLD), count)
     reached = StateOfRun(scene, None, at).reach(MPI.COMM_WORLD)
     return modes_of(MovingState(scene, *reached, MPI.COMM_WORLD), count)
 

@@ -76,21 +76,14 @@ def scene_and_state(
     """
     from mpi4py import MPI
 
-    from shellmb.api.record import Run
+    from shellmb.api.record import scene_of
     from shellmb.api.resolve_scene import requested
-    from shellmb.running.request import scene_of_run
 
     if MPI.COMM_WORLD.size > 1:
         raise SceneError(
             f"{what}: there are {MPI.COMM_WORLD.size} ranks; it must be called in one process"
         )
-    if isinstance(scene, Run):
-        if options["state"] is not None:
-            raise SceneError(f"{what}: the scene is a run, and a state is given, too; give one")
-        options["state"], made_here = scene, scene.computed is not None
-        scene = scene.scene if made_here else scene_of_run(scene.directory, what)[0]
-    if isinstance(options["state"], Run):
-        options["state"] = options["state"].directory
+    scene = scene_of(scene, options, what)
     chosen = take(LinearOptions, options)
     chosen.check(what)
     return requested(scene, parameters, **options).scene, chosen

@@ -148,7 +148,7 @@ def _joints(state: Linearised, K: sp.csr_array) -> dict[str, Output]:
         if not isinstance(group, JointGroup):
             continue
         numbers = _numbers(state, group.name)
-        mu = group.mixed.dofs["mu"].reshape(-1, group.multipliers)
+        mu = group.mixed.dofs["mu"].reshape(-1, group.count)
         # what a multiplier does is what its constraint is a function of
         work = K[numbers[mu.ravel()]][:, numbers].toarray()
         q = np.tile(_function(state, group.name).x.array, (len(work), 1))
@@ -156,7 +156,7 @@ def _joints(state: Linearised, K: sp.csr_array) -> dict[str, Output]:
             # (multipliers, items, force and moment, components)
             values = part.values(Span(q, q, q), work)[:, :, :2]
             for item, (cell, joint) in enumerate(zip(part.cells, part.numbers, strict=True)):
-                own = slice(cell * group.multipliers, (cell + 1) * group.multipliers)
+                own = slice(cell * group.count, (cell + 1) * group.count)
                 shares = np.moveaxis(values[own, item], 0, -1)
                 rows[joint][..., numbers[mu[cell]]] += shares
     flat = rows.reshape(-1, state.system.size)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -32,24 +32,28 @@ class Coordinates:
     """Matrices in coordinates, what drives them, and what follows from them.
 
     Args:
-        M: Mass matrix.
-        C: Damping matrix.
-        K: Stiffness matrix.
+        A: Stiffness, damping and mass matrix, and stiffness of what relaxes, of each branch.
         F: Forces by inputs, by their derivatives, and by what each branch sees of them.
         Y: Outputs by coordinates, likewise.
         D: Outputs by inputs, likewise.
         basis: What each coordinate does to the unknowns of the system, shape (unknowns, n).
-        branches: Stiffness of what relaxes.
     """
 
-    M: sp.csr_array
-    C: sp.csr_array
-    K: sp.csr_array
+    A: Matrices
     F: Orders
     Y: Orders
     D: Orders
     basis: sp.csr_array
-    branches: Matrices
+
+    def projected(self, T: sp.csr_array) -> Coordinates:
+        """Matrices in other coordinates, of which there are as many as columns of `T`.
+
+        Args:
+            T: These coordinates by the others, shape (n, m).
+        """
+        A = tuple(sp.csr_array(T.T @ a @ T) for a in self.A)
+        F, Y = tuple(T.T @ f for f in self.F), tuple(y @ T for y in self.Y)
+        return Coordinates(A, F, Y, self.D, sp.csr_array(self.basis @ T))
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,9 +61,7 @@ class Unknowns:
     """Matrices of all unknowns of a state, with columns of those that have given values.
 
     Args:
-        M: Mass matrix, shape (unknowns, unknowns).
-        C: Damping matrix.
-        K: Stiffness matrix.
+        A: As of `Coordinates`, each of shape (unknowns, unknowns).
         forces: By inputs, shape (unknowns, inputs).
         motions: Given values by inputs, shape (unknowns, inputs).
         rows: Outputs by unknowns, by their rates, by their accelerations (none), and by what
@@ -67,38 +69,34 @@ class Unknowns:
         fixed: Unknowns that have given values.
         resultants: Those that are resultants.
         multipliers: Those that are forces of constraints.
-        branches: Stiffness of what relaxes.
     """
 
-    M: sp.csr_array
-    C: sp.csr_array
-    K: sp.csr_array
+    A: Matrices
     forces: Floats
     motions: Floats
     rows: Orders
     fixed: Ints
     resultants: Ints
     multipliers: Ints
-    branches: Matrices
 
     def kept(self) -> Coordinates:
         """All unknowns without given values, with their constraints."""
-        free = np.setdiff1d(np.arange(self.K.shape[0]), self.fixed)
-        rows = [A[free] for A in (self.K, self.C, self.M, *self.branches)]
-        F = [-(A @ self.motions) for A in rows]
+        size = self.A[0].shape[0]
+        free = np.setdiff1d(np.arange(size), self.fixed)
+        rows = [a[free] for a in self.A]
+        F = [-(a @ self.motions) for a in rows]
         F[0] = self.forces[free] + F[0]
-        basis = _places(free, self.K.shape[0])
+        basis = _places(free, size)
         Y, D = (tuple(row @ to for row in self.rows) for to in (basis, self.motions))
-        K, C, M, *branches = (sp.csr_array(A[:, free]) for A in rows)
-        return Coordinates(M, C, K, tuple(F), Y, D, basis, tuple(branches))
+        return Coordinates(tuple(sp.csr_array(a[:, free]) for a in rows), tuple(F), Y, D, basis)
 
     def free(self) -> Coordinates:
         """Coordinates that no constraint ties: resultants and multipliers follow from them."""
-        every = np.arange(self.K.shape[0])
+        (K, C, M, *branches), seen = self.A, self.rows
+        every = np.arange(K.shape[0])
         rest = np.setdiff1d(every, self.fixed)
         N, tied = (np.intersect1d(some, rest) for some in (self.resultants, self.multipliers))
         q = np.setdiff1d(rest, np.concatenate([N, tied]))
-        K, branches, seen = self.K, self.branches, self.rows
         if len(N):
             # each cell has its own; strains that branches see are those of motions, of any modulus
             inner = spla.splu(K[N][:, N].tocsc())
@@ -107,8 +105,8 @@ class Unknowns:
             to, where = _places(N, len(every)), _places(others, len(every))
             P = sp.csr_array((where - to @ _solved(inner, column)) @ where.T)
             K, seen = sp.csr_array(K @ P), tuple(row @ P for row in seen)
-            branches = tuple(sp.csr_array(P.T @ A @ P) for A in branches)
-        value, rows, acting = seen[0], K[tied], [A[q] for A in (K, self.C, self.M, *branches)]
+            branches = [sp.csr_array(P.T @ A @ P) for A in branches]
+        value, rows, acting = seen[0], K[tied], [A[q] for A in (K, C, M, *branches)]
         G = sp.csr_array(rows[:, q])
         T = null_space(G)
         # unknowns by given values: those of constraints, and what closes the latter
@@ -120,18 +118,9 @@ class Unknowns:
         F[0] = F[0] + self.forces[q]
         D = [row @ lift + held @ f for row, f in zip(seen, F, strict=True)]
         Y = [row[:, q] - held @ A[:, q] for row, A in zip(seen, acting, strict=True)]
-        K, C, M, *relaxing = (sp.csr_array(T.T @ A[:, q] @ T) for A in acting)
-        found = Coordinates(
-            M,
-            C,
-            K,
-            tuple(T.T @ f for f in F),
-            tuple(y @ T for y in Y),
-            tuple(D),
-            sp.csr_array(_places(q, len(every)) @ T),
-            tuple(relaxing),
-        )
-        return _with_mass(found)
+        own = tuple(A[:, q] for A in acting)
+        found = Coordinates(own, tuple(F), tuple(Y), tuple(D), _places(q, len(every)))
+        return _with_mass(found.projected(T))
 
 
 def unknowns_of(
@@ -152,7 +141,6 @@ def unknowns_of(
     """
     from shellmb.preprocessing.bodyfields import dofs_of
 
-    K, C, M, *branches = (scipy_matrix(A) for A in matrices)
     nothing = np.zeros((state.system.size, 0))
 
     def those(parts: Sequence[str]) -> Ints:
@@ -161,16 +149,13 @@ def unknowns_of(
         return np.unique(np.concatenate(found)).astype(np.int64)
 
     return Unknowns(
-        M,
-        C,
-        K,
+        tuple(map(scipy_matrix, matrices)),
         nothing if forces is None else forces,
         nothing if motions is None else motions,
         (nothing.T,) * len(matrices) if rows is None else rows,
         np.asarray(state.system.fixed, dtype=np.int64),
         those(RESULTANTS),
         those(MULTIPLIERS),
-        tuple(branches),
     )
 
 
@@ -199,31 +184,27 @@ def _solved(inner: Any, column: sp.csr_array) -> sp.csc_array:
 
 def _with_mass(found: Coordinates) -> Coordinates:
     """Coordinates without inertia follow the others as in statics."""
-    sizes = abs(found.M).sum(axis=1)
+    K, C, M, *branches = found.A
+    sizes = abs(M).sum(axis=1)
     light = np.flatnonzero(sizes <= DEPENDENT**2 * sizes.max(initial=0.0))
     if not len(light):
         return found
     heavy = np.setdiff1d(np.arange(len(sizes)), light)
-    if any(abs(A[light]).sum() > 0 for A in (found.C, *found.branches)):
+    if any(abs(A[light]).sum() > 0 for A in (C, *branches)):
         raise SceneError(
             "matrices: dampers, or what relaxes, act on directors or coordinates without inertia; "
             "give them inertia (rotary_inertia=True, or a mass)"
         )
-    inner = spla.splu(found.K[light][:, light].tocsc())
+    inner = spla.splu(K[light][:, light].tocsc())
     T = sp.lil_array((len(sizes), len(heavy)))
     T[heavy, np.arange(len(heavy))] = 1.0
-    T[light] = -inner.solve(found.K[light][:, heavy].toarray())
-    T = sp.csr_array(T)
-    of = found.M, found.C, found.K, *found.branches
-    M, C, K, *branches = (sp.csr_array(T.T @ A @ T) for A in of)
+    T[light] = -inner.solve(K[light][:, heavy].toarray())
     direct = list(found.D)
     for order, force in enumerate(found.F[:3]):
         moved = inner.solve(np.ascontiguousarray(force[light]))
         for more, y in enumerate(found.Y[: 3 - order]):
             direct[order + more] = direct[order + more] + y[:, light] @ moved
-    F, Y = tuple(T.T @ f for f in found.F), tuple(y @ T for y in found.Y)
-    basis = sp.csr_array(found.basis @ T)
-    return Coordinates(M, C, K, F, Y, tuple(direct), basis, tuple(branches))
+    return replace(found.projected(sp.csr_array(T)), D=tuple(direct))
 
 
 def null_space(rows: sp.csr_array) -> sp.csr_array:

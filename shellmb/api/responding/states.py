@@ -67,7 +67,7 @@ def _steady(scene: Scene, chosen: LinearOptions) -> Made:
         check_state(held, "")
         still = equilibrium(held, comm)
         still.run()
-        moving = MovingState(changed, still.arrays(), still.state(), comm, 0.0)
+        moving = MovingState(changed, *still.saved(), comm, 0.0)
         return moving, inputs, "the static equilibrium"
     line = Axis((0.0, 0.0, 1.0))
     if rate:
@@ -116,10 +116,11 @@ def _system_of(
     unknowns = unknowns_of(state, matrices, *columns(state, dict(inputs)), tuple(rows))
     kept = constraints == "kept"
     found = unknowns.kept() if kept else unknowns.free()
-    of = found.M, found.C, found.K, found.F, found.Y, found.D, carried
+    (K, C, M, *relaxing), driven = found.A, (found.F, found.Y, found.D, carried)
     said = f"scene '{scene.name}' about {about}"
     names = tuple(inputs), tuple(seen)
-    system = LinearSystem(*of, *names, said, kept, state.shift, times, found.branches)
+    of = M, C, K, *driven, *names
+    system = LinearSystem(*of, said, kept, state.shift, times, tuple(relaxing))
     _doubt(state, system)
     return system
 

@@ -26,7 +26,7 @@ from shellmb.diagnostics.base import RunWarning, said_of
 from shellmb.diagnostics.elements.sampled import Sampled
 from shellmb.model.model import Model
 from shellmb.model.shells.shell import ShellModel
-from shellmb.observers.fields.nodal import reference_nodes, state
+from shellmb.observers.fields.nodal import state
 from shellmb.simulate.simulation import Simulation
 
 # part of `b` that is the estimate: vertices move by two thirds of it, middles by a third
@@ -52,7 +52,7 @@ class Bulges:
         cells = space.dofmap.list[: space.mesh.topology.index_map(2).size_local]
         ends = topology(CellType.triangle)[1]
         self._sides = np.concatenate([cells[:, [*two, 3 + k]] for k, two in enumerate(ends)])
-        X, D = reference_nodes(body)
+        X, D = body.node_positions(), body.node_directors()
         self._rest = X, D[:, 0]
         squares = np.sum((X[self._sides[:, 1]] - X[self._sides[:, 0]]) ** 2, axis=1)
         sizes, shear = body.section.sizes, float(body.section.force.value)

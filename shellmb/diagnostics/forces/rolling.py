@@ -4,13 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from mpi4py import MPI
-
 import numpy as np
 
 from shellmb.diagnostics.base import RunWarning, Watch
-from shellmb.model.joints.columns import sliding
 from shellmb.model.joints.rolling import ContactGroup
+from shellmb.model.massless import gathered
 from shellmb.simulate.simulation import Simulation
 
 # part of the largest pressure of a run; the mean of two steps is looked at, since forces of EP
@@ -41,12 +39,9 @@ class Lifting(Watch):
     def accepted(self, simulation: Simulation) -> None:
         """Take the forces of the step."""
         for group in self._groups:
-            found = np.zeros(len(group.joints))
             q = simulation.problem.levels[group.name].q.x.array
-            for row in range(group.nodes.mesh.topology.index_map(1).size_local):
-                found[group.nodes.item[row]] = group.pressure(row, q)
-            group.nodes.mesh.comm.Allreduce(MPI.IN_PLACE, found)
-            for name, force in zip(group.labels, found.tolist(), strict=True):
+            forces = gathered(group.nodes, group.sliding(q, 0 * q)[:, 4])
+            for name, force in zip(group.labels, forces.tolist(), strict=True):
                 mean = (force + self._last.get(name, force)) / 2
                 self._last[name] = force
                 self._press[name] = max(self._press.get(name, 0.0), abs(mean))
@@ -78,7 +73,7 @@ class Slipping(Watch):
             if not isinstance(group, ContactGroup):
                 continue
             levels = simulation.problem.levels[group.name]
-            slips = sliding(group, levels.q.x.array, levels.rates["v"].x.array)
+            slips = group.sliding(levels.q.x.array, levels.rates["v"].x.array)
             shares = slips[:, 0] / np.maximum(slips[:, 1], 1e-300)
             mine = [(int(k), float(s)) for k, s in zip(group.nodes.item, shares, strict=True)]
             for item, share in sorted(

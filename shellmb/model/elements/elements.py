@@ -20,14 +20,15 @@ from shellmb.arrays import Bools, Floats
 from shellmb.errors import SceneError
 from shellmb.forms import contact as forms
 from shellmb.forms.constraints import elements as springs
-from shellmb.forms.measure import linear
+from shellmb.forms.measure import Measure, linear
 from shellmb.meshes.nodes import node_mesh, set_constants
 from shellmb.model.body import Elastic, Rates
 from shellmb.model.elements.lawvalues import LawValues
 from shellmb.model.joints.coordinates import Coordinate, scalar_targets
 from shellmb.model.massless import NodeGroup
-from shellmb.model.potentials.exact import FAR, ExactEnergy, LinearSprings
+from shellmb.model.potentials.exact import FAR, ExactEnergy
 from shellmb.model.sections.branches import Fading, MaxwellBranches
+from shellmb.model.sections.strains import SeparateRows, Stiffness
 from shellmb.model.signals import Signals
 from shellmb.model.user_forms import written
 from shellmb.scene import Scene
@@ -234,19 +235,30 @@ class Springs(ElementGroup):
         """Their energy."""
         if self.law is not None:
             return (self.exact(springs.SMALL_INCREMENT),)
-        extension, moved = (lambda q: [self._extension(q)]), (lambda q: [self.x(q)])
-        return (LinearSprings([self.parameter], extension, moved, self.dx),)
+        return (SeparateRows(self._section, self.layout, self._strain, lambda d: d[0] * self.dx),)
+
+    @property
+    def _section(self) -> Stiffness:
+        return Stiffness(ufl.as_matrix([[springs.linear_stiffness(self.parameter)]]))
+
+    @property
+    def _strain(self) -> Measure:
+        """The extension, which changes as the coordinate does."""
+        moved = linear(lambda q: ufl.as_vector([self.x(q)]))
+        if not any(item.rest for item in self.items):
+            return moved
+        return moved._replace(
+            value=lambda q: ufl.as_vector([self._extension(q)]),
+            rest=lambda q: ufl.as_vector([-self.rest]),
+        )
 
     def branches(self) -> MaxwellBranches | None:
         """New Maxwell branches of a spring that relaxes; None of others."""
         element, domain = self.items[0].element, self.nodes.mesh
         if element.relaxation is None:
             return None
-        strain = linear(lambda q: ufl.as_vector([self.x(q)]))
-        strain = strain._replace(value=lambda q: ufl.as_vector([self._extension(q)]))
-        dx = ufl.dx(domain, degree=0)
-        C = ufl.as_matrix([[self.parameter]])
-        fading = Fading(strain, C, element.relaxation.branches, dx, domain)
+        series, dx = element.relaxation.branches, ufl.dx(domain, degree=0)
+        fading = Fading(self._strain, self._section.C, series, dx, domain)
         return MaxwellBranches(element.name, self.layout, [fading])
 
     def force(self, x: Expr, rate: Expr, time: Expr) -> Expr:

@@ -10,7 +10,7 @@ from ufl.core.expr import Expr
 from shellmb.arrays import Floats
 from shellmb.meshes.nodes import NodeMesh, constant_vector, set_constants
 from shellmb.model.massless import gathered
-from shellmb.native.expressions import compiled_expression, evaluate
+from shellmb.native.expressions import values_at_states
 
 
 class LawValues:
@@ -33,13 +33,11 @@ class LawValues:
         ]
         # a derivative may be a plain number where what it is of is none
         value = expand_derivatives(ufl.as_ufl(law(*self._given)))
-        self._size = int(np.prod(value.ufl_shape, dtype=int))
-        self._found = constant_vector(nodes, np.zeros((count, self._size)), "value")
         if not ufl.domain.extract_domains(value):
             # a law may be a plain number, and an expression needs a mesh
             value = value + constant_vector(nodes, np.zeros((count, 1)), "nothing")
-        points = self._found.function_space.element.interpolation_points
-        self._expression = compiled_expression(value, points)
+        value = value if value.ufl_shape else ufl.as_vector([value])
+        self._size, self._find = len(value), values_at_states(value, self._given[0])
 
     def __call__(self, *states: Floats) -> Floats:
         """Values at states, shape (n,), of vectors (n, size); collective.
@@ -54,8 +52,6 @@ class LawValues:
             rows = np.resize(np.arange(begin, min(begin + self._count, len(found))), self._count)
             for function, values in zip(self._given, columns, strict=True):
                 set_constants(function, self._nodes, values[rows])
-            evaluate(self._expression, self._found)
-            cells = self._found.function_space.dofmap.list[:, 0]
-            local = self._found.x.array.reshape(-1, self._size)[cells]
+            (local,) = self._find(self._given[0].x.array[None])
             found[begin : begin + self._count] = gathered(self._nodes, local)[: len(found) - begin]
         return found[:, 0] if self._size == 1 else found

@@ -13,7 +13,7 @@ forces do no work.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache, cached_property
 
 from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
@@ -32,9 +32,9 @@ from shellmb.forms.measure import Measure, measure
 from shellmb.forms.state import Layout
 from shellmb.meshes.spaces import MixedSpace
 from shellmb.model.body import (
-    Body,
     Constraint,
     Manifold,
+    MassiveBody,
     NodeLink,
     added,
     largest,
@@ -198,7 +198,7 @@ def identified(mixed: MixedSpace, name: str) -> list[NodeLink]:
 IDENTITY = np.eye(3)
 
 
-class FrameBody(Body):
+class FrameBody(MassiveBody):
     """A body whose nodes are frames.
 
     Args:
@@ -280,15 +280,9 @@ class FrameBody(Body):
     def _motion(self, v: Expr) -> tuple[Expr, Expr]:
         return self.layout.moved(v)
 
-    def momentum(self, v: Expr, axis: Expr) -> Form | None:
-        """Component of the linear momentum along `axis`, kg m/s."""
-        motion = self._motion(v)
-        return self._over_masses(lambda mass: ufl.dot(frame.momenta(*motion, mass)[0], axis))
-
-    def angular_momentum(self, q: Expr, v: Expr, axis: Expr) -> Form | None:
-        """Component along `axis` of the angular momentum about the origin, kg m^2/s."""
-        at = self.position(q), self.directors(q), *self._motion(v)
-        return self._over_masses(lambda mass: ufl.dot(frame.angular_momentum(*at, mass), axis))
+    def vectors_at(self, q: Expr) -> Mapping[str, Sequence[Expr]]:
+        """Positions and directors at a state."""
+        return {"u": [self.position(q)], "w": self.directors(q)}
 
     @property
     def manifold(self) -> Manifold:  # type: ignore[override]

@@ -129,6 +129,14 @@ class RigidBodies(FrameBody):
         here = self.node_mesh.item == self.index[body]
         return self.mixed.dofs[part].reshape(-1, self.mixed.parts[part][1])[here].ravel()
 
+    def node_positions(self) -> Floats:
+        """Centres of mass of the bodies of the local nodes (owned and ghost), shape (n, 3), m."""
+        return np.array([b.center for b in self.bodies]).reshape(-1, 3)[self.node_mesh.item]
+
+    def node_directors(self) -> Floats:
+        """Their directors, shape (n, 3, 3)."""
+        return np.array([b.directors for b in self.bodies]).reshape(-1, 3, 3)[self.node_mesh.item]
+
     def ends(self) -> dict[str, End]:
         """The centres of mass as places; collective."""
         found = {part: numbers_of(self.node_mesh, self.mixed, part) for part in ("u", "w")}

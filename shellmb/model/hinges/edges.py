@@ -12,7 +12,7 @@ from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.model.hinges.frames import EdgeFrames, Point, Sum
 from shellmb.model.joints.coordinates import BoundCoordinate
-from shellmb.model.joints.joints import BoundJoint, BoundNode, FindEnd
+from shellmb.model.joints.joints import BoundJoint, FindEnd
 from shellmb.model.locations.ends import End
 from shellmb.model.locations.nodes import ON_NODE, Nodes, shared_nodes
 from shellmb.model.massless import Scale
@@ -84,16 +84,6 @@ class _Edge:
         for k in range(0, len(self.s) - 1, degree):
             found[k : k + degree + 1] += rule * (self.s[k + degree] - self.s[k])
         return found / found.sum()
-
-
-@dataclass(frozen=True)
-class _OnFrame(BoundNode):
-    """A node that is held on a frame, which moments of the hinge are taken on."""
-
-    @property
-    def vectors(self) -> tuple[int, int]:
-        """The frame matters also where the node is at its origin."""
-        return 3, 0
 
 
 @dataclass
@@ -206,12 +196,11 @@ def _hinge(
         r = vector.directors[0]
         axes = np.array([[r, np.cross(axis, r), axis]] * 2)
         held = (frame, two.end(k))
-        # without a frame of the first body there is no common point for moments to be about
-        nodes.append(
-            _OnFrame(joint, "spherical", held, axes, center=center)
-            if isinstance(one, End)
-            else BoundJoint(joint, "spherical", held, axes)
-        )
+        # moments are about a common point on the frame, which matters also at its origin; without a
+        # frame of the first body there is none
+        on = isinstance(one, End)
+        kind, about = ("fixed point", center) if on else ("spherical", None)
+        nodes.append(BoundJoint(joint, kind, held, axes, about=about))
         name, share = f"{joint.name}.{k + 1}", float(shares[k])
         if joint.rigid_angle:
             name, share = joint.name, float(k == 0)

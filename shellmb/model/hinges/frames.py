@@ -27,7 +27,6 @@ import ufl
 from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats, Ints
-from shellmb.model.body import PartScale
 from shellmb.model.joints.constraints import ConstraintGroup
 from shellmb.model.locations.ends import End
 from shellmb.model.massless import Scale
@@ -158,15 +157,9 @@ class EdgeFrames(ConstraintGroup):
         }
         within = self.per_item([p.place.weights for p in points], "within") if between else None
 
-        scales = (
-            PartScale(
-                part, f"vectors of {name}", scale.length if part == "u" else 1.0, "a smaller step"
-            )
-            for part in own
-        )
-        self.parts = (*self.parts, *scales)
-        self.kinematic = frozenset(self.mixed.parts) - {"mu"}
-        self.jump_parts = frozenset({*own, "mu"})
+        lengths = {part: scale.length if part == "u" else 1.0 for part in own}
+        titles = {part: (f"vectors of {name}", size) for part, size in lengths.items()}
+        self.move_along(titles, "a smaller step")
         self.labels = [point.label for point in points]
         self._points, self._place = list(points), "u" if between else "u0"
         self._dofs = {part: self.numbers(part) for part in (*own, self._place)}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Protocol
 
 from mpi4py import MPI
@@ -15,9 +15,9 @@ from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.model.elements.elements import ElementGroup
 from shellmb.model.joints.coordinates import Coordinate, CoordinateGroup, Key
-from shellmb.model.joints.joints import BoundJoint, JointGroup
+from shellmb.model.joints.joints import JointGroup
 from shellmb.model.joints.rolling import ContactGroup
-from shellmb.model.joints.switches import HeldCoordinates, TiedCoordinates
+from shellmb.model.joints.switches import TiedCoordinates
 from shellmb.model.massless import gathered
 from shellmb.model.sections.branches import MaxwellBranches
 
@@ -146,76 +146,37 @@ def summed(names: Sequence[str], values: Floats) -> dict[str, float]:
     return found
 
 
-def lock_forces(problem: Solution, group: HeldCoordinates) -> dict[str, float]:
-    """Torques and forces by which locks hold their coordinates, 0 while they are open; collective.
+def tie_forces(
+    problem: Solution, group: TiedCoordinates, name: Callable[[str, Coordinate], str]
+) -> dict[str, float]:
+    """Torques and forces that locks and couplings exert on their coordinates; collective.
 
-    Means over the step just solved, as those of drivers.
-    """
-    names = [f"{c.joint}.lock_{EFFORT[c.kind]}" for c in group.coordinates]
-    return summed(names, group.forces(problem.state(group.name)))
+    Means over the step just solved, as those of drivers. While locks are open they are 0.
 
-
-def coupling_forces(problem: Solution, group: TiedCoordinates) -> dict[str, float]:
-    """Torques and forces that couplings exert on their coordinates; collective.
-
-    Means over the step just solved, as those of drivers.
+    Args:
+        problem: The problem, a step of which is accepted.
+        group: The locks or couplings.
+        name: Column of a coordinate of one with some label.
     """
     forces = group.forces(problem.state(group.name))
-    return {
-        f"{name}.{c.joint}.{EFFORT[c.kind]}": float(force)
-        for name, members, row in zip(group.labels, group.members, forces, strict=True)
-        for c, force in zip(members, row, strict=True)
-    }
+    each = zip(group.labels, group.members, strict=True)
+    return summed([name(label, c) for label, members in each for c in members], forces.ravel())
+
+
+def lock_column(label: str, c: Coordinate) -> str:
+    """Column of the force of a lock."""
+    return f"{c.joint}.lock_{EFFORT[c.kind]}"
+
+
+def coupling_column(label: str, c: Coordinate) -> str:
+    """Column of the force of a coupling on one of its coordinates."""
+    return f"{label}.{c.joint}.{EFFORT[c.kind]}"
 
 
 Functions = Mapping[str, fem.Function]
 
 # slip at the start of what was to roll, as a part of the speeds that it is the difference of
 SLIPPING = 1e-6
-
-
-def sliding(group: ContactGroup, q: Floats, v: Floats) -> Floats:
-    """Speed of slip and what it is the difference of, from the bodies' motion alone, m/s.
-
-    Args:
-        group: The group.
-        q: State of the group.
-        v: Velocities.
-
-    Returns:
-        For each local cell both, shape (n, 2).
-    """
-    found = np.zeros((len(group.nodes.item), 2))
-    for row, item in enumerate(group.nodes.item):
-        contact = group.joints[item]
-        (_, e), _ = (_moved(group, contact, k, row, q) for k in range(2))
-        (va, de), (vb, dd) = (_moved(group, contact, k, row, v) for k in range(2))
-        under = va + group.coordinate("y", row, q) @ de[:2]
-        rolled = _arm(group, row, q, contact.length) @ dd
-        slip = (contact.axes[0] + e)[:2] @ (vb + rolled - under)
-        if group.kind == "knife edge":
-            t = group.heading(row, q)
-            slip = np.array([t[0] * slip[1] - t[1] * slip[0]]) / np.linalg.norm(t)
-        speeds = (np.linalg.norm(part) for part in (vb, rolled, under))
-        found[row] = np.linalg.norm(slip), sum(speeds)
-    return found
-
-
-def _moved(
-    group: ContactGroup, contact: BoundJoint, k: int, row: int, q: Floats
-) -> tuple[Floats, Floats]:
-    """Displacement of a place and changes of its vectors as rows, or their rates."""
-    end, (u, w) = contact.ends[k], group.ends[k].parts
-    there = q[group.mixed.dofs[u].reshape(-1, 3)[row]]
-    turned = q[group.mixed.dofs[w].reshape(-1, 9)[row]].reshape(3, 3)
-    return there + end.offset @ turned, contact.axes[k] @ end.directors.T @ turned
-
-
-def _arm(group: ContactGroup, row: int, q: Floats, size: float) -> Floats:
-    """From the second place to the point of contact, in the vectors of that place, m."""
-    if group.kind == "wheel":
-        return size * np.append(group.coordinate("r", row, q), 0.0)
-    return np.zeros(3) if "Q" not in group.own else -size * group.coordinate("Q", row, q)[2::3]
 
 
 def read_contacts(problem: Solution, groups: Sequence[JointGroup]) -> dict[str, float]:
@@ -230,13 +191,11 @@ def read_contacts(problem: Solution, groups: Sequence[JointGroup]) -> dict[str, 
         if not isinstance(group, ContactGroup):
             continue
         levels = problem.levels[group.name]
-        q, v = levels.q.x.array, levels.rates["v"].x.array
-        slips = sliding(group, q, v)[:, 0]
-        local = [[*group.coordinate("y", row, q), slip] for row, slip in enumerate(slips)]
-        values = gathered(group.nodes, np.array(local).reshape(-1, 3))
-        for name, line in zip(group.labels, values, strict=True):
-            for column, value in zip(("track1", "track2", "slip"), line, strict=True):
-                found[f"{name}.{column}"] = float(value)
+        local = group.sliding(levels.q.x.array, levels.rates["v"].x.array)
+        for name, line in zip(group.labels, gathered(group.nodes, local).tolist(), strict=True):
+            slip, _, *track, _ = line
+            for column, value in zip(("track1", "track2", "slip"), (*track, slip), strict=True):
+                found[f"{name}.{column}"] = value
     return found
 
 
@@ -254,7 +213,7 @@ def refuse_slip(groups: Sequence[JointGroup], q: Functions, v: Functions) -> Non
     for group in groups:
         if not isinstance(group, ContactGroup):
             continue
-        found = sliding(group, q[group.name].x.array, v[group.name].x.array)
+        found = group.sliding(q[group.name].x.array, v[group.name].x.array)[:, :2]
         wrong = [
             (int(item), float(slip))
             for item, (slip, speed) in zip(group.nodes.item, found, strict=True)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Protocol
 
 from mpi4py import MPI
 
@@ -29,10 +28,11 @@ from shellmb.model.body import (
     FixedDofs,
     JumpForms,
     PartScale,
-    TimeFunction,
 )
 from shellmb.model.massless import NONE, NodeGroup, Places, Targets
 from shellmb.native.expressions import values_at_states
+from shellmb.scene.multibody.couplings import Relation
+from shellmb.scene.multibody.joints import Joint
 from shellmb.scene.values.user_functions import numbers_at
 
 
@@ -178,6 +178,18 @@ class ConstraintGroup(NodeGroup):
         self.allowed = np.ones((items, count), dtype=bool)
         self._switched = np.ones((items, count), dtype=bool)
         self.on = self.per_item(self._switched, "on") if switched else None
+
+    def move_along(self, own: Mapping[str, tuple[str, float]], advice: str) -> None:
+        """Let parts of its own have velocities, and jumps of these, as the places have.
+
+        Args:
+            own: Title and size of each part, by name.
+            advice: What to try if it does not converge.
+        """
+        scales = (PartScale(part, title, size, advice) for part, (title, size) in own.items())
+        self.parts = (*self.parts, *scales)
+        self.kinematic = frozenset(self.mixed.parts) - {"mu"}
+        self.jump_parts = frozenset({*own, "mu"})
 
     def switch(self, on: Bools) -> None:
         """Switch single constraints on and off, shape (items, count)."""
@@ -341,18 +353,8 @@ class ConstraintGroup(NodeGroup):
         return np.asarray(np.max(apart, axis=(1, 2), initial=0.0))
 
 
-class Prescribed(Protocol):
-    """A joint or coupling of a scene."""
-
-    @property
-    def said(self) -> str:
-        """Name that messages use for it."""
-        ...
-
-    @property
-    def given(self) -> Sequence[TimeFunction]:
-        """Functions of time that its constraints contain."""
-        ...
+# what has functions of time in its constraints
+Prescribed = Joint | Relation
 
 
 class GivenValues:
@@ -372,7 +374,7 @@ class GivenValues:
     @property
     def parts(self) -> dict[str, int]:
         """Sizes of the parts of the group's space."""
-        return {"s": len(self._items[0].given)} if self._items[0].given else {}
+        return {"s": len(self._items[0].given)} if self._items and self._items[0].given else {}
 
     def _at(self, t: float) -> Floats:
         values = [

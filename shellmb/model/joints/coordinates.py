@@ -1,6 +1,6 @@
 """Relative coordinates of joints and pairs of points as unknowns, with the equations they obey."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -18,12 +18,11 @@ from shellmb.forms.constraints.velocity_jump import VelocityJump
 from shellmb.forms.steps.discrete import variation
 from shellmb.forms.steps.mixed import Interval
 from shellmb.forms.steps.path import Path
-from shellmb.model.body import Constraint, Dofs, JumpForms, NodeLink, PartScale
+from shellmb.model.body import Constraint, Dofs, JumpForms, NodeLink
 from shellmb.model.joints.constraints import ConstraintGroup
 from shellmb.model.joints.joints import BoundJoint
 from shellmb.model.locations.ends import End, end_pair
 from shellmb.model.massless import Scale, Targets
-from shellmb.native.expressions import compiled_expression, evaluate
 
 # name of a joint or a force element, and "rotation", "translation" or "distance"
 Key = tuple[str, str]
@@ -125,11 +124,8 @@ class CoordinateGroup(ConstraintGroup):
         self._start = self.per_item([i.start for i in items], "start")
         # of each at the start of a step, where forms are those of a single state
         self.before = self.per_item([0.0] * len(items), "before")
-        advice = "a smaller step"
-        self.parts = (*self.parts, PartScale("x", f"{self.kind} of joints", size, advice))
-        # the places' velocities, too: `refresh` takes that of the coordinate from them
-        self.kinematic = frozenset(self.mixed.parts) - {"mu"}
-        self.jump_parts = frozenset({"x", "mu"})
+        # the places have velocities, too: `refresh` takes that of the coordinate from them
+        self.move_along({"x": (f"{self.kind} of joints", size)}, "a smaller step")
         self.labels = [f"{item.name}.{item.kind}" for item in items]
         self.targets = self.numbers("x")[:, 0]
 
@@ -198,12 +194,8 @@ class CoordinateGroup(ConstraintGroup):
         return gap
 
     @cached_property
-    def _refreshing(self) -> tuple[fem.Function, fem.Function, fem.Expression, fem.Function]:
-        """A state, velocities, the correction of those of "x" and a function for its values."""
-        q, v = fem.Function(self.mixed.space), fem.Function(self.mixed.space)
-        values = self.per_item([0.0] * len(self.coordinates), "correction")
-        points = values.function_space.element.interpolation_points
-        return q, v, compiled_expression(self.excess(q, v), points), values
+    def _excess(self) -> Callable[[Floats, Floats], Floats]:
+        return self.reader(lambda q, v: as_row(self.excess(q, v)))
 
     def begin(self, q: fem.Function) -> None:
         """Count rotations from where they are, before a step.
@@ -225,10 +217,7 @@ class CoordinateGroup(ConstraintGroup):
             q: State.
             v: Velocities there; those of the coordinates are replaced.
         """
-        state, velocity, expression, values = self._refreshing
-        state.x.array[:], velocity.x.array[:] = q.x.array, v.x.array
-        evaluate(expression, values)
-        v.x.array[self.mixed.dofs["x"]] -= values.x.array[values.function_space.dofmap.list[:, 0]]
+        v.x.array[self.mixed.dofs["x"]] -= self._excess(q.x.array, v.x.array)[:, 0]
 
 
 class AngleEquations:

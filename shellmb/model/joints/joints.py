@@ -22,13 +22,14 @@ from ufl.core.expr import Expr
 from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.forms.constraints.joints import BUNDLED, KINDS, JointKind, Place
+from shellmb.forms.constraints.nonholonomic import CONTACTS
 from shellmb.forms.loads import dead_force
 from shellmb.forms.steps.discrete import variation
-from shellmb.model.body import LoadFactors
+from shellmb.model.body import LoadFactors, MassiveBody
 from shellmb.model.joints.constraints import ConstraintGroup, GivenValues
 from shellmb.model.locations.ends import End, EndGroup, end_pair, frame_about
 from shellmb.model.locations.nodes import Meshed, shared_nodes
-from shellmb.model.massless import NodeGroup, Scale, TimedLoads
+from shellmb.model.massless import NONE, NodeGroup, Scale, TimedLoads
 from shellmb.model.user_forms import check_equations, own_kind
 from shellmb.scene import Scene
 from shellmb.scene.loads.loads import Gravity
@@ -48,7 +49,11 @@ class BoundJoint:
         kind: Kind of its constraints, a key of `forms.constraints.joints.KINDS`.
         ends: Its places on the first and the second body.
         axes: Vectors `e1, e2, e3` of both places as rows, shape (2, 3, 3).
-        length: Length of a distance joint, m; 1 for others.
+        length: Length of a distance joint or a radius, m; 1 for others.
+        own: Constraints that a user gave; None: those of the kind.
+        about: Reference position of the point of the first body that its moment is about, shape
+            (3,), m: one point for all nodes of a region. None: its own point on the second body.
+        start: Contact coordinates of the reference configuration by name, shape (n,) each.
     """
 
     joint: Joint
@@ -56,21 +61,23 @@ class BoundJoint:
     ends: tuple[End, End]
     axes: Floats
     length: float = 1.0
+    own: JointKind | None = None
+    about: Floats | None = None
+    start: Mapping[str, Floats] = NONE
 
     @property
     def equations(self) -> JointKind:
         """Constraints of the joint."""
-        return KINDS[self.kind]
-
-    @property
-    def about(self) -> Floats | None:
-        """Point of the first body that its moment is about; None: its own point on the second."""
-        return None
+        return self.own or (CONTACTS if self.start else KINDS)[self.kind]
 
     @property
     def shown(self) -> Floats:
-        """Axes of its forces in the results, as rows: they turn with the first place."""
-        return np.eye(3) if self.joint.along_scene else np.asarray(self.axes[0])
+        """Axes of its forces in the results, as rows: they turn with the first place.
+
+        Those of all nodes of a region are those of the scene as they turn with the first body.
+        """
+        scene = self.joint.along_scene or self.about is not None
+        return np.eye(3) if scene else np.asarray(self.axes[0])
 
     @property
     def vectors(self) -> tuple[int, int]:
@@ -79,31 +86,9 @@ class BoundJoint:
 
     @property
     def key(self) -> tuple[Any, int, int]:
-        """Key that joints with common kernels share."""
+        """Key that joints with common kernels share: none shares those of a user's joint."""
         first, second = (end.needed(n) for end, n in zip(self.ends, self.vectors, strict=True))
-        return self.kind, first, second
-
-
-@dataclass(frozen=True)
-class BoundOwn(BoundJoint):
-    """A user's joint, whose constraints are its own.
-
-    Args:
-        own: Its constraints.
-    """
-
-    own: JointKind | None = None
-
-    @property
-    def equations(self) -> JointKind:
-        """Constraints that the user gave."""
-        assert self.own is not None
-        return self.own
-
-    @property
-    def key(self) -> tuple[Any, int, int]:
-        """None shares them."""
-        return (self.joint.name, *super().key[1:])
+        return self.joint.name if self.own else self.kind, first, second
 
 
 def bind_joint(joint: Joint, find: FindEnd) -> BoundJoint:
@@ -130,7 +115,7 @@ def bind_joint(joint: Joint, find: FindEnd) -> BoundJoint:
             axes = np.array([np.eye(3) if joint.axis is None else frame_about(joint.axis)] * 2)
             own = own_kind(joint, framed)
             check_equations(joint, own, framed, len(joint.values))
-            return BoundOwn(joint, "own", (first, second), axes, own=own)
+            return BoundJoint(joint, "own", (first, second), axes, own=own)
         case scene_joints.Distance():
             length = float(np.linalg.norm(second.point - first.point))
             if callable(joint.length):
@@ -195,15 +180,17 @@ class JointGroup(ConstraintGroup):
         self.kind, framed = joints[0].kind, joints[0].key[1:]
         self.ends = end_pair([j.ends for j in joints], [j.axes for j in joints], framed)
         self.given = GivenValues([joint.joint for joint in joints])
+        self.equations = kind = joints[0].equations
+        self.directions = kind.directions
         super().__init__(
             f"{self.title} ({'/'.join(map(str, framed))})",
             scale.comm,
             len(joints),
-            self.multipliers,
+            kind.rows + kind.slips,
             self._violation,
-            *scale.of(self.multipliers, self.directions),
+            *scale.of(kind.rows + kind.slips, kind.directions),
             switched,
-            own={**self.own, **self.given.parts},
+            own={**kind.parts, **self.given.parts},
             places=self.ends,
         )
         self.size = self.per_item([j.length for j in joints], "length")
@@ -214,26 +201,6 @@ class JointGroup(ConstraintGroup):
     def title(self) -> str:
         """Beginning of its name in messages."""
         return f"{self.kind} joints"
-
-    @property
-    def own(self) -> dict[str, int]:
-        """Sizes of the unknowns of its own, by name: most joints have none."""
-        return {}
-
-    @property
-    def equations(self) -> JointKind:
-        """Constraints of each joint."""
-        return self.joints[0].equations
-
-    @property
-    def multipliers(self) -> int:
-        """Number of constraints of each joint."""
-        return self.equations.rows
-
-    @property
-    def directions(self) -> tuple[int, ...]:  # type: ignore[override]
-        """Constraints that hold directions."""
-        return self.equations.directions
 
     def places(self, q: Expr) -> tuple[Place, Place]:
         """The places on the first and the second bodies at a state."""
@@ -246,7 +213,10 @@ class JointGroup(ConstraintGroup):
 
 
 def joint_groups(
-    scale: Scale, joints: Sequence[BoundJoint], switched: frozenset[str]
+    scale: Scale,
+    joints: Sequence[BoundJoint],
+    switched: frozenset[str],
+    kind: type[JointGroup] = JointGroup,
 ) -> list[JointGroup]:
     """Groups of joints of one kind.
 
@@ -254,17 +224,18 @@ def joint_groups(
         scale: Communicator and sizes.
         joints: All joints.
         switched: Names of the joints that do not act always.
+        kind: Class of the groups.
     """
     keys = dict.fromkeys(joint.key for joint in joints)
     groups = []
     for key in keys:
         members = [joint for joint in joints if joint.key == key]
         some = any(joint.joint.name in switched for joint in members)
-        groups.append(JointGroup(scale, members, some))
+        groups.append(kind(scale, members, some))
     return groups
 
 
-class PointMasses(NodeGroup):
+class PointMasses(NodeGroup, MassiveBody):
     """Masses of joints, at places of the bodies.
 
     Args:
@@ -299,7 +270,7 @@ class PointMasses(NodeGroup):
 
     def velocity(self, v: Expr) -> Expr:
         """Velocities of the masses: the position is linear in the state."""
-        return variation(self.position, v, v)
+        return variation(self.position, v, v, ufl.Coefficient(self.mixed.space))
 
     def inertia(self, rate: Expr, dq: Expr) -> Form | None:
         """Virtual work of the inertia forces."""
@@ -307,16 +278,9 @@ class PointMasses(NodeGroup):
             return None
         return self.mass * ufl.dot(self.velocity(rate), self.velocity(dq)) * ufl.dx
 
-    def momentum(self, v: Expr, axis: Expr) -> Form | None:
-        """Component of the linear momentum along `axis`, kg m/s."""
-        return self.mass * ufl.dot(self.velocity(v), axis) * ufl.dx if self._dynamic else None
-
-    def angular_momentum(self, q: Expr, v: Expr, axis: Expr) -> Form | None:
-        """Component along `axis` of the angular momentum about the origin, kg m^2/s."""
-        if not self._dynamic:
-            return None
-        arm = ufl.cross(self.position(q), self.mass * self.velocity(v))
-        return ufl.dot(arm, axis) * ufl.dx
+    def vectors_at(self, q: Expr) -> Mapping[str, Sequence[Expr]]:
+        """The places at a state, which have arms on bodies within them already."""
+        return {"u1": [self.position(q)]}
 
     def loads(self) -> LoadFactors | None:
         """Their weight."""
@@ -353,27 +317,6 @@ def point_masses(scene: Scene, comm: MPI.Comm, joints: Sequence[BoundJoint]) -> 
     return bodies
 
 
-@dataclass(frozen=True)
-class BoundNode(BoundJoint):
-    """One node of a region that is welded.
-
-    Args:
-        center: Reference position of the point on the first body that moments are about, (3,), m.
-    """
-
-    center: Floats | None = None
-
-    @property
-    def about(self) -> Floats | None:
-        """One point for all nodes."""
-        return self.center
-
-    @property
-    def shown(self) -> Floats:
-        """Axes of all nodes: those of the scene as they turn with the first body."""
-        return np.eye(3)
-
-
 def bind(joint: Joint, find: FindEnd, shells: Mapping[str, Meshed]) -> list[BoundJoint]:
     """Find the places of a joint: one item, of a weld along a region one for each of its nodes.
 
@@ -406,5 +349,5 @@ def _bind_region(joint: Weld, region: str, body: Meshed, find: FindEnd) -> list[
         ends = (replace(frame, point=x), nodes.end(k, body.name))
         axes = np.array([frame_about(director[0]) if len(director) else np.eye(3)] * 2)
         kind = "shell revolute" if len(director) else "fixed point"
-        found.append(BoundNode(joint, kind, ends, axes, center=frame.point))
+        found.append(BoundJoint(joint, kind, ends, axes, about=frame.point))
     return found

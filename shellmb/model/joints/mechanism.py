@@ -26,12 +26,13 @@ from shellmb.model.joints.columns import (
     EFFORT,
     Relaxing,
     Solution,
-    coupling_forces,
+    coupling_column,
     drive,
     element_forces,
-    lock_forces,
+    lock_column,
     read_contacts,
     read_coordinates,
+    tie_forces,
 )
 from shellmb.model.joints.constraints import ConstraintGroup
 from shellmb.model.joints.coordinates import (
@@ -50,11 +51,10 @@ from shellmb.model.joints.joints import (
     joint_groups,
     point_masses,
 )
-from shellmb.model.joints.rolling import BoundContact, bind_contact, contact_groups
+from shellmb.model.joints.rolling import ContactGroup, bind_contact
 from shellmb.model.joints.switches import (
     HeldCoordinates,
     Locks,
-    State,
     Switched,
     Switches,
     TiedCoordinates,
@@ -110,26 +110,6 @@ class Mechanism:
     switches: Switches = field(default_factory=Switches)
     edges: list[EdgeFrames] = field(default_factory=list)
     several: dict[str, list[tuple[str, float]]] = field(default_factory=dict)
-
-    @property
-    def events(self) -> tuple[float, ...]:
-        """Times at which steps must end, ascending, s."""
-        return self.switches.events
-
-    def update(self, t: float, state: State) -> bool:
-        """Switch joints and locks for a step that begins at `t`; collective.
-
-        Args:
-            t: Time, s.
-            state: Gives the current state of a body of the system.
-
-        Returns:
-            Whether something begins to act: then velocities must be made consistent with it.
-
-        Raises:
-            ConvergenceError: If a joint is to act whose ends are apart.
-        """
-        return self.switches.update(t, state)
 
     def refresh(self, levels: Mapping[str, Any]) -> None:
         """Count rotations from where they are, and take rates from the places, before a step.
@@ -196,9 +176,9 @@ class Mechanism:
         """
         found = {name: drive(problem, c) for name, c in self.drivers.items()}
         for locks in self.lock_groups:
-            found |= lock_forces(problem, locks)
+            found |= tie_forces(problem, locks, lock_column)
         for tied in self.couplings:
-            found |= coupling_forces(problem, tied)
+            found |= tie_forces(problem, tied, coupling_column)
         return found | read_contacts(problem, self.groups)
 
 
@@ -238,9 +218,9 @@ def build_mechanism(
         made.joints[joint.name] = bound[0]
         plain += bound
     switched = frozenset(j.name for j in scene.joints if j.active is not None)
-    contacts = [j for j in made.joints.values() if isinstance(j, BoundContact)]
+    contacts = [joint for joint in made.joints.values() if joint.start]
     made.groups = joint_groups(scale, plain, switched)
-    made.groups += contact_groups(scale, contacts)
+    made.groups += joint_groups(scale, contacts, switched, ContactGroup)
     needed = _coordinates(scene, made, find, scale.length)
     needed += [c for hinge in hinges.values() for c in hinge.coordinates]
     made.coordinate_groups, made.table = coordinate_groups(scale, needed)

@@ -1,7 +1,7 @@
 """Contacts of a scene, wheels, spheres and blades on planes, as groups of constraints."""
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -12,11 +12,9 @@ from ufl.core.expr import Expr
 from shellmb.arrays import Floats
 from shellmb.forms.constraints import held
 from shellmb.forms.constraints.held import Held, Law, both
-from shellmb.forms.constraints.nonholonomic import CONTACTS, Own
-from shellmb.meshes.nodes import constant_vector
-from shellmb.model.body import PartScale
+from shellmb.forms.constraints.nonholonomic import Own
 from shellmb.model.joints.joints import BoundJoint, JointGroup
-from shellmb.model.locations.ends import End, frame_about
+from shellmb.model.locations.ends import End, change_of, frame_about
 from shellmb.model.massless import Scale
 from shellmb.scene.multibody.rolling import Contact, KnifeEdge, Rolling
 
@@ -28,28 +26,7 @@ _ADVICE = "a smaller step, or check whether the wheel lies down"
 _TITLES = {"y": "place", "t": "direction", "r": "direction of the radius", "Q": "rotation"}
 
 
-@dataclass(frozen=True)
-class BoundContact(BoundJoint):
-    """A contact with its places, axes and contact coordinates.
-
-    Args:
-        own: Contact coordinates of the reference configuration by name, shape (n,) each.
-    """
-
-    own: Mapping[str, Floats] | None = None
-
-    @property
-    def equations(self) -> Any:
-        """Constraints on positions and on velocities."""
-        return CONTACTS[self.kind]
-
-    @property
-    def vectors(self) -> tuple[int, int]:
-        """Both places have frames."""
-        return 3, 3
-
-
-def bind_contact(joint: Contact, find: FindEnd, length: float) -> BoundContact:
+def bind_contact(joint: Contact, find: FindEnd, length: float) -> BoundJoint:
     """Find the places of a contact, the side it is on, and where it touches.
 
     Args:
@@ -84,7 +61,7 @@ def bind_contact(joint: Contact, find: FindEnd, length: float) -> BoundContact:
         assert isinstance(joint, Rolling)
         kind, size = "sphere", joint.radius
         own = {"y": e[:2] @ gap, "Q": (d @ e.T).ravel()}
-    return BoundContact(joint, kind, (first, second), np.array([e, d]), size, own)
+    return BoundJoint(joint, kind, (first, second), np.array([e, d]), size, start=own)
 
 
 def _plane_axes(normal: Floats) -> Floats:
@@ -105,59 +82,40 @@ class ContactGroup(JointGroup):
     Args:
         scale: Communicator and sizes.
         contacts: The contacts.
+        switched: Whether some of them act at times only: none does.
     """
 
-    def __init__(self, scale: Scale, contacts: Sequence[BoundContact]) -> None:
-        self._made = CONTACTS[contacts[0].kind]
-        super().__init__(scale, contacts, False)
-        own = [contact.own or {} for contact in contacts]
+    def __init__(self, scale: Scale, contacts: Sequence[BoundJoint], switched: bool) -> None:
+        super().__init__(scale, contacts, switched)
+        parts = self.equations.parts
         self._start = {
-            p: constant_vector(self.nodes, np.array([values[p] for values in own]), f"start_{p}")
-            for p in self._made.parts
+            p: self.per_item([contact.start[p] for contact in contacts], f"start_{p}")
+            for p in parts
         }
         # of increments: contact coordinates of the reference configuration
         self._reference = fem.Function(self.mixed.space)
-        scales = (
-            PartScale(
-                p, f"{_TITLES[p]} of {self.title}", scale.length if p == "y" else 1.0, _ADVICE
-            )
-            for p in self._made.parts
-        )
-        self.parts = (*self.parts, *scales)
-        self.kinematic = frozenset(self.mixed.parts) - {"mu"}
-        self.jump_parts = frozenset({*self._made.parts, "mu"})
+        sizes = {p: scale.length if p == "y" else 1.0 for p in parts}
+        self.move_along({p: (f"{_TITLES[p]} of {self.title}", sizes[p]) for p in parts}, _ADVICE)
+        # whether wheels roll in a direction, or blades point to one
+        self.heads = "t" in parts
 
     @property
     def title(self) -> str:
         """Beginning of its name in messages."""
         return "knife-edge joints" if self.kind == "knife edge" else f"rolling joints, {self.kind}"
 
-    @property
-    def own(self) -> dict[str, int]:
-        """Sizes of the contact coordinates."""
-        return self._made.parts
-
-    @property
-    def directions(self) -> tuple[int, ...]:  # type: ignore[override]
-        """None: those are lengths, too, at the radius."""
-        return ()
-
-    @property
-    def multipliers(self) -> int:
-        """Number of constraints of each contact, on positions and on velocities."""
-        return self._made.rows + self._made.slips
-
     def _coordinates(self, q: Expr) -> Own:
         return {p: self._start[p] + self.layout.part(q, p) for p in self._start}
 
     def _violation(self, q: Expr) -> Expr:
-        rows = self._made.constraints(*self.places(q), self._coordinates(q), self.size)
-        return ufl.as_vector(rows)
+        own = self._coordinates(q)
+        return ufl.as_vector(self.equations.constraints(*self.places(q), own, self.size))
 
     def slip(self, q: Expr, change: Expr) -> Expr:
         """Slip by a change of state, `A(q) change`, shape (slips,), m; it must vanish."""
         d = {p: self.layout.part(change, p) for p in self._start}
-        return ufl.as_vector(self._made.slip(self._coordinates(q), d, self.size))
+        assert self.equations.slip is not None
+        return ufl.as_vector(self.equations.slip(self._coordinates(q), d, self.size))
 
     @property
     def law(self) -> Law:
@@ -171,49 +129,48 @@ class ContactGroup(JointGroup):
     def violations_at(self, states: Floats) -> Floats:
         """Values of the constraints on positions; zero for those on velocities."""
         found = super().violations_at(states)
-        found[..., self._made.rows :] = 0.0
+        found[..., self.equations.rows :] = 0.0
         return found
 
     def gaps(self, states: Floats) -> Floats:
         """Largest violations over local states, of positions only."""
-        found = self._evaluate(states)[..., : self._made.rows]
-        slips = np.zeros((len(self.nodes.item), self._made.slips))
+        found = self._evaluate(states)[..., : self.equations.rows]
+        slips = np.zeros((len(self.nodes.item), self.equations.slips))
         return np.hstack([np.max(np.abs(found), axis=0), slips])
-
-    @property
-    def heads(self) -> bool:  # type: ignore[override]
-        """Decide whether wheels roll in a direction, or point to one."""
-        return "t" in self._start
 
     def heading(self, row: int, q: Floats) -> Floats:
         """Direction in the plane that a wheel rolls in, or a blade points to, shape (2,)."""
-        return self.coordinate("t", row, q)
-
-    def pressure(self, row: int, q: Floats) -> float:
-        """Normal force of the last step on the second body of a local cell, N."""
-        contact = self.joints[self.nodes.item[row]]
-        place = self.ends[0].parts["w1"]
-        turned = q[self.mixed.dofs["w1"].reshape(-1, place)[row]].reshape(3, 3)
-        normal = contact.axes[0][2] @ (np.eye(3) + contact.ends[0].directors.T @ turned)
-        mu = q[self.mixed.dofs["mu"].reshape(-1, self.count)[row]]
-        # the first three constraints are the gap at the point of contact
-        return -float(self.force.value) * float(mu[:3] @ normal)
-
-    def coordinate(self, part: str, row: int, q: Floats) -> Floats:
-        """Contact coordinates of a local cell at a state, shape (n,)."""
-        start = self._start[part]
-        n = self._made.parts[part]
+        start, dofs = self._start["t"], self.mixed.dofs["t"].reshape(-1, 2)
         cell = start.function_space.dofmap.list[row, 0]
-        at = self.mixed.dofs[part].reshape(-1, n)[row]
-        return np.asarray(start.x.array.reshape(-1, n)[cell] + q[at])
+        return np.asarray(start.x.array.reshape(-1, 2)[cell] + q[dofs[row]])
+
+    @cached_property
+    def sliding(self) -> Callable[[Floats, Floats], Floats]:
+        """Finds slip and pressure from the bodies' motion alone, by local arrays of state and rate.
+
+        For each local cell the speed of slip and what it is the difference of, m/s, the place in
+        the plane, m, and the normal force of the last step on the second body, N, shape (n, 5).
+        """
+        return self.reader(self._sliding)
+
+    def _sliding(self, q: Expr, v: Expr) -> Expr:
+        (a, _), own = self.places(q), self._coordinates(q)
+        da, db = (change_of(lambda s, k=k: self.places(s)[k], q, v) for k in range(2))  # type: ignore[misc]
+        # from the second place to the point of contact, in the vectors of that place
+        arm = [-self.size * own["Q"][3 * k + 2] for k in range(3)] if "Q" in own else []
+        arm = [self.size * own["r"][k] for k in range(2)] if "r" in own else arm
+        rolled = sum((part * e for part, e in zip(arm, db.e, strict=False)), start=0 * db.x)
+        y, mu = own["y"], self.layout.part(q, "mu")
+        under = da.x + y[0] * da.e[0] + y[1] * da.e[1]
+        slip = ufl.as_vector([ufl.dot(e, db.x + rolled - under) for e in a.e[:2]])
+        if self.kind == "knife edge":
+            t = own["t"]
+            slip = ufl.as_vector([(t[0] * slip[1] - t[1] * slip[0]) / _size(t)])
+        speeds = _size(db.x) + _size(rolled) + _size(under)
+        # the first three constraints are the gap at the point of contact
+        pressure = -self.force * sum(mu[k] * a.e[2][k] for k in range(3))
+        return ufl.as_vector([_size(slip), speeds, y[0], y[1], pressure])
 
 
-def contact_groups(scale: Scale, contacts: Sequence[BoundContact]) -> list[JointGroup]:
-    """Groups of contacts of one kind.
-
-    Args:
-        scale: Communicator and sizes.
-        contacts: All contacts.
-    """
-    kinds = dict.fromkeys(contact.kind for contact in contacts)
-    return [ContactGroup(scale, [c for c in contacts if c.kind == kind]) for kind in kinds]
+def _size(vector: Expr) -> Expr:
+    return ufl.sqrt(ufl.dot(vector, vector))

@@ -50,22 +50,23 @@ class TiedCoordinates(ConstraintGroup):
         switched: bool,
     ) -> None:
         self.members, self._factors = [list(each) for each in members], factors
-        values, parts = GivenValues(given), [f"x{k + 1}" for k in range(len(members[0]))]
-
-        def violation(q: Expr) -> Expr:
-            terms = [self.layout.part(q, part) for part in parts]
-            terms += values.values(q, self.layout)
-            weighed = [self._factor[k] * term for k, term in enumerate(terms)]
-            return as_row(sum(weighed[1:], weighed[0]))
-
+        self._given, self._parts = GivenValues(given), [f"x{k + 1}" for k in range(len(members[0]))]
         targets = {
-            part: scalar_targets([each[k] for each in members]) for k, part in enumerate(parts)
+            part: scalar_targets([each[k] for each in members])
+            for k, part in enumerate(self._parts)
         }
-        scales = violation, force, size, switched
-        super().__init__(title, comm, len(members), 1, *scales, targets=targets, own=values.parts)
+        scales = self._violation, force, size, switched
+        own = self._given.parts
+        super().__init__(title, comm, len(members), 1, *scales, targets=targets, own=own)
         self._factor = self.per_item(factors, "factors")
         self.labels = list(labels)
-        values.prescribe(self)
+        self._given.prescribe(self)
+
+    def _violation(self, q: Expr) -> Expr:
+        terms = [self.layout.part(q, part) for part in self._parts]
+        terms += self._given.values(q, self.layout)
+        weighed = [self._factor[k] * term for k, term in enumerate(terms)]
+        return as_row(sum(weighed[1:], weighed[0]))
 
     def shares(self, held: fem.Function, group: CoordinateGroup) -> Floats:
         """Multipliers of coordinates on which nothing acts but what ties them; collective.
@@ -94,7 +95,7 @@ class TiedCoordinates(ConstraintGroup):
         return -self._factors[:, : len(self.members[0])] * mu
 
 
-class HeldCoordinates(ConstraintGroup):
+class HeldCoordinates(TiedCoordinates):
     """Coordinates fixed at a value, `x = x_held`, switched on at times: locks.
 
     Args:
@@ -113,36 +114,21 @@ class HeldCoordinates(ConstraintGroup):
         coordinates: Sequence[Coordinate],
         force: float,
     ) -> None:
+        each, ones = [[c] for c in coordinates], np.ones((len(coordinates), 1))
+        tied = each, ones, (), force, coordinates[0].size, True
+        super().__init__(comm, f"{kind} locks", labels, *tied)
+        self._held = self.per_item(0 * ones, "held")
 
-        def violation(q: Expr) -> Expr:
-            return as_row(self.layout.part(q, "x") - self._held)
-
-        super().__init__(
-            f"{kind} locks",
-            comm,
-            len(coordinates),
-            1,
-            violation,
-            force,
-            coordinates[0].size,
-            switched=True,
-            targets={"x": scalar_targets(coordinates)},
-        )
-        self._held = self.per_item([0.0] * len(coordinates), "held")
-        self.labels = list(labels)
-        self.coordinates = list(coordinates)
+    def _violation(self, q: Expr) -> Expr:
+        return as_row(self.layout.part(q, "x1") - self._held)
 
     def values(self, q: fem.Function) -> Floats:
         """Coordinates at a state, shape (items,), the same on all ranks; collective."""
-        return self.gathered("x", q.x.array)[:, 0]
+        return self.gathered("x1", q.x.array)[:, 0]
 
     def hold(self, values: Floats) -> None:
         """Set the values at which the coordinates are fixed, shape (items,)."""
         set_constants(self._held, self.nodes, values[:, None])
-
-    def forces(self, q: fem.Function) -> Floats:
-        """Forces [N] or moments [N m] that hold the coordinates, shape (items,); collective."""
-        return -float(self.force.value) * self.gathered("mu", q.x.array)[:, 0]
 
 
 Windows = Sequence[tuple[float, float]]

@@ -6,6 +6,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
+from mpi4py import MPI
+
 import basix
 import numpy as np
 from dolfinx import fem
@@ -129,7 +131,7 @@ def _node_at(body: Meshed, point: Floats, who: str) -> Int32s:
     distance = np.linalg.norm(nodes - point, axis=1)
     comm = body.domain.mesh.comm
     nearest = comm.allreduce(
-        min(zip(distance, map(tuple, nodes), strict=True), default=(np.inf, ())), op=_least
+        min(zip(distance, map(tuple, nodes), strict=True), default=(np.inf, ())), op=MPI.MIN
     )
     if nearest[0] > ON_NODE * body.domain.length:
         raise SceneError(
@@ -156,18 +158,9 @@ def shown(point: Iterable[float]) -> str:
     return f"({', '.join(f'{round(float(c), 12) + 0.0:g}' for c in point)})"
 
 
-def _least(a: tuple, b: tuple) -> tuple:
-    return min(a, b)
-
-
 def said_point(x: Floats, size: float) -> str:
     """A position for messages; what is round-off of a scene of that size is zero."""
     return f"({', '.join(f'{c:g}' for c in np.where(np.abs(x) < ON_NODE * size, 0.0, x))})"
-
-
-def part_dofs(body: Meshed, nodes: Int32s, part: str) -> Int32s:
-    """Local dofs of a part at nodes, shape (n, size)."""
-    return body.mixed.nodal(part)[nodes]
 
 
 def shared_nodes(body: Meshed, where: Place | None, who: str) -> Nodes:
@@ -180,7 +173,7 @@ def shared_nodes(body: Meshed, where: Place | None, who: str) -> Nodes:
     record = (
         body.mixed.nodes("u")[local],
         {
-            p: index_map.local_to_global(part_dofs(body, local, p).ravel()).reshape(
+            p: index_map.local_to_global(body.mixed.nodal(p)[local].ravel()).reshape(
                 len(local), body.mixed.parts[p][1]
             )
             for p in parts
@@ -228,7 +221,7 @@ def surrounding(body: Meshed, point: Any, who: str) -> tuple[list[tuple[float, .
     x, size = np.asarray(point, dtype=float), body.domain.length
     comm, nodes = body.domain.mesh.comm, body.mixed.nodes("u")
     near = float(np.min(np.linalg.norm(nodes - x, axis=1), initial=np.inf))
-    if comm.allreduce(near <= ON_NODE * size, op=_either):
+    if comm.allreduce(near <= ON_NODE * size, op=MPI.LOR):
         return [tuple(x.tolist())], np.ones(1)
     best = min(((*found, comm.rank) for found in _projections(body, x)), default=None)
     every = [one for one in comm.allgather(best) if one is not None]
@@ -253,10 +246,6 @@ def surrounding(body: Meshed, point: Any, who: str) -> tuple[list[tuple[float, .
 def is_point(where: Any) -> bool:
     """Decide whether a place is given by coordinates."""
     return isinstance(where, tuple) and not isinstance(where[0], str)
-
-
-def _either(a: bool, b: bool) -> bool:
-    return a or b
 
 
 def _projections(body: Meshed, x: Floats) -> list[tuple[float, float, tuple, int, tuple]]:

@@ -1,15 +1,14 @@
-"""Energies of measures of the state, and of coordinates: what they have in each row of a step."""
+"""Energies of measures of the state: what they have in each row of a step."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import ufl
 from ufl import Form
 from ufl.core.expr import Expr
 
-from shellmb.forms.constraints import elements as springs
 from shellmb.forms.constraints.elements import Stretch
 from shellmb.forms.measure import Measure, measure
 from shellmb.forms.steps import potentials as forms
@@ -127,64 +126,3 @@ class DistanceEnergy(ExactEnergy):
         """Elastic part of eq. (34), J."""
         ends = (self._at(self.measure(q)) for q in (a, b))
         return self.weight * forms.interval_jump(self.potential, *ends) * self.dx
-
-
-Scalars = Callable[[Expr], list[Expr]]
-
-
-@dataclass(frozen=True)
-class LinearSprings(Elastic):
-    """Linear springs on coordinates.
-
-    Args:
-        stiffness: Stiffness of each.
-        extension: Extensions of a state.
-        moved: Changes of the coordinates in a state, which is without the rest lengths.
-        dx: Measure whose points are the places.
-    """
-
-    stiffness: Sequence[Expr]
-    extension: Scalars
-    moved: Scalars
-    dx: ufl.Measure
-
-    def _sum(self, products: Sequence[Expr]) -> Form:
-        return sum(products[1:], products[0]) * self.dx
-
-    def _work(self, forces: Sequence[Expr], dq: Expr) -> Form:
-        return self._sum([f * d for f, d in zip(forces, self.moved(dq), strict=True)])
-
-    def interval(self, span: Interval, dq: Expr) -> Form:
-        """Average forces over the sub-interval."""
-        ends = zip(self.stiffness, self.extension(span.a), self.extension(span.b), strict=True)
-        if span.a is span.b:
-            return self._work(
-                [springs.slope(springs.linear_potential(k), a) for k, a, _ in ends], dq
-            )
-        return self._work([springs.linear_force(k, a, b, span.beta) for k, a, b in ends], dq)
-
-    def _stretches(self, step: Step) -> list[Stretch]:
-        p = step.path
-        parts = self.extension(p.start), self.moved(p.chord), self.moved(p.bow)
-        return [Stretch(a, d, 2 * z) for a, d, z in zip(*parts, strict=True)]
-
-    def row(self, step: Step, k: int, dq: Expr) -> Form:
-        """Forces over a step, linear in time."""
-        pairs = zip(self.stiffness, self._stretches(step), strict=True)
-        moments = [springs.linear_forces(c, e, step.path.alpha)[k] for c, e in pairs]
-        return self._work(moments if k == 0 else [f / 3 for f in moments], dq)
-
-    def bow(self, step: Step, held: Expr) -> Form:
-        """Energy of the bows of the extensions, J."""
-        pairs = zip(self.stiffness, self._stretches(step), strict=True)
-        return self._sum([springs.linear_potential(k)(e.bow) for k, e in pairs])
-
-    def energy(self, q: Expr) -> Form:
-        """The energy, J."""
-        pairs = zip(self.stiffness, self.extension(q), strict=True)
-        return self._sum([springs.linear_potential(k)(e) for k, e in pairs])
-
-    def jump(self, a: Expr, b: Expr) -> Form:
-        """Elastic part of eq. (34)."""
-        ends = zip(self.stiffness, self.extension(a), self.extension(b), strict=True)
-        return self._sum([springs.linear_jump(k, first, last) for k, first, last in ends])

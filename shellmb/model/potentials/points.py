@@ -19,7 +19,7 @@ from shellmb.forms.state import Layout
 from shellmb.meshes.spaces import MixedSpace
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.locations.ends import End, EndGroup
-from shellmb.model.locations.nodes import Finder, part_dofs, shared_nodes
+from shellmb.model.locations.nodes import Finder, shared_nodes
 from shellmb.model.massless import Places
 from shellmb.model.shells.shell import ShellModel
 from shellmb.native.kernels import compiled
@@ -135,7 +135,7 @@ def _pairs(body: MeshedBody, numbers: Ints) -> Ints:
     """
     space, order = body.mixed.subspaces["u"], np.argsort(numbers)
     X, domain = body.mixed.nodes("u"), body.domain.mesh
-    first = part_dofs(body, np.arange(len(X), dtype=np.int32), "u")[:, 0]
+    first = body.mixed.nodal("u")[: len(X), 0]
     own = body.mixed.space.dofmap.index_map.local_to_global(first)
     place = np.minimum(np.searchsorted(numbers[order], own), len(order) - 1)
     item = np.where(numbers[order][place] == own, order[place], -1)
@@ -179,7 +179,7 @@ def _shares(body: MeshedBody, measures: list[ufl.Measure], wanted: Ints) -> Floa
         vector = fem.assemble_vector(compiled(ufl.TestFunction(space)[0] * measure))
         vector.scatter_reverse(la.InsertMode.add)
         total += vector.array.reshape(-1, 3)[:owned, 0]
-    first = part_dofs(body, np.arange(owned, dtype=np.int32), "u")[:, 0]
+    first = body.mixed.nodal("u")[:owned, 0]
     mine = body.mixed.space.dofmap.index_map.local_to_global(first), total
     gathered = body.domain.mesh.comm.allgather(mine)
     numbers = np.concatenate([part[0] for part in gathered])

@@ -50,7 +50,7 @@ from shellmb.model.body import (
 )
 from shellmb.model.elements.lawvalues import LawValues
 from shellmb.model.joints.constraints import Constraints
-from shellmb.model.locations.nodes import part_dofs, said_point
+from shellmb.model.locations.nodes import said_point
 from shellmb.model.massless import NodeGroup, Scale
 from shellmb.model.potentials.exact import ExactEnergy
 from shellmb.model.shells.shell import ShellModel
@@ -218,7 +218,7 @@ def _free(
     some = np.flatnonzero(np.linalg.norm(lids, axis=1) > least).astype(np.int32)
     index_map = shell.mixed.space.dofmap.index_map
     left, pinned = lids[some], np.zeros(len(some), dtype=bool)
-    for k, dofs in enumerate(part_dofs(shell, some, "u")):
+    for k, dofs in enumerate(shell.mixed.nodal("u")[some]):
         held, _ = prescribed.held(shell.name, index_map.local_to_global(dofs))
         left[k] -= held.T @ (held @ left[k])
         pinned[k] = len(held) == len(dofs)

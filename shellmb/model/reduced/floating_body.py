@@ -40,9 +40,9 @@ from shellmb.model.body import Elastic, LoadFactors, PartScale
 from shellmb.model.joints.constraints import ConstraintGroup
 from shellmb.model.locations.ends import End
 from shellmb.model.massless import NONE, NodeGroup, NodeLoads, Scale, Targets
-from shellmb.model.potentials.exact import LinearSprings
 from shellmb.model.reduced.data import ModalBody, amplitudes
 from shellmb.model.sections.branches import Resisting, StrainDamping
+from shellmb.model.sections.strains import SeparateRows, Stiffness
 
 # couplings of modes below this share of what they have by themselves are round-off: with one time
 # for all strains there are none
@@ -95,13 +95,14 @@ class Modes(NodeGroup):
         """The amplitudes of a state, m."""
         return amplitudes(self.layout, q)
 
-    def _stiffness(self) -> list[Expr]:
-        return [self._k] if self.data.count == 1 else [self._k[k] for k in range(self.data.count)]
-
     @cached_property
     def elastic(self) -> tuple[Elastic, ...]:
         """Their stiffness."""
-        return (LinearSprings(self._stiffness(), self.amplitudes, self.amplitudes, self.dx),)
+        n, k = self.data.count, self._k
+        numbers = [k] if n == 1 else [k[i] for i in range(n)]
+        C = ufl.as_matrix([[k if i == j else 0 for j in range(n)] for i, k in enumerate(numbers)])
+        strain = linear(lambda q: ufl.as_vector(self.amplitudes(q)))
+        return (SeparateRows(Stiffness(C), self.layout, strain, lambda d: d[0] * self.dx),)
 
 
 @dataclass(frozen=True)

@@ -42,7 +42,6 @@ from shellmb.meshes.spaces import MixedSpace, constant_space
 from shellmb.model.body import Body, Rates, same_everywhere
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.frames.rigid import RigidBodies
-from shellmb.model.locations.nodes import part_dofs
 from shellmb.model.massless import Scale, Targets
 from shellmb.model.potentials.points import Points, points_on
 from shellmb.model.reduced.data import Member, ModalBody, amplitudes
@@ -61,7 +60,7 @@ def _gathered(member: Member, wanted: Ints) -> tuple[Floats, Floats]:
     """Shapes at nodes that their first dofs name, on all ranks; collective."""
     body: Any = member.body
     owned = body.mixed.subspaces["u"].dofmap.index_map.size_local
-    first = part_dofs(body, np.arange(owned, dtype=np.int32), "u")[:, 0]
+    first = body.mixed.nodal("u")[:owned, 0]
     numbers = body.mixed.space.dofmap.index_map.local_to_global(first)
     parts = body.domain.mesh.comm.allgather((numbers, member.u[:owned], member.w[:owned]))
     every, u, w = (np.concatenate([part[k] for part in parts]) for k in range(3))

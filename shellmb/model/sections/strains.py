@@ -151,6 +151,48 @@ def together(a: Term, b: Term) -> Term:
     return Term(a.residual + b.residual, a.rows, alone)
 
 
+NO_FORCES = ufl.as_vector([0, 0])
+
+
+@dataclass(frozen=True)
+class Stiffness:
+    """A linear section without resultants, as `forms.steps.stress_work.MixedSection`.
+
+    Args:
+        C: Stiffness, shape (n, n), symmetric.
+    """
+
+    C: Expr
+
+    def forces(self, layout: Layout, q: Expr) -> Expr:
+        """There are none."""
+        return NO_FORCES
+
+    def where_held(self, there: Expr, elsewhere: Expr) -> Expr:
+        """No strain is."""
+        return elsewhere
+
+    def stress(self, e: Expr, N: Expr) -> tuple[Expr, ...]:
+        """Stresses of strains."""
+        return (self.C * e,)
+
+    def gap(self, mean: Expr, end: Expr, N: Expr, dN: Expr) -> tuple[Expr]:
+        """No condition."""
+        return (ufl.dot(dN, N),)
+
+    def energy(self, strain: Measure, layout: Layout, q: Expr) -> tuple[Expr]:
+        """Energy of a state."""
+        return self.stored(strain.value(q), q)
+
+    def stored(self, e: Expr, N: Expr) -> tuple[Expr]:
+        """Energy of strains."""
+        return (ufl.dot(e, self.C * e) / 2,)
+
+    def jump(self, strain: Measure, layout: Layout, a: Expr, b: Expr) -> tuple[Expr]:
+        """Elastic part of eq. (34)."""
+        return self.stored(strain.value(b) - strain.value(a), a)
+
+
 Integrate = Callable[[Sequence[Expr]], Form]
 
 
@@ -192,7 +234,7 @@ class Strains(Elastic):
             return None
         return path_terms(*self._common, sub.rows, [dq], trial, self.integrate)
 
-    def path_term(self, step: Step, tests: Sequence[Expr], trial: Expr) -> Term:
+    def path_term(self, step: Step, tests: Sequence[Expr], trial: Expr) -> Term | None:
         """Virtual work of both rows of a step that is quadratic in time, eq. (Q2)."""
         return path_terms(*self._common, step.rows, tests, trial, self.integrate)
 
@@ -212,6 +254,24 @@ class Strains(Elastic):
         """Means of the strains and forces over a step that is quadratic in time."""
         e = moment_of(self.strain, step.rows.stresses[0].moment, step.states)
         return e, self.section.forces(self.layout, step.path.end)
+
+
+@dataclass(frozen=True)
+class SeparateRows(Strains):
+    """Strains whose forces are told row by row of a step, by what reports them."""
+
+    def interval_term(self, sub: SubInterval, dq: Expr, trial: Expr) -> Term | None:
+        """None: the work is `interval`."""
+        return None
+
+    def path_term(self, step: Step, tests: Sequence[Expr], trial: Expr) -> Term | None:
+        """None: the work is `row`."""
+        return None
+
+    def row(self, step: Step, k: int, dq: Expr) -> Form:
+        """Virtual work in one row of a step that is quadratic in time, eq. (Q2)."""
+        stresses = [s.in_row(k) for s in step.rows.stresses]
+        return _stress_work(*self._common, step.rows.states, stresses, (dq,), self.integrate)
 
 
 @dataclass(frozen=True)

@@ -24,7 +24,7 @@ from shellmb.meshes.mesh import SurfaceMesh
 from shellmb.meshes.shared import space_on
 from shellmb.meshes.spaces import NO_PARTS, shell_space
 from shellmb.meshes.tying import cell_directions, cell_squares, shell_forces
-from shellmb.model.body import Body, PartScale
+from shellmb.model.body import MassiveBody, PartScale
 from shellmb.model.frames.frame import DirectorConstraint, FloatingFrame, directors_held
 from shellmb.model.sections.branches import slowing
 from shellmb.model.sections.natural import Distributed, NaturalStress
@@ -49,7 +49,7 @@ _ADVICE_MOTION = "a smaller step, a finer mesh, or a smaller load step"
 _ADVICE_FORCE = "a smaller step, or check the stiffness and thickness of the section"
 
 
-class DiscreteShell(Body):
+class DiscreteShell(MassiveBody):
     """A shell on its mesh, before any force acts in it.
 
     Args:

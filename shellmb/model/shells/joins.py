@@ -11,10 +11,9 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
-from mpi4py import MPI
+from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
 
 import numpy as np
-import ufl
 from ufl.core.expr import Expr
 
 from shellmb.arrays import Bools, Floats, Int32s, Ints
@@ -23,7 +22,6 @@ from shellmb.forms.constraints.joints import KINDS, Place
 from shellmb.meshes.surfaces.shell_lines import ShellLine, shell_line
 from shellmb.model.body import FixedDofs, NodeLink
 from shellmb.model.frames.beam import BeamModel
-from shellmb.model.joints.constraints import ConstraintGroup
 from shellmb.model.locations.nodes import ON_NODE, Nodes, shared_nodes
 from shellmb.model.shells.shell import ShellModel
 from shellmb.model.supports.prescribed import NodalConstraint, kink
@@ -238,73 +236,59 @@ class _Glued:
         self.beam.fixed.append(FixedDofs(lam.ravel(), lambda t: idle, False))
 
 
-class ShellRevolutes(ConstraintGroup):
+def _aligned(d1: Expr, d2: Expr, E3: Expr) -> list[Expr]:
+    """Eq. (35) of a beam's first two directors and the shell's."""
+    nowhere, joint = 0 * E3, KINDS["shell revolute"]
+    rows = joint.constraints(Place(nowhere, (d1, d2)), Place(nowhere, (E3,)), nowhere)
+    return rows[ALIGNED]
+
+
+def _shell_revolutes(items: Sequence[tuple[_Glued, Ints]], turns: bool) -> NodalConstraint:
     """Eq. (35) at nodes that beams and shells share.
 
     Args:
-        name: Name in the system.
-        comm: Communicator.
-        glued: Beams with their shells.
-        nodes: Numbers of the nodes along each line that have the joint.
-        force: Size of the multipliers, N m.
+        items: Beams with their shells, and numbers of the nodes along each line that have it.
         turns: Whether frames and shells have rotary inertia, and so jumps of directors' velocities.
     """
-
-    def __init__(
-        self,
-        name: str,
-        comm: MPI.Comm,
-        glued: Sequence[_Glued],
-        nodes: Sequence[Ints],
-        force: float,
-        turns: bool,
-    ) -> None:
-        both = list(zip(glued, nodes, strict=True))
-        counts, w = [len(k) for _, k in both], [g.beam_dofs()[k] for g, k in both]
-        beams = np.repeat([g.beam.name for g in glued], counts).tolist()
-        shells = np.repeat([g.shell.name for g in glued], counts).tolist()
-        targets = {
-            "d1": (beams, np.concatenate([dofs[:, 0:3] for dofs in w])),
-            "d2": (beams, np.concatenate([dofs[:, 3:6] for dofs in w])),
-            "E3": (shells, np.concatenate([g.line.dofs["w"][k] for g, k in both])),
-        }
-
-        def violation(q: Expr) -> Expr:
-            d1, d2, E3 = (r + self.layout.part(q, part) for part, r in self._reference.items())
-            nowhere = 0 * E3
-            joint = KINDS["shell revolute"]
-            rows = joint.constraints(Place(nowhere, (d1, d2)), Place(nowhere, (E3,)), nowhere)
-            return ufl.as_vector(rows[ALIGNED])
-
-        super().__init__(name, comm, sum(counts), 2, violation, force, targets=targets)
-        triads = np.concatenate([g.line.line.triads[k] for g, k in both])
-        self._reference = {
-            part: self.per_item(triads[:, 3 * k : 3 * k + 3], part)
-            for k, part in enumerate(targets)
-        }
-        self.labels = [
-            f"glue of '{g.beam.name}' and '{g.shell.name}' at "
-            f"({', '.join(f'{c:g}' for c in g.line.x[n])})"
-            for g, k in both
-            for n in k
-        ]
-        self.inertialess, self.moving = not turns, turns
-        if not turns:
-            self.jump_parts = frozenset()
+    w = np.concatenate([glued.beam_dofs()[k] for glued, k in items])
+    E3 = np.concatenate([glued.line.dofs["w"][k] for glued, k in items])
+    triads = np.concatenate([glued.line.line.triads[k] for glued, k in items])
+    beams = [glued.beam.name for glued, k in items for _ in k]
+    shells = [glued.shell.name for glued, k in items for _ in k]
+    made = NodalConstraint(
+        "shell revolute joints of beams" + ("" if turns else " without rotary inertia"),
+        items[0][0].beam.domain.mesh.comm,
+        {
+            "d1": (beams, w[:, :3], triads[:, :3]),
+            "d2": (beams, w[:, 3:6], triads[:, 3:6]),
+            "E3": (shells, E3, triads[:, 6:]),
+        },
+        _aligned,
+        max(glued.beam.force_size * glued.beam.beam.section.size for glued, _ in items),
+        np.concatenate([glued.line.x[k] for glued, k in items]),
+        2,
+    )
+    made.labels = [
+        f"glue of '{g.beam.name}' and '{g.shell.name}' at ({', '.join(f'{c:g}' for c in x)})"
+        for g, k in items
+        for x in g.line.x[k]
+    ]
+    made.inertialess, made.moving = not turns, turns
+    if not turns:
+        made.jump_parts = frozenset()
+    return made
 
 
 def glue_beams(
     scene: Scene,
-    comm: MPI.Comm,
     beams: Mapping[str, BeamModel],
     shells: Mapping[str, ShellModel],
     lines: Mapping[str, ShellLine],
-) -> list[ShellRevolutes]:
+) -> list[NodalConstraint]:
     """Glue beams to shells; the supports of both must be there already. Collective.
 
     Args:
         scene: The scene.
-        comm: Communicator.
         beams: Beams by name; their links and fixed dofs are filled in.
         shells: Shells by name.
         lines: Lines by name of the beam that runs along it.
@@ -332,17 +316,7 @@ def glue_beams(
         nodes = np.flatnonzero(~held)
         if not glued.shares_director and len(nodes):
             groups.setdefault(glued.turns, []).append((glued, nodes))
-    return [
-        ShellRevolutes(
-            "shell revolute joints of beams" + ("" if turns else " without rotary inertia"),
-            comm,
-            [g for g, _ in items],
-            [k for _, k in items],
-            max(g.beam.force_size * g.beam.beam.section.size for g, _ in items),
-            turns,
-        )
-        for turns, items in groups.items()
-    ]
+    return [_shell_revolutes(items, turns) for turns, items in groups.items()]
 
 
 def _rotation(support: Driven) -> Callable[[float], Floats]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property, partial
 
 from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
@@ -216,27 +216,9 @@ class ShellModel(DiscreteShell):
             return resultants
         return resultants - getattr(self.natural, at) * self.natural.resultants
 
-    def momentum(self, v: Expr, axis: Expr) -> Form | None:
-        """Component of the linear momentum along `axis`, kg m/s."""
-        if self.mass is None:
-            return None
-        velocities = self.velocities(v)
-        return self._integrate_mass(
-            lambda mass: ufl.dot(shell_forms.momenta(*velocities, mass)[0], axis)
-        )
-
-    def angular_momentum(self, q: Expr, v: Expr, axis: Expr) -> Form | None:
-        """Component along `axis` of the angular momentum about the origin, kg m^2/s."""
-        if self.mass is None:
-            return None
-        x, d = self.position(q), self.director + self.layout.director_change(q)
-        velocities = self.velocities(v)
-
-        def density(mass: Mass) -> Expr:
-            h, g = shell_forms.momenta(*velocities, mass)
-            return ufl.dot(ufl.cross(x, h) + ufl.cross(d, g), axis)
-
-        return self._integrate_mass(density)
+    def vectors_at(self, q: Expr) -> Mapping[str, Sequence[Expr]]:
+        """Positions and directors at a state."""
+        return {"u": [self.position(q)], "w": [self.director + self.layout.director_change(q)]}
 
     def _length_errors(self, states: Floats) -> Floats:
         """Largest deviations of a director's length from one on this rank, of some states."""

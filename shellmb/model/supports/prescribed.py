@@ -24,64 +24,69 @@ from shellmb.model.joints.constraints import ConstraintGroup
 from shellmb.model.locations.nodes import Meshed, Nodes, said_point, shown
 from shellmb.scene.lookup import said
 
+# body of each of some nodes, or of all, global dofs of a nodal vector, shape (n, 3), and what these
+# are changes of, shape (n, 3); None: zero
+NodalVector = tuple[str | Sequence[str], Ints, Floats | None]
+
 
 class NodalConstraint(ConstraintGroup):
-    """One scalar constraint at each of a list of nodes, with its multiplier.
+    """Constraints at each of a list of nodes, with their multipliers.
 
     Args:
         name: Name of the constraint.
         comm: Communicator.
-        parts: Name of each nodal vector to (body, global dofs of shape (n, 3), reference values
-        (n, 3)).
-        constraint: Function of the nodal vectors and of the data, a scalar.
-        data: Values that the constraint needs at each node, shape (n, m).
-        scale: Size of the multiplier's force, N.
+        vectors: Nodal vectors by name.
+        constraints: Function of these vectors, and of the data if there are some; gives scalars.
+        force: Size of the multipliers' forces, N where positions are held, N m where directors are.
         x: Positions of the nodes, for messages, shape (n, 3), m.
+        count: Number of constraints at each node.
         size: What violations are relative to: a length, m, or 1 where directors are held.
+        data: Values that the constraints need at each node, shape (n, m).
     """
 
     def __init__(
         self,
         name: str,
         comm: MPI.Comm,
-        parts: dict[str, tuple[str, Ints, Floats]],
-        constraint: Callable[[dict[str, Expr], Expr], Expr],
-        data: Floats,
-        scale: float,
+        vectors: Mapping[str, NodalVector],
+        constraints: Callable[..., Sequence[Expr]],
+        force: float,
         x: Floats,
+        count: int = 1,
         size: float = 1.0,
+        data: Floats | None = None,
     ) -> None:
-
         def violation(q: Expr) -> Expr:
-            values = {p: r + self.layout.part(q, p) for p, r in self._reference.items()}
-            return ufl.as_vector([constraint(values, self._constants)])
+            changes = {part: self.layout.part(q, part) for part in vectors}
+            values = [self._rest[p] + w if p in self._rest else w for p, w in changes.items()]
+            return ufl.as_vector(constraints(*values, *self._data))
 
-        targets = {part: ([body] * len(dofs), dofs) for part, (body, dofs, _) in parts.items()}
-        super().__init__(name, comm, len(data), 1, violation, scale, size, targets=targets)
-        self._reference = {p: self.per_item(values, p) for p, (_, _, values) in parts.items()}
-        self._constants = self.per_item(data, "data")
+        targets = {
+            part: ([of] * len(dofs) if isinstance(of, str) else of, dofs)
+            for part, (of, dofs, _) in vectors.items()
+        }
+        super().__init__(name, comm, len(x), count, violation, force, size, targets=targets)
+        rest = {part: values for part, (_, _, values) in vectors.items() if values is not None}
+        self._rest = {part: self.per_item(values, part) for part, values in rest.items()}
+        self._data = [] if data is None else [self.per_item(data, "data")]
         extent = float(np.max(np.abs(x))) or 1.0
         self.labels = [f"{name} at {said_point(node, extent)}" for node in x]
 
 
 def kink(
-    name: str,
-    comm: MPI.Comm,
-    first: tuple[str, Ints, Floats],
-    second: tuple[str, Ints, Floats],
-    scale: float,
-    x: Floats,
+    name: str, comm: MPI.Comm, first: NodalVector, second: NodalVector, force: float, x: Floats
 ) -> NodalConstraint:
     """The angle between the directors of two shells is locked at each node of their common edge."""
+    assert first[2] is not None and second[2] is not None
     angle = np.sum(first[2] * second[2], axis=1, keepdims=True)
     return NodalConstraint(
         name,
         comm,
         {"d1": first, "d2": second},
-        lambda q, data: nodal_forms.locked_kink(q["d1"], q["d2"], data),
-        angle,
-        scale,
+        lambda d1, d2, angle: [nodal_forms.locked_kink(d1, d2, angle)],
+        force,
         x,
+        data=angle,
     )
 
 
@@ -91,7 +96,7 @@ def plane(
     body: str,
     vectors: Mapping[str, Ints],
     normals: Floats,
-    scale: float,
+    force: float,
     x: Floats,
     size: float,
     arms: Floats | None = None,
@@ -105,21 +110,20 @@ def plane(
         vectors: Global dofs of the vectors by names, shape (n, 3) each: of one, and of those that
             are added to it.
         normals: Unit normals, shape (n, 3).
-        scale: Size of the multiplier's force, N, or moment, N m.
+        force: Size of the multiplier's force, N, or moment, N m.
         x: Positions of the nodes, for messages, shape (n, 3), m.
         size: What violations are relative to: the body's length, m, or 1 of a director.
         arms: What the vectors that are added are multiplied by, shape (n, m), m.
     """
-    zeros = np.zeros((len(x), 3))
-    parts = {part: (body, dofs, zeros) for part, dofs in vectors.items()}
 
-    def constraint(q: dict[str, Expr], data: Expr) -> Expr:
-        first, *added = (q[part] for part in vectors)
+    def constraint(first: Expr, *others: Expr) -> list[Expr]:
+        *added, data = others
         moved = sum((data[3 + k] * vector for k, vector in enumerate(added)), start=first)
-        return nodal_forms.in_plane(moved, ufl.as_vector([data[i] for i in range(3)]))
+        return [nodal_forms.in_plane(moved, ufl.as_vector([data[i] for i in range(3)]))]
 
+    parts = {part: (body, dofs, None) for part, dofs in vectors.items()}
     data = normals if arms is None else np.hstack([normals, arms])
-    return NodalConstraint(name, comm, parts, constraint, data, scale, x, size)
+    return NodalConstraint(name, comm, parts, constraint, force, x, size=size, data=data)
 
 
 Dof = tuple[str, int]
@@ -228,7 +232,6 @@ class Prescribed:
         Raises:
             SceneError: If supports contradict one another; names them and their values.
         """
-        kept: list[tuple[Rows, Ints, Ints, Floats]] = []
         oblique: dict[tuple[str, str], list[tuple[Rows, Ints]]] = {}
         sampled = [self._sampled(rows) for rows in self._rows]
         # whole axes first: what they hold needs no multiplier
@@ -237,18 +240,15 @@ class Prescribed:
             size = np.take_along_axis(rows.normals, axis[:, None], axis=1)[:, 0]
             parallel = 1 - np.abs(size) < PARALLEL
             signs = np.sign(size)
-            whole = np.flatnonzero(parallel)
             new = [
                 k
-                for k in whole.tolist()
+                for k in np.flatnonzero(parallel).tolist()
                 if self._hold_axis(rows, k, int(axis[k]), signs[k] * values[k])
             ]
-            kept.append((rows, np.array(new, dtype=np.int64), axis, signs))
+            _fix(rows, np.array(new, dtype=np.int64), axis[new], signs[new])
             oblique.setdefault((rows.body.name, rows.part), []).append(
                 (rows, np.flatnonzero(~parallel))
             )
-        for rows, numbers, axis, signs in kept:
-            _fix(rows, numbers, axis[numbers], signs[numbers])
         made = []
         for items in oblique.values():
             found = [

@@ -47,53 +47,11 @@ from shellmb.model.body import (
 )
 from shellmb.model.joints.constraints import Constraints
 from shellmb.model.potentials.exact import ExactEnergy
-from shellmb.model.sections.strains import Strains
+from shellmb.model.sections.strains import Stiffness, Strains
 from shellmb.model.user_forms import vector_of, written
 from shellmb.native.expressions import compiled_expression
 from shellmb.scene.multibody.own_bodies import UserBody
 from shellmb.scene.types import vector
-
-NO_FORCES = ufl.as_vector([0, 0])
-
-
-@dataclass(frozen=True)
-class Stiffness:
-    """A linear section without resultants, as `forms.steps.stress_work.MixedSection`.
-
-    Args:
-        C: Stiffness, shape (n, n), symmetric.
-    """
-
-    C: Expr
-
-    def forces(self, layout: Layout, q: Expr) -> Expr:
-        """There are none."""
-        return NO_FORCES
-
-    def where_held(self, there: Expr, elsewhere: Expr) -> Expr:
-        """No strain is."""
-        return elsewhere
-
-    def stress(self, e: Expr, N: Expr) -> tuple[Expr, ...]:
-        """Stresses of strains."""
-        return (self.C * e,)
-
-    def gap(self, mean: Expr, end: Expr, N: Expr, dN: Expr) -> tuple[Expr]:
-        """No condition."""
-        return (ufl.dot(dN, N),)
-
-    def energy(self, strain: Measure, layout: Layout, q: Expr) -> tuple[Expr]:
-        """Energy of a state."""
-        return self.stored(strain.value(q), q)
-
-    def stored(self, e: Expr, N: Expr) -> tuple[Expr]:
-        """Energy of strains."""
-        return (ufl.dot(e, self.C * e) / 2,)
-
-    def jump(self, strain: Measure, layout: Layout, a: Expr, b: Expr) -> tuple[Expr]:
-        """Elastic part of eq. (34)."""
-        return self.stored(strain.value(b) - strain.value(a), a)
-
 
 # Gauss' two points on [-1, 1]
 POINT = 3**-0.5

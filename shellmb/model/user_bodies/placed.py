@@ -118,6 +118,10 @@ class PlacedBody(OwnBody):
             topology.create_connectivity(dim, topology.dim)
         return FieldMesh(self.name, self.space.mesh, points, self.regions, length)
 
+    def node_positions(self) -> Floats:
+        """Reference positions of the local nodes, shape (n, 3), m."""
+        return self.mixed.nodes("u")
+
     def node_directors(self) -> Floats:
         """There are none, shape (n, 0, 3)."""
         return np.zeros((len(self.mixed.nodes("u")), 0, 3))

@@ -120,15 +120,6 @@ def nodal_bodies(model: Model) -> dict[str, NodalBody]:
     return found
 
 
-def reference_nodes(body: NodalBody) -> tuple[Floats, Floats]:
-    """Positions (n, 3) and directors (n, m, 3) of the nodes of this rank in the reference."""
-    if isinstance(body, RigidBodies):
-        centers = np.array([b.center for b in body.bodies]).reshape(-1, 3)
-        directors = np.array([b.directors for b in body.bodies]).reshape(-1, 3, 3)
-        return centers[body.node_mesh.item], directors[body.node_mesh.item]
-    return body.mixed.nodes("u"), body.node_directors()
-
-
 def state(simulation: Simulation, body: str) -> Floats:
     """Dofs of a body's current state."""
     return np.asarray(simulation.problem.state(body).x.array)
@@ -199,7 +190,7 @@ class Nodes(NodeGroup):
 
     def __init__(self, body: NodalBody, which: Int32s | None = None) -> None:
         here = slice(None) if which is None else which
-        X, D = reference_nodes(body)
+        X, D = body.node_positions(), body.node_directors()
         super().__init__(body.name, X[here], D[here])
         dofs = body.mixed.dofs
         self._u = dofs["u"].reshape(-1, 3)[here]

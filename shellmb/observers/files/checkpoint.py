@@ -18,7 +18,7 @@ from shellmb.files.writing import drafted, make_folder, write_text
 from shellmb.observers.deferred_observer import DeferredObserver
 from shellmb.restart import Restartable
 from shellmb.scene.fingerprint import Fingerprint, fingerprint
-from shellmb.simulate.simulation import BaseObserver, Observer, Simulation, separated
+from shellmb.simulate.simulation import BaseObserver, Observer, Simulation, busy, separated
 
 Arrays = dict[str, Floats]
 
@@ -99,7 +99,8 @@ class Checkpoint(BaseObserver):
         self._pending = False
         self._scene = fingerprint(simulation.scene)
         self._live = simulation.live()
-        self._acting = {n: o for n, o in self._observers.items() if _is_changed(o)}
+        changed = {id(o) for o in busy(self._observers.values()) if _is_changed(o)}
+        self._acting = {n: o for n, o in self._observers.items() if id(o) in changed}
         still = {n: o for n, o in self._observers.items() if n not in self._acting}
         self._still = {name: observer.state() for name, observer in still.items()}
         # where those of each rank belong, for a run that goes on with more or fewer of them
@@ -169,7 +170,5 @@ class Checkpoint(BaseObserver):
 
 def _is_changed(observer: Observer) -> bool:
     """Decide whether steps change what an observer remembers."""
-    if getattr(observer, "idle", False):
-        return False
     taken: Any = type(observer).state
     return taken is not Restartable.state or bool(getattr(observer, "remembered", True))

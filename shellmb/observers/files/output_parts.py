@@ -15,7 +15,7 @@ from shellmb.model.frames.rigid import RigidBodies
 from shellmb.model.model import Model
 from shellmb.model.shells.shell import ShellModel
 from shellmb.observers.fields.modal import ModalNodes, modal_members
-from shellmb.observers.fields.nodal import NodalValues, Nodes, nodal_values, reference_nodes, state
+from shellmb.observers.fields.nodal import NodalValues, Nodes, nodal_values, state
 from shellmb.observers.files.grid import Gatherer, Grid
 from shellmb.observers.files.solids import Solid, body_solid, joined, obstacle_solid
 from shellmb.observers.forces.joints import joints_of
@@ -165,7 +165,7 @@ class DrawnRigid(Drawn):
         Args:
             change: Both, shape (n, 12).
         """
-        X, D = reference_nodes(self._rigid)
+        X, D = self._rigid.node_positions(), self._rigid.node_directors()
         zero, still = np.zeros_like(X), np.zeros_like(D)
         turned = D + change[:, 3:].reshape(-1, 3, 3)
         values = self._points.at(NodalValues(X, change[:, :3], D, turned, zero, still))

@@ -81,7 +81,7 @@ class StateOfRun:
         simulation.run(list(named.values()))
         if simulation.control.ended is not None and simulation.t < self.at:
             raise SceneError(f"at is {self.at:g}; an event ends the run at t = {simulation.t:g}")
-        return simulation.arrays(), simulation.state()
+        return simulation.saved()
 
 
 def state_of_run(scene: Scene, run: Path | None, at: float | None, comm: MPI.Comm) -> StateOfRun:

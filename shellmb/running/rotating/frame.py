@@ -18,10 +18,7 @@ import ufl
 from dolfinx import fem
 from ufl.core.expr import Expr
 
-from shellmb.model.body import Body, Rates
-from shellmb.model.frames.frame import FrameBody
-from shellmb.model.joints.joints import PointMasses
-from shellmb.model.shells.shell import ShellModel
+from shellmb.model.body import Body, Rates, rigid_rate
 from shellmb.running.rotating.axis import Axis
 
 
@@ -48,37 +45,15 @@ class RotatingFrame:
         """Velocities in the frame at a state, which contain `still`."""
         return self.still
 
-    def turned(
-        self, q: Expr, of: Callable[[Expr], Expr] | None = None, shift: Expr | None = None
-    ) -> Expr:
+    def turned(self, q: Expr, of: Callable[[Expr], Expr] | None = None) -> Expr:
         """Velocities of all that is at rest in the frame, as a rate of the state.
 
         Args:
             q: State.
             of: Linear map of the vectors; None: `omega x`.
-            shift: Added to those of positions, shape (3,).
         """
-        body, omega = self.body, self._omega
-        mapped = of or (lambda vector: ufl.cross(omega, vector))
-        values: dict[str, list[Expr]] = {}
-        if isinstance(body, ShellModel):
-            values["w"] = [body.director + body.layout.director_change(q)]
-        elif isinstance(body, FrameBody):
-            values["w"] = list(body.directors(q))
-        if isinstance(body, ShellModel | FrameBody):
-            values["u"] = [body.position(q) - self._about]
-        elif isinstance(body, PointMasses):
-            # the mass itself: its arm on a body is within its position already
-            values["u1"] = [body.position(q) - self._about]
-        components: list[Expr] = [ufl.as_ufl(0.0)] * sum(s for _, s in body.mixed.parts.values())
-        for part, vectors in values.items():
-            first = body.mixed.parts[part][0]
-            for k, vector in enumerate(vectors):
-                new = mapped(vector)
-                if shift is not None and part != "w":
-                    new = new + shift
-                components[first + 3 * k : first + 3 * k + 3] = [new[i] for i in range(3)]
-        return ufl.as_vector(components)
+        mapped = of or (lambda vector: ufl.cross(self._omega, vector))
+        return rigid_rate(self.body, q, mapped, about=self._about)
 
     def rates(self, q: Expr) -> Rates:
         """Absolute velocities along the axes of the frame, `still` being those in it."""

@@ -102,7 +102,7 @@ def modes_at_rest(
 def _damped(scene: Scene, state: Simulation, undamped: Modes, count: int) -> DampedModes:
     """Modes with damping about an equilibrium, of which those without are known; collective."""
     check_state(scene, "")
-    moving = MovingState(scene, state.arrays(), state.state(), undamped.model.comm, 0.0)
+    moving = MovingState(scene, *state.saved(), undamped.model.comm, 0.0)
     # those of a diagram at the rate zero
     found = modes_of(moving, count, SPARE)
     values = found.values[:count]

@@ -22,13 +22,13 @@ import ufl
 from dolfinx import fem
 
 from shellmb.arrays import Bools, Floats, Int32s
+from shellmb.model.body import rigid_rate
 from shellmb.model.frames.frame import FrameBody
 from shellmb.model.frames.rigid import RigidBodies
 from shellmb.model.model import Model
 from shellmb.observers.account.energy import scalar
-from shellmb.observers.fields.nodal import NodalBody, nodal_bodies, reference_nodes
+from shellmb.observers.fields.nodal import NodalBody, nodal_bodies
 from shellmb.running.rotating.axis import Axis
-from shellmb.running.rotating.frame import RotatingFrame
 from shellmb.running.rotating.linearised import Linearised
 from shellmb.running.rotating.quadratic import Pair, product
 from shellmb.scene import GROUND, Cylindrical, Planar, Prismatic, Scene
@@ -94,8 +94,7 @@ class Products:
                 matrix = fem.Constant(mesh, np.zeros((3, 3)))
                 function, shift = fem.Function(body.mixed.space), fem.Constant(mesh, np.zeros(3))
                 end[body.name] = function, matrix, shift
-                frame = RotatingFrame(body, Axis((0.0, 0.0, 1.0)))
-                field = frame.turned(q[body.name], partial(ufl.dot, matrix), shift)
+                field = rigid_rate(body, q[body.name], partial(ufl.dot, matrix), shift)
                 sides.append(function + field)
             forms.append(body.inertia(*sides))
         self._sum = scalar(forms, model.comm)
@@ -383,7 +382,7 @@ class FreeMotions:
     def _fit(self, body: NodalBody, part: Floats, own: Floats) -> None:
         """Put the rigid motion of a body that is nearest to a part of a mode in its place."""
         q = self._rotating.levels[body.name].q.x.array
-        X, D = reference_nodes(body)
+        X, D = body.node_positions(), body.node_directors()
         u, w = body.mixed.dofs["u"].reshape(-1, 3), body.mixed.dofs["w"].reshape(D.shape)
         x, d = X + q[u], D + q[w]
         # displacements by a translation and a rotation, and directors by the rotation, as lengths
