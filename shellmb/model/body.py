@@ -453,4 +453,7 @@ def largest(values: Values) -> Values:
 def added(forms: Iterable[Form | None]) -> Form | None:
     """Sum of those forms that there are; None without any."""
     found = [form for form in forms if form is not None]
-    return sum(found[1:], found[0]) if found else None
+    if len(found) < 2:
+        return next(iter(found), None)
+    # added one by one, UFL looks through those before again and again
+    return Form([integral for form in found for integral in form.integrals()])

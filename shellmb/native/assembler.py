@@ -32,9 +32,7 @@ def assembled_by(assembler: Assembler) -> Iterator[None]:
         _CHOSEN.reset(token)
 
 
-def assembled_as[**P, R](
-    solver: Callable[..., Any],
-) -> Callable[[Callable[P, R]], Callable[P, R]]:
+def assembled_as[**P, R](solver: Callable[..., Any]) -> Callable[[Callable[P, R]], Callable[P, R]]:
     """Decorate a function such that it works with the assembler of a scene.
 
     Args:

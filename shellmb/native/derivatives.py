@@ -35,19 +35,7 @@ def derivative(
     if shares is None:
         return ufl.derivative(form, function, trial)
     functions = (function, *others)
-    return by_shares(form, functions, [shares[k] for k in range(len(functions))], trial)
-
-
-def by_shares(form: Form, functions: Sequence[Any], shares: Sequence[Any], trial: Any) -> Form:
-    """Derivative by what several functions have shares of.
-
-    Args:
-        form: The form.
-        functions: Functions of one space.
-        shares: Theirs.
-        trial: Direction.
-    """
-    return by_directions(form, functions, [share * trial for share in shares])
+    return by_directions(form, functions, [shares[k] * trial for k in range(len(functions))])
 
 
 def by_directions(form: Form, functions: Sequence[Any], directions: Sequence[Any]) -> Form:

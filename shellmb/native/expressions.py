@@ -6,7 +6,6 @@ from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
 
 import numpy as np
 from dolfinx import cpp, fem  # type: ignore[attr-defined]
-from ufl.algorithms.analysis import extract_coefficients
 from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats
@@ -37,7 +36,7 @@ def compiled_expression(value: Expr, points: Floats) -> fem.Expression:
     made._ufcx_expression, made._code = program.form, ""
     made._cpp_object = cpp.fem.create_expression_float64(
         program.address,
-        program.reads(extract_coefficients(value)),
+        [function._cpp_object for function in program.coefficients],
         [constant._cpp_object for constant in program.constants],
         [],
         None,
@@ -94,7 +93,7 @@ class _AtStates:
         domain = state.function_space.mesh
         geometry = np.ascontiguousarray(domain.geometry.x[domain.geometry.dofmaps[0]])
         tables, values = [], []
-        for function in kernel.reads(extract_coefficients(value)):
+        for function in kernel.coefficients:
             tables.append(cell_dofs(function.function_space))
             values.append(pointer(function.x.array))
         tables = kernel.program.of_each(tables)

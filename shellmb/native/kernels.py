@@ -62,11 +62,11 @@ def together[K](
     for key, form in forms:
         groups.setdefault(key, []).append(form)
     _refuse_others([form for some in groups.values() for form in some])
-    found = {key: _interpreted(some, moving) for key, some in groups.items()}
-    return {key: made for key, made in found.items() if made}
+    elements = {repr(function.ufl_element()) for function in moving}
+    return {k: made for k, some in groups.items() if (made := _interpreted(some, elements))}
 
 
-def _interpreted(forms: Sequence[Form], moving: Collection[fem.Function] = ()) -> list[fem.Form]:
+def _interpreted(forms: Sequence[Form], moving: Collection[str] = ()) -> list[fem.Form]:
     """The sum of forms as a program, or one by one by DOLFINx where programs lack something."""
     try:
         made = [summed(forms, moving)]
@@ -118,8 +118,7 @@ def _refuse_others(forms: Sequence[Form]) -> None:
 
 def comm_of(form: Form) -> MPI.Comm:
     """The ranks of what a form is on."""
-    domain: Any = next(iter(form.subdomain_data()))
-    comm: MPI.Comm = domain.ufl_cargo().comm
+    comm: MPI.Comm = form.integrals()[0].ufl_domain().ufl_cargo().comm
     return comm
 
 

@@ -73,7 +73,7 @@ def test_scheme_objects():
     assert (scene.static, scene.scheme_name) == (False, "mine")
 
 
-def test_items_find_their_shells():
+def test_items_find_their_bodies():
     join = Join("plate", "wall", "left", "bottom")
     scene = Scene("s", [PLATE, WALL], supports=Clamped("right", body="plate"), joins=[join])
     assert scene.shell("wall") is WALL

@@ -15,14 +15,7 @@ from shellmb.native.programs.geometry import COORDINATES
 from shellmb.native.programs.graph import Graph, Input, Key, Multilinear, Scalar
 from shellmb.native.programs.reading import Reader
 from shellmb.native.programs.tables import Points, Tables
-from shellmb.native.programs.translation import (
-    CODES,
-    KEPT,
-    SUMS,
-    UNIFORM,
-    Instruction,
-    Translation,
-)
+from shellmb.native.programs.translation import CODES, KEPT, SUMS, UNIFORM, Instruction, Translation
 
 # points of a rule that are taken at once, at most, and bytes that their registers take
 POINTS, ROOM = 4, 42_000

@@ -4,15 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-from shellmb.native.programs.graph import (
-    Direction,
-    Graph,
-    Input,
-    Key,
-    Multilinear,
-    Scalar,
-    linear,
-)
+from shellmb.native.programs.graph import Direction, Graph, Input, Key, Multilinear, Scalar, linear
 
 # source of the changes of variables
 VARIABLE = -1000

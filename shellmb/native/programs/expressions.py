@@ -11,15 +11,15 @@ import cffi  # type: ignore[import-untyped]
 import ffcx.codegeneration.jit as ffcx_jit
 import numpy as np
 from dolfinx import default_scalar_type, fem
-from ufl.algorithms.analysis import extract_coefficients, extract_constants
 from ufl.core.expr import Expr
 from ufl.domain import extract_domains
 
 from shellmb.arrays import Floats
 from shellmb.native import library as native
+from shellmb.native.library import CArrays
 from shellmb.native.programs.building import Rule
-from shellmb.native.programs.forms import Program, constant_places
-from shellmb.native.programs.graph import Input, Multilinear
+from shellmb.native.programs.forms import READ, Program, Structure, constant_places
+from shellmb.native.programs.graph import Input, linear
 from shellmb.native.programs.reading import ARGUMENT, Reader
 from shellmb.native.programs.tables import Points, Tables
 
@@ -42,33 +42,38 @@ class ExpressionProgram:
 
     Attributes:
         form: Its description, a `ufcx_expression` of C.
+        coefficients: Functions that it reads, in their order.
         constants: Constants that it reads, in their order.
         program: The program.
+        address: Address of the description, as DOLFINx takes it.
 
     Raises:
         Unsupported: If it has something that programs do not have.
     """
 
     def __init__(self, value: Expr, points: Floats) -> None:
-        coefficients, constants = extract_coefficients(value), extract_constants(value)
+        structure = Structure([value])
+        coefficients, constants = structure.coefficients, structure.constants
         domain: Any = extract_domains(value)[0]
-        places = Points(points[None], np.ones(len(points)), np.zeros((1, 0)))
-        tables = Tables(places, domain, [f.ufl_element() for f in coefficients], [])
-        known = constant_places(constants)
-        reader = Reader(domain, coefficients, known, [], tables.vanishes)
-        values = reader.tensor(value).ravel()
-        tables.at_points(len(values))
-        none = (0,) * domain.topological_dimension
-        parts = {(Input(ARGUMENT, k, none),): node for k, node in enumerate(values)}
-        zero = reader.graph.zero
-        found = Multilinear({key: node for key, node in parts.items() if node != zero})
-        rule = Rule(reader, found if found.parts else zero, 1, places, tables)
-        size = sum(f.ufl_element().dim for f in coefficients)
-        self.program = program = Program([rule], 1, 1, np.zeros(size, bool), 0)
-        place = fem.Constant(domain, np.array([program.address(1)]))
-        self.constants = [place, *constants]
-        self._kept: tuple[Any, ...] = program, place
-        self._ffi = ffi = ufcx_interface()
+        key = structure.key, repr(domain.ufl_coordinate_element()), points.tobytes()
+        if key not in READ:
+            places = Points(points[None], np.ones(len(points)), np.zeros((1, 0)))
+            tables = Tables(places, domain, [f.ufl_element() for f in coefficients], [])
+            known = constant_places(constants)
+            reader = Reader(domain, coefficients, known, [], tables.vanishes)
+            values = reader.tensor(value).ravel()
+            tables.at_points(len(values))
+            none = (0,) * domain.topological_dimension
+            parts: Any = {(Input(ARGUMENT, k, none),): node for k, node in enumerate(values)}
+            rule = Rule(reader, linear(parts, reader.graph.zero), 1, places, tables)
+            steady = np.zeros(sum(f.ufl_element().dim for f in coefficients), bool)
+            READ[key] = [Program([rule], [len(values)], steady, 0, 1)]
+        (self.program,) = READ[key]
+        pointer = CArrays()
+        place = fem.Constant(domain, np.array([self.program.address(pointer)]))
+        self.coefficients, self.constants = list(coefficients), [place, *constants]
+        self._kept: tuple[Any, ...] = pointer, place
+        ffi = ufcx_interface()
         positions = np.arange(max(len(coefficients), 1), dtype=np.int32)
         shape = np.array([*value.ufl_shape, 0], dtype=np.int32)
         where = np.ascontiguousarray(points.ravel(), dtype=float)
@@ -89,12 +94,4 @@ class ExpressionProgram:
             "coordinate_element_hash": domain.ufl_coordinate_element().basix_hash(),
         }
         self.form = ffi.new("ufcx_expression *", members)
-
-    @property
-    def address(self) -> Any:
-        """Address of the description, as DOLFINx takes it."""
-        return self._ffi.cast("uintptr_t", self.form)
-
-    def reads(self, coefficients: Any) -> list[Any]:
-        """The coefficients, as DOLFINx takes them."""
-        return [f._cpp_object for f in coefficients]
+        self.address = ffi.cast("uintptr_t", self.form)

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import itertools
+import math
 import struct
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import Any
@@ -15,6 +17,10 @@ from dolfinx import default_scalar_type, fem
 from dolfinx.fem import IntegralType
 from dolfinx.fem.forms import form_cpp_class, get_integration_domains
 from ufl import Form
+from ufl.classes import GeometricQuantity
+from ufl.core.expr import Expr
+from ufl.core.multiindex import Index
+from ufl.utils.sorting import canonicalize_metadata
 
 from shellmb.arrays import Bools, Int32s, Ints
 from shellmb.native import library as native
@@ -29,9 +35,9 @@ from shellmb.native.programs.tables import Tables, points_of
 
 KIND_COUNT = len(IntegralType.__members__)
 KINDS = {"cell": IntegralType.cell, "exterior_facet": IntegralType.exterior_facet}
-# rules by the signatures of their forms: to read a form takes longer than many runs, and rules know
-# numbers, elements and places of functions, but no function and no mesh
-READ: dict[tuple[str, int, tuple[int, ...]], list[Rule]] = {}
+# programs by the structures of their forms: to read a form takes longer than many runs, and they
+# know numbers, elements and places of functions, but no function and no mesh
+READ: dict[Any, list[Program]] = {}
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,47 +45,103 @@ class Interpreted:
     """Stand-in for the module of a form that DOLFINx has compiled.
 
     Args:
-        form: The form.
+        forms: The forms that add up to it.
         kept: What its programs point to.
     """
 
-    form: Form
+    forms: Sequence[Form]
     kept: Any
 
     @property
     def name(self) -> str:
         """Name that forms with the same programs share."""
-        return str(self.form.signature())
+        return "+".join(str(form.signature()) for form in self.forms)
 
 
-def constant_places(constants: Sequence[Any]) -> dict[Any, int]:
+class Structure:
+    """Operations of some expressions, each once, on functions and Constants known by numbers.
+
+    Forms of bodies that are alike have the same, and differ in what the numbers stand for.
+
+    Args:
+        expressions: The expressions.
+
+    Attributes:
+        coefficients: Numbers of functions, in the order in which they appear.
+        constants: Numbers of Constants, likewise.
+        arguments: Arguments by their number.
+        key: What expressions of the same structure have in common.
+    """
+
+    def __init__(self, expressions: Iterable[Expr]) -> None:
+        self.coefficients: dict[Any, int] = {}
+        self.constants: dict[Any, int] = {}
+        self.arguments: dict[int, Any] = {}
+        # of indices and labels of variables
+        self._names: dict[Any, int] = {}
+        self._operations: dict[Any, int] = {}
+        self._numbers: dict[int, int] = {}
+        roots = [self._number(expression) for expression in expressions]
+        self.key = *roots, *self._operations
+
+    @property
+    def elements(self) -> list[Any]:
+        """Elements of the arguments."""
+        return [argument.ufl_element() for _, argument in sorted(self.arguments.items())]
+
+    def _number(self, expr: Any) -> int:
+        """Number of an operation, behind those that it is of."""
+        found = self._numbers.get(id(expr))
+        if found is None:
+            of = expr.ufl_operands
+            about = map(self._number, of) if of else self._terminal(expr)
+            operation = expr._ufl_typecode_, *about
+            found = self._operations.setdefault(operation, len(self._operations))
+            self._numbers[id(expr)] = found
+        return found
+
+    def _terminal(self, expr: Any) -> tuple[Any, ...]:
+        names = self._names
+        match expr._ufl_handler_name_:
+            case "coefficient":
+                return _placed(expr, self.coefficients), repr(expr.ufl_element())
+            case "constant":
+                return _placed(expr, self.constants), expr.ufl_shape
+            case "argument":
+                self.arguments[expr.number()] = expr
+                return expr.number(), repr(expr.ufl_element())
+            case "multi_index":
+                # free ones below zero
+                return tuple(~_placed(i, names) if isinstance(i, Index) else int(i) for i in expr)
+            case "label":
+                return (_placed(expr, names),)
+            case "int_value" | "float_value" | "real_value":
+                return (float(expr),)
+        return () if isinstance(expr, GeometricQuantity) else (repr(expr),)
+
+
+def _placed(item: Any, among: dict[Any, int]) -> int:
+    """Number of an item, the next one if it has none yet."""
+    return among.setdefault(item, len(among))
+
+
+def constant_places(constants: Collection[Any]) -> dict[Any, int]:
     """Places of Constants among the numbers of all of them."""
-    places, place = {}, 0
-    for constant in constants:
-        places[constant] = place
-        place += int(np.prod(constant.ufl_shape, initial=1))
-    return places
+    sizes = [math.prod(constant.ufl_shape) for constant in constants]
+    return dict(zip(constants, itertools.accumulate(sizes, initial=0), strict=False))
 
 
-def rules_of(
-    integrals: Sequence[Any],
-    coefficients: Sequence[Any],
-    constants: Sequence[Any],
-    arguments: Sequence[Any],
-    static: Collection[int] = (),
-) -> list[Rule]:
+def rules_of(integrals: Sequence[Any], structure: Structure, static: list[int]) -> list[Rule]:
     """Programs of each quadrature rule of integrals over one kind of entity.
 
     Args:
         integrals: The integrals.
-        coefficients: Functions of the form.
-        constants: Constants of the form.
-        arguments: Elements of the arguments.
+        structure: Of all integrands of the form.
         static: Sources of values that seldom change: what follows from these alone is kept.
     """
-    places, domain = constant_places(constants), integrals[0].ufl_domain()
-    facet = integrals[0].integral_type() != "cell"
-    elements = [f.ufl_element() for f in coefficients]
+    functions, places = structure.coefficients, constant_places(structure.constants)
+    domain, facet = integrals[0].ufl_domain(), integrals[0].integral_type() != "cell"
+    elements, arguments = [f.ufl_element() for f in functions], structure.elements
     groups: dict[bytes, tuple[Any, list[Any]]] = {}
     for integral in integrals:
         points = points_of(integral)
@@ -88,7 +150,7 @@ def rules_of(
     found = []
     for points, integrands in groups.values():
         tables = Tables(points, domain, elements, arguments)
-        reader = Reader(domain, coefficients, places, arguments, tables.vanishes, facet, static)
+        reader = Reader(domain, functions, places, arguments, tables.vanishes, facet, static)
         value = reader.graph.total([reader.scalar(x) for x in integrands])
         value = reader.graph.mul(value, reader.geometry.scale())
         found.append(Rule(reader, value, len(arguments), points, tables, bool(static)))
@@ -100,35 +162,58 @@ class Program:
 
     Args:
         rules: What each quadrature rule adds.
-        rank: Number of arguments.
-        columns: Dofs of the second argument; 1 without.
+        sizes: Dofs of the arguments.
         steady: Of each coefficient of a cell whether it seldom changes.
         coordinates: How many numbers a cell's coordinates are.
+        first: Place of the first constant.
 
     Attributes:
         kept: Numbers that are kept of a cell, or of a facet.
         reads: Which coefficients it reads.
+        vanishes: Whether it gives nothing but zero.
     """
 
     def __init__(
         self,
         rules: Sequence[Rule],
-        rank: int,
-        columns: int,
+        sizes: Sequence[int],
         steady: Bools,
         coordinates: int,
+        first: int,
     ) -> None:
-        self._rules, self._rank, self._columns = list(rules), rank, columns
-        self._coordinates = coordinates
-        self.reads, self._places = _read(rules, len(steady))
+        self.vanishes = not any(rule.parts for rule in rules)
+        self.reads, places = _read(rules, len(steady))
         edges = np.flatnonzero(np.diff([0, *steady[self.reads].astype(int), 0])).reshape(-1, 2)
-        self._ranges = [(int(first), int(last - first)) for first, last in edges]
+        ranges = [{"first": int(a), "count": int(b - a)} for a, b in edges]
         # behind a stamp and what it follows from
-        self._first = 1 + coordinates + sum(count for _, count in self._ranges)
+        place = 1 + coordinates + sum(some["count"] for some in ranges)
         values = sum(rule.kept for rule in rules)
-        self.kept = self._first + values if values else 0
+        self.kept = place + values if values else 0
         # keeps what C points to
-        self.pointer = CArrays()
+        self._pointer = pointer = CArrays()
+        structs = []
+        for rule in rules:
+            structs.append(rule.struct(pointer, first, place, places))
+            place += rule.kept
+        constants = sorted({first + k for rule in rules for k in rule.constants})
+        members = {
+            "rank": len(sizes),
+            "columns": sizes[1] if len(sizes) == 2 else 1,
+            "rules": len(rules),
+            "rule": pointer.many("Rule", structs),
+            "registers": max((r.registers * r.chunk for r in rules), default=0),
+            "products": max((r.products for r in rules), default=0),
+            "factors": max((r.factors for r in rules), default=0),
+            "reads": len(self.reads) if len(self.reads) < len(places) else 0,
+            "read": pointer(np.append(self.reads, 0).astype(np.int32)),
+            "kept": self.kept,
+            "ranges": len(ranges),
+            "coordinates": coordinates,
+            "constants": len(constants),
+            "range": pointer.many("Range", ranges),
+            "constant": pointer(np.array([*constants, 0], dtype=np.int32)),
+        }
+        (self._made,) = pointer.many("Program", [members])
 
     def of_each(self, tables: Sequence[Int32s]) -> list[Int32s]:
         """Dofs that it reads of each coefficient, by all of them, cell by cell."""
@@ -140,89 +225,70 @@ class Program:
             start += table.shape[1]
         return found
 
-    def address(self, first: int) -> float:
-        """Address of it, in the bits of a number that stands before the constants.
+    def address(self, pointer: CArrays) -> float:
+        """Address of it for one form, in the bits of a number that stands before the constants.
 
         Args:
-            first: Place of the first constant.
+            pointer: Keeps what is of this form alone: numbers that C writes.
         """
-        rules, place = [], self._first
-        for rule in self._rules:
-            rules.append(rule.struct(self.pointer, first, place, self._places))
-            place += rule.kept
-        constants = sorted({first + k for rule in self._rules for k in rule.constants})
-        ranges = [{"first": k, "count": count} for k, count in self._ranges]
-        seen = np.full(len(constants) + 1, np.nan)
-        seen[-1] = 0.0
-        members = {
-            "rank": self._rank,
-            "columns": self._columns,
-            "rules": len(rules),
-            "rule": self.pointer.many("Rule", rules),
-            "registers": max((r.registers * r.chunk for r in self._rules), default=0),
-            "products": max((r.products for r in self._rules), default=0),
-            "factors": max((r.factors for r in self._rules), default=0),
-            "reads": len(self.reads) if len(self.reads) < len(self._places) else 0,
-            "read": self.pointer(np.append(self.reads, 0).astype(np.int32)),
-            "kept": self.kept,
-            "ranges": len(ranges),
-            "coordinates": self._coordinates,
-            "constants": len(constants),
-            "range": self.pointer.many("Range", ranges),
-            "constant": self.pointer(np.array([*constants, 0], dtype=np.int32)),
-            "seen": self.pointer(seen),
-        }
-        made = self.pointer.many("Program", [members])
-        # what they were made from is of no more use, and the garbage collector looks at all that is
-        self._rules.clear()
-        place = int(self.pointer.ffi.cast("uintptr_t", made))
+        made = pointer.many("Program", [self._made])
+        (program,) = made
+        program.rule = rules = pointer.many("Rule", list(self._made.rule[0 : program.rules]))
+        for rule in rules[0 : program.rules]:
+            for stage in (rule.steady, rule.always):
+                size = stage.numbers + stage.constants + rule.entity_size + stage.uniform_ops + 1
+                stage.uniform = pointer(np.array(pointer.ffi.unpack(stage.uniform, size)))
+        program.seen = pointer(np.append(np.full(program.constants, np.nan), 0.0))
+        place = int(pointer.ffi.cast("uintptr_t", made))
         (number,) = struct.unpack("d", struct.pack("Q", place))
         return float(number)
 
 
-def summed(forms: Sequence[Form], moving: Collection[Any] = ()) -> fem.Form | None:
+def summed(forms: Sequence[Form], moving: Collection[str] = ()) -> fem.Form | None:
     """The sum of forms as one, whose kernels are programs; None for a matrix that vanishes.
 
     Args:
         forms: Forms with the same arguments, over one mesh; without integrals there is none.
-        moving: Functions that change from call to call, and with them all that are of their
-            elements: what follows from others alone is kept. Without any nothing is.
+        moving: Elements of functions that change from call to call: what follows from others
+            alone is kept. Without any nothing is.
 
     Raises:
         Unsupported: If it has something that programs do not have.
     """
-    form = forms[0] if len(forms) == 1 else Form([i for one in forms for i in one.integrals()])
-    if form.empty():
-        return None
     groups: dict[tuple[str, Any], list[Any]] = {}
-    for integral in form.integrals():
+    for integral in [integral for form in forms for integral in form.integrals()]:
         key = integral.integral_type(), integral.subdomain_id()
         groups.setdefault(key, []).append(integral)
-    coefficients, constants = form.coefficients(), form.constants()
-    spaces = [argument.ufl_function_space() for argument in form.arguments()]
-    if len(form.ufl_domains()) != 1:
-        raise Unsupported("several meshes")
+    if not groups:
+        return None
     if len(groups) > INTEGRALS or not {kind for kind, _ in groups} <= set(KINDS):
         raise Unsupported("so many or such integrals")
-    (ufl_domain,) = form.ufl_domains()
-    lib, ffi = native.cells().lib, native.cells().ffi
-    order = sorted(groups, key=lambda key: list(KINDS).index(key[0]))
-    elements = [space.ufl_element() for space in spaces]
-    columns = elements[1].dim if len(elements) == 2 else 1
-    static, steady, coordinates = _steady(ufl_domain, coefficients, moving)
-    rules = []
-    for number, key in enumerate(order):
-        place = form.signature(), number, tuple(static)
-        if place not in READ:
-            READ[place] = rules_of(groups[key], coefficients, constants, elements, static)
-        rules.append(READ[place])
-    if len(spaces) == 2 and not any(rule.parts for some in rules for rule in some):
+    order = sorted(groups, key=lambda key: (list(KINDS).index(key[0]), str(type(key[1])), key[1]))
+    integrals = [integral for key in order for integral in groups[key]]
+    ufl_domain, *others = dict.fromkeys(integral.ufl_domain() for integral in integrals)
+    if others:
+        raise Unsupported("several meshes")
+    structure = Structure(integral.integrand() for integral in integrals)
+    coefficients, sizes = list(structure.coefficients), [e.dim for e in structure.elements]
+    elements = [f.ufl_element() for f in coefficients]
+    steady = [bool(moving) and repr(element) not in moving for element in elements]
+    static = [COORDINATES, *np.flatnonzero(steady).tolist()] if moving else []
+    steady_dofs = np.repeat(np.array(steady, bool), [element.dim for element in elements])
+    of_mesh = ufl_domain.ufl_coordinate_element()
+    places = [(*key, len(groups[key])) for key in order]
+    rules = [canonicalize_metadata(integral.metadata()) for integral in integrals]
+    known = structure.key, *places, *rules, repr(of_mesh), *static
+    if known not in READ:
+        every = (rules_of(groups[key], structure, static) for key in order)
+        coordinates = 3 * (of_mesh.dim // of_mesh.block_size)
+        READ[known] = [Program(some, sizes, steady_dofs, coordinates, len(order)) for some in every]
+    programs = READ[known]
+    if len(sizes) == 2 and all(program.vanishes for program in programs):
         return None
-    programs = [Program(some, len(spaces), columns, steady, coordinates) for some in rules]
-    addresses = [program.address(len(programs)) for program in programs]
-    places = fem.Constant(ufl_domain, np.array(addresses))
-    every = np.arange(len(coefficients), dtype=np.int8)
-    integrals: dict[IntegralType, list[Any]] = {kind: [] for kind in KINDS.values()}
+    lib, ffi, pointer = native.cells().lib, native.cells().ffi, CArrays()
+    addresses = fem.Constant(ufl_domain, np.array([some.address(pointer) for some in programs]))
+    all_of_them = np.arange(len(coefficients), dtype=np.int8)
+    of_kinds: dict[IntegralType, list[Any]] = {kind: [] for kind in KINDS.values()}
     kernels = []
     for number, key in enumerate(order):
         one = ffi.addressof(lib, f"interpret_one_{number}")
@@ -231,21 +297,21 @@ def summed(forms: Sequence[Form], moving: Collection[Any] = ()) -> fem.Form | No
             many = ffi.addressof(lib, f"interpret_lanes_{number}")
         functions = {"tabulate_tensor_float64": one, "tabulate_tensor_float32": many}
         kernels.append(SimpleNamespace(**functions, program=programs[number]))
-        own = integrals[KINDS[key[0]]]
-        own.append((len(own), int(ffi.cast("uintptr_t", one)), _entities(form, key), every))
-    counts = [0, *(len(integrals.get(IntegralType(k), ())) for k in range(KIND_COUNT))]
+        own, entities = of_kinds[KINDS[key[0]]], _entities(groups[key][0])
+        own.append((len(own), int(ffi.cast("uintptr_t", one)), entities, all_of_them))
+    counts = [0, *(len(of_kinds.get(IntegralType(k), ())) for k in range(KIND_COUNT))]
     ufcx = SimpleNamespace(form_integral_offsets=np.cumsum(counts).tolist(), form_integrals=kernels)
     made = form_cpp_class(default_scalar_type)(
-        [space._cpp_object for space in spaces],
-        {kind: own for kind, own in integrals.items() if own},
+        [v.ufl_function_space()._cpp_object for _, v in sorted(structure.arguments.items())],
+        {kind: own for kind, own in of_kinds.items() if own},
         [f._cpp_object for f in coefficients],
-        [places._cpp_object, *(c._cpp_object for c in constants)],
+        [addresses._cpp_object, *(c._cpp_object for c in structure.constants)],
         False,
         [],
         ufl_domain.ufl_cargo(),
     )
-    module = Interpreted(form, (programs, places))
-    return fem.Form(made, ufcx, None, module)  # type: ignore[arg-type]
+    module: Any = Interpreted(forms, (programs, pointer, addresses))
+    return fem.Form(made, ufcx, None, module)
 
 
 def _read(rules: Sequence[Rule], size: int) -> tuple[Ints, Ints]:
@@ -262,30 +328,16 @@ def _read(rules: Sequence[Rule], size: int) -> tuple[Ints, Ints]:
     return reads, places
 
 
-def _steady(
-    domain: Any, coefficients: Sequence[Any], moving: Collection[Any]
-) -> tuple[list[int], Bools, int]:
-    """Sources of what seldom changes, which coefficients do, and numbers of coordinates."""
-    elements = [f.ufl_element() for f in coefficients]
-    changing = {f.ufl_element() for f in moving}
-    steady = [bool(moving) and element not in changing for element in elements]
-    sources = [COORDINATES, *np.flatnonzero(steady).tolist()] if moving else []
-    element = domain.ufl_coordinate_element()
-    numbers = 3 * (element.dim // element.block_size)
-    return sources, np.repeat(np.array(steady, bool), [e.dim for e in elements]), numbers
-
-
-def _entities(form: Form, kind: tuple[str, Any]) -> Any:
+def _entities(integral: Any) -> Any:
     """Cells, or facets as pairs of cell and number."""
-    ((domain, data),) = form.subdomain_data().items()
-    mesh = domain.ufl_cargo()
-    integral_type, part = kind
-    if integral_type == "cell" and part == "everywhere":
+    mesh = integral.ufl_domain().ufl_cargo()
+    kind, part = integral.integral_type(), integral.subdomain_id()
+    if kind == "cell" and part == "everywhere":
         return np.arange(mesh.topology.index_map(mesh.topology.dim).size_local, dtype=np.int32)
-    subdomains = data[integral_type][0]
+    subdomains = integral.subdomain_data()
     parts = part if isinstance(part, tuple) else (part,)
     if subdomains is None or "everywhere" in parts:
         raise Unsupported("all facets, or parts without a list")
-    found = get_integration_domains(KINDS[integral_type], subdomains, list(parts))
+    found = get_integration_domains(KINDS[kind], subdomains, list(parts))
     own = [np.asarray(e).ravel() for k, e in found if k in parts]
     return np.concatenate([np.zeros(0), *own]).astype(np.int32)

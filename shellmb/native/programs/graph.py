@@ -143,20 +143,21 @@ class Graph:
         for group in roots:
             for root in map(self.actual, group):
                 uses[root] = uses.get(root, 0) + 1
-                stack = [(root, False)]
+                # below zero: a node whose operands are done
+                stack = [root]
                 while stack:
-                    node, ready = stack.pop()
-                    if node in done:
+                    node = stack.pop()
+                    if node >= 0 and node not in done and self.operands[node] and not given(node):
+                        stack.append(~node)
+                        stack += [a for a in reversed(self.operands[node]) if a not in done]
                         continue
-                    own = [] if given(node) else self.operands[node]
-                    if ready:
+                    own = self.operands[~node] if node < 0 else []
+                    node = max(node, ~node)
+                    if node not in done:
                         done.add(node)
                         order.append(node)
                         for a in own:
                             uses[a] = uses.get(a, 0) + 1
-                        continue
-                    stack.append((node, True))
-                    stack.extend((a, False) for a in reversed(own) if a not in done)
             ends.append(len(order))
         return order, ends, uses
 

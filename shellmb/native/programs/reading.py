@@ -51,7 +51,7 @@ class Reader:
     def __init__(
         self,
         domain: Any,
-        coefficients: Sequence[Any],
+        coefficients: Collection[Any],
         constants: Mapping[Any, int],
         arguments: Sequence[Any],
         vanishes: Callable[[Input], bool],

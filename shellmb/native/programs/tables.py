@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any
 
 import basix
@@ -112,6 +112,22 @@ def _estimated(integral: Any) -> int:
     return int(estimate_total_polynomial_degree(integrand)) + int(more)
 
 
+@cache
+def component_of(element: Any, component: int) -> tuple[Any, int, int]:
+    """Element of a component of functions, the first of its dofs and their stride.
+
+    Args:
+        element: Element of the functions.
+        component: Number of the component in the reference cell.
+    """
+    # Basix looks through all parts of an element each time
+    return (
+        element.get_component_element(component)
+        if element.reference_value_shape
+        else (element, 0, 1)
+    )
+
+
 class Tables:
     """Values of functions at the points of a rule.
 
@@ -123,11 +139,7 @@ class Tables:
     """
 
     def __init__(
-        self,
-        points: Points,
-        domain: Any,
-        elements: Sequence[Any],
-        arguments: Sequence[Any],
+        self, points: Points, domain: Any, elements: Sequence[Any], arguments: Sequence[Any]
     ) -> None:
         self._points, self._elements, self._arguments = points, elements, arguments
         self._coordinates = domain.ufl_coordinate_element()
@@ -171,9 +183,7 @@ class Tables:
             element = self._arguments[ARGUMENT - item.source]
         else:
             element, offset = self._elements[item.source], int(self._offsets[item.source])
-        own, first, stride = element, 0, 1
-        if element.reference_value_shape:
-            own, first, stride = element.get_component_element(item.component)
+        own, first, stride = component_of(element, item.component)
         if item.source == COORDINATES:
             # three numbers of each node, whatever the dimension
             first, stride = item.component, 3

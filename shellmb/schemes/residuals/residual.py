@@ -14,7 +14,7 @@ from ufl.core.expr import Expr
 from shellmb.errors import SceneError
 from shellmb.forms.steps.discrete import stress_average
 from shellmb.forms.steps.mixed import Interval
-from shellmb.model.body import Body, JumpForms, LoadFactors, Rates, Term, TimeFunction
+from shellmb.model.body import Body, JumpForms, LoadFactors, Rates, Term, TimeFunction, added
 from shellmb.model.sections.branches import Course, MaxwellBranches, branches_of
 from shellmb.schemes.base import (
     END,
@@ -303,8 +303,7 @@ def stage_forms(
         )
         jumped = jump_forms(dq)
         forces = inertia, internal, None if jumped is None else jumped[1]
-        own = [form for form in forces if form is not None]
-        parts = [sum(own[1:], own[0])] if own else []
+        parts = [form for form in [added(forces)] if form is not None]
         samples = sample.resolved(body, dq, space.mesh)
         parts += acting(body, samples, dq)
         result[name] = StageForms(stage, tuple(parts), samples, tuple(terms), sub.states, work)
@@ -315,8 +314,7 @@ def stage_forms(
             body.inertia(jump.defect, db),
             velocity_constraint(body, jump.jump, jump.mid, db) if jumped is None else jumped[0],
         )
-        found = [form for form in rows if form is not None]
-        result["b"] = StageForms(None, (sum(found[1:], found[0]),) if found else ())
+        result["b"] = StageForms(None, tuple(x for x in [added(rows)] if x is not None))
     return result
 
 

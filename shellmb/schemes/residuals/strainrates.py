@@ -4,6 +4,8 @@ And stresses of other combinations of the same two, eq. (V3) of `forms.steps.rel
 """
 
 from collections.abc import Iterable, Iterator, Sequence
+from functools import reduce
+from operator import add
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -79,8 +81,7 @@ def over_interval(
     def holder(moment: MomentWeights) -> Expr:
         """Resultants of states change as strains do."""
         numbers = constants(mesh, moment.linear[1:n])
-        parts = [c * state for c, state in zip(numbers, states[1:n], strict=True)]
-        return sum(parts[1:], parts[0])
+        return reduce(add, [c * state for c, state in zip(numbers, states[1:n], strict=True)])
 
     changes = [weights(moment) for moment in CHANGES[place]]
     slope = AT_REFERENCE if linear else De(x)
@@ -119,8 +120,8 @@ def over_path(
     held = np.array([0.0, 0, 2]) - alpha * bow, bow
 
     def holder(weights: Floats) -> Expr:
-        parts = [c * q for c, q in zip(constants(mesh, weights), sources, strict=True)]
-        return sum(parts[1:], parts[0])
+        numbers = constants(mesh, weights)
+        return reduce(add, [c * q for c, q in zip(numbers, sources, strict=True)])
 
     own = mixed.weights @ held
     moments = [_sum(row, (change, page.bow)) for row in mixed.weights]
@@ -140,13 +141,11 @@ def over_path(
 
 
 def _given(row: Sequence[float], strains: Sequence[Expr]) -> Expr:
-    parts = [c * e for c, e in zip(row, strains, strict=False) if c]
-    return sum(parts[1:], parts[0])
+    return reduce(add, [c * e for c, e in zip(row, strains, strict=False) if c])
 
 
 def _sum(weights: Iterable[float], moments: Iterable[MomentWeights]) -> MomentWeights:
-    parts = [float(w) * m for w, m in zip(weights, moments, strict=False)]
-    return sum(parts[1:], parts[0])
+    return reduce(add, [float(w) * m for w, m in zip(weights, moments, strict=False)])
 
 
 def renew(rows: Rows, other: Rows) -> None:

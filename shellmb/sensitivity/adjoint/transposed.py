@@ -20,7 +20,7 @@ from ufl import Form
 
 from shellmb.arrays import Floats
 from shellmb.native.assembler import is_native
-from shellmb.native.derivatives import by_directions, by_shares
+from shellmb.native.derivatives import by_directions
 from shellmb.native.kernels import compile_all, compile_each
 from shellmb.sensitivity.adjoint.steps import relaxing
 from shellmb.simulate.problem import Problem
@@ -162,7 +162,8 @@ class _Derivatives:
                     every = [f for f in seen if f in states and f.function_space == space]
                     weights = fem.Constant(space.mesh, np.array([of.get(f, 0.0) for f in every]))
                     by = [weights[k] for k in range(len(every))]
-                    derivative = by_shares(form, every, by, ufl.TestFunction(space))
+                    test = ufl.TestFunction(space)
+                    derivative = by_directions(form, every, [share * test for share in by])
                     placed[function not in unknown].append((derivative, function))
             for number, (_, changes) in zip(self.numbers, fields, strict=True):
                 if found := [c for c in changes if c.coefficient in seen]:
