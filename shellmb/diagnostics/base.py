@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 from mpi4py import MPI
 
+from shellmb.arrays import Floats
 from shellmb.errors import ShellmbWarning
 from shellmb.observers.summary import Sources
 from shellmb.scene.lookup import said
@@ -21,6 +22,24 @@ from shellmb.simulate.simulation import BaseObserver, Simulation
 SETUP = "setup"
 # share of a stiffness that is said where it is off: frequencies are off by half of it
 STIFFENED = 1e-2
+
+
+# local arrays by names of the system's bodies: of a state, or of a mode
+type Parts = Callable[[str], Floats]
+
+
+class Motion(NamedTuple):
+    """An elastic mode.
+
+    Args:
+        number: Its number.
+        energy: Its strain energy, J.
+        parts: Its real part, and its imaginary part if it has one; collective.
+    """
+
+    number: int
+    energy: float
+    parts: Sequence[Parts]
 
 
 @dataclass(frozen=True)
@@ -63,10 +82,33 @@ class Watch(BaseObserver):
 
     def __init__(self, sources: Sources) -> None:
         self.sources = sources
+        # by name the largest of some numbers on this rank, when that was, and what belongs to it
+        self._largest: dict[str, tuple[Any, ...]] = {}
         self._begin()
 
     def _begin(self) -> None:
         """Set what is kept over the run, before it starts or goes on."""
+
+    def _note(self, name: str, size: float, t: float, *more: Any) -> None:
+        """Take a number if it is larger than those before.
+
+        Args:
+            name: Whose it is.
+            size: The number, not negative.
+            t: Time, s.
+            more: What belongs to it.
+        """
+        if size > self._noted(name)[0]:
+            self._largest[name] = size, t, *more
+
+    def _noted(self, name: str) -> tuple[Any, ...]:
+        """The largest number on this rank, and what belongs to it."""
+        return self._largest.get(name, (0.0, 0.0))
+
+    def _worst(self, simulation: Simulation, name: str) -> tuple[Any, ...]:
+        """The largest number of all ranks, and what belongs to it; collective."""
+        found: tuple[Any, ...] = simulation.model.comm.allreduce(self._noted(name), op=MPI.MAX)
+        return found
 
     def cautions(self, simulation: Simulation) -> Iterator[RunWarning]:
         """Warnings about the run so far; none where it does not apply."""

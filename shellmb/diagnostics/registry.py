@@ -4,31 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from shellmb.diagnostics.balances import Dissipation, Drift, EnergyLaw
 from shellmb.diagnostics.base import RunWarning, Watch
 from shellmb.diagnostics.damped_modes import DampedModes
-from shellmb.diagnostics.dissipation import Dissipation
-from shellmb.diagnostics.drift import Drift
 from shellmb.diagnostics.elements.bulges import Bulging
 from shellmb.diagnostics.elements.coarse import Coarse
 from shellmb.diagnostics.elements.director_angles import Folded
 from shellmb.diagnostics.elements.edges import Twisted
-from shellmb.diagnostics.elements.locked import Locked
+from shellmb.diagnostics.elements.locking import Locked
 from shellmb.diagnostics.elements.wrinkled import Wrinkled
-from shellmb.diagnostics.energy_law import EnergyLaw
 from shellmb.diagnostics.forces.alternating import Alternating
 from shellmb.diagnostics.forces.between import Between
-from shellmb.diagnostics.forces.contacts import Contacts
-from shellmb.diagnostics.forces.faces import TouchingFaces
+from shellmb.diagnostics.forces.contacts import Contacts, TouchingFaces
 from shellmb.diagnostics.forces.pointed import Pointed
 from shellmb.diagnostics.forces.rolling import Lifting, Slipping
 from shellmb.diagnostics.forces.undetermined import Undetermined
 from shellmb.diagnostics.forces.unresolved import Unresolved
-from shellmb.diagnostics.large_turns import LargeTurns
 from shellmb.diagnostics.small_displacements import LinearBodies, ReducedBodies, SmallDisplacements
 from shellmb.diagnostics.statics.paths import LimitPoints, PathEnd
 from shellmb.diagnostics.statics.stability import Unstable
 from shellmb.diagnostics.step_error import StepErrors
-from shellmb.diagnostics.stiff_spin import StiffSpin
+from shellmb.diagnostics.turns import LargeTurns, StiffSpin
 from shellmb.simulate.simulation import Simulation
 
 # what is nearest to the cause comes first

@@ -39,10 +39,6 @@ class SmallDisplacements(Watch):
     name = "small displacements"
     remembered = ("_largest",)
 
-    def _begin(self) -> None:
-        # by body of the system the largest change of a director on this rank, and when
-        self._largest: dict[str, tuple[float, float]] = {}
-
     def start(self, simulation: Simulation) -> None:
         """See whether forms are linearised."""
         self.idle = not simulation.scheme.linear
@@ -52,16 +48,14 @@ class SmallDisplacements(Watch):
         for body in nodal_bodies(simulation.model).values():
             change = simulation.problem.state(body.name).x.array[body.mixed.dofs["w"]]
             size = float(np.sqrt(np.max(np.sum(change.reshape(-1, 3) ** 2, axis=1), initial=0.0)))
-            if size > self._largest.get(body.name, (0.0, 0.0))[0]:
-                self._largest[body.name] = size, simulation.t
+            self._note(body.name, size, simulation.t)
 
     def cautions(self, simulation: Simulation) -> Iterator[RunWarning]:
         """A sentence for each body that turns too far; collective."""
         if not simulation.scheme.linear:
             return
         for body in nodal_bodies(simulation.model).values():
-            here = self._largest.get(body.name, (0.0, 0.0))
-            largest, when = simulation.model.comm.allreduce(here, op=MPI.MAX)
+            largest, when = self._worst(simulation, body.name)
             if largest > SMALL_ANGLE:
                 rigid = isinstance(body, RigidBodies)
                 name = None if rigid else body.name
@@ -88,19 +82,13 @@ class _AboutFrames(Watch):
     name, said, blind = "", "", ""
     remembered = ("_largest",)
 
+    # kinds of numbers that are noted with the name of the body: largest rotation about the frame on
+    # this rank [rad], largest spin [rad/s], energy that is left out, energy of bending and strain
+    # energy [J], and compression in statics, over what buckles a cantilever
     def _begin(self) -> None:
-        # largest rotation about the frame on this rank [rad], largest spin [rad/s], energy that is
-        # left out, energy of bending and strain energy [J]; by name of the body, with the time
-        # and compression in statics, over what buckles a cantilever
-        kinds = "turns", "spins", "left out", "bending", "energy", "compression"
-        self._largest: dict[str, dict[str, tuple[float, float]]] = {k: {} for k in kinds}
         # the state with the largest energy since the run went on, with that and the energy of
         # stretching if edges did not follow [J]
         self._shapes: dict[str, tuple[float, float, Floats]] = {}
-
-    def _note(self, kind: str, name: str, size: float, t: float) -> None:
-        if size > self._largest[kind].get(name, (0.0, 0.0))[0]:
-            self._largest[kind][name] = size, t
 
     @staticmethod
     def _counted(simulation: Simulation) -> bool:
@@ -123,7 +111,7 @@ class _AboutFrames(Watch):
         turned = np.linalg.norm(np.cross(np.eye(3), d).sum(axis=0) / 2)
         if turned > SMALL_ANGLE or np.trace(d) < 1:
             spin = float(np.linalg.norm(np.cross(d, rates).sum(axis=0) / 2))
-            self._note("spins", name, spin, t)
+            self._note(f"spins {name}", spin, t)
 
     def _parts(self, simulation: Simulation, name: str, shape: Floats) -> Parts:
         """Displacements and resultants of a state of a body, relative to its frame."""
@@ -134,17 +122,13 @@ class _AboutFrames(Watch):
         left, stretching, squares = map(float, found)
         sizes = {"left out": left, "bending": energy - stretching, "energy": energy}
         for kind, size in sizes.items():
-            self._note(kind, name, size, t)
+            self._note(f"{kind} {name}", size, t)
         if energy > self._shapes.get(name, (0.0,))[0]:
             self._shapes[name] = energy, squares, np.array(shape)
 
-    def _worst(self, simulation: Simulation, kind: str, name: str) -> tuple[float, float]:
-        here = self._largest[kind].get(name, (0.0, 0.0))
-        return simulation.model.comm.allreduce(here, op=MPI.MAX)
-
     def _bent(self, simulation: Simulation, name: str) -> Iterator[RunWarning]:
         """Cautions of a body that bends too far, or by forces along it; collective."""
-        turn, when = self._worst(simulation, "turns", name)
+        turn, when = self._worst(simulation, f"turns {name}")
         if turn > SMALL_ANGLE:
             says = (
                 f"{said_of(simulation, name)} {self.said} and turns by {turn:.2g} rad relative to "
@@ -152,9 +136,9 @@ class _AboutFrames(Watch):
                 "rad: its results are of the size of the square of that off; use model='exact'"
             )
             yield self.caution(name, turn, SMALL_ANGLE, says)
-        left, when = self._worst(simulation, "left out", name)
-        energy, _ = self._worst(simulation, "energy", name)
-        bending = max(self._worst(simulation, "bending", name)[0], STRAIGHT * energy)
+        left, when = self._worst(simulation, f"left out {name}")
+        energy, _ = self._worst(simulation, f"energy {name}")
+        bending = max(self._worst(simulation, f"bending {name}")[0], STRAIGHT * energy)
         if left > STIFFENED * bending:
             how = (
                 f"forces along it would do {left:.2g} J on squares of its rotations, at "
@@ -162,7 +146,7 @@ class _AboutFrames(Watch):
                 "change its stiffness by about as much"
             )
             yield self._stiffer(simulation, name, left / bending, how)
-        elif (share := self._worst(simulation, "compression", name)[0]) > COMPRESSED:
+        elif (share := self._worst(simulation, f"compression {name}")[0]) > COMPRESSED:
             how = (
                 f"forces along it reach {share:.2g} of what buckles it with one end clamped: they "
                 "would soften it, also where unstable directions are counted"
@@ -185,7 +169,7 @@ class _AboutFrames(Watch):
 
     def _stretched(self, simulation: Simulation, name: str) -> tuple[float, float]:
         """By what share a body is stiffer as it is stretched, and when; collective."""
-        energy, when = self._worst(simulation, "energy", name)
+        energy, when = self._worst(simulation, f"energy {name}")
         here, squares, shape = self._shapes.get(name, (0.0, 0.0, np.zeros(0)))
         # of a run that went on the largest state may be an earlier one
         if 2 * squares * energy <= STIFFENED * here**2:
@@ -201,7 +185,7 @@ class _AboutFrames(Watch):
         self, simulation: Simulation, name: str, lowest: float, of: str
     ) -> Iterator[RunWarning]:
         """The caution of a body that spins too fast; collective."""
-        spin, when = self._worst(simulation, "spins", name)
+        spin, when = self._worst(simulation, f"spins {name}")
         share = (spin / lowest) ** 2
         if share > STIFFENED:
             how = (
@@ -248,12 +232,12 @@ class ReducedBodies(_AboutFrames):
             energy = float(data.stiffness @ eta**2) / 2
             self._energies(data.name, np.sum(found, axis=0), energy, eta, t)
             for force, states in self._forces[data.name] if self._counted(simulation) else ():
-                self._note("compression", data.name, force.compression(states @ eta), t)
-            largest = self._largest["turns"].get(data.name, (0.0, 0.0))[0]
+                self._note(f"compression {data.name}", force.compression(states @ eta), t)
+            turns = f"turns {data.name}"
             # only what may be larger is looked at node by node
-            if float(np.abs(eta) @ self._most[data.name]) > max(largest, SMALL_ANGLE):
+            if float(np.abs(eta) @ self._most[data.name]) > max(self._noted(turns)[0], SMALL_ANGLE):
                 turned = np.sum((data.slopes @ eta) ** 2, axis=1)
-                self._note("turns", data.name, float(np.sqrt(np.max(turned, initial=0.0))), t)
+                self._note(turns, float(np.sqrt(np.max(turned, initial=0.0))), t)
             if "v" in simulation.scheme.rates:
                 d = np.eye(3) + frame[3:].reshape(3, 3)
                 rates = state.now(simulation, "v")[0][3:].reshape(3, 3)
@@ -303,10 +287,10 @@ class LinearBodies(_AboutFrames):
             frame = simulation.model.comm.allreduce(tie.changes(q), op=MPI.SUM)
             self._energies(body.name, left.of(q, np.eye(3) + frame), float(energy()[0]), q, t)
             if self._counted(simulation):
-                self._note("compression", body.name, left.compression(q), t)
+                self._note(f"compression {body.name}", left.compression(q), t)
             lean = q[body.mixed.dofs["w"]].reshape(D.shape) - D @ tie.changes(q)
             size = float(np.sqrt(np.max(np.sum(lean**2, axis=2), initial=0.0)))
-            self._note("turns", body.name, size, t)
+            self._note(f"turns {body.name}", size, t)
             if "v" in levels.rates:
                 rates = tie.changes(levels.rates["v"].x.array)
                 self._spins(body.name, np.eye(3) + tie.changes(q), rates, t)
@@ -315,7 +299,7 @@ class LinearBodies(_AboutFrames):
         """A sentence for each body that bends, is pressed or spins too much; collective."""
         for body, _ in self._bodies:
             yield from self._bent(simulation, body.name)
-            spin, _ = self._worst(simulation, "spins", body.name)
+            spin, _ = self._worst(simulation, f"spins {body.name}")
             # a cantilever of its length is softer than it is
             slow = CANTILEVER * np.sqrt(bending_scale(body))
             if (spin / slow) ** 2 > STIFFENED:

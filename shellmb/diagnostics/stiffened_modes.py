@@ -2,38 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import NamedTuple
+from collections.abc import Sequence
 
 from mpi4py import MPI
 
 import numpy as np
 
 from shellmb.arrays import Floats
-from shellmb.diagnostics.base import STIFFENED
+from shellmb.diagnostics.base import STIFFENED, Motion, Parts
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.model import Model
 from shellmb.model.reduced.data import ModalBody
 from shellmb.model.shells.shell import ShellModel
 from shellmb.observers.fields.modal import ModalState
 from shellmb.preprocessing.modal.geometric_stiffness import GeometricStiffness
-
-# local arrays by names of the system's bodies: of a state, or of a mode
-type Parts = Callable[[str], Floats]
-
-
-class Motion(NamedTuple):
-    """An elastic mode.
-
-    Args:
-        number: Its number.
-        energy: Its strain energy, J.
-        parts: Its real part, and its imaginary part if it has one; collective.
-    """
-
-    number: int
-    energy: float
-    parts: Sequence[Parts]
 
 
 class _Linear:
@@ -98,20 +80,22 @@ class _Reduced:
         return energy
 
 
-def stiffened_modes(model: Model, state: Parts, modes: Sequence[Motion]) -> list[str]:
+def stiffened_modes(model: Model, state: Parts | None, modes: Sequence[Motion]) -> list[str]:
     """Sentences on bodies whose forces would change frequencies, which small strains leave out.
 
     Args:
         model: The bodies.
-        state: The loaded state that modes are about.
+        state: The loaded state that modes are about; None: the reference, which has no forces.
         modes: The elastic modes.
     """
+    if state is None or not modes:
+        return []
     bodies: list[_Linear | _Reduced] = [
         _Linear(model, b, state) for b in model.meshed.values() if b.ties
     ]
     bodies += [_Reduced(model, data, state) for data in model.modal]
     said = []
-    for body in bodies if modes else ():
+    for body in bodies:
         shares = [
             (sum(map(body.left_out, mode.parts)) / mode.energy, mode.number) for mode in modes
         ]

@@ -13,7 +13,7 @@ from shellmb.demos.verification.problems.elements.rows import Mesh, everywhere
 from shellmb.demos.verification.problems.linear_shells import hemisphere, scordelis_lo
 from shellmb.diagnostics.elements.bulges import Bulging
 from shellmb.diagnostics.elements.coarse import Coarse
-from shellmb.diagnostics.elements.locked import Locked
+from shellmb.diagnostics.elements.locking import Locked
 from shellmb.scene import Scene
 from shellmb.simulate.simulation import Simulation
 

@@ -11,10 +11,8 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
+from shellmb.diagnostics.balances import Dissipation, Drift, EnergyLaw
 from shellmb.diagnostics.base import RunWarning
-from shellmb.diagnostics.dissipation import Dissipation
-from shellmb.diagnostics.drift import Drift
-from shellmb.diagnostics.energy_law import EnergyLaw
 from shellmb.diagnostics.forces.alternating import Alternating
 from shellmb.diagnostics.forces.undetermined import Undetermined
 from shellmb.running.execute import execute

@@ -10,8 +10,8 @@ import pytest
 
 from shellmb.api.runs import load
 from shellmb.cli.report import print_run
+from shellmb.diagnostics.balances import EnergyLaw
 from shellmb.diagnostics.base import RunWarning
-from shellmb.diagnostics.energy_law import EnergyLaw
 from shellmb.diagnostics.registry import WATCHES
 from shellmb.errors import ShellmbWarning
 from shellmb.observers.summary import Sources

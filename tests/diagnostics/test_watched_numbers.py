@@ -7,7 +7,7 @@ from mpi4py import MPI
 import numpy as np
 import pytest
 
-from shellmb.diagnostics.forces.impacts import Impacts
+from shellmb.diagnostics.forces.contacts import Impacts
 from shellmb.diagnostics.forces.rolling import Lifting
 
 
@@ -40,7 +40,9 @@ def test_joints_that_pull_in_the_mean_of_two_steps(forces: list[float], pull: fl
         item=np.array([0]),
         mesh=SimpleNamespace(
             comm=MPI.COMM_SELF,
-            topology=SimpleNamespace(index_map=lambda dim: SimpleNamespace(size_local=1)),
+            topology=SimpleNamespace(
+                index_map=lambda dim: SimpleNamespace(size_local=1, size_global=1)
+            ),
         ),
     )
     group = SimpleNamespace(
@@ -48,7 +50,7 @@ def test_joints_that_pull_in_the_mean_of_two_steps(forces: list[float], pull: fl
         joints=[None],
         labels=["wheel"],
         nodes=nodes,
-        pressure=lambda row, q: now["force"],
+        sliding=lambda q, v: np.array([[0.0, 0.0, 0.0, 0.0, now["force"]]]),
     )
     joint = SimpleNamespace(joint=SimpleNamespace(second="cart", said="rolling joint 'wheel'"))
     level = SimpleNamespace(q=SimpleNamespace(x=SimpleNamespace(array=np.zeros(1))))

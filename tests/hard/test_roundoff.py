@@ -187,13 +187,14 @@ def test_forces_that_round_off_decides_are_said() -> None:
     simulation = Simulation(parallelograms("ep4", STRICT))
     watch = Undetermined(sources=None)  # type: ignore[arg-type]
     simulation.run([watch])
-    (what, change), bound = (watch.state()["what"], watch.state()["worst"]), undetermined.KNOWN
+    ((change, t, what),) = watch.state()["largest"].values()
+    bound = undetermined.KNOWN
     assert "multiplier of revolute joints" in what
     # what is less than a millionth is not worth a word
     assert 0 < change < bound
     assert list(watch.cautions(simulation)) == []
     taken = Undetermined(sources=None)  # type: ignore[arg-type]
-    taken.restore(watch.state() | {"worst": 10 * bound})
+    taken.restore({"largest": {watch.name: (10 * bound, t, what)}})
     (caution,) = taken.cautions(simulation)
     assert caution.value == 10 * bound
     assert "known to 1.0e-05 of its largest value only, at t = 0.0" in caution.says

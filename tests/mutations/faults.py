@@ -329,7 +329,7 @@ FAULTS = (
     ),
     Fault(
         "frequencies of modes that lock in proportion to the stiffness",
-        "shellmb/diagnostics/elements/locked.py",
+        "shellmb/diagnostics/elements/locking.py",
         "high = worst._replace(value=float(np.sqrt(1 + worst.value)) - 1)",
         "high = worst",
         (

@@ -24,7 +24,7 @@ FAULTS: tuple[Fault, ...] = (
     ),
     Fault(
         "impacts of six steps are too short",
-        "shellmb/diagnostics/forces/impacts.py",
+        "shellmb/diagnostics/forces/contacts.py",
         "SUDDEN = 0.8",
         "SUDDEN = 0.5",
         ("tests/diagnostics/test_watched_numbers.py::test_impacts_of_a_linear_spring[4.5-False]",),

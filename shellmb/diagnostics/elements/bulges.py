@@ -14,7 +14,7 @@ bending where sides are short, and is left out in this ratio. Beside finer meshe
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterator, Sequence
 
 from mpi4py import MPI
 
@@ -22,12 +22,11 @@ import numpy as np
 from basix import CellType, topology
 
 from shellmb.arrays import Floats
-from shellmb.diagnostics.base import RunWarning, said_of
+from shellmb.diagnostics.base import Motion, Parts, RunWarning, said_of
 from shellmb.diagnostics.elements.finer import known
-from shellmb.diagnostics.elements.sampled import Sampled, in_modes
+from shellmb.diagnostics.elements.sampled import Sampled, changed, in_modes
 from shellmb.model.model import Model
 from shellmb.model.shells.shell import ShellModel
-from shellmb.observers.fields.nodal import state
 from shellmb.simulate.simulation import Simulation
 
 # part of `b` that is the estimate: vertices move by two thirds of it, middles by a third
@@ -64,28 +63,29 @@ class Bulges:
         u, w = (q[dofs].reshape(-1, 3) for dofs in self._dofs)
         return u, w
 
-    def largest(self, q: Floats, about: Floats | None = None) -> tuple[float, float]:
+    def largest(self, q: Floats, about: Floats) -> tuple[float, float]:
         """Estimate by the largest bulge, and the largest displacement, m; collective.
 
         Args:
-            q: Local array of a state, or of a change of one.
-            about: State that it is a small change of; None: it is a state.
+            q: Local array of a change of a state.
+            about: State that it is a small change of.
         """
-        (X, D), (u, w) = self._rest, self.parts(q)
-        if about is not None:
-            moved, turned = self.parts(about)
-        else:
-            moved, turned = u, 0 * w
+        (X, D), (u, w), (moved, turned) = self._rest, self.parts(q), self.parts(about)
         moments = 0.0
         for s in np.array([-1, 1]) / np.sqrt(3):
             at, slope = [s * (s - 1) / 2, s * (s + 1) / 2, 1 - s * s], [s - 0.5, s + 0.5, -2 * s]
-            # (X + u)' . (D + w) - X' . D
+            # change of (X + u)' . (D + w)
             shear = self._along(slope, u) * self._along(at, D + turned)
             shear += self._along(slope, X + moved) * self._along(at, w)
             moments = moments - s * shear.sum(axis=1)
         here = [np.abs(0.75 * self._estimated * moments), np.linalg.norm(u, axis=1)]
         found = [self._comm.allreduce(float(x.max(initial=0.0)), op=MPI.MAX) for x in here]
         return found[0], found[1]
+
+    def share(self, q: Floats, about: Floats, energy: float) -> float:
+        """Estimate as a part of the largest displacement of a mode, of whatever energy."""
+        bulge, moved = self.largest(q, about)
+        return bulge / moved if moved > 0 else 0.0
 
     def _along(self, weights: list[float], values: Floats) -> Floats:
         """Sum over the nodes of each side, shape (sides, 3)."""
@@ -107,12 +107,6 @@ class Bulging(Sampled):
     name = "bulging"
     remembered = ("_steps", "_largest")
 
-    def _begin(self) -> None:
-        super()._begin()
-        self._bodies: dict[str, Bulges] = {}
-        # by body the largest estimate and the largest displacement
-        self._largest: dict[str, tuple[float, float]] = {}
-
     def start(self, simulation: Simulation) -> None:
         """Find the shells of triangles; the others cost nothing more."""
         self._bodies = bulges(simulation.model)
@@ -120,9 +114,9 @@ class Bulging(Sampled):
 
     def _look(self, simulation: Simulation) -> None:
         for name, body in self._bodies.items():
-            q, before = state(simulation, name), self._largest.get(name, (0.0, 0.0))
-            here = body.largest(q, 0 * q if simulation.scheme.linear else None)
-            self._largest[name] = max(before[0], here[0]), max(before[1], here[1])
+            both = zip(self._noted(name), body.largest(*changed(simulation, name)), strict=True)
+            # the largest estimate and the largest displacement
+            self._largest[name] = tuple(map(max, both))
 
     def cautions(self, simulation: Simulation) -> Iterator[RunWarning]:
         """A sentence for each body whose nodes are off; collective."""
@@ -142,28 +136,12 @@ class Bulging(Sampled):
                 yield self.caution(name, part, BOUND, says)
 
 
-def bulging_modes(
-    model: Model,
-    modes: Iterable[tuple[int, Callable[[str], Floats]]],
-    about: Callable[[str], Floats] | None,
-) -> list[str]:
-    """Sentences on shells in whose modes single nodes are off; collective.
-
-    Args:
-        model: The bodies.
-        modes: Number of each mode, and its parts by names of bodies.
-        about: State that modes are about, by names of bodies; None: the reference.
-    """
-    modes, said = list(modes), []
+def bulging_modes(model: Model, state: Parts | None, modes: Sequence[Motion]) -> list[str]:
+    """Sentences on shells in whose modes single nodes are off; as `stiffened_modes`."""
+    said = []
     for name, body in bulges(model).items():
-        found = []
-        for number, part in modes:
-            q = part(name)
-            bulge, moved = body.largest(q, 0 * q if about is None else about(name))
-            if bulge > BOUND * moved:
-                found.append((bulge / moved, number))
-        if found:
-            most, which = in_modes(found)
+        if found := in_modes(name, state, modes, body.share, BOUND):
+            most, which = found
             said.append(
                 f"single nodes of shell '{name}' are off by up to about {100 * most:.0f} % of the "
                 f"amplitude in {which}: {WHY}"

@@ -14,7 +14,7 @@ from shellmb.diagnostics.base import RunWarning, Watch, said_of
 from shellmb.diagnostics.elements.bulges import Bulges
 from shellmb.diagnostics.elements.finer import comparable, compared, energy_of
 from shellmb.diagnostics.elements.locking import Mesh, Roughness
-from shellmb.observers.fields.nodal import state
+from shellmb.diagnostics.elements.sampled import changed
 from shellmb.simulate.simulation import Simulation
 
 # `p`, and the share of jumps in the strain energy, below which nothing was off by two per cent
@@ -45,15 +45,15 @@ def _doubtful(simulation: Simulation, name: str) -> bool:
 
     There is another watch of those whose single nodes move.
     """
-    body, q, comm = simulation.model.shells[name], state(simulation, name), simulation.model.comm
+    body, comm = simulation.model.shells[name], simulation.model.comm
     if body.shell.distortion or not comparable(body):
         return False
     mesh = Mesh(body)
     if mesh.curved(body.node_directors()[:, 0]) < PRONE:
         return False
     if mesh.triangles:
-        bulge, moved = Bulges(body).largest(q, 0 * q if simulation.scheme.linear else None)
+        bulge, moved = Bulges(body).largest(*changed(simulation, name))
         if bulge > BOUND * moved:
             return False
-    rough = comm.allreduce(Roughness(body).energy(q))
+    rough = comm.allreduce(Roughness(body).energy(*changed(simulation, name)))
     return bool(rough > ROUGH * energy_of(simulation, name))

@@ -14,8 +14,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from mpi4py import MPI
-
 import numpy as np
 
 from shellmb.arrays import Floats
@@ -87,44 +85,33 @@ class Folded(Sampled):
     name = "folded"
     remembered = ("_steps", "_largest")
 
-    def _begin(self) -> None:
-        super()._begin()
-        self._bodies: dict[str, _Neighbours] = {}
-        # by body the largest angle on this rank, when, and where
-        self._largest: dict[str, tuple[float, float, tuple[float, ...]]] = {}
-
     def start(self, simulation: Simulation) -> None:
         """Find the neighbours; where displacements are small there is another watch."""
         model = simulation.model
-        if not simulation.scheme.linear:
-            bodies: dict[str, ShellModel | BeamModel] = {**model.shells, **model.beams}
-            self._bodies = {name: _Neighbours(body) for name, body in bodies.items()}
+        bodies: dict[str, ShellModel | BeamModel] = {**model.shells, **model.beams}
+        looked = {} if simulation.scheme.linear else bodies
+        self._bodies = {name: _Neighbours(body) for name, body in looked.items()}
         self.idle = not self._bodies
 
     def _look(self, simulation: Simulation) -> None:
         for name, neighbours in self._bodies.items():
             angle, place = neighbours.largest(state(simulation, name))
-            if angle > self._largest.get(name, (0.0,))[0]:
-                self._largest[name] = angle, simulation.t, place
+            self._note(name, angle, simulation.t, *place)
 
     def cautions(self, simulation: Simulation) -> Iterator[RunWarning]:
         """A sentence for each body that is bent too far for its elements; collective."""
         self._look(simulation)
         for name in self._bodies:
-            here = self._largest.get(name, (0.0, 0.0, ()))
-            angle, when, place = simulation.model.comm.allreduce(here, op=MPI.MAX)
+            angle, when, *place = self._worst(simulation, name)
             if angle > BOUND:
                 jumped = simulation.scene.static and angle > JUMPED
                 smaller = ", or smaller load steps (dt), which do not jump there" if jumped else ""
                 says = (
                     f"{said_of(simulation, name)} turns by {math.degrees(angle):.0f} degrees "
-                    f"between neighbouring nodes of an element, near {_named(place)} at "
-                    f"t = {when:g}; from {math.degrees(BOUND):.0f} degrees on the stiffness of an "
-                    "element is off by several per cent, and beyond 60 (degree 2) or 80 (degree 3) "
-                    f"it folds: use a finer mesh there{smaller}"
+                    "between neighbouring nodes of an element, near "
+                    f"({', '.join(f'{x:.3g}' for x in place)}) at t = {when:g}; from "
+                    f"{math.degrees(BOUND):.0f} degrees on the stiffness of an element is "
+                    "off by several per cent, and beyond 60 (degree 2) or 80 (degree 3) it folds: "
+                    f"use a finer mesh there{smaller}"
                 )
                 yield self.caution(name, angle, BOUND, says)
-
-
-def _named(place: tuple[float, ...]) -> str:
-    return f"({', '.join(f'{x:.3g}' for x in place)})"

@@ -12,7 +12,7 @@ with `y = h/(n l)`, and the moment at the edge is `1 - 2 g/y` of what it would b
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 from mpi4py import MPI
@@ -21,7 +21,7 @@ import basix
 import numpy as np
 
 from shellmb.arrays import Bools, Floats
-from shellmb.diagnostics.base import RunWarning, said_of
+from shellmb.diagnostics.base import Motion, Parts, RunWarning, said_of
 from shellmb.diagnostics.elements.sampled import Shares, in_modes
 from shellmb.model.model import Model
 from shellmb.model.sections.section import SectionFields
@@ -58,7 +58,7 @@ class Edges:
     def __init__(self, body: ShellModel, model: Model) -> None:
         space = body.mixed.subspaces["u"]
         element, free = space.element.basix_element, _free(body, model)
-        cells = space.dofmap.list[: len(free)]
+        self._comm, cells = space.mesh.comm, space.dofmap.list[: len(free)]
         self._dofs = [body.mixed.dofs[part] for part in "uw"]
         self._rest = body.mixed.nodes("u"), body.node_directors()[:, 0]
         corners, ends = basix.geometry(element.cell_type), basix.topology(element.cell_type)[1]
@@ -82,7 +82,7 @@ class Edges:
             depth = np.linalg.norm(normal, axis=2) / length
             found.append((nodes, np.einsum("cpde,dpk->ecpk", parts, slopes), length, depth))
             here[1] += np.sum(length) / 2
-        area, whole = space.mesh.comm.allreduce(here)
+        area, whole = self._comm.allreduce(here)
         # by side of the reference cell: nodes, functions' slopes along it and across, and weights
         self._sides: list[tuple[Any, Floats, Floats]] = []
         most = 0.0
@@ -93,17 +93,16 @@ class Edges:
             self._sides.append((nodes, slopes, missed * stiffness / 4 * length))
             # of the energy of twist in elements between two free edges
             most = max(most, float(np.max(2 * missed / depth, initial=0.0)))
-        self.none = not space.mesh.comm.allreduce(most, op=MPI.MAX) > BOUND
+        self.none = not self._comm.allreduce(most, op=MPI.MAX) > BOUND
 
-    def energy(self, q: Floats, about: Floats | None = None) -> float:
+    def energy(self, q: Floats, about: Floats) -> float:
         """Energy that elements of this rank miss, J.
 
         Args:
-            q: Local array of a state, or of a change of one.
-            about: State that it is a small change of; None: it is a state.
+            q: Local array of a change of a state.
+            about: State that it is a small change of.
         """
-        (X, D), (u, w) = self._rest, self._parts(q)
-        moved, turned = (u, 0 * w) if about is None else self._parts(about)
+        (X, D), (u, w), (moved, turned) = self._rest, self._parts(q), self._parts(about)
         found = 0.0
         for nodes, (along, across), weights in self._sides:
 
@@ -114,6 +113,10 @@ class Edges:
             twist += of(across, X + moved) * of(along, w) + of(across, u) * of(along, D + turned)
             found += float(np.sum(weights * np.sum(twist, axis=2) ** 2))
         return found
+
+    def share(self, q: Floats, about: Floats, energy: float) -> float:
+        """That energy as a part of the energy of a mode; collective."""
+        return float(self._comm.allreduce(self.energy(q, about))) / energy
 
     def _parts(self, q: Floats) -> tuple[Floats, Floats]:
         u, w = (q[dofs].reshape(-1, 3) for dofs in self._dofs)
@@ -200,7 +203,7 @@ class Twisted(Shares):
 
     def start(self, simulation: Simulation) -> None:
         """Find the shells with free edges; the others cost nothing more."""
-        self._parts = edges(simulation.model)
+        self._parts = {name: each.energy for name, each in edges(simulation.model).items()}
         self.idle = not self._parts
 
     def cautions(self, simulation: Simulation) -> Iterator[RunWarning]:
@@ -214,29 +217,12 @@ class Twisted(Shares):
                 yield self.caution(name, share, BOUND, says)
 
 
-def twisted_modes(
-    model: Model,
-    modes: Sequence[tuple[int, float, Callable[[str], Floats]]],
-    about: Callable[[str], Floats] | None,
-) -> list[str]:
-    """Sentences on bodies that are too stiff in modes; collective.
-
-    Args:
-        model: The bodies.
-        modes: Number of each elastic mode, its strain energy, and its parts by names of bodies.
-        about: State that modes are about, by names of bodies; None: the reference.
-    """
+def twisted_modes(model: Model, state: Parts | None, modes: Sequence[Motion]) -> list[str]:
+    """Sentences on bodies that are too stiff in modes; as `stiffened_modes`."""
     said = []
     for name, body in edges(model).items():
-        found = []
-        for number, energy, part in modes:
-            q = part(name)
-            missed = body.energy(q, 0 * q if about is None else about(name))
-            share = model.comm.allreduce(missed, op=MPI.SUM) / energy
-            if share > BOUND:
-                found.append((share, number))
-        if found:
-            most, which = in_modes(found)
+        if found := in_modes(name, state, modes, body.share, BOUND):
+            most, which = found
             said.append(
                 f"shell '{name}' is too stiff in twisting, by about {100 * most:.0f} % in {which}; "
                 f"frequencies are too high by half of that, load factors by as much: {WHY}"

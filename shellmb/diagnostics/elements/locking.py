@@ -17,7 +17,7 @@ would have with the stiffness of the section is a multiple of what is in bending
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any, NamedTuple
 
 from mpi4py import MPI
@@ -29,11 +29,17 @@ from dolfinx import fem, mesh
 from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats
+from shellmb.diagnostics.base import Motion, Parts, RunWarning, said_of
+from shellmb.diagnostics.elements.finer import known
+from shellmb.diagnostics.elements.sampled import Part, Shares
 from shellmb.forms.steps.mixed import LinearMixed, LinearOwn, bending, split
 from shellmb.meshes.shared import space_on, sums_at_nodes
 from shellmb.meshes.spaces import reading_element
+from shellmb.model.model import Model
 from shellmb.model.shells.shell import ShellModel
 from shellmb.native.expressions import compiled_expression
+from shellmb.observers.fields.nodal import state
+from shellmb.simulate.simulation import Simulation
 
 # `p`, root of the mean square, below which nothing was too stiff by two per cent, and that excess
 PRONE, BOUND = 0.6, 0.02
@@ -209,7 +215,7 @@ class Roughness:
         self._held, self._q = not body.shell.stretching, fem.Function(mixed.space)
         self._read = values([*body.resultants(self._q), *_strains(body, self._q)])
 
-    def energy(self, q: Floats, about: Floats | None = None) -> float:
+    def energy(self, q: Floats, about: Floats) -> float:
         """The energy, J, of the cells of this rank; collective.
 
         Args:
@@ -276,3 +282,76 @@ def _strains(body: ShellModel, q: Expr) -> list[Expr]:
 def _table(element: basix.finite_element.FiniteElement, points: Any) -> Floats:
     """Values of the functions of a scalar element at points, shape (points, functions)."""
     return np.asarray(element.tabulate(0, points))[0, :, :, 0]
+
+
+class Locked(Shares):
+    """Watches what elements that lock add to the stiffness of thin curved bodies."""
+
+    name = "locking"
+
+    def _begin(self) -> None:
+        super()._begin()
+        self._meshes: dict[str, Mesh] = {}
+        self._found: dict[str, Roughness] = {}
+
+    def start(self, simulation: Simulation) -> None:
+        """Find the shells whose meshes are distorted; the others cost nothing more."""
+        meshes = {name: Mesh(body) for name, body in simulation.model.shells.items()}
+        self._meshes = {name: each for name, each in meshes.items() if each.distorted}
+        self.idle = not self._meshes
+
+    def _here(self, simulation: Simulation) -> dict[str, Part]:
+        """Parts of those that can lock as they are bent now; collective."""
+        prone = []
+        for name, measures in self._meshes.items():
+            body, q = simulation.model.shells[name], state(simulation, name)
+            d = body.node_directors()[:, 0]
+            if not simulation.scheme.linear:
+                d = d + q[body.mixed.dofs["w"]].reshape(-1, 3)
+            if measures.proneness(d) >= PRONE:
+                prone.append(name)
+                if name not in self._found:
+                    self._found[name] = Roughness(body)
+        return {name: self._found[name].energy for name in prone}
+
+    def cautions(self, simulation: Simulation) -> Iterator[RunWarning]:
+        """A sentence for each body that is too stiff; collective."""
+        for name, share in self.shares(simulation):
+            body = simulation.model.shells[name]
+            found, how = excess(body, share), why(body, share)
+            finer = known(simulation, body) if found.value > BOUND else None
+            if finer is not None:
+                # nodes of meshes that are not distorted are compared by themselves
+                value = finer.stiff[name] if body.shell.distortion else 0.0
+                found, how = Excess(value, False), f"{how} (the number is {finer.how})"
+            if found.value > BOUND:
+                said = f"{said_of(simulation, name)} is too stiff in bending, by {found.said}"
+                yield self.caution(name, found.value, BOUND, f"{said}: {how}")
+
+
+def locked_modes(model: Model, state: Parts | None, modes: Sequence[Motion]) -> list[str]:
+    """Sentences on bodies in whose modes elements lock; as `stiffened_modes`."""
+    said = []
+    for name, body in model.shells.items():
+        measures = Mesh(body)
+        d = body.node_directors()[:, 0]
+        if state is not None:
+            d = d + state(name)[body.mixed.dofs["w"]].reshape(-1, 3)
+        if not measures.distorted or measures.proneness(d) < PRONE:
+            continue
+        roughness, found = Roughness(body), []
+        for number, energy, (part, *_) in modes:
+            q = part(name)
+            share = model.comm.allreduce(roughness.energy(q, 0 * q)) / energy
+            found.append((excess(body, share), share, number))
+        if numbers := [number for each, _, number in found if each.value > BOUND]:
+            worst, share, most = max(found)
+            # squares of frequencies are in proportion to stiffness
+            high = worst._replace(value=float(np.sqrt(1 + worst.value)) - 1)
+            which = f"the frequency of mode {most} is too high"
+            if len(numbers) > 1:
+                listed = ", ".join(map(str, numbers))
+                which = f"frequencies of modes {listed} are too high, that of {most} most of all"
+            stiff = f"shell '{name}' is too stiff in bending; {why(body, share)}"
+            said.append(f"{which}, by {high.said}: {stiff}")
+    return said

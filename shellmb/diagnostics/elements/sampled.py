@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from typing import ClassVar, Protocol
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import ClassVar
 
 from shellmb.arrays import Floats
-from shellmb.diagnostics.base import Watch
+from shellmb.diagnostics.base import Motion, Parts, Watch
 from shellmb.observers.account.energy import Scalar, scalar
 from shellmb.observers.fields.nodal import state
 from shellmb.schemes.linearised import strain_energy
@@ -35,21 +35,47 @@ class Sampled(Watch):
             self._look(simulation)
 
 
-def in_modes(found: Sequence[tuple[float, int]]) -> tuple[float, str]:
-    """Largest of some values by numbers of modes, and these modes in words."""
+def changed(simulation: Simulation, name: str) -> tuple[Floats, Floats]:
+    """Local array of a body's state, and of the state that this is a small change of.
+
+    What is bilinear in positions and directors changes over a state as it does about half of it.
+    """
+    q = state(simulation, name)
+    return q, (0.0 if simulation.scheme.linear else 0.5) * q
+
+
+def in_modes(
+    name: str,
+    about: Parts | None,
+    modes: Sequence[Motion],
+    share: Callable[[Floats, Floats, float], float],
+    bound: float,
+) -> tuple[float, str] | None:
+    """Largest share in modes of a body, and in words all modes with shares above a bound.
+
+    Args:
+        name: Name of the body.
+        about: State that modes are about; None: the reference.
+        modes: The modes.
+        share: Gives the share by the local arrays of a mode and of that state, and the mode's
+            energy; collective.
+        bound: The bound; None is returned where all are below.
+    """
+    found = []
+    for number, energy, (part, *_) in modes:
+        q = part(name)
+        here = share(q, 0 * q if about is None else about(name), energy)
+        if here > bound:
+            found.append((here, number))
+    if len(found) < 2:
+        return (found[0][0], f"mode {found[0][1]}") if found else None
     most, worst = max(found)
-    if len(found) == 1:
-        return most, f"mode {worst}"
     listed = ", ".join(str(number) for _, number in found)
     return most, f"modes {listed}, most in mode {worst}"
 
 
-class Part(Protocol):
-    """Something of a body that has an energy."""
-
-    def energy(self, q: Floats, about: Floats | None) -> float:
-        """The energy on this rank, J, of a state, or of a small change of one; collective."""
-        ...
+# the energy on this rank, J, of a small change of a state, both as local arrays; collective
+type Part = Callable[[Floats, Floats], float]
 
 
 class Shares(Sampled):
@@ -75,8 +101,7 @@ class Shares(Sampled):
         """The sums so far with those of this state; changes nothing; collective."""
         sums, comm = dict(self._sums), simulation.model.comm
         for name, part in self._here(simulation).items():
-            q = state(simulation, name)
-            here = comm.allreduce(part.energy(q, 0 * q if simulation.scheme.linear else None))
+            here = comm.allreduce(part(*changed(simulation, name)))
             if name not in self._energies:
                 body = simulation.model.shells[name]
                 form = strain_energy(body, simulation.problem.levels[name])

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 
 import ufl
 from dolfinx import fem
 from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats
-from shellmb.diagnostics.base import STIFFENED, RunWarning, Watch, said_of
+from shellmb.diagnostics.base import STIFFENED, Motion, Parts, RunWarning, Watch, said_of
 from shellmb.forms.materials import compressive, tensile
 from shellmb.forms.shell import named
 from shellmb.forms.steps.mixed import assumed
@@ -22,8 +22,6 @@ from shellmb.system.assembly.functionals import functionals
 
 # of the strain energy: displacements may be off by 1 % then
 BOUND = 2e-3
-
-type Parts = Callable[[str], Floats]
 
 
 class _Sums:
@@ -111,26 +109,21 @@ class Wrinkled(Watch):
                 yield self.caution(name, share, BOUND, says)
 
 
-def wrinkled_modes(model: Model, at: Parts | None) -> list[str]:
-    """Sentences on modes of shells that wrinkle; collective.
-
-    Args:
-        model: The bodies.
-        at: Local arrays of the state by names of bodies; None: modes are about rest.
-    """
+def wrinkled_modes(model: Model, state: Parts | None, modes: Sequence[Motion]) -> list[str]:
+    """Sentences on modes of shells that wrinkle; as `stiffened_modes`."""
     found = []
     for name, section in _wrinkling(model).items():
         if section.compression == 1:
             continue
         said = f"shell '{name}' has a wrinkling section"
-        if at is None:
+        if state is None:
             found.append(
                 f"{said}, which counts as taut at rest: these modes have its whole stiffness, of "
                 f"which compression has {100 * section.compression:.2g} %, and it buckles in none "
                 "of them; find modes about a state in tension"
             )
             continue
-        whole, taut, pulled = _Sums(model.shells[name], section, _areas)(at(name))
+        whole, taut, pulled = _Sums(model.shells[name], section, _areas)(state(name))
         slack = 1 - pulled / whole
         if slack > STIFFENED:
             found.append(

@@ -22,13 +22,12 @@ class Lifting(Watch):
     """Watches the normal forces of rolling and knife-edge joints."""
 
     name = "lifting"
-    remembered = ("_last", "_press", "_pull")
+    remembered = ("_last", "_press", "_largest")
 
     def _begin(self) -> None:
         self._last: dict[str, float] = {}
-        # the largest pressure; the largest pull, and when
+        # the largest pressure
         self._press: dict[str, float] = {}
-        self._pull: dict[str, tuple[float, float]] = {}
 
     def start(self, simulation: Simulation) -> None:
         """Find the joints."""
@@ -45,12 +44,11 @@ class Lifting(Watch):
                 mean = (force + self._last.get(name, force)) / 2
                 self._last[name] = force
                 self._press[name] = max(self._press.get(name, 0.0), abs(mean))
-                if -mean > self._pull.get(name, (0.0,))[0]:
-                    self._pull[name] = -mean, simulation.t
+                self._note(name, -mean, simulation.t)
 
     def cautions(self, simulation: Simulation) -> Iterator[RunWarning]:
         """The contacts that pull."""
-        for name, (pull, when) in self._pull.items():
+        for name, (pull, when) in self._largest.items():
             share = pull / self._press[name]
             if share > PULL:
                 bound = simulation.model.mechanism.joints[name]

@@ -15,24 +15,21 @@ class Undetermined(Watch):
     """Watches what round-off alone changes in solutions."""
 
     name = "round-off"
-    remembered = ("_worst", "_what", "_time")
-
-    def _begin(self) -> None:
-        self._worst, self._what, self._time = 0.0, "", 0.0
+    remembered = ("_largest",)
 
     def accepted(self, simulation: Simulation) -> None:
         """Take what changed most in the last update, if that was round-off."""
         what, change = simulation.problem.iteration.roundoff.found
-        if change > self._worst:
-            self._worst, self._what, self._time = change, what, simulation.t
+        self._note(self.name, change, simulation.t, what)
 
     def cautions(self, simulation: Simulation) -> Iterator[RunWarning]:
         """A sentence if it is much."""
-        if self._worst > KNOWN:
+        worst, when, *what = self._noted(self.name)
+        if worst > KNOWN:
             says = (
-                f"the {self._what} is known to {self._worst:.1e} of its largest value only, at "
-                f"t = {self._time:g}: constraints nearly depend on one another there, and "
+                f"the {what[0]} is known to {worst:.1e} of its largest value only, at "
+                f"t = {when:g}: constraints nearly depend on one another there, and "
                 "round-off decides how they share forces; use joints with fewer constraints, or do "
                 "not rely on their forces near such positions"
             )
-            yield self.caution(None, self._worst, KNOWN, says)
+            yield self.caution(None, worst, KNOWN, says)

@@ -13,9 +13,8 @@ from mpi4py import MPI
 
 from shellmb.arrays import Floats
 from shellmb.barrier import arrive
-from shellmb.diagnostics.elements.bulges import bulging_modes
-from shellmb.diagnostics.elements.edges import twisted_modes
-from shellmb.diagnostics.elements.wrinkled import wrinkled_modes
+from shellmb.diagnostics.base import Motion
+from shellmb.diagnostics.modes import BUCKLING
 from shellmb.errors import petsc_in_words
 from shellmb.files.writing import make_folder, write_text
 from shellmb.model.model import Model
@@ -243,13 +242,9 @@ def find_buckling(
     with modes_directory(scene, out, comm) as run:
         found = linear_buckling(scene, comm, count)
         shapes = [mode_shape(found.system, found.model, vector) for vector in found.vectors]
-        modes = list(enumerate(parts_of(found.system, found.vectors), start=1))
-        stored = [(k, e, part) for e, (k, part) in zip(found.energies, modes, strict=True)]
-        warnings = [
-            *twisted_modes(found.model, stored, None),
-            *bulging_modes(found.model, modes, None),
-            *wrinkled_modes(found.model, None),
-        ]
+        parts = zip(found.energies, parts_of(found.system, found.vectors), strict=True)
+        modes = [Motion(k, energy, (part,)) for k, (energy, part) in enumerate(parts, start=1)]
+        warnings = [text for look in BUCKLING for text in look(found.model, None, modes)]
         summary = run.summary(found.model, found.system.size) | {
             "load_factors": found.factors,
             "negative_load_factor": found.negative,

@@ -9,11 +9,8 @@ from petsc4py import PETSc
 import numpy as np
 
 from shellmb.arrays import Bools, Floats
-from shellmb.diagnostics.elements.bulges import bulging_modes
-from shellmb.diagnostics.elements.edges import twisted_modes
-from shellmb.diagnostics.elements.locked import locked_modes
-from shellmb.diagnostics.elements.wrinkled import wrinkled_modes
-from shellmb.diagnostics.stiffened_modes import Motion, stiffened_modes
+from shellmb.diagnostics.base import Motion
+from shellmb.diagnostics.modes import VIBRATION
 from shellmb.errors import SceneError, petsc_in_words
 from shellmb.model.model import Model
 from shellmb.native.assembler import assembled_as
@@ -194,31 +191,20 @@ def _doubtful(
     model: Model, system: BlockSystem, found: Lowest, simulation: Simulation | None
 ) -> list[str]:
     """Sentences on bodies that are too stiff or too soft in modes; collective."""
-    directors = state = None
+    state = None
     if simulation is not None:
         arrays = simulation.arrays()
 
         def state(name: str) -> Floats:
             return arrays[f"{name}/q"]
 
-        def directors(name: str) -> Floats:
-            return state(name)[model.shells[name].mixed.dofs["w"]].reshape(-1, 3)
-
     modes = [
-        (k + 1, found.energies[k], part)
+        Motion(k + 1, found.energies[k], (part,))
         for k, part in enumerate(parts_of(system, found.vectors))
         if k >= found.rigid and found.energies[k] > 0
     ]
-    if not modes:
-        return []
-    elastic = [Motion(number, energy, (part,)) for number, energy, part in modes]
-    return [
-        *(stiffened_modes(model, state, elastic) if state is not None else ()),
-        *locked_modes(model, modes, directors),
-        *twisted_modes(model, modes, state),
-        *bulging_modes(model, [(number, part) for number, _, part in modes], state),
-        *wrinkled_modes(model, state),
-    ]
+    looks = VIBRATION if modes else ()
+    return [sentence for look in looks for sentence in look(model, state, modes)]
 
 
 def parts_of(

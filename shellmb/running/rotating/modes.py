@@ -10,7 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from shellmb.arrays import Floats
-from shellmb.diagnostics.stiffened_modes import Motion, stiffened_modes
+from shellmb.diagnostics.base import Motion
+from shellmb.diagnostics.stiffened_modes import stiffened_modes
 from shellmb.errors import TooFewModesError, petsc_in_words
 from shellmb.model.model import Model
 from shellmb.native.assembler import assembled_as

@@ -1,4 +1,6 @@
-"""A stiff body spins under a scheme that stiff fibres do not follow.
+"""Steps turn bodies by more than the scheme can follow.
+
+A stiff body spins under a scheme that stiff fibres do not follow.
 
 Under ED the state j leaves the circle on which a fibre moves that does not stretch: eq. (31) works
 against the stiff strain. The body loses spin, or takes it from what drives it, and the force along
@@ -20,7 +22,27 @@ from shellmb.diagnostics.base import RunWarning, Watch, remedies, said_of
 from shellmb.observers.account.sizes import stiffness_of
 from shellmb.simulate.simulation import Simulation
 
-# as of a drift that shows (`drift.OTHERS`)
+
+class LargeTurns(Watch):
+    """Watches the angle of all bodies in a step against what the scheme says of itself."""
+
+    name = "turning"
+
+    def cautions(self, simulation: Simulation) -> Iterator[RunWarning]:
+        """A sentence for each body that turns too far."""
+        bound = simulation.scheme.rotations.largest
+        for name, turn in self.sources.rotations.turns.items():
+            if turn.largest > bound:
+                dt = turn.dt * bound / turn.largest
+                says = (
+                    f"{said_of(simulation, name)} turns by {turn.largest:.2g} rad in the step to "
+                    f"t = {turn.t:g} s; the scheme follows up to {bound:g} rad, to 5 per cent of "
+                    f"the angle: use a step of at most {dt:.2g} s"
+                )
+                yield self.caution(name, turn.largest, bound, says)
+
+
+# as of a drift that shows (`balances.OTHERS`)
 BOUND = 1e-2
 
 
