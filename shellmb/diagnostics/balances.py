@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from itertools import pairwise
 
-from shellmb.diagnostics.base import RunWarning, Watch, remedies, said_of
+from shellmb.diagnostics.base import Cautions, RunWarning, Watch, remedies, said_of
 from shellmb.observers.account.momentum import KINDS
 from shellmb.scene import Hyperelastic, Scene
 from shellmb.scene.lookup import said
@@ -25,7 +24,7 @@ class Drift(Watch):
 
     name = "drift"
 
-    def cautions(self, simulation: Simulation) -> Iterator[RunWarning]:
+    def cautions(self, simulation: Simulation) -> Cautions:
         """Decide whether drifts are out of proportion; rotations that may be why are named."""
         turns = self.sources.rotations.turns
         most = max(turns, key=lambda name: turns[name].largest, default=None)
@@ -58,7 +57,7 @@ class Dissipation(Watch):
 
     name = "dissipation"
 
-    def cautions(self, simulation: Simulation) -> Iterator[RunWarning]:
+    def cautions(self, simulation: Simulation) -> Cautions:
         """Decide whether the dissipation is out of proportion, and in which body."""
         share = self.sources.energy.dissipated_share
         if share <= DISSIPATED:
@@ -104,25 +103,22 @@ class EnergyLaw(Watch):
         steps = [abs(b["energy_balance"] - a["energy_balance"]) for a, b in pairwise(rows)]
         return rows[1 + max(range(len(steps)), key=steps.__getitem__)]["t"]
 
-    def cautions(self, simulation: Simulation) -> Iterator[RunWarning]:
+    def cautions(self, simulation: Simulation) -> Cautions:
         """Decide whether the balance is off."""
-        error = self.sources.energy.relative_error
-        if not simulation.scheme.dynamic:
+        error, scheme = self.sources.energy.relative_error, simulation.scheme
+        bound = CLOSED if has_energy_law(scheme) else LAWLESS
+        if not scheme.dynamic or not error > bound:
             return
-        if not has_energy_law(simulation.scheme):
-            if error > LAWLESS:
-                says = (
-                    f"the scheme has no energy law ({simulation.scheme.title}): the energy "
-                    f"balance has an error of {error:.1e} of the energy exchanged, most of it in "
-                    f"the step to t = {self._when():g} s; use a smaller step, or compare with "
-                    "--scheme ep4 or --scheme ed3"
-                )
-                yield self.caution(None, error, LAWLESS, says)
-        elif error > CLOSED:
-            says = (
-                f"the energy balance has an error of {error:.1e} of the energy exchanged, "
-                f"{self.sources.energy.exchanged:.2g} J, most of it in the step to "
-                f"t = {self._when():g} s; the limit is {CLOSED:.0e}: use a smaller step or a "
-                f"smaller Solver(tolerance=...){_suspects(simulation.scene)}"
+        says = f"the energy balance has an error of {error:.1e} of the energy exchanged, "
+        most = f"most of it in the step to t = {self._when():g} s; "
+        if has_energy_law(scheme):
+            says += (
+                f"{self.sources.energy.exchanged:.2g} J, {most}the limit is {CLOSED:.0e}: use a "
+                f"smaller step or a smaller Solver(tolerance=...){_suspects(simulation.scene)}"
             )
-            yield self.caution(None, error, CLOSED, says)
+        else:
+            says = (
+                f"the scheme has no energy law ({scheme.title}): {says}{most}use a smaller step, "
+                "or compare with --scheme ep4 or --scheme ed3"
+            )
+        yield self.caution(None, error, bound, says)

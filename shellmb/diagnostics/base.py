@@ -65,6 +65,9 @@ class RunWarning:
         return asdict(self)
 
 
+type Cautions = Iterator[RunWarning]
+
+
 class Watch(BaseObserver):
     """Watches one thing over a run. What it finds is the same on all ranks.
 
@@ -110,7 +113,7 @@ class Watch(BaseObserver):
         found: tuple[Any, ...] = simulation.model.comm.allreduce(self._noted(name), op=MPI.MAX)
         return found
 
-    def cautions(self, simulation: Simulation) -> Iterator[RunWarning]:
+    def cautions(self, simulation: Simulation) -> Cautions:
         """Warnings about the run so far; none where it does not apply."""
         raise NotImplementedError
 

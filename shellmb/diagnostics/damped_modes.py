@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-
 import numpy as np
 
-from shellmb.diagnostics.base import STIFFENED, RunWarning, Watch, said_of
+from shellmb.diagnostics.base import STIFFENED, Cautions, Watch, said_of
 from shellmb.observers.fields.modal import ModalState
 from shellmb.simulate.simulation import Simulation
 
@@ -19,10 +17,6 @@ class DampedModes(Watch):
 
     name = "damped modes"
     remembered = ("_largest",)
-
-    def _begin(self) -> None:
-        # by body the largest of the products below, and when
-        self._largest: dict[str, tuple[Sequence[float], float]] = {}
 
     def start(self, simulation: Simulation) -> None:
         """Find the bodies."""
@@ -40,12 +34,13 @@ class DampedModes(Watch):
             assert data.relaxing is not None
             products = [data.stiffness @ eta**2, data.stiffness @ rate**2]
             products += [rate @ matrix @ rate for matrix in (data.damping, data.relaxing)]
+            # the largest of each, and when
             before, when = self._largest.get(data.name, (np.zeros(4), 0.0))
             if products[3] > before[3]:
                 when = simulation.t
             self._largest[data.name] = np.maximum(before, products).tolist(), when
 
-    def cautions(self, simulation: Simulation) -> Iterator[RunWarning]:
+    def cautions(self, simulation: Simulation) -> Cautions:
         """A sentence for each body that resists otherwise than its modes do."""
         for name, (products, when) in self._largest.items():
             share = _share(*products)

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from shellmb.diagnostics.balances import Dissipation, Drift, EnergyLaw
-from shellmb.diagnostics.base import RunWarning, Watch
+from shellmb.diagnostics.base import Watch
 from shellmb.diagnostics.damped_modes import DampedModes
 from shellmb.diagnostics.elements.bulges import Bulging
 from shellmb.diagnostics.elements.coarse import Coarse
@@ -25,7 +23,6 @@ from shellmb.diagnostics.statics.paths import LimitPoints, PathEnd
 from shellmb.diagnostics.statics.stability import Unstable
 from shellmb.diagnostics.step_error import StepErrors
 from shellmb.diagnostics.turns import LargeTurns, StiffSpin
-from shellmb.simulate.simulation import Simulation
 
 # what is nearest to the cause comes first
 WATCHES: tuple[type[Watch], ...] = (
@@ -58,13 +55,3 @@ WATCHES: tuple[type[Watch], ...] = (
     Dissipation,
     EnergyLaw,
 )
-
-
-def cautions(watching: Sequence[Watch], simulation: Simulation) -> list[RunWarning]:
-    """Warnings of all watches.
-
-    Args:
-        watching: The watches of a run.
-        simulation: The simulation, at its end.
-    """
-    return [caution for watch in watching for caution in watch.cautions(simulation)]

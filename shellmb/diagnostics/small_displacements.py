@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 from mpi4py import MPI
 
 import numpy as np
 
 from shellmb.arrays import Floats
-from shellmb.diagnostics.base import STIFFENED, RunWarning, Watch, said_of
+from shellmb.diagnostics.base import STIFFENED, Cautions, RunWarning, Watch, said_of
 from shellmb.model.body import strain_energy
 from shellmb.model.frames.rigid import RigidBodies
 from shellmb.observers.account.energy import present
@@ -50,7 +48,7 @@ class SmallDisplacements(Watch):
             size = float(np.sqrt(np.max(np.sum(change.reshape(-1, 3) ** 2, axis=1), initial=0.0)))
             self._note(body.name, size, simulation.t)
 
-    def cautions(self, simulation: Simulation) -> Iterator[RunWarning]:
+    def cautions(self, simulation: Simulation) -> Cautions:
         """A sentence for each body that turns too far; collective."""
         if not simulation.scheme.linear:
             return
@@ -126,7 +124,7 @@ class _AboutFrames(Watch):
         if energy > self._shapes.get(name, (0.0,))[0]:
             self._shapes[name] = energy, squares, np.array(shape)
 
-    def _bent(self, simulation: Simulation, name: str) -> Iterator[RunWarning]:
+    def _bent(self, simulation: Simulation, name: str) -> Cautions:
         """Cautions of a body that bends too far, or by forces along it; collective."""
         turn, when = self._worst(simulation, f"turns {name}")
         if turn > SMALL_ANGLE:
@@ -181,9 +179,7 @@ class _AboutFrames(Watch):
         }
         return stiffening(simulation.scene, simulation.model.comm, parts), when
 
-    def _spun(
-        self, simulation: Simulation, name: str, lowest: float, of: str
-    ) -> Iterator[RunWarning]:
+    def _spun(self, simulation: Simulation, name: str, lowest: float, of: str) -> Cautions:
         """The caution of a body that spins too fast; collective."""
         spin, when = self._worst(simulation, f"spins {name}")
         share = (spin / lowest) ** 2
@@ -243,7 +239,7 @@ class ReducedBodies(_AboutFrames):
                 rates = state.now(simulation, "v")[0][3:].reshape(3, 3)
                 self._spins(data.name, d, rates, t)
 
-    def cautions(self, simulation: Simulation) -> Iterator[RunWarning]:
+    def cautions(self, simulation: Simulation) -> Cautions:
         """A sentence for each body that bends, is pressed or spins too much; collective."""
         for data in simulation.model.modal:
             yield from self._bent(simulation, data.name)
@@ -295,7 +291,7 @@ class LinearBodies(_AboutFrames):
                 rates = tie.changes(levels.rates["v"].x.array)
                 self._spins(body.name, np.eye(3) + tie.changes(q), rates, t)
 
-    def cautions(self, simulation: Simulation) -> Iterator[RunWarning]:
+    def cautions(self, simulation: Simulation) -> Cautions:
         """A sentence for each body that bends, is pressed or spins too much; collective."""
         for body, _ in self._bodies:
             yield from self._bent(simulation, body.name)

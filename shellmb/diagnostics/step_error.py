@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
-from mpi4py import MPI
-
 import numpy as np
 
-from shellmb.diagnostics.base import RunWarning, Watch
+from shellmb.diagnostics.base import Cautions, Watch
 from shellmb.simulate.simulation import Simulation
 from shellmb.simulate.stepsize.tolerance import ErrorSize
 
@@ -23,10 +19,7 @@ class StepErrors(Watch):
     """Watches for steps that could not be small enough, and motions too small to be controlled."""
 
     name = "step error"
-    remembered = ("_reach",)
-
-    def _begin(self) -> None:
-        self._reach = 0.0
+    remembered = ("_largest",)
 
     def start(self, simulation: Simulation) -> None:
         """See whether steps follow their error."""
@@ -39,9 +32,9 @@ class StepErrors(Watch):
                 if part.name in body.kinematic and part.name in ("u", "w"):
                     values = simulation.problem.levels[body.name].q.x.array
                     moved = np.max(np.abs(values[body.mixed.dofs[part.name]]), initial=0.0)
-                    self._reach = max(self._reach, float(moved) / part.scale)
+                    self._note(self.name, float(moved) / part.scale, simulation.t)
 
-    def cautions(self, simulation: Simulation) -> Iterator[RunWarning]:
+    def cautions(self, simulation: Simulation) -> Cautions:
         """A sentence for each."""
         size = simulation.size
         if not isinstance(size, ErrorSize) or size.settings.step_error is None:
@@ -61,7 +54,7 @@ class StepErrors(Watch):
             )
             yield self.caution(None, size.worst, wanted, says)
         yield from self._added(simulation, size)
-        reach = simulation.model.comm.allreduce(self._reach, op=MPI.MAX)
+        reach, _ = self._worst(simulation, self.name)
         if simulation.step and reach < KNOWN * wanted:
             says = (
                 f"all bodies move by less than {reach:.1e} of their size: step_error={wanted:g}, "
@@ -70,7 +63,7 @@ class StepErrors(Watch):
             )
             yield self.caution(None, reach, KNOWN * wanted, says)
 
-    def _added(self, simulation: Simulation, size: ErrorSize) -> Iterator[RunWarning]:
+    def _added(self, simulation: Simulation, size: ErrorSize) -> Cautions:
         """The step error is for each radian of the motion: what that makes of all of it."""
         allowed = size.settings.step_error
         if allowed is None or size.total <= ADDED * allowed:

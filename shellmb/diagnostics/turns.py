@@ -14,11 +14,9 @@ loses that does not stretch at all, the part `y^2/(y^2 + 40)`: 0.9 with y = 20, 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 
-from shellmb.diagnostics.base import RunWarning, Watch, remedies, said_of
+from shellmb.diagnostics.base import Cautions, Watch, remedies, said_of
 from shellmb.observers.account.sizes import stiffness_of
 from shellmb.simulate.simulation import Simulation
 
@@ -28,7 +26,7 @@ class LargeTurns(Watch):
 
     name = "turning"
 
-    def cautions(self, simulation: Simulation) -> Iterator[RunWarning]:
+    def cautions(self, simulation: Simulation) -> Cautions:
         """A sentence for each body that turns too far."""
         bound = simulation.scheme.rotations.largest
         for name, turn in self.sources.rotations.turns.items():
@@ -60,7 +58,7 @@ class StiffSpin(Watch):
             if name in turns and not self.idle:
                 turns[name].speed = stiffness_of(body).wave_speed
 
-    def cautions(self, simulation: Simulation) -> Iterator[RunWarning]:
+    def cautions(self, simulation: Simulation) -> Cautions:
         """A sentence for each body that spins and is stiff."""
         for name, turn in self.sources.rotations.turns.items():
             dissipated = self._loss * turn.stiff

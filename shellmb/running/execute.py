@@ -20,7 +20,6 @@ import numpy as np
 from shellmb.arrays import Floats
 from shellmb.barrier import arrive
 from shellmb.diagnostics.base import RunWarning, collect_warnings, setup_warnings
-from shellmb.diagnostics.registry import cautions
 from shellmb.errors import (
     ControlError,
     ConvergenceError,
@@ -239,7 +238,8 @@ def _result(
     if isinstance(failure, KeyboardInterrupt):
         failed = INTERRUPTED
     rows = standard.sources.history.rows
-    found = (*before, *(cautions(standard.watches, simulation) if rows else ()))
+    watches = standard.watches if rows else ()
+    found = (*before, *(each for watch in watches for each in watch.cautions(simulation)))
     summary = summarise(simulation, standard.sources, wall, failed)
     summary |= points_and_events(simulation)
     summary |= {"warnings": [c.to_dict() for c in found]}

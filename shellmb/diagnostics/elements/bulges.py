@@ -14,7 +14,7 @@ bending where sides are short, and is left out in this ratio. Beside finer meshe
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 from mpi4py import MPI
 
@@ -22,7 +22,7 @@ import numpy as np
 from basix import CellType, topology
 
 from shellmb.arrays import Floats
-from shellmb.diagnostics.base import Motion, Parts, RunWarning, said_of
+from shellmb.diagnostics.base import Cautions, Motion, Parts, said_of
 from shellmb.diagnostics.elements.finer import known
 from shellmb.diagnostics.elements.sampled import Sampled, changed, in_modes
 from shellmb.model.model import Model
@@ -118,7 +118,7 @@ class Bulging(Sampled):
             # the largest estimate and the largest displacement
             self._largest[name] = tuple(map(max, both))
 
-    def cautions(self, simulation: Simulation) -> Iterator[RunWarning]:
+    def cautions(self, simulation: Simulation) -> Cautions:
         """A sentence for each body whose nodes are off; collective."""
         self._look(simulation)
         for name, (bulge, moved) in self._largest.items():

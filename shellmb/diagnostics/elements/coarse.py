@@ -8,13 +8,11 @@ layers, but not by how much the body is off; in statics a finer mesh tells.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
-from shellmb.diagnostics.base import RunWarning, Watch, said_of
+from shellmb.diagnostics.base import Cautions, Watch, said_of
 from shellmb.diagnostics.elements.bulges import Bulges
-from shellmb.diagnostics.elements.finer import comparable, compared, energy_of
+from shellmb.diagnostics.elements.finer import comparable, compared
 from shellmb.diagnostics.elements.locking import Mesh, Roughness
-from shellmb.diagnostics.elements.sampled import changed
+from shellmb.diagnostics.elements.sampled import changed, energy_of
 from shellmb.simulate.simulation import Simulation
 
 # `p`, and the share of jumps in the strain energy, below which nothing was off by two per cent
@@ -26,7 +24,7 @@ class Coarse(Watch):
 
     name = "coarse mesh"
 
-    def cautions(self, simulation: Simulation) -> Iterator[RunWarning]:
+    def cautions(self, simulation: Simulation) -> Cautions:
         """A sentence for each body that does not; collective."""
         shells = simulation.model.shells if simulation.scene.static else ()
         for name in shells:
@@ -56,4 +54,4 @@ def _doubtful(simulation: Simulation, name: str) -> bool:
         if bulge > BOUND * moved:
             return False
     rough = comm.allreduce(Roughness(body).energy(*changed(simulation, name)))
-    return bool(rough > ROUGH * energy_of(simulation, name))
+    return bool(rough > ROUGH * energy_of(simulation, name)())

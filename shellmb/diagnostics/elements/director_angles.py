@@ -12,12 +12,11 @@ they turn apart by since the reference: a curve or a fold at rest is a matter of
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 
 import numpy as np
 
 from shellmb.arrays import Floats
-from shellmb.diagnostics.base import RunWarning, said_of
+from shellmb.diagnostics.base import Cautions, said_of
 from shellmb.diagnostics.elements.sampled import Sampled
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.shells.shell import ShellModel
@@ -98,7 +97,7 @@ class Folded(Sampled):
             angle, place = neighbours.largest(state(simulation, name))
             self._note(name, angle, simulation.t, *place)
 
-    def cautions(self, simulation: Simulation) -> Iterator[RunWarning]:
+    def cautions(self, simulation: Simulation) -> Cautions:
         """A sentence for each body that is bent too far for its elements; collective."""
         self._look(simulation)
         for name in self._bodies:

@@ -12,7 +12,7 @@ with `y = h/(n l)`, and the moment at the edge is `1 - 2 g/y` of what it would b
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 from mpi4py import MPI
@@ -21,7 +21,7 @@ import basix
 import numpy as np
 
 from shellmb.arrays import Bools, Floats
-from shellmb.diagnostics.base import Motion, Parts, RunWarning, said_of
+from shellmb.diagnostics.base import Cautions, Motion, Parts, said_of
 from shellmb.diagnostics.elements.sampled import Shares, in_modes
 from shellmb.model.model import Model
 from shellmb.model.sections.section import SectionFields
@@ -206,7 +206,7 @@ class Twisted(Shares):
         self._parts = {name: each.energy for name, each in edges(simulation.model).items()}
         self.idle = not self._parts
 
-    def cautions(self, simulation: Simulation) -> Iterator[RunWarning]:
+    def cautions(self, simulation: Simulation) -> Cautions:
         """A sentence for each body that is too stiff; collective."""
         for name, share in self.shares(simulation):
             if share > BOUND:

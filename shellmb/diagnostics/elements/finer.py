@@ -10,12 +10,11 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from shellmb.arrays import Floats
+from shellmb.diagnostics.elements.sampled import energy_of
 from shellmb.errors import ShellmbError, ShellmbWarning
 from shellmb.model.shells.shell import ShellModel
-from shellmb.observers.account.energy import scalar
 from shellmb.observers.fields.nodal import state
 from shellmb.scene import LinearSection
-from shellmb.schemes.linearised import strain_energy
 from shellmb.simulate.simulation import Simulation
 
 # error over the difference from a mesh twice as fine
@@ -82,7 +81,7 @@ def _compared(simulation: Simulation) -> Finer | None:
         change = np.linalg.norm(u - U[near], axis=1)[apart < NEAR * np.ptp(X, axis=0).max()]
         most = max(np.linalg.norm(v, axis=1).max() for v in (u, U))
         off[name] = LEFT * float(change.max(initial=0.0) / most) if most > 0 else 0.0
-        energies = [energy_of(run, name) for run in runs]
+        energies = [energy_of(run, name)() for run in runs]
         stiff[name] = LEFT * (max(energies) / max(min(energies), 1e-300) - 1)
     cost = f"{time.perf_counter() - begin:.1f} s"
     how = f"by its response to small loads on twice as many elements along each side ({cost})"
@@ -96,11 +95,3 @@ def _moved(simulation: Simulation, name: str) -> tuple[Floats, Floats]:
     both = np.concatenate([body.mixed.nodes("u"), u], axis=1)
     x, moved = np.split(np.concatenate(simulation.model.comm.allgather(both)), 2, axis=1)
     return x, moved
-
-
-def energy_of(simulation: Simulation, name: str) -> float:
-    """Strain energy of a shell, J; collective."""
-    form = strain_energy(simulation.model.shells[name], simulation.problem.levels[name])
-    energy = scalar([form], simulation.model.comm)
-    assert energy is not None
-    return energy()

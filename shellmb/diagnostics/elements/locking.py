@@ -17,7 +17,7 @@ would have with the stiffness of the section is a multiple of what is in bending
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 from mpi4py import MPI
@@ -29,7 +29,7 @@ from dolfinx import fem, mesh
 from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats
-from shellmb.diagnostics.base import Motion, Parts, RunWarning, said_of
+from shellmb.diagnostics.base import Cautions, Motion, Parts, said_of
 from shellmb.diagnostics.elements.finer import known
 from shellmb.diagnostics.elements.sampled import Part, Shares
 from shellmb.forms.steps.mixed import LinearMixed, LinearOwn, bending, split
@@ -289,15 +289,11 @@ class Locked(Shares):
 
     name = "locking"
 
-    def _begin(self) -> None:
-        super()._begin()
-        self._meshes: dict[str, Mesh] = {}
-        self._found: dict[str, Roughness] = {}
-
     def start(self, simulation: Simulation) -> None:
         """Find the shells whose meshes are distorted; the others cost nothing more."""
         meshes = {name: Mesh(body) for name, body in simulation.model.shells.items()}
         self._meshes = {name: each for name, each in meshes.items() if each.distorted}
+        self._found: dict[str, Roughness] = {}
         self.idle = not self._meshes
 
     def _here(self, simulation: Simulation) -> dict[str, Part]:
@@ -314,7 +310,7 @@ class Locked(Shares):
                     self._found[name] = Roughness(body)
         return {name: self._found[name].energy for name in prone}
 
-    def cautions(self, simulation: Simulation) -> Iterator[RunWarning]:
+    def cautions(self, simulation: Simulation) -> Cautions:
         """A sentence for each body that is too stiff; collective."""
         for name, share in self.shares(simulation):
             body = simulation.model.shells[name]

@@ -78,14 +78,23 @@ def in_modes(
 type Part = Callable[[Floats, Floats], float]
 
 
+def energy_of(simulation: Simulation, name: str) -> Scalar:
+    """Gives the strain energy of a shell, J; collective."""
+    form = strain_energy(simulation.model.shells[name], simulation.problem.levels[name])
+    energy = scalar([form], simulation.model.comm)
+    assert energy is not None
+    return energy
+
+
 class Shares(Sampled):
     """Looks at energies as parts of the strain energies of bodies; to inherit from."""
 
     remembered = ("_steps", "_sums")
+    # by names of bodies, from the start on
+    _parts: Mapping[str, Part]
 
     def _begin(self) -> None:
         super()._begin()
-        self._parts: Mapping[str, Part] = {}
         self._energies: dict[str, Scalar] = {}
         # by body the energies of the part and of all strains over the states that were looked at
         self._sums: dict[str, tuple[float, ...]] = {}
@@ -103,11 +112,7 @@ class Shares(Sampled):
         for name, part in self._here(simulation).items():
             here = comm.allreduce(part(*changed(simulation, name)))
             if name not in self._energies:
-                body = simulation.model.shells[name]
-                form = strain_energy(body, simulation.problem.levels[name])
-                energy = scalar([form], comm)
-                assert energy is not None
-                self._energies[name] = energy
+                self._energies[name] = energy_of(simulation, name)
             found, strain = sums.get(name, (0.0, 0.0))
             sums[name] = found + here, strain + self._energies[name]()
         return sums

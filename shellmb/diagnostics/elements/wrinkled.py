@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 
 import ufl
 from dolfinx import fem
 from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats
-from shellmb.diagnostics.base import STIFFENED, Motion, Parts, RunWarning, Watch, said_of
+from shellmb.diagnostics.base import STIFFENED, Cautions, Motion, Parts, Watch, said_of
 from shellmb.forms.materials import compressive, tensile
 from shellmb.forms.shell import named
 from shellmb.forms.steps.mixed import assumed
@@ -68,10 +68,6 @@ class Wrinkled(Watch):
 
     name = "compression"
 
-    def _begin(self) -> None:
-        self._sections: dict[str, Wrinkling] = {}
-        self._of: dict[str, _Sums] = {}
-
     def start(self, simulation: Simulation) -> None:
         """Find the shells that wrinkle."""
         model = simulation.model
@@ -83,7 +79,7 @@ class Wrinkled(Watch):
             for name, section in ({} if simulation.scheme.linear else found).items()
         }
 
-    def cautions(self, simulation: Simulation) -> Iterator[RunWarning]:
+    def cautions(self, simulation: Simulation) -> Cautions:
         """A sentence for each shell that compression holds; collective."""
         for name, section in self._sections.items():
             if simulation.scheme.linear:

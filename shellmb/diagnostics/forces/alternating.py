@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
 
 import numpy as np
 
 from shellmb.arrays import Floats
-from shellmb.diagnostics.base import RunWarning, Watch
+from shellmb.diagnostics.base import Cautions, Watch
 from shellmb.simulate.simulation import Simulation
 
 # what alternates, as a part of what does not
@@ -32,7 +31,7 @@ class Alternating(Watch):
 
     name = "alternation"
 
-    def cautions(self, simulation: Simulation) -> Iterator[RunWarning]:
+    def cautions(self, simulation: Simulation) -> Cautions:
         """Warnings about the means and end values that alternate most."""
         scheme, rows = simulation.scheme, self.sources.history.rows
         if not scheme.dynamic or len(rows) <= STEPS:
@@ -61,7 +60,7 @@ class Alternating(Watch):
         )
         yield from self._judged("_end", says, "_mean")
 
-    def _judged(self, ending: str, says: str, beside: str | None = None) -> Iterator[RunWarning]:
+    def _judged(self, ending: str, says: str, beside: str | None = None) -> Cautions:
         """A sentence about the columns that alternate, or are apart.
 
         Args:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,7 +9,7 @@ import numpy as np
 
 from shellmb.arrays import Floats, Ints
 from shellmb.barrier import first_found
-from shellmb.diagnostics.base import RunWarning, Watch
+from shellmb.diagnostics.base import Cautions, Watch
 from shellmb.model.potentials.contact import ContactGroup
 from shellmb.observers.files.solids import body_solid
 from shellmb.scene.lookup import said
@@ -47,7 +46,7 @@ class Between(Watch):
             # part of the radius
             self._note(lines.group.item.name, lines.missed(simulation), simulation.t)
 
-    def cautions(self, simulation: Simulation) -> Iterator[RunWarning]:
+    def cautions(self, simulation: Simulation) -> Cautions:
         """The contacts whose obstacles come between nodes."""
         for lines in self._lines:
             group = lines.group

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 
 from shellmb.arrays import Floats
-from shellmb.diagnostics.base import RunWarning, Watch
+from shellmb.diagnostics.base import Cautions, RunWarning, Watch
 from shellmb.model.potentials.contact import ContactGroup
 from shellmb.restart import Restartable
 from shellmb.scene.lookup import said
@@ -26,13 +25,11 @@ class Contacts(Watch):
     """Watches how points move in a step, against the obstacles that they touch."""
 
     name = "contact"
-    remembered = ("_largest", "_impacts", "_slid")
+    remembered = ("_largest", "_impacts")
 
     def _begin(self) -> None:
         self._before: dict[str, Floats] = {}
         self._impacts = Impacts()
-        # largest penetration; what is missed of one, m, time
-        self._slid: dict[str, tuple[float, float, float]] = {}
 
     def start(self, simulation: Simulation) -> None:
         """Take the places of the points."""
@@ -54,20 +51,20 @@ class Contacts(Watch):
             self._impacts.step(name, self._stored(name), simulation.t)
             shape, depth = group.shape, group.penetrations(end)
             wrong = np.where(depth > 0, shape.overrated(start, end), 0.0)
-            most, missed, then = self._slid.get(name, (0.0, 0.0, 0.0))
-            if np.max(wrong, initial=0.0) > missed:
-                missed, then = float(wrong.max()), simulation.t
-            self._slid[name] = float(np.max(depth, initial=most)), missed, then
+            # the largest penetration; what is missed of one, m
+            self._note(f"pressed {name}", float(np.max(depth, initial=0.0)), simulation.t)
+            self._note(f"slid {name}", float(np.max(wrong, initial=0.0)), simulation.t)
             if np.isfinite(shape.depth):
                 depth = group.penetrations(shape.nearest(start, end))
                 # part of the radius
-                self._note(name, float(np.max(depth, initial=0.0)) / shape.depth, simulation.t)
+                deepest = float(np.max(depth, initial=0.0)) / shape.depth
+                self._note(f"deep {name}", deepest, simulation.t)
 
-    def cautions(self, simulation: Simulation) -> Iterator[RunWarning]:
+    def cautions(self, simulation: Simulation) -> Cautions:
         """The contacts that the steps are too long for."""
         for group in _contacts(simulation):
             item, name = group.item, group.item.name
-            deep, when = self._worst(simulation, name)
+            deep, when = self._worst(simulation, f"deep {name}")
             kind = item.obstacle.label
             if deep > DEEP:
                 says = (
@@ -79,8 +76,8 @@ class Contacts(Watch):
                 yield self.caution(group.owner, deep, DEEP, says)
             if simulation.scheme.dynamic:
                 yield from self._impacts.cautions(self.name, group.owner, name, said(item))
-            rows = simulation.model.comm.allgather(self._slid.get(name, (0.0, 0.0, 0.0)))
-            most, (missed, then) = max(row[0] for row in rows), max(row[1:] for row in rows)
+            most, _ = self._worst(simulation, f"pressed {name}")
+            missed, then = self._worst(simulation, f"slid {name}")
             share = missed / most if most > 0 else 0.0
             if share > SLID:
                 says = (
@@ -133,7 +130,7 @@ class Impacts(Restartable):
             most, when = change, t
         self._found[name] = max(largest, energy), most, when
 
-    def cautions(self, watch: str, owner: str, name: str, who: str) -> Iterator[RunWarning]:
+    def cautions(self, watch: str, owner: str, name: str, who: str) -> Cautions:
         """A sentence if impacts of a contact are too short for the steps.
 
         Args:
@@ -192,12 +189,12 @@ class TouchingFaces(Watch):
                 first, deepest = self._between.get(name, (t, now))
                 self._between[name] = first, max(deepest, now)
 
-    def cautions(self, simulation: Simulation) -> Iterator[RunWarning]:
+    def cautions(self, simulation: Simulation) -> Cautions:
         """Say what is wrong with contacts."""
         for faces in simulation.problem.couplings:
             yield from self._cautions(faces, simulation.scheme.dynamic)
 
-    def _cautions(self, faces: FacesCoupling, dynamic: bool) -> Iterator[RunWarning]:
+    def _cautions(self, faces: FacesCoupling, dynamic: bool) -> Cautions:
         name, contact = faces.name, faces.contact
         who = said(contact.item)
         if name in self._between:

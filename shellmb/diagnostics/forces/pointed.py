@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
-from shellmb.diagnostics.base import RunWarning, Watch, said_of
+from shellmb.diagnostics.base import Cautions, Watch, said_of
 from shellmb.simulate.simulation import Simulation
 
 
@@ -13,7 +11,7 @@ class Pointed(Watch):
 
     name = "singular stress"
 
-    def cautions(self, simulation: Simulation) -> Iterator[RunWarning]:
+    def cautions(self, simulation: Simulation) -> Cautions:
         """A sentence for each that is least at a point load."""
         for name, load in self.sources.reserves.at_loads().items():
             body = self.sources.reserves.critical(name).body

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 
-from shellmb.diagnostics.base import RunWarning, Watch
+from shellmb.diagnostics.base import Cautions, Watch
 from shellmb.model.joints.rolling import ContactGroup
 from shellmb.model.massless import gathered
 from shellmb.simulate.simulation import Simulation
@@ -46,7 +44,7 @@ class Lifting(Watch):
                 self._press[name] = max(self._press.get(name, 0.0), abs(mean))
                 self._note(name, -mean, simulation.t)
 
-    def cautions(self, simulation: Simulation) -> Iterator[RunWarning]:
+    def cautions(self, simulation: Simulation) -> Cautions:
         """The contacts that pull."""
         for name, (pull, when) in self._largest.items():
             share = pull / self._press[name]
@@ -65,7 +63,7 @@ class Slipping(Watch):
 
     name = "slipping"
 
-    def cautions(self, simulation: Simulation) -> Iterator[RunWarning]:
+    def cautions(self, simulation: Simulation) -> Cautions:
         """The contacts that slip by more than that."""
         for group in simulation.model.mechanism.groups:
             if not isinstance(group, ContactGroup):

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
-from shellmb.diagnostics.base import RunWarning, Watch
+from shellmb.diagnostics.base import Cautions, Watch
 from shellmb.simulate.simulation import Simulation
 
 # relative change of an unknown by round-off alone that is said: six digits are enough
@@ -22,7 +20,7 @@ class Undetermined(Watch):
         what, change = simulation.problem.iteration.roundoff.found
         self._note(self.name, change, simulation.t, what)
 
-    def cautions(self, simulation: Simulation) -> Iterator[RunWarning]:
+    def cautions(self, simulation: Simulation) -> Cautions:
         """A sentence if it is much."""
         worst, when, *what = self._noted(self.name)
         if worst > KNOWN:

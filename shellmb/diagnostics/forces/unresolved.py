@@ -7,13 +7,13 @@ points in each half of the step show by how much.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
 from shellmb.arrays import Floats
-from shellmb.diagnostics.base import RunWarning, Watch
+from shellmb.diagnostics.base import Cautions, Watch
 from shellmb.model.elements.elements import Motors
 from shellmb.model.elements.lawvalues import LawValues
 from shellmb.model.joints.columns import COLUMN
@@ -35,7 +35,7 @@ class Unresolved(Watch):
 
     name = "unresolved in time"
 
-    def cautions(self, simulation: Simulation) -> Iterator[RunWarning]:
+    def cautions(self, simulation: Simulation) -> Cautions:
         """A sentence for each load and motor that steps do not resolve."""
         rows = self.sources.history.rows
         if not simulation.scheme.dynamic or len(rows) < 2:
@@ -52,7 +52,7 @@ class Unresolved(Watch):
                     x = np.array([row[column] for row in rows])
                     yield from self._caution(said(item.element), t, _along(law, t, x))
 
-    def _caution(self, who: str, t: Floats, values: Floats) -> Iterator[RunWarning]:
+    def _caution(self, who: str, t: Floats, values: Floats) -> Cautions:
         """Say what is missed of an impulse, if it is much.
 
         Args:

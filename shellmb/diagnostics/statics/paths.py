@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
-from shellmb.diagnostics.base import RunWarning, Watch
+from shellmb.diagnostics.base import Cautions, Watch
 from shellmb.simulate.paths.arclength import FARTHEST, ArcSize
 from shellmb.simulate.simulation import Simulation
 
@@ -18,7 +16,7 @@ class PathEnd(Watch):
 
     name = "path end"
 
-    def cautions(self, simulation: Simulation) -> Iterator[RunWarning]:
+    def cautions(self, simulation: Simulation) -> Cautions:
         """A sentence if the load factor is another one at the end of the longest path."""
         path, scene, size = simulation.path, simulation.scene.path, simulation.size
         if path is None or scene is None or scene.load_end is None or path.finished:
@@ -42,7 +40,7 @@ class LimitPoints(Watch):
 
     name = "limit points"
 
-    def cautions(self, simulation: Simulation) -> Iterator[RunWarning]:
+    def cautions(self, simulation: Simulation) -> Cautions:
         """A sentence for the first one that was not."""
         path = simulation.path
         if path is None or not path.unsure:

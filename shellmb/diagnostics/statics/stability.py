@@ -8,9 +8,8 @@ the end of each static run, and of small systems in between, at no more than `LO
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 
-from shellmb.diagnostics.base import RunWarning, Watch
+from shellmb.diagnostics.base import Cautions, Watch
 from shellmb.scene import Wrinkling
 from shellmb.simulate.simulation import Simulation
 from shellmb.simulate.stability import Stability, StabilityState
@@ -73,10 +72,15 @@ class Unstable(Watch):
             self._first = self._first or (self._last, t)
         self._last = t
 
-    def cautions(self, simulation: Simulation) -> Iterator[RunWarning]:
+    def cautions(self, simulation: Simulation) -> Cautions:
         """A sentence about the end, or about what was passed."""
         if self._unknown:
-            yield self._not_known(simulation)
+            says = (
+                f"of {self._unknown} of {simulation.step} states of the path it is not known "
+                "whether they are stable, and bifurcations between them are not found: their "
+                "stiffness matrix is not symmetric (loads that follow the bodies) or singular"
+            )
+            yield self.caution(None, float(self._unknown), 0.0, says)
         if self._stability is None or not simulation.step:
             return
         now, t = self._stability.look(), simulation.t
@@ -103,14 +107,6 @@ class Unstable(Watch):
         if self._first is None or self._first[1] >= t:
             return ""
         return f", as those from t = {self._first[1]:g} on"
-
-    def _not_known(self, simulation: Simulation) -> RunWarning:
-        says = (
-            f"of {self._unknown} of {simulation.step} states of the path it is not known whether "
-            "they are stable, and bifurcations between them are not found: their stiffness matrix "
-            "is not symmetric (loads that follow the bodies) or singular"
-        )
-        return self.caution(None, float(self._unknown), 0.0, says)
 
 
 def _directions(found: StabilityState) -> str:
