@@ -1,4 +1,4 @@
-"""What modes tell of bodies that are too stiff or too soft: sentences, by models, states, modes."""
+"""Sentences on modes: of bodies that are too stiff or too soft, by model, state, and modes."""
 
 from __future__ import annotations
 

@@ -19,8 +19,7 @@ from shellmb.diagnostics.forces.rolling import Lifting, Slipping
 from shellmb.diagnostics.forces.undetermined import Undetermined
 from shellmb.diagnostics.forces.unresolved import Unresolved
 from shellmb.diagnostics.small_displacements import LinearBodies, ReducedBodies, SmallDisplacements
-from shellmb.diagnostics.statics.paths import LimitPoints, PathEnd
-from shellmb.diagnostics.statics.stability import Unstable
+from shellmb.diagnostics.statics import LimitPoints, PathEnd, Unstable
 from shellmb.diagnostics.step_error import StepErrors
 from shellmb.diagnostics.turns import LargeTurns, StiffSpin
 

@@ -18,7 +18,7 @@ FAULTS: tuple[Fault, ...] = (
     # watches: bounds
     Fault(
         "earlier states of large systems are said to be unstable",
-        "shellmb/diagnostics/statics/stability.py",
+        "shellmb/diagnostics/statics.py",
         "self._first[1] >= t:",
         "self._first[1] > t:",
         ("tests/simulate/test_stability.py::test_large_systems_are_looked_at_once",),

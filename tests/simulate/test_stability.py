@@ -80,7 +80,7 @@ def test_a_strip_says_how_many_of_its_critical_loads_are_passed(
 
 def test_large_systems_are_looked_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
     """Of states that nobody counted nothing is said; "as those from t = 1 on" was."""
-    monkeypatch.setattr("shellmb.diagnostics.statics.stability.CHEAP", 0)
+    monkeypatch.setattr("shellmb.diagnostics.statics.CHEAP", 0)
     (sentence,) = said(sm.run(strip(1e-2, 2.0)))
     assert "unstable in 1 direction: the structure" in sentence
 

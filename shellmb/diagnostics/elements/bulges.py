@@ -27,6 +27,7 @@ from shellmb.diagnostics.elements.finer import known
 from shellmb.diagnostics.elements.sampled import Sampled, changed, in_modes
 from shellmb.model.model import Model
 from shellmb.model.shells.shell import ShellModel
+from shellmb.observers.fields.nodal import Nodes
 from shellmb.simulate.simulation import Simulation
 
 # part of `b` that is the estimate: vertices move by two thirds of it, middles by a third
@@ -47,21 +48,15 @@ class Bulges:
     """
 
     def __init__(self, body: ShellModel) -> None:
-        space, self._dofs = body.mixed.subspaces["u"], [body.mixed.dofs[k] for k in "uw"]
+        space, self._nodes = body.mixed.subspaces["u"], Nodes(body)
         self._comm = space.mesh.comm
         cells = space.dofmap.list[: space.mesh.topology.index_map(2).size_local]
         ends = topology(CellType.triangle)[1]
         self._sides = np.concatenate([cells[:, [*two, 3 + k]] for k, two in enumerate(ends)])
-        X, D = body.node_positions(), body.node_directors()
-        self._rest = X, D[:, 0]
+        X = body.node_positions()
         squares = np.sum((X[self._sides[:, 1]] - X[self._sides[:, 0]]) ** 2, axis=1)
         sizes, shear = body.section.sizes, float(body.section.force.value)
         self._estimated = ESTIMATED / (1 + sizes.stiffness * sizes.thickness**2 / (shear * squares))
-
-    def parts(self, q: Floats) -> tuple[Floats, Floats]:
-        """Displacements and changes of directors of a local array, shape (n, 3) each."""
-        u, w = (q[dofs].reshape(-1, 3) for dofs in self._dofs)
-        return u, w
 
     def largest(self, q: Floats, about: Floats) -> tuple[float, float]:
         """Estimate by the largest bulge, and the largest displacement, m; collective.
@@ -70,13 +65,14 @@ class Bulges:
             q: Local array of a change of a state.
             about: State that it is a small change of.
         """
-        (X, D), (u, w), (moved, turned) = self._rest, self.parts(q), self.parts(about)
+        now, base = self._nodes.values(q), self._nodes.values(about)
+        u, w = now.displacement, now.director - now.reference_directors[:, 0]
         moments = 0.0
         for s in np.array([-1, 1]) / np.sqrt(3):
             at, slope = [s * (s - 1) / 2, s * (s + 1) / 2, 1 - s * s], [s - 0.5, s + 0.5, -2 * s]
             # change of (X + u)' . (D + w)
-            shear = self._along(slope, u) * self._along(at, D + turned)
-            shear += self._along(slope, X + moved) * self._along(at, w)
+            shear = self._along(slope, u) * self._along(at, base.director)
+            shear += self._along(slope, base.position) * self._along(at, w)
             moments = moments - s * shear.sum(axis=1)
         here = [np.abs(0.75 * self._estimated * moments), np.linalg.norm(u, axis=1)]
         found = [self._comm.allreduce(float(x.max(initial=0.0)), op=MPI.MAX) for x in here]

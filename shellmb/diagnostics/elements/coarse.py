@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from shellmb.diagnostics.base import Cautions, Watch, said_of
 from shellmb.diagnostics.elements.bulges import Bulges
-from shellmb.diagnostics.elements.finer import comparable, compared
+from shellmb.diagnostics.elements.finer import comparable, known
 from shellmb.diagnostics.elements.locking import Mesh, Roughness
 from shellmb.diagnostics.elements.sampled import changed, energy_of
 from shellmb.simulate.simulation import Simulation
@@ -26,9 +26,9 @@ class Coarse(Watch):
 
     def cautions(self, simulation: Simulation) -> Cautions:
         """A sentence for each body that does not; collective."""
-        shells = simulation.model.shells if simulation.scene.static else ()
-        for name in shells:
-            finer = compared(simulation) if _doubtful(simulation, name) else None
+        shells = simulation.model.shells if simulation.scene.static else {}
+        for name, body in shells.items():
+            finer = known(simulation, body) if _doubtful(simulation, name) else None
             if finer is not None and (off := finer.off[name]) > BOUND:
                 says = (
                     f"{said_of(simulation, name)} is off by about {100 * off:.0f} % of its largest "

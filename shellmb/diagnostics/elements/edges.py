@@ -26,6 +26,7 @@ from shellmb.diagnostics.elements.sampled import Shares, in_modes
 from shellmb.model.model import Model
 from shellmb.model.sections.section import SectionFields
 from shellmb.model.shells.shell import ShellModel
+from shellmb.observers.fields.nodal import Nodes
 from shellmb.scene import LinearSection
 from shellmb.scene.loads.loads import EdgeMoment
 from shellmb.simulate.simulation import Simulation
@@ -59,11 +60,10 @@ class Edges:
         space = body.mixed.subspaces["u"]
         element, free = space.element.basix_element, _free(body, model)
         self._comm, cells = space.mesh.comm, space.dofmap.list[: len(free)]
-        self._dofs = [body.mixed.dofs[part] for part in "uw"]
-        self._rest = body.mixed.nodes("u"), body.node_directors()[:, 0]
+        self._nodes = Nodes(body)
         corners, ends = basix.geometry(element.cell_type), basix.topology(element.cell_type)[1]
         stiffness, layer = _twisting(body)
-        x, (rule, weights) = self._rest[0], basix.make_quadrature(element.cell_type, 2)
+        x, (rule, weights) = body.node_positions(), basix.make_quadrature(element.cell_type, 2)
         tangents = np.einsum("dpk,ckx->dcpx", _slopes(element, rule), x[cells])
         # its area and half the length of its free edges
         here = np.array(
@@ -102,25 +102,22 @@ class Edges:
             q: Local array of a change of a state.
             about: State that it is a small change of.
         """
-        (X, D), (u, w), (moved, turned) = self._rest, self._parts(q), self._parts(about)
-        found = 0.0
+        now, base = self._nodes.values(q), self._nodes.values(about)
+        u, w = now.displacement, now.director - now.reference_directors[:, 0]
+        x, d, found = base.position, base.director, 0.0
         for nodes, (along, across), weights in self._sides:
 
             def of(slopes: Floats, values: Floats, nodes: Any = nodes) -> Floats:
                 return np.asarray(np.einsum("cpk,ckx->cpx", slopes, values[nodes]))
 
-            twist = of(along, X + moved) * of(across, w) + of(along, u) * of(across, D + turned)
-            twist += of(across, X + moved) * of(along, w) + of(across, u) * of(along, D + turned)
+            twist = of(along, x) * of(across, w) + of(along, u) * of(across, d)
+            twist += of(across, x) * of(along, w) + of(across, u) * of(along, d)
             found += float(np.sum(weights * np.sum(twist, axis=2) ** 2))
         return found
 
     def share(self, q: Floats, about: Floats, energy: float) -> float:
         """That energy as a part of the energy of a mode; collective."""
         return float(self._comm.allreduce(self.energy(q, about))) / energy
-
-    def _parts(self, q: Floats) -> tuple[Floats, Floats]:
-        u, w = (q[dofs].reshape(-1, 3) for dofs in self._dofs)
-        return u, w
 
 
 def _slopes(element: Any, points: Any) -> Floats:

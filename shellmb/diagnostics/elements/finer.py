@@ -42,22 +42,22 @@ class Finer(NamedTuple):
 _KNOWN: WeakKeyDictionary[Simulation, Finer | None] = WeakKeyDictionary()
 
 
-def compared(simulation: Simulation) -> Finer | None:
-    """The comparison, made once; None in motions, of many unknowns, and where none is possible."""
-    if simulation not in _KNOWN:
-        few = 4 * simulation.problem.system.size < FEW
-        _KNOWN[simulation] = _compared(simulation) if simulation.scene.static and few else None
-    return _KNOWN[simulation]
-
-
 def comparable(body: ShellModel) -> bool:
     """Decide whether a comparison tells of a body."""
     return isinstance(body.shell.section, LinearSection) and body.shell.stretching
 
 
 def known(simulation: Simulation, body: ShellModel) -> Finer | None:
-    """Comparison with a finer mesh that tells of a body; None without one; collective."""
-    return compared(simulation) if comparable(body) else None
+    """Comparison with a finer mesh that tells of a body, made once for all bodies; collective.
+
+    None in motions, of many unknowns, and where none is possible.
+    """
+    if not comparable(body):
+        return None
+    if simulation not in _KNOWN:
+        few = 4 * simulation.problem.system.size < FEW
+        _KNOWN[simulation] = _compared(simulation) if simulation.scene.static and few else None
+    return _KNOWN[simulation]
 
 
 def _compared(simulation: Simulation) -> Finer | None:

@@ -236,11 +236,10 @@ def mode_shape(system: BlockSystem, model: Model, vector: PETSc.Vec) -> Shape:
 
 def nodal_shape(system: BlockSystem, model: Model, vector: PETSc.Vec) -> Shape:
     """Values of a mode at the nodes of this rank, as of `Modes`, of whatever size."""
-    values = system.local_values(vector)
+    (part_of,) = parts_of(system, [vector])
     shapes, meshed = {}, {**model.meshed, **model.own}
-    part_of = {f.name: values[system.numbering.slice(k)] for k, f in enumerate(system.fields)}
-    for k, field in enumerate(system.fields):
-        part = values[system.numbering.slice(k)]
+    for field in system.fields:
+        part = part_of(field.name)
         if field.name in meshed:
             shapes[field.name] = part[meshed[field.name].mixed.dofs["u"]].reshape(-1, 3)
         elif model.rigid is not None and field.name == model.rigid.name:
@@ -249,7 +248,7 @@ def nodal_shape(system: BlockSystem, model: Model, vector: PETSc.Vec) -> Shape:
             shapes[field.name] = np.concatenate(rows, axis=1)
     for name in modal_members(model):
         state = ModalNodes(model, name)
-        frame, eta = (part_of[n] for n in (state.state.rigid, state.state.modes.name))
+        frame, eta = (part_of(n) for n in (state.state.rigid, state.state.modes.name))
         shapes[name] = state.shape(*state.state.read(frame, eta))
     return shapes
 
