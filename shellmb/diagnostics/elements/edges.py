@@ -66,9 +66,8 @@ class Edges:
         x, (rule, weights) = body.node_positions(), basix.make_quadrature(element.cell_type, 2)
         tangents = np.einsum("dpk,ckx->dcpx", _slopes(element, rule), x[cells])
         # its area and half the length of its free edges
-        here = np.array(
-            [np.sum(np.linalg.norm(np.cross(*tangents), axis=2) @ np.asarray(weights)), 0.0]
-        )
+        areas = np.linalg.norm(np.cross(*tangents), axis=2) @ np.asarray(weights)
+        here = np.array([np.sum(areas), 0.0])
         found = []
         for k, (start, end) in enumerate(ends):
             nodes, along = cells[free[:, k]], corners[end] - corners[start]

@@ -126,9 +126,8 @@ class Mesh:
             normal = np.cross(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0])
         else:
             self._sides = [3, 2], [0, 1]
-            first = (x[:, 1] - x[:, 0] + x[:, 3] - x[:, 2]) / 2
-            second = (x[:, 2] - x[:, 0] + x[:, 3] - x[:, 1]) / 2
-            normal = np.cross(first, second)
+            # half the product of the diagonals
+            normal = np.cross(x[:, 3] - x[:, 0], x[:, 1] - x[:, 2]) / 2
         self._area = np.linalg.norm(normal, axis=1)
         size = np.sqrt(self._area)
         # h/t

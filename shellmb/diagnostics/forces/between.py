@@ -49,8 +49,7 @@ class Between(Watch):
     def cautions(self, simulation: Simulation) -> Cautions:
         """The contacts whose obstacles come between nodes."""
         for lines in self._lines:
-            group = lines.group
-            item = group.item
+            group, item = lines.group, lines.group.item
             missed, when = self._noted(item.name)
             if missed <= MISSED:
                 continue

@@ -8,7 +8,6 @@ points in each half of the step show by how much.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 
@@ -44,7 +43,9 @@ class Unresolved(Watch):
         # loads may share a function
         of_time = {id(load.time): (load, load.time) for load in simulation.scene.loads if load.time}
         for load, function in of_time.values():
-            yield from self._caution(_named(load), t, _factors(simulation, function, t))
+            # they have no name of their own
+            on = f" on '{load.body}'" if getattr(load, "body", None) else ""
+            yield from self._caution(f"{said(load)}{on}", t, _factors(simulation, function, t))
         for group in simulation.model.mechanism.element_groups:
             if isinstance(group, Motors) and (law := group.by_law(TOGETHER)):
                 for item in group.items:
@@ -73,11 +74,6 @@ class Unresolved(Watch):
             "StepControl(times=...), or use smaller steps"
         )
         yield self.caution(None, share, MISSED, says)
-
-
-def _named(load: Any) -> str:
-    """Name of a load, which has none of its own, in a sentence."""
-    return f"{said(load)} on '{load.body}'" if getattr(load, "body", None) else said(load)
 
 
 def _factors(simulation: Simulation, function: Callable[[float], float], t: Floats) -> Floats:
