@@ -209,9 +209,9 @@ def resume(
         from shellmb.cli.accuracy import print_accuracy
 
         announce(built.name, quiet)
-        say_so = tell if not quiet else _nothing
+        how: dict[str, Any] = {} if quiet else {"tell": tell}
         found = resume_request(
-            directory, None, scene, trust, MPI.COMM_WORLD, not no_pictures, say_so
+            directory, None, scene, trust, MPI.COMM_WORLD, not no_pictures, **how
         )
         if not quiet:
             print_accuracy(directory)
@@ -393,10 +393,6 @@ app.command()(failures_reported(study))
 app.command()(failures_reported(sensitivities))
 for shows in (plot, view, report):
     app.command()(failures_reported(shows))
-
-
-def _nothing(text: str) -> None:
-    pass
 
 
 def _observers(quiet: bool) -> list[Any]:

@@ -98,7 +98,8 @@ def _draw(
     begin = clock.perf_counter()
     described = read_described(directory)
     out.mkdir(parents=True, exist_ok=True)
-    summary = _json(directory / "summary.json")
+    file = directory / "summary.json"
+    summary = read_json(file) if file.exists() else {}
     along = "mode" if "frequencies_hz" in summary else "t"
     fields = Fields(directory / "fields", described.bodies, described.labels, along)
     try:
@@ -232,7 +233,3 @@ def read_table(file: Path) -> dict[str, Floats]:
 
     rows = read_history(file)
     return {name: np.array([row[name] for row in rows], dtype=float) for name in rows[0]}
-
-
-def _json(file: Path) -> dict[str, Any]:
-    return read_json(file) if file.exists() else {}

@@ -76,8 +76,7 @@ class ModalState:
             found[:FRAME] = frames[self._frame]
         if len(self._eta):
             found[FRAME:] = modes[self._eta]
-        if self._comm.size > 1:
-            self._comm.Allreduce(MPI.IN_PLACE, found)
+        self._comm.Allreduce(MPI.IN_PLACE, found)
         return found[:FRAME], found[FRAME:]
 
     def now(self, simulation: Simulation, rate: str | None = None) -> tuple[Floats, Floats]:

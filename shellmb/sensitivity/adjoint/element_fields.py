@@ -85,7 +85,8 @@ def changed(shell: Shell, name: str, change: Callable[[Any], Any]) -> LinearSect
         ply = replace(plies[k], **{part: change(getattr(plies[k], part))})
         made: LinearSection = replace(section, plies=(*plies[:k], ply, *plies[k + 1 :]))
         return made
-    known: list[str] = [n for n in ("thickness", "angle", "offset") if n in _names(section)]
+    own = {f.name for f in fields_of(section)}
+    known: list[str] = [n for n in ("thickness", "angle", "offset") if n in own]
     known += [f"plies[{k}].{n}" for k in range(len(plies)) for n in ("thickness", "angle")]
     if name not in known:
         raise SceneError(
@@ -94,7 +95,3 @@ def changed(shell: Shell, name: str, change: Callable[[Any], Any]) -> LinearSect
         )
     changed_section: LinearSection = replace(section, **{name: change(getattr(section, name))})
     return changed_section
-
-
-def _names(section: Any) -> set[str]:
-    return {f.name for f in fields_of(section)}
