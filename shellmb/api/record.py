@@ -49,7 +49,7 @@ _SUMMARY = TypeAdapter(_Summary)
 
 
 class Found:
-    """What a command has found, in its directory, which is read when it is used.
+    """Results of a command in their directory, which is read when it is used.
 
     Args:
         directory: The directory.

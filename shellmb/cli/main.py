@@ -342,10 +342,9 @@ def response(
     from shellmb.running.request import parse_parameters
 
     given = {k: v for k, v in options.items() if v is not None and v is not False}
-    plain = {k: getattr(v, "value", v) for k, v in given.items()}
     directory = out or default_directory(f"{Path(scene).stem}-response")
     chosen = parse_parameters(parameters or [])
-    found = respond(scene, directory, parameters=chosen, pictures=not no_pictures, **plain)
+    found = respond(scene, directory, parameters=chosen, pictures=not no_pictures, **given)
     if not quiet:
         print_numbers(found.about, found.numbers, found.errors, directory)
     return found

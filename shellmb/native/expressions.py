@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable
+from typing import Any
 
 from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
 
@@ -56,7 +57,7 @@ def _program(value: Expr, points: Floats) -> ExpressionProgram | None:
         return None
 
 
-def values_in_cells(value: Expr, points: Floats, domain: mesh.Mesh) -> Callable[[], Floats]:
+def values_in_cells(value: Expr, points: Any, domain: mesh.Mesh) -> Callable[[], Floats]:
     """Make what finds an expression in the cells that this rank owns; collective.
 
     Args:

@@ -108,7 +108,13 @@ def _draw(
 
             image = modes_image(fields, described, summary)
             return [save(image, out / "modes.png")]
-        made = _shape(fields, described, out / "shape.png", appearance)
+        made = []
+        if len(fields.times):
+            from shellmb.show.space.scenery import images, side_by_side
+
+            what = shown_shape(fields, described, appearance)
+            drawn = [*images(what, 960 if len(what.states) == 1 else 720)]
+            made = [save(side_by_side(drawn, len(drawn)), out / "shape.png")]
     except RunError as error:
         _log.warning("pictures in space are left out: %s", error)
         made, fields = [], None  # type: ignore[assignment]
@@ -122,18 +128,6 @@ def _draw(
         file = out / "animation.gif"
         made.append(animate(fields, described, file, left, appearance=appearance))
     return made
-
-
-def _shape(
-    fields: Fields, described: Described, file: Path, appearance: Appearance | None
-) -> list[Path]:
-    if not len(fields.times):
-        return []
-    from shellmb.show.space.scenery import images, side_by_side
-
-    what = shown_shape(fields, described, appearance)
-    width = 960 if len(what.states) == 1 else 720
-    return [save(side_by_side([*images(what, width)], len(what.states)), file)]
 
 
 def shown_shape(

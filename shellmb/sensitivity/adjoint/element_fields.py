@@ -49,22 +49,18 @@ def varying(scene: Scene, places: tuple[ElementField, ...]) -> Scene:
 
 def _refuse(shell: Shell) -> None:
     """Refuse bodies without elements, and sections not made of coefficients element by element."""
-    if not shell.nodal:
-        how = "rigid" if shell.rigid else "reduced to modes"
-        raise SceneError(
-            f"adjoint: shell '{shell.name}' is {how}; fields of numbers need model='exact' or "
-            "'floating-frame', or differentiate by parameters of the scene function"
-        )
-    if not isinstance(shell.section, LinearSection):
-        raise SceneError(
-            f"adjoint: shell '{shell.name}' has a {type(shell.section).__name__}; fields of "
-            "numbers need a linear section"
-        )
-    if shell.strains is not None:
-        raise SceneError(
-            f"adjoint: shell '{shell.name}' has strains of its own; fields of numbers need "
-            "strains=None"
-        )
+    how, kind = "rigid" if shell.rigid else "reduced to modes", type(shell.section).__name__
+    wanting = {
+        f"is {how}; fields of numbers need model='exact' or 'floating-frame', or differentiate by "
+        "parameters of the scene function": not shell.nodal,
+        f"has a {kind}; fields of numbers need a linear section": (
+            not isinstance(shell.section, LinearSection)
+        ),
+        "has strains of its own; fields of numbers need strains=None": shell.strains is not None,
+    }
+    for said, there in wanting.items():
+        if there:
+            raise SceneError(f"adjoint: shell '{shell.name}' {said}")
 
 
 def _as_function(value: Any) -> Callable[[Any], Any]:
