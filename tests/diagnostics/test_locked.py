@@ -230,7 +230,7 @@ def test_natural_modes_tell_by_how_much_they_are_too_high() -> None:
     said = re.search(r"modes 1, 2, 3 .* that of (\d) most of all, by .*about (\d+) %", sentence)
     assert said is not None
     high = wrong.frequencies / right.frequencies - 1
-    # two of them are too high alike, 8.7 and 12.1 %: estimates do not tell which one is more
+    # two of them are too high by 8.7 and 12.1 %: estimates do not tell which one is more
     assert high[int(said[1]) - 1] > high.max() / 2
     # an estimate within a factor of two
     assert high.max() / 2 < float(said[2]) / 100 < 2 * high.max()

@@ -5,6 +5,8 @@ from dataclasses import replace
 from functools import cached_property, partial
 from typing import Any
 
+from mpi4py import MPI
+
 import numpy as np
 import ufl
 from dolfinx import fem, mesh
@@ -45,6 +47,8 @@ from shellmb.scene.values.user_functions import values_at
 
 # strains that a user's measure gives, and how many of each
 STRAINS = {"eps": 3, "kap": 3, "gam": 2}
+# distances of cells from parallelograms up to which they are such
+PARALLELOGRAMS = 1e-9
 _ADVICE_MOTION = "a smaller step, a finer mesh, or a smaller load step"
 _ADVICE_FORCE = "a smaller step, or check the stiffness and thickness of the section"
 
@@ -280,7 +284,9 @@ def bind_tying(domain: mesh.Mesh, shell: Shell, surf: Surface) -> Tying:
         direction = _per_cell(domain, cell_directions(domain), 3)
     # without them strains that are constrained are those of bodies that bend, on regular meshes
     if forces.twists and shell.stretching:
-        bow = _per_cell(domain, cell_bows(domain), 2)
+        bows = cell_bows(domain)
+        most = domain.comm.allreduce(np.abs(bows).max(initial=0.0), op=MPI.MAX)
+        bow = _per_cell(domain, bows, 2) if most > PARALLELOGRAMS else None
     size = _per_cell(domain, cell_squares(domain), 1)
     components = forces.weights, forces.polynomials, forces.constants, forces.twists
     rules = tuple(rule.strains for rule in forces.rules)
