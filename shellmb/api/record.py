@@ -95,6 +95,8 @@ class Run(Found):
         SceneError: If the directory holds no run.
     """
 
+    computed: RunResult | None
+
     def __init__(self, directory: Path | str, computed: RunResult | None = None) -> None:
         super().__init__(directory, computed)
         self.described: Described = read_described(self.directory)

@@ -105,7 +105,7 @@ def shape_of(fields: Fields, name: str) -> Shape:
             outlines = table[:, around]
     texts = point_data.GetAbstractArray(NAMES)
     count = 0 if texts is None else texts.GetNumberOfValues()
-    labels = tuple(map(texts.GetValue, range(count)))
+    labels = tuple(texts.GetValue(k) for k in range(count))
     data = grid.GetCellData()
     # of beams the diameter, of shells the thickness
     sizes = [a for a in map(data.GetArray, ("size", "thickness")) if a is not None]
