@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import scipy.sparse as sp
 
-from shellmb.api.resolve_scene import requested
+from shellmb.api.resolve_scene import refuse_ranks, requested
 from shellmb.api.responding.poles import lowest_modes
 from shellmb.api.responding.reduction import unknowns_of
 from shellmb.api.responding.system import LinearSystem, StateSpace
@@ -171,10 +171,7 @@ def matrices(
     from shellmb.running.rotating.axis import Axis
     from shellmb.running.rotating.steady import SteadyRotation
 
-    if MPI.COMM_WORLD.size > 1:
-        raise SceneError(
-            f"matrices: there are {MPI.COMM_WORLD.size} ranks; it must be called in one process"
-        )
+    refuse_ranks("matrices")
     wanted = requested(scene, parameters, **elements).scene
     state = SteadyRotation(wanted, Axis((0.0, 0.0, 1.0)), MPI.COMM_SELF, loaded)
     state.go(0.0)

@@ -22,27 +22,24 @@ if TYPE_CHECKING:
     from mpi4py import MPI
 
 
+# directory to write
+type Out = Path | str | None
+
+
+@overload
+def modes(scene: Run, out: Out = None, count: int = 6, **options: Any) -> StateModes: ...
 @overload
 def modes(
-    scene: Run, out: Path | str | None = None, count: int = 6, **options: Any
+    scene: Scene | str, out: Out = None, count: int = 6, *, state: Run | Path | str, **options: Any
+) -> StateModes: ...
+@overload
+def modes(
+    scene: Scene | str, out: Out = None, count: int = 6, *, at: float, **options: Any
 ) -> StateModes: ...
 @overload
 def modes(
     scene: Scene | str,
-    out: Path | str | None = None,
-    count: int = 6,
-    *,
-    state: Run | Path | str,
-    **options: Any,
-) -> StateModes: ...
-@overload
-def modes(
-    scene: Scene | str, out: Path | str | None = None, count: int = 6, *, at: float, **options: Any
-) -> StateModes: ...
-@overload
-def modes(
-    scene: Scene | str,
-    out: Path | str | None = None,
+    out: Out = None,
     count: int = 6,
     loaded: bool = False,
     *,
@@ -51,13 +48,7 @@ def modes(
 ) -> RotatingModes: ...
 @overload
 def modes(
-    scene: Scene | str,
-    out: Path | str | None = None,
-    count: int = 6,
-    loaded: bool = False,
-    *,
-    rates: None = None,
-    **options: Any,
+    scene: Scene | str, out: Out = None, count: int = 6, loaded: bool = False, **options: Any
 ) -> ModeShapes: ...
 @takes(
     *options_of(ModesOptions),

@@ -6,10 +6,8 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from shellmb.api.record import read_accuracy
-from shellmb.files.reading import read_json
+from shellmb.api.record import Found
 from shellmb.observers.files.described import Described, read_described
-from shellmb.running.results import plain_results
 from shellmb.show.fields import Fields
 
 if TYPE_CHECKING:
@@ -23,24 +21,7 @@ if TYPE_CHECKING:
 TABLE = "modes.csv"
 
 
-class FoundModes:
-    """Modes in their directory.
-
-    Args:
-        directory: The directory.
-        computed: What was found in this process; None of modes that are read back.
-    """
-
-    def __init__(self, directory: Path | str, computed: Any = None) -> None:
-        self.directory, self.computed = Path(directory), computed
-
-    @cached_property
-    def summary(self) -> dict[str, Any]:
-        """Content of `summary.json`."""
-        return read_json(self.directory / "summary.json")
-
-
-class Stability(FoundModes):
+class Stability(Found):
     """Modes that tell whether what they are about is stable."""
 
     @property
@@ -54,7 +35,7 @@ class Stability(FoundModes):
         return str(self.summary["verdict"])
 
 
-class ModeShapes(FoundModes):
+class ModeShapes(Found):
     """Modes of vibration or of linear buckling in their directory, lowest first.
 
     Args:
@@ -85,11 +66,6 @@ class ModeShapes(FoundModes):
         return list(self.summary.get("frequencies_hz", []))
 
     @property
-    def accuracy(self) -> pd.DataFrame:
-        """Costs of accuracy: a row for each level of modes with ``accuracy``, as in `Run`."""
-        return read_accuracy(self.directory)
-
-    @property
     def load_factors(self) -> list[float]:
         """Load factors of linear buckling, ascending; of vibrations there are none."""
         return list(self.summary.get("load_factors", []))
@@ -110,11 +86,6 @@ class ModeShapes(FoundModes):
     def rigid(self) -> int:
         """Number of rigid-body motions, which are the first modes."""
         return int(self.summary.get("rigid_modes", 0))
-
-    @property
-    def results(self) -> dict[str, float]:
-        """Results of the scene, measured on its modes."""
-        return plain_results(self.summary)
 
     @property
     def errors(self) -> pd.DataFrame:

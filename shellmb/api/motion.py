@@ -229,9 +229,7 @@ class Motion(Trials):
                 kg m^2/s.
         """
         body, levels = self._bodies[name], self.problem.levels[name]
-        if name not in self._momenta:
-            self._momenta[name] = {}
-        known = self._momenta[name]
+        known = self._momenta.setdefault(name, {})
         if motion not in known:
             form = body.momentum_along(levels.rates["v"], motion(body.field(levels.q)))
             known[motion] = scalar([form], self.model.comm)

@@ -48,7 +48,38 @@ class _Summary(TypedDict):
 _SUMMARY = TypeAdapter(_Summary)
 
 
-class Run:
+class Found:
+    """Results of a command in their directory, which is read when it is used.
+
+    Args:
+        directory: The directory.
+        computed: What was found in this process; None of what is read back.
+    """
+
+    def __init__(self, directory: Path | str, computed: Any = None) -> None:
+        self.directory, self.computed = Path(directory), computed
+
+    @cached_property
+    def summary(self) -> dict[str, Any]:
+        """Content of `summary.json`."""
+        return read_json(self.directory / "summary.json")
+
+    @property
+    def results(self) -> dict[str, float]:
+        """Results of the scene."""
+        return plain_results(self.summary)
+
+    @property
+    def accuracy(self) -> pd.DataFrame:
+        """Costs of accuracy: a row for each level of a request with ``accuracy``, and predictions.
+
+        Columns: label (mesh, step, scheme), error, error_mesh and error_step, all relative,
+        seconds (processor time of the run), predicted; empty without ``accuracy``.
+        """
+        return read_accuracy(self.directory)
+
+
+class Run(Found):
     """A run in its directory, which is read when it is used.
 
     Args:
@@ -64,8 +95,10 @@ class Run:
         SceneError: If the directory holds no run.
     """
 
+    computed: RunResult | None
+
     def __init__(self, directory: Path | str, computed: RunResult | None = None) -> None:
-        self.directory, self.computed = Path(directory), computed
+        super().__init__(directory, computed)
         self.described: Described = read_described(self.directory)
         if not (self.directory / "history.csv").is_file():
             raise SceneError(
@@ -108,11 +141,6 @@ class Run:
         return found
 
     @property
-    def results(self) -> dict[str, float]:
-        """Results of the scene."""
-        return plain_results(self.summary)
-
-    @property
     def errors(self) -> pd.DataFrame:
         """Estimated errors, a row for each result and each probe's history in a norm.
 
@@ -143,15 +171,6 @@ class Run:
             off = float("nan") if error is None or not u else error / u**2
             rows[name] = {"factor": 1 / u if u else float("inf"), "error": off, **place}
         return pd.DataFrame.from_dict(rows, orient="index")
-
-    @property
-    def accuracy(self) -> pd.DataFrame:
-        """Costs of accuracy: a row for each level of a run with ``accuracy``, and predictions.
-
-        Columns: label (mesh, step, scheme), error, error_mesh and error_step, all relative,
-        seconds (processor time of the run), predicted; empty without ``accuracy``.
-        """
-        return read_accuracy(self.directory)
 
     @property
     def warnings(self) -> tuple[str, ...]:

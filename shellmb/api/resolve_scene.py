@@ -20,13 +20,11 @@ class Requested:
 
     Args:
         scene: The scene.
-        name: What its run directory is called.
         request: How it can be built again; None for a scene that was given as it is.
         module: The module that defines it, if one does.
     """
 
     scene: Scene
-    name: str
     request: Request | None = None
     module: SceneModule | None = None
 
@@ -56,8 +54,7 @@ def requested(
                 f"scene '{scene.name}': parameters are {', '.join(parameters)}; they must be left "
                 "out where the scene is made already"
             )
-        made = chosen.apply(scene)
-        return Requested(made, scene.name.replace("/", "-"))
+        return Requested(chosen.apply(scene))
     if not isinstance(scene, str):
         raise SceneError(
             f"scene is a {type(scene).__name__}; it must be a Scene, the name of a bundled one, or "
@@ -65,7 +62,22 @@ def requested(
         )
     request = Request(scene, as_text(parameters or {}), chosen)
     made, module = request.build()
-    return Requested(made, module.name, request, module)
+    return Requested(made, request, module)
+
+
+def refuse_ranks(what: str) -> None:
+    """Refuse several ranks.
+
+    Args:
+        what: What is called, for the error.
+
+    Raises:
+        SceneError: If there are several.
+    """
+    from mpi4py import MPI
+
+    if (ranks := MPI.COMM_WORLD.size) > 1:
+        raise SceneError(f"{what}: there are {ranks} ranks; it must be called in one process")
 
 
 def as_text(parameters: Mapping[str, Any]) -> dict[str, str]:

@@ -41,11 +41,6 @@ class RotatingModes(Stability):
         """Warnings about unreliable results; empty if there are none."""
         return tuple(self.summary.get("warnings", ()))
 
-    @property
-    def results(self) -> dict[str, float]:
-        """Results of the scene, measured on the modes."""
-        return dict(self.summary["results"])
-
     @cached_property
     def table(self) -> pd.DataFrame:
         """All modes: frequency, growth, damping ratio, whirl, by rate and branch."""

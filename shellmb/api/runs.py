@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -78,8 +79,9 @@ def run(
         from shellmb.accuracy.request.search import Running
         from shellmb.accuracy.request.target import UnknownQuantity, frequency_number, wanted_of
 
-        tell = print if shown and place.comm.rank == 0 else _nothing
-        how = Running(place.comm, wanted.results, wanted.request, observers, tell, modes=False)
+        how = Running(place.comm, wanted.results, wanted.request, observers, modes=False)
+        if shown and place.comm.rank == 0:
+            how = replace(how, tell=print)
         of = wanted_of(accuracy)
         try:
             outcome = run_to_accuracy(wanted.scene, of, place.directory, how, draw)
@@ -107,10 +109,6 @@ def run(
         )
     place.comm.Barrier()
     return place.held_by(Run(computed.out or place.directory, computed))
-
-
-def _nothing(text: str) -> None:
-    pass
 
 
 @takes()

@@ -89,7 +89,7 @@ def sweep(
                 f"{', '.join(known)}"
             )
     if folder is not None:
-        _claim(folder, _about(scene, measure, chosen))
+        _claim(folder, scene, measure, chosen)
     places = [None if folder is None else folder / _name(case) for case in cases]
     done = {n: _finished(place) for n, place in enumerate(places) if place is not None}
     rows = {n: row for n, row in done.items() if row is not None}
@@ -219,17 +219,6 @@ def _name(case: Mapping[str, Any]) -> str:
     return f"{plain[:60]}-{digest}"
 
 
-def _about(
-    scene: SceneFunction, measure: Measure | None, options: dict[str, Any]
-) -> dict[str, Any]:
-    """Find what the cases of a directory have in common."""
-    return {
-        "scene": _checksum(scene),
-        "measure": None if measure is None else _checksum(measure),
-        "options": json.loads(json.dumps(options, default=_plain)),
-    }
-
-
 def _checksum(made: Callable[..., Any] | str) -> str:
     """Name and source of a scene or function: other code gives other numbers."""
     if isinstance(made, str):
@@ -246,8 +235,15 @@ def _checksum(made: Callable[..., Any] | str) -> str:
     return f"{name} {hashlib.sha256(source.encode()).hexdigest()[:16]}"
 
 
-def _claim(folder: Path, about: dict[str, Any]) -> None:
-    """Never mix the cases of two sweeps."""
+def _claim(
+    folder: Path, scene: SceneFunction, measure: Measure | None, options: dict[str, Any]
+) -> None:
+    """Never mix the cases of two sweeps: those of one have code and choices in common."""
+    about = {
+        "scene": _checksum(scene),
+        "measure": None if measure is None else _checksum(measure),
+        "options": json.loads(json.dumps(options, default=_plain)),
+    }
     file = folder / ABOUT
     if file.is_file():
         then = json.loads(file.read_text())

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -43,13 +44,9 @@ def run_accurately(
     from shellmb.accuracy.request.directory import run_to_accuracy
     from shellmb.accuracy.request.search import Running
 
-    how = Running(
-        MPI.COMM_WORLD,
-        module.results,
-        request,
-        tell=_silent if quiet else tell,
-        mode_results=module.mode_results,
-    )
+    how = Running(MPI.COMM_WORLD, module.results, request, mode_results=module.mode_results)
+    if not quiet:
+        how = replace(how, tell=tell)
     announce(scene.name, quiet)
     outcome = run_to_accuracy(scene, wanted, directory, how, pictures)
     if not quiet:
@@ -83,7 +80,3 @@ def print_accuracy(directory: Path) -> None:
         say(f"  {offer['says']}")
     say(about["says"])
     say(f"written to {directory}")
-
-
-def _silent(text: str) -> None:
-    pass

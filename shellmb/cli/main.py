@@ -209,9 +209,9 @@ def resume(
         from shellmb.cli.accuracy import print_accuracy
 
         announce(built.name, quiet)
-        say_so = tell if not quiet else _nothing
+        how: dict[str, Any] = {} if quiet else {"tell": tell}
         found = resume_request(
-            directory, None, scene, trust, MPI.COMM_WORLD, not no_pictures, say_so
+            directory, None, scene, trust, MPI.COMM_WORLD, not no_pictures, **how
         )
         if not quiet:
             print_accuracy(directory)
@@ -342,10 +342,9 @@ def response(
     from shellmb.running.request import parse_parameters
 
     given = {k: v for k, v in options.items() if v is not None and v is not False}
-    plain = {k: getattr(v, "value", v) for k, v in given.items()}
     directory = out or default_directory(f"{Path(scene).stem}-response")
     chosen = parse_parameters(parameters or [])
-    found = respond(scene, directory, parameters=chosen, pictures=not no_pictures, **plain)
+    found = respond(scene, directory, parameters=chosen, pictures=not no_pictures, **given)
     if not quiet:
         print_numbers(found.about, found.numbers, found.errors, directory)
     return found
@@ -393,10 +392,6 @@ app.command()(failures_reported(study))
 app.command()(failures_reported(sensitivities))
 for shows in (plot, view, report):
     app.command()(failures_reported(shows))
-
-
-def _nothing(text: str) -> None:
-    pass
 
 
 def _observers(quiet: bool) -> list[Any]:

@@ -5,9 +5,8 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable
 from datetime import datetime
-from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 from typer.core import TyperCommand
@@ -22,13 +21,8 @@ if TYPE_CHECKING:
     from shellmb.scene import Scene
 
 
-class Clock(StrEnum):
-    """Clock of the measured times."""
-
-    cpu = "cpu"
-    wall = "wall"
-
-
+# of the measured times
+Clock = Literal["cpu", "wall"]
 SceneArgument = Annotated[
     str, typer.Argument(metavar="SCENE", help="Name of a bundled scene, or path of a Python file.")
 ]
@@ -83,16 +77,10 @@ def offers[F: Callable[..., Any]](*options: Option) -> Callable[[F], F]:
 
     def decorate(command: F) -> F:
         signature = inspect.signature(command, eval_str=True)
-        own = [
-            p.replace(kind=p.KEYWORD_ONLY)
-            for p in signature.parameters.values()
-            if p.kind is not p.VAR_KEYWORD
-        ]
+        kind, every = inspect.Parameter.KEYWORD_ONLY, signature.parameters.values()
+        own = [p.replace(kind=kind) for p in every if p.kind is not p.VAR_KEYWORD]
         more = [
-            inspect.Parameter(
-                o.name, inspect.Parameter.KEYWORD_ONLY, default=None, annotation=_annotated(o)
-            )
-            for o in options
+            inspect.Parameter(o.name, kind, default=None, annotation=_annotated(o)) for o in options
         ]
         made: Any = command
         made.__signature__ = signature.replace(parameters=[*own[:1], *more, *own[1:]])
@@ -110,11 +98,7 @@ def _annotated(option: Option) -> Any:
     type_: Any = option.type
     if about.many or about.parse is not None:
         type_ = str
-    elif option.choices and isinstance(option.choices[0], str):
-        names = {str(choice): str(choice) for choice in option.choices}
-        made: Any = StrEnum
-        type_ = made(option.name.title(), names)
-    elif option.choices:
+    elif option.choices and isinstance(option.choices[0], int):
         type_ = int
         shown |= {"min": min(option.choices), "max": max(option.choices)}
     return Annotated[type_ | None, typer.Option(option.flag, **shown)]
@@ -133,9 +117,7 @@ def requested(scene: str, parameters: list[str] | None, **options: Any) -> Reque
     """
     from shellmb.running.request import Request, parse_parameters
 
-    # as they are stored: plain values
-    plain = {k: v.value if isinstance(v, StrEnum) else v for k, v in options.items()}
-    return Request(scene, parse_parameters(parameters or []), Options(**read(Options, plain)))
+    return Request(scene, parse_parameters(parameters or []), Options(**read(Options, options)))
 
 
 def requested_run(

@@ -71,27 +71,23 @@ def plot(
     folder = out or directory
     if not isinstance(run, Run | ModeShapes | RotatingModes):
         run = run.run
-    if isinstance(run, RotatingModes):
-        from shellmb.show.campbell import draw_campbell
-
-        folder.mkdir(parents=True, exist_ok=True)
-        say(f"written: {draw_campbell(directory / TABLE, folder / 'campbell.png')}")
-        return
-    if isinstance(run, ModeShapes):
-        folder.mkdir(parents=True, exist_ok=True)
-        save(run.picture(), folder / "modes.png")
-        say(f"written: {folder / 'modes.png'}")
-        return
     look = _appearance(camera, theme, enlarge, axes, width)
-    if field is None and t is None and animation is None:
+    if isinstance(run, Run) and field is None and t is None and animation is None:
         for file in run.draw(out, curves, **look):
             say(f"written: {file}")
         return
     folder.mkdir(parents=True, exist_ok=True)
-    file = folder / f"{field or 'shape'}.png"
-    save(run.picture(t, field, component, **look), file)
+    if isinstance(run, RotatingModes):
+        from shellmb.show.campbell import draw_campbell
+
+        file = draw_campbell(directory / TABLE, folder / "campbell.png")
+    elif isinstance(run, ModeShapes):
+        file = save(run.picture(), folder / "modes.png")
+    else:
+        shown = run.picture(t, field, component, **look)
+        file = save(shown, folder / f"{field or 'shape'}.png")
     say(f"written: {file}")
-    if animation is not None:
+    if animation is not None and isinstance(run, Run):
         say(f"written: {run.animate(animation, field, component, **look)}")
 
 

@@ -1,6 +1,5 @@
 """The command `shellmb sensitivities`."""
 
-from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -55,9 +54,6 @@ def sensitivities(
     from shellmb.running.request import parse_parameters
 
     options["end_forces"] = options["end_forces"] or None
-    chosen: dict[str, Any] = {
-        k: v.value if isinstance(v, StrEnum) else v for k, v in options.items()
-    }
     sizes = parse_parameters(scales or [], "--scale")
     from mpi4py import MPI
 
@@ -73,7 +69,7 @@ def sensitivities(
         fields=not no_fields,
         at=at,
         resume=resume,
-        **chosen,
+        **options,
     )
     if not quiet and first_rank():
         print_sensitivities(found)

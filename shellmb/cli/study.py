@@ -47,7 +47,7 @@ def study(
         ),
     ] = None,
     parameters: SetOption = None,
-    clock: Annotated[Clock, typer.Option(help="Measure wall or processor times.")] = Clock.wall,
+    clock: Annotated[Clock, typer.Option(help="Measure wall or processor times.")] = "wall",
     bundled: Annotated[
         str | None,
         typer.Option(metavar="NAME", help="A bundled study of a checkout, `all`, or `list`."),
@@ -79,12 +79,12 @@ def study(
     given += [one.flag.removeprefix("--") for one in named if options[one.name] is not None]
     if bundled is not None or scene is None:
         _refuse(scene, bundled, given)
-        done = _run_bundled(bundled or "list", options["repeat"], clock.value, out, quiet)
+        done = _run_bundled(bundled or "list", options["repeat"], clock, out, quiet)
         _finish(done, json, not no_pictures)
         return
     sweep = sweep_of(scene, parse_parameters(parameters or []), quantity or [], **options)
     folder = out or Path("runs", f"study-{Path(scene).stem}")
-    found = _run("", sweep, folder, clock.value, quiet)
+    found = _run("", sweep, folder, clock, quiet)
     _finish([("study", folder, found)], json, not no_pictures)
 
 

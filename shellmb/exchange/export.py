@@ -128,10 +128,9 @@ def export_fmu(
         token = uuid.uuid4().hex[:8]
         script = Path(folder, f"{name}_{token}.py")
         paths = [p for p in sys.path if Path(p).name in PACKAGE_FOLDERS]
-        how = {"paths": paths, "name": name, "version": version, "package": package}
-        how["described"] = described
-        how["libraries"] = [str(p) for p in Path(sys.prefix, "lib").glob("libmpi.so.*")]
-        script.write_text(SLAVE.format(**how))
+        libraries = [str(p) for p in Path(sys.prefix, "lib").glob("libmpi.so.*")]
+        how = {"paths": paths, "libraries": libraries, "package": package, "described": described}
+        script.write_text(SLAVE.format(name=name, version=version, **how))
         files = [Path(scene).resolve()] if is_file_name(scene) else []
         wanted = dict.fromkeys(ABILITIES, True)
         before = list(sys.path)

@@ -47,18 +47,13 @@ class PartnerWork(BaseObserver):
         self._forces = functionals([forms], comm) if forms else None
         given, lines = [], [one.line for one in self._inputs]
         for values in (NOTHING, SOMETHING):
-            self._set(simulation, 0.0, simulation.size.dt, [values] * len(self._inputs))
+            self._take(simulation, [(0.0, simulation.size.dt, *values)] * len(lines))
             problem.prepare(0.0, simulation.size.dt)
             problem.system.update_fixed_values()
             given.append(problem.system.fixed_values().copy())
         self._moved = given[0] != given[1]
         self._drives = comm.allreduce(bool(np.any(self._moved)), op=MPI.LOR)
         self._take(simulation, lines)
-
-    def _set(
-        self, simulation: Simulation, t: float, dt: float, ends: Sequence[tuple[float, float]]
-    ) -> None:
-        self._take(simulation, [(t, dt, *values) for values in ends])
 
     def _take(
         self, simulation: Simulation, lines: Sequence[tuple[float, float, float, float]]
@@ -89,7 +84,7 @@ class PartnerWork(BaseObserver):
             return
         every = self._work(simulation, last.t, last.dt)
         lines = [one.line for one in self._inputs]
-        self._set(simulation, last.t, last.dt, [NOTHING] * len(lines))
+        self._take(simulation, [(last.t, last.dt, *NOTHING)] * len(lines))
         others = self._work(simulation, last.t, last.dt)
         self._take(simulation, lines)
         self._sample(simulation, last.t, last.dt)

@@ -28,7 +28,7 @@ from shellmb.model.locations.nodes import (
     surrounding,
 )
 from shellmb.model.shells.shell import ShellModel
-from shellmb.native.expressions import compiled_expression
+from shellmb.native.expressions import values_in_cells
 from shellmb.scene import Contact, EdgeForce, Gravity, PointForce, Pressure, Scene, SurfaceForce
 from shellmb.scene.lookup import said
 from shellmb.scene.multibody.joints import GROUND, EdgeHinge
@@ -132,9 +132,8 @@ def refuse_folded(body: ShellModel | BeamModel, q: fem.Function, who: str) -> No
         t, first = body.line.t, frame_forms.vectors(body.line.D + w)[0]
         left, what = ufl.dot(t + along(u, t), first), "length"
     points, _ = basix.make_quadrature(domain.basix_cell(), 4)
-    cells = np.arange(domain.topology.index_map(domain.topology.dim).size_local, dtype=np.int32)
     value = ufl.as_vector([left, *ufl.SpatialCoordinate(domain)])
-    found = compiled_expression(value, np.asarray(points)).eval(domain, cells).reshape(-1, 4)
+    found = values_in_cells(value, points, domain)().reshape(-1, 4)
     worst = min(map(tuple, found), default=(np.inf,))
     least, *x = min(domain.comm.allgather(worst))
     if least < COLLAPSED:

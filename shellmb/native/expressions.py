@@ -1,11 +1,13 @@
 """Expressions at points of cells."""
 
+import math
 from collections.abc import Callable
+from typing import Any
 
 from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
 
 import numpy as np
-from dolfinx import cpp, fem  # type: ignore[attr-defined]
+from dolfinx import cpp, fem, mesh  # type: ignore[attr-defined]
 from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats
@@ -53,6 +55,26 @@ def _program(value: Expr, points: Floats) -> ExpressionProgram | None:
         return ExpressionProgram(value, points)
     except Unsupported:
         return None
+
+
+def values_in_cells(value: Expr, points: Any, domain: mesh.Mesh) -> Callable[[], Floats]:
+    """Make what finds an expression in the cells that this rank owns; collective.
+
+    Args:
+        value: The expression, without arguments.
+        points: Where on the reference element it is wanted, shape (n, dimension).
+        domain: The mesh.
+
+    Returns:
+        Gives its values as they are now, shape (cells, points, components).
+    """
+    expression = compiled_expression(value, np.asarray(points))
+    owned = domain.topology.index_map(domain.topology.dim).size_local
+    cells, shape = (
+        np.arange(owned, dtype=np.int32),
+        (owned, len(points), math.prod(value.ufl_shape)),
+    )
+    return lambda: np.asarray(expression.eval(domain, cells)).reshape(shape)
 
 
 def values_at_states(value: Expr, state: fem.Function) -> Callable[[Floats], Floats]:

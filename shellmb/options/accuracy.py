@@ -40,7 +40,11 @@ def parse_seconds(text: str) -> float:
 
 @dataclass(frozen=True, kw_only=True)
 class AccuracyOptions:
-    """Options of a run with a required accuracy.
+    """Options of a run with a required accuracy, and what other options say of it.
+
+    Args:
+        auto: Whether the scheme is chosen.
+        body: The only body whose mesh is refined; None: all.
 
     Raises:
         SceneError: If a number is not possible, or others are given without an accuracy.
@@ -61,6 +65,9 @@ class AccuracyOptions:
         metavar="TIME",
         parse=parse_seconds,
     )
+
+    auto: bool = False
+    body: str | None = None
 
     def __post_init__(self) -> None:
         """Check what no scene checks."""
@@ -85,22 +92,7 @@ class AccuracyOptions:
             raise SceneError(f"budget is {self.budget:g} s; it must be a positive time, as 60s")
 
 
-@dataclass(frozen=True)
-class RequestedAccuracy:
-    """An accuracy that is requested, with what other options say of it.
-
-    Args:
-        options: Its own options.
-        auto: Whether the scheme is chosen.
-        body: The only body whose mesh is refined; None: all.
-    """
-
-    options: AccuracyOptions
-    auto: bool
-    body: str | None
-
-
-def take_accuracy(options: dict[str, Any]) -> RequestedAccuracy | None:
+def take_accuracy(options: dict[str, Any]) -> AccuracyOptions | None:
     """Take what is asked of an accuracy out of the options of a run; None: nothing is.
 
     Args:
@@ -109,14 +101,12 @@ def take_accuracy(options: dict[str, Any]) -> RequestedAccuracy | None:
     Raises:
         SceneError: If one is impossible, or a scheme is to be chosen without an accuracy.
     """
-    own = take(AccuracyOptions, options)
     auto = options.get("scheme") == AUTO
+    own = take(AccuracyOptions, options, auto=auto, body=options.get("body"))
     if auto:
         options["scheme"] = None
-    if own.accuracy is None:
-        if auto:
+        if own.accuracy is None:
             raise SceneError(
                 "scheme is 'auto', and no accuracy is given; give accuracy, by which it is chosen"
             )
-        return None
-    return RequestedAccuracy(own, auto, options.get("body"))
+    return None if own.accuracy is None else own

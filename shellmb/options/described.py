@@ -208,26 +208,15 @@ def takes[F: Callable[..., Any]](*options: Option) -> Callable[[F], F]:
         signature = inspect.signature(function)
         own = [p for p in signature.parameters.values() if p.kind is not p.VAR_KEYWORD]
         named = {p.name for p in own}
+        others, kind = [o for o in options if o.name not in named], inspect.Parameter.KEYWORD_ONLY
         more = [
-            inspect.Parameter(
-                o.name, inspect.Parameter.KEYWORD_ONLY, default=o.default, annotation=o.written
-            )
-            for o in options
-            if o.name not in named
+            inspect.Parameter(o.name, kind, default=o.default, annotation=o.written) for o in others
         ]
-        lines = [
-            textwrap.fill(
-                f"{o.name}: {o.about.help}",
-                WIDTH,
-                initial_indent=" " * 8,
-                subsequent_indent=" " * 12,
-            )
-            for o in options
-            if o.name not in named
-        ]
+        said = [f"{' ' * 8}{o.name}: {o.about.help}" for o in others]
+        lines = [textwrap.fill(text, WIDTH, subsequent_indent=" " * 12) for text in said]
         shown = signature.replace(parameters=[*own, *more])
         kinds: dict[str, Any] = {p.name: p.annotation for p in own}
-        kinds |= {o.name: o for o in options if o.name not in named}
+        kinds |= {o.name: o for o in others}
         called = function.__qualname__.removesuffix(".__init__")
 
         @functools.wraps(function)
@@ -253,9 +242,9 @@ def takes[F: Callable[..., Any]](*options: Option) -> Callable[[F], F]:
 
         made: Any = named_ones
         made.__signature__ = shown
-        said = "\n".join(lines)
+        text = "\n".join(lines)
         doc = function.__doc__ or ""
-        made.__doc__ = re.sub(r"^ +\*\*\w+:.*$", lambda _: said, doc, flags=re.MULTILINE)
+        made.__doc__ = re.sub(r"^ +\*\*\w+:.*$", lambda _: text, doc, flags=re.MULTILINE)
         return cast(F, made)
 
     return decorate

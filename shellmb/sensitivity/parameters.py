@@ -83,7 +83,6 @@ class Differentiated:
         given: Values of its parameters; defaults are left out.
         options: What replaces choices of the scene.
         results: What it measures, if its module says so.
-        file: Its name or path; None: a function of the caller's.
     """
 
     make: Callable[..., Scene]
@@ -91,7 +90,6 @@ class Differentiated:
     given: Mapping[str, Any]
     options: Options
     results: Callable[..., dict[str, float]] | None = None
-    file: str | None = None
 
     def scene(self, **changed: float) -> Scene:
         """The scene with some values changed.
@@ -123,10 +121,6 @@ class Differentiated:
             )
         return scene
 
-    def at(self, **values: float) -> Differentiated:
-        """The function at other values of its parameters."""
-        return replace(self, given={**self.given, **values})
-
 
 def differentiated(
     scene: Callable[..., Scene] | str, given: Mapping[str, Any] | None, **options: Any
@@ -147,14 +141,11 @@ def differentiated(
         module = load(scene)
         texts = {name: str(v) for name, v in values.items() if isinstance(v, str)}
         known = {**values, **{name: module.value(name, text) for name, text in texts.items()}}
-        made = Differentiated(
-            module.module.scene, module.name, known, chosen, module.results, scene
-        )
-        _check_known(made, known)
-        return made
-    check_function(scene, "sensitivities")
-    made = Differentiated(scene, getattr(scene, "__name__", "scene"), values, chosen)
-    _check_known(made, values)
+        made = Differentiated(module.module.scene, module.name, known, chosen, module.results)
+    else:
+        check_function(scene, "sensitivities")
+        made = Differentiated(scene, getattr(scene, "__name__", "scene"), values, chosen)
+    _check_known(made, made.given)
     return made
 
 

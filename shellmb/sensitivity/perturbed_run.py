@@ -235,26 +235,21 @@ def check_alike(run: Simulation, shadow: Simulation, who: str) -> None:
         and np.array_equal(a.offsets, b.offsets)
         and all(np.array_equal(p, q) for p, q in zip(*cells, strict=True))
     )
-    if not run.model.comm.allreduce(alike, op=MPI.LAND):
-        raise SceneError(
-            f"sensitivities: parameter '{who}' changes the mesh: its nodes or cells differ "
-            "next to the value; only positions of nodes may depend on the parameter"
-        )
-    if not run.model.comm.allreduce(np.array_equal(ours.fixed, its.fixed), op=MPI.LAND):
-        raise SceneError(
-            f"sensitivities: parameter '{who}' changes which nodes are fixed; supports must stay "
-            "at the same nodes"
-        )
     # which ones, not their coefficients: these move with lengths
     left = [{item.row.multiplier for item in sim.redundant} for sim in (run, shadow)]
-    if left[0] != left[1]:
-        raise SceneError(
-            f"sensitivities: parameter '{who}' changes which constraints are redundant; begin at a "
-            "position at which it does not"
-        )
     times = [sorted(sim.landing.times) for sim in (run, shadow)]
-    if times[0] != times[1]:
-        raise SceneError(
-            f"sensitivities: parameter '{who}' moves a time at which a step ends, of a load, a "
-            "lock or a window; such times must not depend on it"
-        )
+    same = {
+        "changes the mesh: its nodes or cells differ next to the value; only positions of nodes "
+        "may depend on the parameter": alike,
+        "changes which nodes are fixed; supports must stay at the same nodes": (
+            np.array_equal(ours.fixed, its.fixed)
+        ),
+        "changes which constraints are redundant; begin at a position at which it does not": (
+            left[0] == left[1]
+        ),
+        "moves a time at which a step ends, of a load, a lock or a window; such times must not "
+        "depend on it": times[0] == times[1],
+    }
+    for said, holds in same.items():
+        if not run.model.comm.allreduce(holds, op=MPI.LAND):
+            raise SceneError(f"sensitivities: parameter '{who}' {said}")

@@ -57,6 +57,5 @@ class Sizes:
             The change; infinite where one of both is no number.
         """
         self.shares.fill(change, whole)
-        if self._comm.size > 1:
-            self._comm.Allreduce(MPI.IN_PLACE, self.shares.table, op=MPI.MAX)
+        self._comm.Allreduce(MPI.IN_PLACE, self.shares.table, op=MPI.MAX)
         return self.shares.largest()

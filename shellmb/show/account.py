@@ -17,40 +17,36 @@ def account(summary: Mapping[str, Any]) -> dict[str, str]:
     Args:
         summary: The summary of a run; empty while there is none.
     """
-    found: dict[str, str] = {}
-
-    def add(name: str, value: str | None) -> None:
-        if value is not None:
-            found[name] = value
-
     if not summary:
-        return found
+        return {}
     steps, rejected = summary["steps"], summary["rejected_steps"]
-    add("failed", summary["failed"])
-    add("steps", f"{steps} ({rejected} rejected)" if rejected else str(steps))
-    add("iterations per step", f"{summary['newton_iterations'] / max(steps, 1):.2f}")
+    share, wall = summary["dissipated_share"], summary["wall_per_step_s"]
+    found = {
+        "failed": summary["failed"],
+        "steps": f"{steps} ({rejected} rejected)" if rejected else str(steps),
+        "iterations per step": f"{summary['newton_iterations'] / max(steps, 1):.2f}",
+    }
     for name, event in summary.get("events", {}).items():
         times = ", ".join(f"{t:.6g}" for t in event["times"][:4])
         more = ", ..." if len(event["times"]) > 4 else ""
-        add(f"event '{name}'", f"t = {times}{more}" if times else "never")
-    add("energy balance error", _power(summary["energy_balance_error"]))
-    add("director length error", _power(summary["director_max"]))
-    add("constraint error", _power(summary["constraint_max"]))
-    add("dissipated by the scheme", _share(summary["dissipated_share"]))
-    add("linear momentum drift", _power(summary["linear_momentum_drift"]))
-    add("angular momentum drift", _power(summary["angular_momentum_drift"]))
-    if summary["wall_per_step_s"] is not None:
-        add("wall time per step", f"{1000 * summary['wall_per_step_s']:.1f} ms")
-    add("wall time", f"{summary['wall_s']:.1f} s")
-    for name, value in summary["results"].items():
-        # what is no finite number is null in the file
-        add(name, with_error(value) if isinstance(value, Mapping) else _number(value))
+        found[f"event '{name}'"] = f"t = {times}{more}" if times else "never"
+    found |= {
+        "energy balance error": _power(summary["energy_balance_error"]),
+        "director length error": _power(summary["director_max"]),
+        "constraint error": _power(summary["constraint_max"]),
+        "dissipated by the scheme": f"{100 * share:.2g} %" if share else None,
+        "linear momentum drift": _power(summary["linear_momentum_drift"]),
+        "angular momentum drift": _power(summary["angular_momentum_drift"]),
+        "wall time per step": None if wall is None else f"{1000 * wall:.1f} ms",
+        "wall time": f"{summary['wall_s']:.1f} s",
+    }
     errors = summary.get("errors", {})
-    for name, value in errors.get("probes", {}).items():
-        add(name, with_error(value))
-    for k, remark in enumerate(errors.get("remarks", ())):
-        add(f"not in the errors ({k + 1})", remark)
-    return found
+    for name, value in (*summary["results"].items(), *errors.get("probes", {}).items()):
+        # what is no finite number is null in the file
+        found[name] = with_error(value) if isinstance(value, Mapping) else _number(value)
+    remarks = enumerate(errors.get("remarks", ()), start=1)
+    found |= {f"not in the errors ({k})": remark for k, remark in remarks}
+    return {name: value for name, value in found.items() if value is not None}
 
 
 def bands(summary: Mapping[str, Any]) -> dict[str, float]:
@@ -103,7 +99,3 @@ def _number(value: float | None) -> str:
 
 def _power(value: float | None) -> str | None:
     return None if value is None else f"{value:.1e}"
-
-
-def _share(value: float | None) -> str | None:
-    return f"{100 * value:.2g} %" if value else None

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from shellmb.errors import SceneError
 from shellmb.observers.files.described import Described
 from shellmb.show.fields import Fields
 from shellmb.show.space.scenery import Showing, images, showing, side_by_side
@@ -81,7 +82,6 @@ def animate_mode(fields: Fields, described: Described, mode: int, file: Path) ->
     Raises:
         SceneError: If there is no such mode.
     """
-    from shellmb.errors import SceneError
     from shellmb.show.space.animation import write
 
     if mode not in fields.times:

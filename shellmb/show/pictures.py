@@ -98,7 +98,8 @@ def _draw(
     begin = clock.perf_counter()
     described = read_described(directory)
     out.mkdir(parents=True, exist_ok=True)
-    summary = _json(directory / "summary.json")
+    file = directory / "summary.json"
+    summary = read_json(file) if file.exists() else {}
     along = "mode" if "frequencies_hz" in summary else "t"
     fields = Fields(directory / "fields", described.bodies, described.labels, along)
     try:
@@ -107,7 +108,13 @@ def _draw(
 
             image = modes_image(fields, described, summary)
             return [save(image, out / "modes.png")]
-        made = _shape(fields, described, out / "shape.png", appearance)
+        made = []
+        if len(fields.times):
+            from shellmb.show.space.scenery import images, side_by_side
+
+            what = shown_shape(fields, described, appearance)
+            drawn = [*images(what, 960 if len(what.states) == 1 else 720)]
+            made = [save(side_by_side(drawn, len(drawn)), out / "shape.png")]
     except RunError as error:
         _log.warning("pictures in space are left out: %s", error)
         made, fields = [], None  # type: ignore[assignment]
@@ -121,18 +128,6 @@ def _draw(
         file = out / "animation.gif"
         made.append(animate(fields, described, file, left, appearance=appearance))
     return made
-
-
-def _shape(
-    fields: Fields, described: Described, file: Path, appearance: Appearance | None
-) -> list[Path]:
-    if not len(fields.times):
-        return []
-    from shellmb.show.space.scenery import images, side_by_side
-
-    what = shown_shape(fields, described, appearance)
-    width = 960 if len(what.states) == 1 else 720
-    return [save(side_by_side([*images(what, width)], len(what.states)), file)]
 
 
 def shown_shape(
@@ -232,7 +227,3 @@ def read_table(file: Path) -> dict[str, Floats]:
 
     rows = read_history(file)
     return {name: np.array([row[name] for row in rows], dtype=float) for name in rows[0]}
-
-
-def _json(file: Path) -> dict[str, Any]:
-    return read_json(file) if file.exists() else {}

@@ -172,14 +172,13 @@ def steps(history: Table, scene: Described) -> Figure:
     above, below = made.subplots(2, 1, sharex=True)
     t, dt, iterations = (_column(history, n)[1:] for n in ("t", "dt", "iterations"))
     marker = "." if len(t) < 30 else None
-    above.step(t, iterations, where="pre", linewidth=1.0, marker=marker)
+    for axes, values in ((above, iterations), (below, dt)):
+        axes.step(t, values, where="pre", linewidth=1.0, marker=marker)
+        axes.set_ylim(0, 1.1 * float(values.max()) or 1.0)
     above.set_ylabel("Newton iterations")
     above.yaxis.set_major_locator(mpl.ticker.MaxNLocator(integer=True))
-    above.set_ylim(0, 1.1 * float(iterations.max()) or 1.0)
-    below.step(t, dt, where="pre", linewidth=1.0, marker=marker)
     unit = scene.labels.label("step", "time") if scene.dynamic else "step [-]"
     below.set(xlabel=scene.time_label, ylabel=unit)
-    below.set_ylim(0, 1.1 * float(dt.max()) or 1.0)
     return made
 
 

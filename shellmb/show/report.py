@@ -33,6 +33,8 @@ img { max-width: 100%; display: block; margin: .5rem 0 } iframe { width: 100%;
        margin: .4rem 0 } .failed { background: #fde2e0; border-left-color: #c0392b }
 .quiet { color: #666 } details > table { font-size: .85rem }
 """
+# style of warnings in a notebook, whose own stays as it is
+SCOPED = ".warning { background: #fff4d6; padding: .3rem .6rem; border-left: 4px solid #e0a800 }"
 # a picture of a page has at most so many bytes
 LARGEST = 100_000_000
 # what is shown of the curves, in this order
@@ -102,7 +104,7 @@ def card(run: Shown) -> str:
     rows = f"<div>{_table(run.account.items())}</div>"
     flex = "display:flex;gap:1.5rem;align-items:center;flex-wrap:wrap"
     inner = f'<div style="{flex}">{_first_picture(run)}{rows}</div>'
-    return _card(run, run.warnings, inner, f"<style>{_scoped()}</style>")
+    return _card(run, run.warnings, inner, f"<style>{SCOPED}</style>")
 
 
 def _card(shown: object, warnings: Iterable[str], inner: str, style: str = "") -> str:
@@ -272,8 +274,3 @@ def _table(rows: Iterable[tuple[str, str]]) -> str:
         f"<tr><td>{html.escape(str(k))}</td><td>{html.escape(str(v))}</td></tr>" for k, v in rows
     )
     return f"<table>{cells}</table>"
-
-
-def _scoped() -> str:
-    """Style of warnings in a notebook, whose own stays as it is."""
-    return ".warning { background: #fff4d6; padding: .3rem .6rem; border-left: 4px solid #e0a800 }"

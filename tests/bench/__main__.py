@@ -61,7 +61,7 @@ def bench(
         typer.Option(min=1, help="Unknowns beyond which the unreduced path is left out."),
     ] = None,
     memory: Annotated[bool, typer.Option("--memory", help="Peak memory of all.")] = False,
-    clock: Annotated[Clock, typer.Option(help="Processor or wall times.")] = Clock.wall,
+    clock: Annotated[Clock, typer.Option(help="Processor or wall times.")] = "wall",
     peer: Annotated[
         list[Peer] | None, typer.Option(help="Compare with another code; may be repeated.")
     ] = None,
@@ -117,7 +117,7 @@ def bench(
             rounds=repeat,
             limit=limit,
             memory=memory,
-            clock=clock.value,
+            clock=clock,
         )
         passed = run_bench(plan, out, json, check)
     if not passed:

@@ -222,7 +222,7 @@ def test_the_search_turns_where_a_scene_is_impossible() -> None:
         raise sm.SceneError(f"E is {x[0]:g}")
 
     data = data_of(GOOD, 1.0, SimpleNamespace(t_end=1.0), 1)  # type: ignore[arg-type]
-    search = _Search(run, data, [Parameter("E", 1.0, 1e-5)], np.ones(1), 5, None)
+    search = _Search(run, data, [Parameter("E", 1.0, 1e-5)], np.ones(1), None)
     with pytest.raises(sm.SceneError, match="E is -1"):
         search.residual(np.array([-1.0]))
     # as after a run
@@ -279,7 +279,7 @@ def test_the_search_turns_where_steps_fail() -> None:
 
     close = GOOD.assign(tip=GOOD.t)
     data = data_of(close, 1.0, SimpleNamespace(t_end=1.0), 1)  # type: ignore[arg-type]
-    search = _Search(linear, data, [Parameter("push", 1.0, 1e-5)], np.ones(1), 5, None)
+    search = _Search(linear, data, [Parameter("push", 1.0, 1e-5)], np.ones(1), None)
     assert np.isfinite(search.residual(np.array([1.0]))).all()
     assert np.isnan(search.residual(np.array([2.0]))).all()
     assert search.impossible == "run 2 with push = 2 is impossible: the step at t = 1 failed"

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from shellmb.accuracy.run_record import RunRecord
 from shellmb.accuracy.studies.quantity import NORMS, Quantity, default_quantity, parse_quantity
 from shellmb.errors import SceneError
-from shellmb.options.accuracy import RequestedAccuracy
+from shellmb.options.accuracy import AccuracyOptions
 from shellmb.scene import Scene
 
 
@@ -112,15 +112,14 @@ def frequency_number(name: str | None) -> int | None:
     return None if found is None else int(found[1])
 
 
-def wanted_of(requested: RequestedAccuracy) -> Target:
+def wanted_of(own: AccuracyOptions) -> Target:
     """Request that follows from options.
 
     Args:
-        requested: The options.
+        own: The options.
     """
-    own = requested.options
     assert own.accuracy is not None
-    return Target(own.accuracy, own.of, own.budget, requested.auto, requested.body)
+    return Target(own.accuracy, own.of, own.budget, own.auto, own.body)
 
 
 def _default(scene: Scene) -> Quantity:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -98,7 +99,7 @@ def fit(
             **options,
         )
 
-    search = _Search(run, found, chosen, sizes, runs, tell)
+    search = _Search(run, found, chosen, sizes, tell)
     start = np.array([p.value for p in chosen]) / sizes
     solution = least_squares(
         search.residual,
@@ -124,6 +125,7 @@ def fit(
     )
 
 
+@dataclass
 class _Search:
     """Runs for the residuals and their derivatives; one run gives both.
 
@@ -132,7 +134,6 @@ class _Search:
         data: The measurements.
         parameters: The parameters.
         sizes: Their sizes.
-        most: Largest number of runs.
         tell: Callback for a line of progress per run.
 
     Attributes:
@@ -140,20 +141,14 @@ class _Search:
         impossible: Sentence of the last one that was impossible or failed; None: none was.
     """
 
-    def __init__(
-        self,
-        run: Callable[[Floats], Sensitivities],
-        data: Data,
-        parameters: Sequence[Parameter],
-        sizes: Floats,
-        most: int,
-        tell: Callable[[str], None] | None,
-    ) -> None:
-        self._run, self._data, self._parameters = run, data, parameters
-        self._sizes, self._most, self._tell = sizes, most, tell
-        self._kept: list[tuple[Floats, tuple[Sensitivities, Floats, Floats]]] = []
-        self.count = 0
-        self.impossible: str | None = None
+    run: Callable[[Floats], Sensitivities]
+    data: Data
+    parameters: Sequence[Parameter]
+    sizes: Floats
+    tell: Callable[[str], None] | None
+    count: int = 0
+    impossible: str | None = None
+    _kept: list[tuple[Floats, tuple[Sensitivities, Floats, Floats]]] = field(default_factory=list)
 
     def at(self, x: Floats) -> tuple[Sensitivities, Floats, Floats]:
         """The run at some parameters, its residuals, and derivatives by parameters over sizes."""
@@ -161,7 +156,7 @@ class _Search:
             if np.array_equal(known, x):
                 return found
         try:
-            made = self._run(x)
+            made = self.run(x)
         except (SceneError, ConvergenceError) as error:
             if not self._kept:
                 raise
@@ -171,19 +166,19 @@ class _Search:
         self.count += 1
         history = made.run.history
         t = history["t"].to_numpy(dtype=float)
-        for name in self._data.values:
+        for name in self.data.values:
             if name not in history:
                 raise SceneError(
                     f"fit: data has the column '{name}', which the run does not find; its history "
                     f"has {listed(history.columns)}"
                 )
-        last = float(self._data.times.max())
+        last = float(self.data.times.max())
         if last > t[-1] * (1 + END):
             raise SceneError(
                 f"fit: run {self.count} with {self._said(x)} ends with an event at t = {t[-1]:g}, "
                 f"and data go on to {last:g}; leave such rows out, or begin elsewhere"
             )
-        data = self._data
+        data = self.data
         cuts = 1 + np.flatnonzero(np.isin(t[1:-1], made.events["time"]))
         run = {name: history[name].to_numpy(dtype=float) for name in data.values}
         there = {name: data.at(t, column, cuts) for name, column in run.items()}
@@ -196,7 +191,7 @@ class _Search:
                 )
         residual = data.weighted(there, measured=True)
         slopes = []
-        for p, size in zip(self._parameters, self._sizes, strict=True):
+        for p, size in zip(self.parameters, self.sizes, strict=True):
             table = made.history[p.name]
             moved = table["t"].to_numpy(dtype=float) if "t" in table else np.zeros(len(t))
             by = {
@@ -204,8 +199,8 @@ class _Search:
                 for name in run
             }
             slopes.append(size * data.weighted(by, measured=False))
-        if self._tell is not None:
-            self._tell(
+        if self.tell is not None:
+            self.tell(
                 f"run {self.count}: {self._said(x)}, misfit {np.sqrt(np.mean(residual**2)):.4g}"
             )
         # the last point and the best one: steps that are rejected go back
@@ -215,7 +210,7 @@ class _Search:
 
     def _said(self, x: Floats) -> str:
         """Values of the parameters in words."""
-        both = zip(self._parameters, x * self._sizes, strict=True)
+        both = zip(self.parameters, x * self.sizes, strict=True)
         return ", ".join(f"{p.name} = {v:.6g}" for p, v in both)
 
     def residual(self, x: Floats) -> Floats:
@@ -230,7 +225,7 @@ class _Search:
             if not self._kept:
                 raise
             self.impossible = str(error)
-            return np.full(self._data.count, np.nan)
+            return np.full(self.data.count, np.nan)
 
     def jacobian(self, x: Floats) -> Floats:
         """Their derivatives."""

@@ -180,12 +180,10 @@ def with_inputs(
         replace(e, **new(e.name, e.law, e.command).driving) if isinstance(e, Motor) else e
         for e in scene.force_elements
     ]
-    drivers = []
-    for driver in scene.drivers:
-        motions: dict[str, Any] = {}
-        for name in driver.coordinates:
-            motions[name] = new(f"{driver.name}.{name}", getattr(driver, name))
-        drivers.append(replace(driver, **motions))
+    drivers = [
+        replace(d, **{k: new(f"{d.name}.{k}", getattr(d, k)) for k in d.coordinates})  # type: ignore[arg-type]
+        for d in scene.drivers
+    ]
     supports: list[Any] = []
     for k, support in enumerate(scene.supports, start=1):
         if isinstance(support, Driven):

@@ -74,15 +74,10 @@ def scene_and_state(
     Raises:
         SceneError: If they make no sense, or there are several ranks.
     """
-    from mpi4py import MPI
-
     from shellmb.api.record import scene_of
-    from shellmb.api.resolve_scene import requested
+    from shellmb.api.resolve_scene import refuse_ranks, requested
 
-    if MPI.COMM_WORLD.size > 1:
-        raise SceneError(
-            f"{what}: there are {MPI.COMM_WORLD.size} ranks; it must be called in one process"
-        )
+    refuse_ranks(what)
     scene = scene_of(scene, options, what)
     chosen = take(LinearOptions, options)
     chosen.check(what)

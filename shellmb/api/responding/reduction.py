@@ -216,33 +216,28 @@ def null_space(rows: sp.csr_array) -> sp.csr_array:
     from scipy.sparse.csgraph import connected_components
 
     m, n = rows.shape
-    graph = sp.block_array([[None, rows], [rows.T, None]], format="csr") if m else None
-    tied = np.zeros(n, dtype=bool)
-    tied[rows.indices[rows.data != 0]] = True
-    parts: list[tuple[Ints, Floats]] = [(np.flatnonzero(~tied), np.zeros(0))]
-    entries: list[tuple[Ints, Ints, Floats]] = []
-    count = len(parts[0][0])
-    entries.append((parts[0][0], np.arange(count), np.ones(count)))
-    if graph is not None:
+    tied = np.isin(np.arange(n), rows.indices[rows.data != 0])
+    free = np.flatnonzero(~tied)
+    parts: list[tuple[Ints, Any]] = [(free, sp.eye_array(len(free)))]
+    if tied.any():
+        graph = sp.block_array([[None, rows], [rows.T, None]], format="csr")
         _, labels = connected_components(graph, directed=False)
-        order = np.argsort(labels[m:], kind="stable")
-        groups = np.split(order, np.flatnonzero(np.diff(labels[m:][order])) + 1)
-        by_label = {int(labels[m + g[0]]): g for g in groups if tied[g[0]]}
-        row_order = np.argsort(labels[:m], kind="stable")
-        row_groups = np.split(row_order, np.flatnonzero(np.diff(labels[:m][row_order])) + 1)
-        for group in row_groups:
-            columns = by_label.get(int(labels[group[0]]))
-            if columns is None:
-                continue
-            _, sizes, V = np.linalg.svd(rows[group][:, columns].toarray())
-            rank = int(np.sum(sizes > DEPENDENT * sizes[0]))
-            basis = V[rank:].T
-            places = count + np.arange(basis.shape[1])
-            i, j = np.meshgrid(columns, places, indexing="ij")
-            entries.append((i.ravel(), j.ravel(), basis.ravel()))
-            count += basis.shape[1]
-    i, j, v = (np.concatenate(part) for part in zip(*entries, strict=True))
-    return sp.csr_array((v, (i, j)), shape=(n, count))
+        unknowns = _by_label(labels[m:])
+        for label, group in _by_label(labels[:m]).items():
+            columns = unknowns.get(label, free[:0])
+            if tied[columns].any():
+                _, sizes, V = np.linalg.svd(rows[group][:, columns].toarray())
+                rank = int(np.sum(sizes > DEPENDENT * sizes[0]))
+                parts.append((columns, V[rank:].T))
+    order, blocks = zip(*parts, strict=True)
+    return sp.csr_array(_places(np.concatenate(order), n) @ sp.block_diag(blocks, format="csr"))
+
+
+def _by_label(labels: Ints) -> dict[int, Ints]:
+    """Places of each label, in their order."""
+    order = np.argsort(labels, kind="stable")
+    groups = np.split(order, np.flatnonzero(np.diff(labels[order])) + 1)
+    return {int(labels[group[0]]): group for group in groups}
 
 
 def scipy_matrix(A: PETSc.Mat) -> sp.csr_array:

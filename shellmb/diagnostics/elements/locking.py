@@ -17,7 +17,6 @@ would have with the stiffness of the section is a multiple of what is in bending
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 from mpi4py import MPI
@@ -37,7 +36,7 @@ from shellmb.meshes.shared import space_on, sums_at_nodes
 from shellmb.meshes.spaces import reading_element
 from shellmb.model.model import Model
 from shellmb.model.shells.shell import ShellModel
-from shellmb.native.expressions import compiled_expression
+from shellmb.native.expressions import values_in_cells
 from shellmb.observers.fields.nodal import state
 from shellmb.simulate.simulation import Simulation
 
@@ -198,21 +197,15 @@ class Roughness:
         points = np.asarray(inner.points, dtype=np.float64)
         self._up = _table(inner, nodes.basix_element.points)
         self._down = _table(nodes.basix_element, points)
-        every = np.arange(len(self._cells), dtype=np.int32)
-
-        def values(parts: Sequence[Expr]) -> Callable[[], Floats]:
-            expression = compiled_expression(ufl.as_vector(parts), points)
-            shape = len(every), len(points), len(parts)
-            return lambda: np.asarray(expression.eval(domain, every)).reshape(shape)
-
-        area = ufl.JacobianDeterminant(domain)
-        found = values([area, *body.surface.e1, *body.surface.e2])()
+        parts = [ufl.JacobianDeterminant(domain), *body.surface.e1, *body.surface.e2]
+        found = values_in_cells(ufl.as_vector(parts), points, domain)()
         rule, weights = basix.make_quadrature(domain.basix_cell(), 2 * inner.degree)
         self._area = np.abs(found[..., 0]) * (np.asarray(weights) @ _table(inner, rule))
         e1, e2 = found[..., 1:4], found[..., 4:]
         self._basis = np.stack([e1, e2, np.cross(e1, e2)], axis=2)
         self._held, self._q = not body.shell.stretching, fem.Function(mixed.space)
-        self._read = values([*body.resultants(self._q), *_strains(body, self._q)])
+        parts = [*body.resultants(self._q), *_strains(body, self._q)]
+        self._read = values_in_cells(ufl.as_vector(parts), points, domain)
 
     def energy(self, q: Floats, about: Floats) -> float:
         """The energy, J, of the cells of this rank; collective.

@@ -33,7 +33,7 @@ from shellmb.model.sections.section import SectionFields, couples
 from shellmb.model.sections.strains import GeneralStrains, HyperelasticStrains, Strains
 from shellmb.model.shells.compatible import rates_of
 from shellmb.model.shells.discrete_shell import DiscreteShell
-from shellmb.native.expressions import compiled_expression
+from shellmb.native.expressions import values_in_cells
 from shellmb.scene import LinearSection
 from shellmb.scene.shells.lamination import Layup
 from shellmb.scene.values.validate import show
@@ -79,8 +79,7 @@ def _refuse_prestrain(shell: DiscreteShell) -> None:
     one = fem.Constant(domain, 1.0)
     sizes = ufl.as_vector([e[k] * (h if k in (3, 4, 5) else one) for k in range(8)])
     points, _ = basix.make_quadrature(domain.basix_cell(), 4)
-    cells = np.arange(domain.topology.index_map(2).size_local, dtype=np.int32)
-    found = np.abs(compiled_expression(sizes, np.asarray(points)).eval(domain, cells))
+    found = np.abs(values_in_cells(sizes, points, domain)())
     largest = domain.comm.allreduce(float(np.max(found, initial=0.0)), op=MPI.MAX)
     if not largest < NONE:
         linear = not isinstance(shell.section.formulation, NonlinearMixed)

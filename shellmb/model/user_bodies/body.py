@@ -49,7 +49,7 @@ from shellmb.model.joints.constraints import Constraints
 from shellmb.model.potentials.exact import ExactEnergy
 from shellmb.model.sections.strains import Stiffness, Strains
 from shellmb.model.user_forms import vector_of, written
-from shellmb.native.expressions import compiled_expression
+from shellmb.native.expressions import values_in_cells
 from shellmb.scene.multibody.own_bodies import UserBody
 from shellmb.scene.types import vector
 
@@ -396,20 +396,15 @@ class _Errors:
 
     def __init__(self, body: OwnBody, law: Held, hold: Hold) -> None:
         self._state = fem.Function(body.mixed.space)
-        mesh = body.mixed.space.mesh
-        points = hold.element.basix_element.points
-        self._mesh = mesh
-        self._read = compiled_expression(law.function(self._state), np.asarray(points))
-        count = mesh.topology.index_map(mesh.topology.dim).size_local
-        self._cells = np.arange(count, dtype=np.int32)
+        points, mesh = hold.element.basix_element.points, body.mixed.space.mesh
+        self._read = values_in_cells(law.function(self._state), points, mesh)
 
     def __call__(self, states: Floats) -> Floats:
         return np.array([self._of(state) for state in states])
 
     def _of(self, state: Floats) -> float:
         self._state.x.array[:] = state
-        found = self._read.eval(self._mesh, self._cells)
-        return float(np.max(np.abs(found), initial=0.0))
+        return float(np.max(np.abs(self._read()), initial=0.0))
 
 
 def _matrix(stiffness: Any, mesh: Any) -> Expr:

@@ -6,6 +6,7 @@ what the full body has in each mode is looked at once.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 from mpi4py import MPI
@@ -22,7 +23,7 @@ from shellmb.model.model import Model
 from shellmb.model.reduced.data import ModalBody, amplitudes
 from shellmb.model.reduced.floating_body import Modes
 from shellmb.model.shells.shell import ShellModel
-from shellmb.native.expressions import compiled_expression
+from shellmb.native.expressions import MIDDLE, values_in_cells
 from shellmb.observers.fields.nodal import NodalValues, NodeGroup
 from shellmb.observers.fields.resultants import LayerResultants, Resultants
 from shellmb.simulate.simulation import Simulation
@@ -75,8 +76,7 @@ class ModalState:
             found[:FRAME] = frames[self._frame]
         if len(self._eta):
             found[FRAME:] = modes[self._eta]
-        if self._comm.size > 1:
-            self._comm.Allreduce(MPI.IN_PLACE, found)
+        self._comm.Allreduce(MPI.IN_PLACE, found)
         return found[:FRAME], found[FRAME:]
 
     def now(self, simulation: Simulation, rate: str | None = None) -> tuple[Floats, Floats]:
@@ -138,47 +138,11 @@ class ModalNodes(NodeGroup):
         )
 
 
-class MeanAmplitudes:
-    """Amplitudes that the elastic forces of a step belong to; of a state in statics.
-
-    Args:
-        simulation: The simulation.
-        name: Name of a shell or beam in modes.
-    """
-
-    def __init__(self, simulation: Simulation, name: str) -> None:
-        self._simulation, problem = simulation, simulation.problem
-        self._state = ModalState(simulation.model, modal_members(simulation.model)[name])
-        self._values: Floats | None = None
-        self._read: fem.Expression | None = None
-        modes = self._state.modes
-        self._mesh = modes.mixed.space.mesh
-        if not simulation.scheme.dynamic:
-            return
-        mean = problem.steps[modes.name].mean_state()
-        middle = np.full((1, 1), 0.5)
-        self._read = compiled_expression(ufl.as_vector(amplitudes(modes.layout, mean)), middle)
-
-    def solved(self) -> None:
-        """Take them while the start of the step is at hand; collective."""
-        if self._read is None:
-            return
-        comm, found = self._mesh.comm, np.zeros(self._state.modes.data.count)
-        # on the rank that has them
-        if self._mesh.topology.index_map(1).size_local:
-            found += np.ravel(self._read.eval(self._mesh, np.zeros(1, np.int32)))
-        comm.Allreduce(MPI.IN_PLACE, found)
-        self._values = found
-
-    def now(self) -> Floats:
-        """Resultants of the step solved last; before the first, and in statics, of the state."""
-        if self._values is not None and self._simulation.last is not None:
-            return self._values
-        return self._state.now(self._simulation)[1]
-
-
 class ModalResultants(Resultants):
     """Resultants of a shell or beam in modes, as `Resultants` of an exact one.
+
+    They are those of the amplitudes that the elastic forces of a step belong to; before the first
+    step, and in statics, of the amplitudes of the state.
 
     Args:
         simulation: The simulation.
@@ -186,8 +150,16 @@ class ModalResultants(Resultants):
     """
 
     def __init__(self, simulation: Simulation, name: str) -> None:
-        self._mean = MeanAmplitudes(simulation, name)
-        member = modal_members(simulation.model)[name].members[name]
+        self._simulation, data = simulation, modal_members(simulation.model)[name]
+        self._state = ModalState(simulation.model, data)
+        self._mean: Floats | None = None
+        modes, member = self._state.modes, data.members[name]
+        self._read: Callable[[], Floats] | None = None
+        if simulation.scheme.dynamic:
+            mean = ufl.as_vector(
+                amplitudes(modes.layout, simulation.problem.steps[modes.name].mean_state())
+            )
+            self._read = values_in_cells(mean, MIDDLE, modes.mixed.space.mesh)
         # at rest
         q, along = (fem.Function(member.body.mixed.space) for _ in range(2))
         vector = self._vector(member.body, q)
@@ -204,12 +176,17 @@ class ModalResultants(Resultants):
         return body.resultants(q)
 
     def solved(self) -> None:
-        """Take the amplitudes of the step."""
-        self._mean.solved()
+        """Take the amplitudes of the step while its start is at hand; collective."""
+        if self._read is not None:
+            # on the rank that has them
+            self._mean = self._read()[:1].sum(axis=(0, 1))
+            self._simulation.model.comm.Allreduce(MPI.IN_PLACE, self._mean)
 
     def elements(self) -> Floats:
         """Values of each element of this rank at its nodes, shape (elements, nodes, size)."""
-        return np.asarray(self._table @ self._mean.now())
+        if self._mean is not None and self._simulation.last is not None:
+            return np.asarray(self._table @ self._mean)
+        return np.asarray(self._table @ self._state.now(self._simulation)[1])
 
 
 def resultants_of(

@@ -21,7 +21,7 @@ from shellmb.arrays import Floats
 from shellmb.meshes.shared import sums_at_nodes
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.shells.shell import ShellModel
-from shellmb.native.expressions import compiled_expression
+from shellmb.native.expressions import values_in_cells
 from shellmb.observers.fields.by_section import shell_compliance, stress_at
 from shellmb.observers.fields.resultants import Resultants
 from shellmb.scene import Shell
@@ -138,13 +138,11 @@ class Slopes:
         element: Any = space.element.basix_element
         # by the coordinates of the reference element, of each function at each node
         table = np.asarray(element.tabulate(1, at))[1:, :, :, 0]
-        topology = space.mesh.topology
-        cells = np.arange(topology.index_map(topology.dim).size_local, dtype=np.int32)
-        self._nodes = space.dofmap.list[: len(cells)]
+        axes = ufl.as_vector([*body.surface.e1, *body.surface.e2])
+        found = values_in_cells(axes, at, space.mesh)()
+        self._nodes = space.dofmap.list[: len(found)]
         tangents = np.einsum("dpf,cfi->cpid", table, body.mixed.nodes("u")[self._nodes])
-        axes = compiled_expression(ufl.as_vector([*body.surface.e1, *body.surface.e2]), at)
-        along = np.asarray(axes.eval(space.mesh, cells)).reshape(len(cells), len(at), 2, 3)
-        inverse = np.linalg.pinv(tangents)
+        along, inverse = found.reshape(*found.shape[:2], 2, 3), np.linalg.pinv(tangents)
         self._weights: Floats = np.einsum("cpdi,cpai,dpf->cpaf", inverse, along, table)
 
     def elements(self, values: Floats) -> Floats:

@@ -15,7 +15,7 @@ from shellmb.arrays import Floats
 from shellmb.forms.floating.geometric_stiffness import of_beam, of_shell
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.shells.shell import ShellModel
-from shellmb.native.expressions import compiled_expression
+from shellmb.native.expressions import values_in_cells
 from shellmb.preprocessing.modal.tangent import bending
 from shellmb.system.assembly.functionals import functionals
 
@@ -38,10 +38,7 @@ class GeometricStiffness:
         self._euler = np.pi**2 / 4 * stiff / length**2 / float(formulation.N0)
         N = body.forces(q) / formulation.N0
         points, _ = basix.make_quadrature(space.mesh.basix_cell(), 2)
-        self._read = compiled_expression(N, np.asarray(points))
-        local = space.mesh.topology.index_map(space.mesh.topology.dim).size_local
-        self._cells = np.arange(local, dtype=np.int32)
-        self._size, N = N.ufl_shape[0], formulation.N0 * N
+        self._read, N = values_in_cells(N, points, space.mesh), formulation.N0 * N
         if isinstance(body, ShellModel):
             densities = of_shell(N, layout.displacement(q), self._R, body.surface)
             stiffness = body.section.sizes.stiffness
@@ -71,11 +68,10 @@ class GeometricStiffness:
             state: Local array.
         """
         self._q.x.array[:] = state
-        N = np.asarray(self._read.eval(self._q.function_space.mesh, self._cells))
-        N = N.reshape(-1, self._size)
-        lowest = N[:, 0]
+        N = self._read()
+        lowest = N[..., 0]
         if self._plane:
-            mean, half = (N[:, 0] + N[:, 1]) / 2, (N[:, 0] - N[:, 1]) / 2
-            lowest = mean - np.hypot(half, N[:, 2])
+            mean, half = (N[..., 0] + N[..., 1]) / 2, (N[..., 0] - N[..., 1]) / 2
+            lowest = mean - np.hypot(half, N[..., 2])
         most = float(np.max(-lowest, initial=0.0))
         return float(self._comm.allreduce(most, op=MPI.MAX)) / self._euler

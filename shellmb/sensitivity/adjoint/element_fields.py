@@ -49,22 +49,18 @@ def varying(scene: Scene, places: tuple[ElementField, ...]) -> Scene:
 
 def _refuse(shell: Shell) -> None:
     """Refuse bodies without elements, and sections not made of coefficients element by element."""
-    if not shell.nodal:
-        how = "rigid" if shell.rigid else "reduced to modes"
-        raise SceneError(
-            f"adjoint: shell '{shell.name}' is {how}; fields of numbers need model='exact' or "
-            "'floating-frame', or differentiate by parameters of the scene function"
-        )
-    if not isinstance(shell.section, LinearSection):
-        raise SceneError(
-            f"adjoint: shell '{shell.name}' has a {type(shell.section).__name__}; fields of "
-            "numbers need a linear section"
-        )
-    if shell.strains is not None:
-        raise SceneError(
-            f"adjoint: shell '{shell.name}' has strains of its own; fields of numbers need "
-            "strains=None"
-        )
+    how, kind = "rigid" if shell.rigid else "reduced to modes", type(shell.section).__name__
+    wanting = {
+        f"is {how}; fields of numbers need model='exact' or 'floating-frame', or differentiate by "
+        "parameters of the scene function": not shell.nodal,
+        f"has a {kind}; fields of numbers need a linear section": (
+            not isinstance(shell.section, LinearSection)
+        ),
+        "has strains of its own; fields of numbers need strains=None": shell.strains is not None,
+    }
+    for said, there in wanting.items():
+        if there:
+            raise SceneError(f"adjoint: shell '{shell.name}' {said}")
 
 
 def _as_function(value: Any) -> Callable[[Any], Any]:
@@ -85,7 +81,8 @@ def changed(shell: Shell, name: str, change: Callable[[Any], Any]) -> LinearSect
         ply = replace(plies[k], **{part: change(getattr(plies[k], part))})
         made: LinearSection = replace(section, plies=(*plies[:k], ply, *plies[k + 1 :]))
         return made
-    known: list[str] = [n for n in ("thickness", "angle", "offset") if n in _names(section)]
+    own = {f.name for f in fields_of(section)}
+    known: list[str] = [n for n in ("thickness", "angle", "offset") if n in own]
     known += [f"plies[{k}].{n}" for k in range(len(plies)) for n in ("thickness", "angle")]
     if name not in known:
         raise SceneError(
@@ -94,7 +91,3 @@ def changed(shell: Shell, name: str, change: Callable[[Any], Any]) -> LinearSect
         )
     changed_section: LinearSection = replace(section, **{name: change(getattr(section, name))})
     return changed_section
-
-
-def _names(section: Any) -> set[str]:
-    return {f.name for f in fields_of(section)}

@@ -197,8 +197,7 @@ class Multipliers:
         largest = np.zeros(len(counts))
         if len(starts):
             largest[counts > 0] = np.maximum.reduceat(np.abs(multipliers[dofs]), starts)
-        if self._system.comm.size > 1:
-            self._system.comm.Allreduce(MPI.IN_PLACE, largest, op=MPI.MAX)
+        self._system.comm.Allreduce(MPI.IN_PLACE, largest, op=MPI.MAX)
         largest[largest == 0.0] = 1.0
         sizes = np.ones(len(multipliers))
         sizes[dofs] = np.repeat(largest, counts)
@@ -217,13 +216,10 @@ class Multipliers:
     def _largest(self, values: Floats) -> float:
         """Largest absolute number over all ranks."""
         largest = float(np.abs(values).max(initial=0.0))
-        comm = self._system.comm
-        return largest if comm.size == 1 else float(comm.allreduce(largest, op=MPI.MAX))
+        return float(self._system.comm.allreduce(largest, op=MPI.MAX))
 
     def _sums(self, values: Any) -> Any:
         """Sums over all ranks."""
-        if self._system.comm.size == 1:
-            return values
         sums = np.array(values, dtype=float)
         self._system.comm.Allreduce(MPI.IN_PLACE, sums)
         return sums

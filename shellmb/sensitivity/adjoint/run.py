@@ -149,25 +149,17 @@ def _places(fields: Any) -> tuple[ElementField, ...]:
         SceneError: If they are no pairs of names, or one is named twice.
     """
     several = isinstance(fields, Iterable) and not isinstance(fields, str)
-    places = tuple(map(_place, fields if several else [fields]))
-    for k, place in enumerate(places):
-        if place in places[:k]:
-            raise SceneError(f"adjoint: field {tuple(place)!r} is named twice; name it once")
-    return places
-
-
-def _place(given: Any) -> ElementField:
-    """A field that is differentiated by.
-
-    Raises:
-        SceneError: If it is no pair of names.
-    """
-    if not isinstance(given, tuple | list) or len(given) != 2:
-        raise SceneError(
-            f"adjoint: a field is {given!r}; it must be the name of a shell and of a parameter of "
-            "its section, such as ('plate', 'thickness')"
-        )
-    return ElementField(*given)
+    places = list[ElementField]()
+    for given in fields if several else [fields]:
+        if not isinstance(given, tuple | list) or len(given) != 2:
+            raise SceneError(
+                f"adjoint: a field is {given!r}; it must be the name of a shell and of a parameter "
+                "of its section, such as ('plate', 'thickness')"
+            )
+        if ElementField(*given) in places:
+            raise SceneError(f"adjoint: field {tuple(given)!r} is named twice; name it once")
+        places.append(ElementField(*given))
+    return tuple(places)
 
 
 def _refuse(scene: Scene, places: Sequence[ElementField]) -> None:
