@@ -17,6 +17,7 @@ would have with the stiffness of the section is a multiple of what is in bending
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 from mpi4py import MPI
