@@ -112,9 +112,10 @@ def test_corners_of_loads_may_move() -> None:
     above, below = (
         sm.run(jumping(2.5e-3 + by), pictures=False).history["tip"] for by in (size, -size)
     )
-    # differences of runs: their square, over a load that begins within two steps
+    # differences of runs: their square, over a load that begins within two steps; in the first step
+    # nothing acts yet, and of 9e-4 derivatives have seven digits
     np.testing.assert_allclose(
-        found.history["start"]["tip"], (above - below) / (2 * size), rtol=1e-3, atol=1e-12
+        found.history["start"]["tip"], (above - below) / (2 * size), rtol=1e-3, atol=1e-10
     )
 
 
