@@ -380,7 +380,7 @@ def rigid_rate(
     shift: Expr | None = None,
     about: Expr | None = None,
 ) -> Expr:
-    """Rate of a state by which all vectors change in the same way, as in a rigid motion.
+    """Rate of a state by which all vectors change alike, as in a rigid motion.
 
     Args:
         body: The body; zero of those without places.

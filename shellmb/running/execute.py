@@ -130,6 +130,7 @@ def execute(
     simulation: Simulation | None = None,
     companion: Companion | None = None,
     saved: Saved | None = None,
+    new: bool = True,
 ) -> RunResult:
     """Run a scene, or go on with it.
 
@@ -143,8 +144,9 @@ def execute(
         results: Gives the `results` of the summary; None: those of the scene.
         simulation: The scene's simulation, before its first step; None: it is made.
         companion: What is measured of a comparison run; None: everything.
-        saved: A state to go on from, in a directory that is `claimed` already; None: the run
-            begins, in a directory that is new or empty.
+        saved: A state to go on from.
+        new: Whether the run begins in a directory that is empty; else it is `claimed` already, also
+            of a run that was killed before its first state and begins again.
 
     Raises:
         SceneError: If the scene does not fit its meshes, or `out` cannot be written or holds a run
@@ -154,8 +156,8 @@ def execute(
         Stopped: If a signal ended the run between two steps.
     """
     directory = None if out is None else Path(out)
-    claim = None if directory is None or saved is not None else claimed(directory, comm, new=True)
-    with claim or nullcontext():
+    claim = nullcontext() if directory is None or not new else claimed(directory, comm, new=True)
+    with claim:
         begin = clock.perf_counter()
         # a signal that comes to one of several ranks is taken up by all of them, behind a step
         check_memory(scene, comm)

@@ -62,7 +62,7 @@ MORE = {
     # the angle that is watched, with its equation
     "event": (2, 1, 5, 2),
     # the length and its equation
-    "spring": (2, 2, 10, 4),
+    "spring": (2, 2, 9, 4),
     "damper": (2, 2, 10, 4),
     # the coordinate, its equation, and the five numbers of a stop
     "joint_stop": (2, 2, 14, 4),

@@ -258,7 +258,7 @@ class Strains(Elastic):
 
 @dataclass(frozen=True)
 class SeparateRows(Strains):
-    """Strains whose forces are told row by row of a step, by what reports them."""
+    """Strains whose forces are written row by row of a step, by what reports them."""
 
     def interval_term(self, sub: SubInterval, dq: Expr, trial: Expr) -> Term | None:
         """None: the work is `interval`."""

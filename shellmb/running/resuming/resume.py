@@ -90,6 +90,7 @@ def resume(
             request=request,
             results=results,
             saved=saved,
+            new=False,
         )
 
 
