@@ -33,7 +33,9 @@ type Find = Callable[[slice, Floats], None]
 
 def _together(simulation: Simulation) -> int:
     """Number of steps that are booked together."""
-    return min(STEPS, NUMBERS // len(simulation.problem.system.numbering.local_to_global) + 1)
+    # a rank may have none
+    size = max(1, len(simulation.problem.system.numbering.local_to_global))
+    return min(STEPS, NUMBERS // size + 1)
 
 
 class DeferredNumbers:
