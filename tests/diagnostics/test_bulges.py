@@ -13,6 +13,7 @@ from shellmb.demos.verification.problems.elements.curved import octant
 from shellmb.demos.verification.problems.elements.rows import Mesh, everywhere
 from shellmb.demos.verification.problems.linear_shells import compressed_cylinder, compressed_plate
 from shellmb.diagnostics.base import Motion
+from shellmb.diagnostics.elements import bulges
 from shellmb.diagnostics.elements.bulges import Bulges, Bulging, bulging_modes
 from shellmb.running.natural_modes.run import find_buckling
 from shellmb.running.natural_modes.vibration import natural_modes
@@ -76,11 +77,14 @@ def test_how_far_nodes_are_off(scene: Scene, axes: int, exact: float) -> None:
 
 
 @pytest.mark.parametrize("scheme", ["ep", "ed", "ep4", "ed3"])
-def test_in_motion(scheme: str) -> None:
-    """A sphere that breathes: as much as at rest, which a finer mesh says there."""
+def test_in_motion(scheme: str, monkeypatch) -> None:
+    """A sphere that breathes: as much as at rest without a finer mesh."""
     said, _ = told(filled("tri", 4, 1e-3, scheme=scheme, dt=0.1, t_end=3.0))
+    compared, _ = told(filled("tri", 4, 1e-3, scheme="linear-statics"))
+    assert said is not None and compared is not None and compared / 2 < said < 2 * compared
+    monkeypatch.setattr(bulges, "known", lambda *_: None)
     still, _ = told(filled("tri", 4, 1e-3, scheme="linear-statics"))
-    assert said is not None and still is not None and still / 2 < said < 2 * still
+    assert said == pytest.approx(still, rel=0.2)
 
 
 def _plate(cell: Any, size: int, **section: Any) -> sm.Shell:

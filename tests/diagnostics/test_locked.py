@@ -10,6 +10,7 @@ import pytest
 import ufl
 
 from shellmb.demos.verification.problems.elements.curved import hypar
+from shellmb.diagnostics.elements import locking
 from shellmb.diagnostics.elements.locking import excess
 from shellmb.running.execute import execute
 from shellmb.running.natural_modes.vibration import natural_modes
@@ -76,9 +77,9 @@ def test_by_how_much(cell: str, thickness: float, mesh: int, distortion: float) 
 
 
 @pytest.mark.slow
-def test_half_of_it_in_statics_in_motion_and_in_modes() -> None:
-    """On 16x8, where 0.60 of the deflection is left."""
-    thickness = 1e-4
+@pytest.mark.parametrize("thickness", [1e-3, 1e-4])
+def test_half_of_it_in_statics_in_motion_and_in_modes(thickness: float) -> None:
+    """On 16x8, where 0.984 and 0.60 of the deflection are left."""
 
     def position(xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
         x, y = xi - 0.5, eta / 2
@@ -94,6 +95,9 @@ def test_half_of_it_in_statics_in_motion_and_in_modes() -> None:
     locked, said = told(wrong)
     stiff = deflection / locked - 1
     assert none is None and said is not None and stiff / 2 < said < 2 * stiff
+    if stiff < 0.02:
+        # jumps say 4.1 % of 1.6 (`docs/limits.md`)
+        return
     _, moving = told(replace(wrong, scheme="ep", dt=0.02, t_end=0.4))
     assert moving is not None and stiff / 2 < moving < 2 * stiff
     modes = [
@@ -216,11 +220,16 @@ def test_a_body_that_does_not_stretch() -> None:
     assert said is not None and 0.05 < said < right / wrong - 1
 
 
-def test_natural_modes_tell_by_how_much_they_are_too_high() -> None:
-    """Beside those of the regular mesh, which are within a per cent."""
+@pytest.mark.parametrize(("mesh", "near"), [(10, 0.9), (8, 0.5)])
+def test_natural_modes_tell_by_how_much_they_are_too_high(mesh: int, near: float) -> None:
+    """Beside those of the regular mesh, which are within a per cent.
+
+    On 10x10 the mode that is named is the one that locks most (8.7, 6.8, 5.3 %). On 8x8 two are too
+    high by 8.7 and 12.1 %, and estimates do not tell which one is more.
+    """
     found = []
     for distortion in (0.0, 0.25):
-        scene = hypar(1e-3, 8, "quad", distortion)
+        scene = hypar(1e-3, mesh, "quad", distortion)
         section = Isotropic(2e11, 0.3, thickness=1e-3, density=8000.0)
         shell = replace(scene.shells[0], section=section)
         found.append(natural_modes(Scene("modes", shell, supports=scene.supports), count=3))
@@ -230,8 +239,7 @@ def test_natural_modes_tell_by_how_much_they_are_too_high() -> None:
     said = re.search(r"modes 1, 2, 3 .* that of (\d) most of all, by .*about (\d+) %", sentence)
     assert said is not None
     high = wrong.frequencies / right.frequencies - 1
-    # two of them are too high by 8.7 and 12.1 %: estimates do not tell which one is more
-    assert high[int(said[1]) - 1] > high.max() / 2
+    assert high[int(said[1]) - 1] >= near * high.max()
     # an estimate within a factor of two
     assert high.max() / 2 < float(said[2]) / 100 < 2 * high.max()
 
@@ -256,13 +264,16 @@ def test_any_section(kind: str) -> None:
     assert said == pytest.approx(right / wrong - 1, rel=1 / 3)
 
 
-def test_in_motion() -> None:
-    """The estimate is of the whole run; at rest a finer mesh gives the number."""
+def test_in_motion(monkeypatch) -> None:
+    """The estimate is of the whole run, and the same as at rest without a finer mesh."""
     section = Isotropic(2e11, 0.3, thickness=1e-3, density=8000.0)
     scene = hanging(1e-3, 8, 0.25, section=section)
-    _, still = told(scene)
+    _, compared = told(scene)
     _, said = told(replace(scene, scheme="ep", dt=0.02, t_end=0.4))
-    assert said is not None and still is not None and still / 2 < said < 2 * still
+    assert said is not None and compared is not None and compared / 2 < said < 2 * compared
+    monkeypatch.setattr(locking, "known", lambda *_: None)
+    _, still = told(scene)
+    assert said == pytest.approx(still, rel=0.1)
 
 
 def _plate(distortion: float) -> Scene:
