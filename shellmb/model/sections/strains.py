@@ -16,7 +16,7 @@ from shellmb.forms.steps.general_hyperelastic import GeneralPath
 from shellmb.forms.steps.general_strains import ExactInterval, GeneralStrain
 from shellmb.forms.steps.mixed import Interval
 from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed
-from shellmb.forms.steps.path import Points, Rows, Step, Stress, moment_of
+from shellmb.forms.steps.path import Rows, Step, Stress, moment_of
 from shellmb.forms.steps.stress_work import (
     MixedSection,
     general_stresses,
@@ -76,73 +76,6 @@ def _stress_work(
 def _single(trial: Any) -> Expr:
     """Virtual displacement of a single row."""
     return ufl.TestFunction(trial.ufl_function_space())
-
-
-def point_terms(
-    section: NonlinearPath,
-    points: Points,
-    tests: Sequence[Expr],
-    trial: Expr,
-    integrate: Callable[[list[Expr]], Form],
-) -> Term:
-    """Terms of a nonlinear section, at Gauss' points in time; arguments as of `path_terms`."""
-    residual, dq = integrate(section.work(tests)), _single(trial)
-    alone = [integrate(section.simple_work(k, dq)) for k in (0, 1)]
-    if points.dissipates:
-        residual += integrate(section.damping([points.damping], tests))
-        for k in (0, 1):
-            alone[k] += integrate(section.damping([points.damping.in_row(k)], [dq]))
-    return Term(residual, (0, 1), tuple(alone))
-
-
-def general_terms(
-    section: MixedSection,
-    layout: Layout,
-    strain: Measure,
-    product: Callable[[Expr, Expr], Expr],
-    step: Step,
-    tests: Sequence[Expr],
-    trial: Any,
-    integrate: Callable[[list[Expr]], Form],
-) -> Term:
-    """Terms of a linear section with strains of any form; derivatives are those without the rest.
-
-    Args:
-        section: Its mixed form.
-        layout: Parts of the state.
-        strain: Its strains.
-        product: Product of two states, as of `GeneralStrain.rest`.
-        step: The step.
-        tests: Virtual displacement of each row.
-        trial: Trial function of the space of an unknown state.
-        integrate: Integral of densities, one for each quadrature rule.
-    """
-    held, alpha = (step.path.end, step.path.end_velocity), step.path.alpha
-    along = GeneralStrain(strain, step.states, step.whole.places)
-    common = section, layout, along, held, alpha
-    first = [pair[0] for pair in general_stresses(*common)]
-    residual = integrate([along.rest(stress, product, tests[0]) for stress in first])
-    for row, dq in zip(step.whole.rows, tests, strict=True):
-        residual += integrate(general_work(*common, row, dq))
-    rows = step.whole.rows
-    alone = tuple(integrate(general_work(*common, row, _single(trial))) for row in rows)
-    return Term(residual, step.rows.numbers, alone)
-
-
-def hyperelastic_terms(
-    along: GeneralPath,
-    product: Callable[[Expr, Expr], Expr],
-    step: Step,
-    tests: Sequence[Expr],
-    trial: Any,
-    integrate: Callable[[list[Expr]], Form],
-) -> Term:
-    """Forces of a hyperelastic section with strains of any form; as `general_terms`."""
-    residual = integrate(along.rest(product, tests[0]))
-    for row, dq in zip(step.whole.rows, tests, strict=True):
-        residual += integrate(along.work(row, dq))
-    alone = tuple(integrate(along.simple_work(row, _single(trial))) for row in step.whole.rows)
-    return Term(residual, step.rows.numbers, alone)
 
 
 def together(a: Term, b: Term) -> Term:
@@ -295,8 +228,18 @@ class GeneralStrains(Strains):
         return None
 
     def path_term(self, step: Step, tests: Sequence[Expr], trial: Expr) -> Term:
-        """Virtual work of both rows of a step, made exact along its chord."""
-        return general_terms(*self._common, self.product, step, tests, trial, self.integrate)
+        """Virtual work of both rows of a step, made exact along its chord.
+
+        Derivatives are those without what makes it so.
+        """
+        held, alpha = (step.path.end, step.path.end_velocity), step.path.alpha
+        along, rows, on = self._over(step, step.states), step.whole.rows, self.integrate
+        common = self.section, self.layout, along, held, alpha
+        residual = on([along.rest(s, self.product, tests[0]) for s, _ in general_stresses(*common)])
+        for row, dq in zip(rows, tests, strict=True):
+            residual += on(general_work(*common, row, dq))
+        alone = (on(general_work(*common, row, _single(trial))) for row in rows)
+        return Term(residual, step.rows.numbers, tuple(alone))
 
     def _over(self, step: Step, states: Sequence[Expr]) -> GeneralStrain:
         return GeneralStrain(self.strain, states, step.whole.places)
@@ -342,10 +285,24 @@ class HyperelasticStrains(Strains):
 
     def path_term(self, step: Step, tests: Sequence[Expr], trial: Expr) -> Term:
         """Virtual work of both rows of a step."""
+        rows, dq = step.whole.rows, _single(trial)
         if self.quadratic:
-            return point_terms(self._over(step), step.points, tests, trial, self.integrate)
-        along = self._general(step, step.states)
-        return hyperelastic_terms(along, self.product, step, tests, trial, self.integrate)
+            return self._at_points(step, tests, dq)
+        along, on = self._general(step, step.states), self.integrate
+        residual = on(along.rest(self.product, tests[0]))
+        for row, test in zip(rows, tests, strict=True):
+            residual += on(along.work(row, test))
+        return Term(residual, step.rows.numbers, tuple(on(along.simple_work(r, dq)) for r in rows))
+
+    def _at_points(self, step: Step, tests: Sequence[Expr], dq: Expr) -> Term:
+        """Work at Gauss' points in time; `dq`: virtual displacement of a single row."""
+        section, points, on = self._over(step), step.points, self.integrate
+        residual, alone = on(section.work(tests)), [on(section.simple_work(k, dq)) for k in (0, 1)]
+        if points.dissipates:
+            residual += on(section.damping([points.damping], tests))
+            for k in (0, 1):
+                alone[k] += on(section.damping([points.damping.in_row(k)], [dq]))
+        return Term(residual, (0, 1), tuple(alone))
 
     def bow(self, step: Step, held: Expr) -> Form:
         """Energy of the bow with the stiffness at the start."""
