@@ -13,7 +13,7 @@ import pytest
 
 from shellmb.errors import SceneError
 from shellmb.model.body import constraint_error
-from shellmb.model.model import Model, build_model
+from shellmb.model.model import Model
 from shellmb.model.shells.joins import line_along
 from shellmb.observers.account.energy import EnergyAccount
 from shellmb.scene import (
@@ -61,7 +61,7 @@ def glued(
 def along(shell: Shell, curve: Any) -> tuple[np.ndarray, Model]:
     """Nodes of a line, checked against the shell's nodes with the same dofs."""
     free = {"supports": (), "scheme": "ep", **MOTION}
-    model = build_model(glued(curve, shell=shell, loads=(), **free), MPI.COMM_WORLD)
+    model = Model(glued(curve, shell=shell, loads=(), **free), MPI.COMM_WORLD)
     body, beam = model.shells["plate"], model.beams["beam"]
     line = line_along(beam.beam, body)
     X, D = body.mixed.nodes("u"), body.node_directors()[:, 0]
@@ -134,7 +134,7 @@ def test_lines_of_a_curved_shell() -> None:
 )
 def test_a_line_off_the_element_edges_is_refused(curve: Any, sentence: str) -> None:
     with pytest.raises(SceneError, match=sentence):
-        build_model(glued(curve), MPI.COMM_WORLD)
+        Model(glued(curve), MPI.COMM_WORLD)
 
 
 def end_state(simulation: Simulation) -> dict[str, np.ndarray]:
@@ -192,7 +192,7 @@ def test_a_director_without_inertia_is_not_shared() -> None:
 
 def test_a_clamped_shell_takes_the_end_of_the_beam_with_it() -> None:
     """Also its drilling, which the director knows nothing of."""
-    model = build_model(glued(), MPI.COMM_WORLD)
+    model = Model(glued(), MPI.COMM_WORLD)
     beam = model.beams["beam"]
     start = np.flatnonzero(beam.domain.numbers(beam.mixed.subspaces["u"]) == 0)
     held = np.concatenate([f.dofs for f in beam.fixed])

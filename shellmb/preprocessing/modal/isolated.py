@@ -13,7 +13,7 @@ import ufl
 from dolfinx import fem, la
 
 from shellmb.arrays import Floats
-from shellmb.model.model import build_model
+from shellmb.model.model import Model
 from shellmb.native.kernels import compile_all
 from shellmb.preprocessing.constraint_analysis.mobility import Motions
 from shellmb.preprocessing.constraint_analysis.motions import SMALL, Frame
@@ -43,7 +43,7 @@ class IsolatedBody:
     """
 
     def __init__(self, scene: Scene, comm: MPI.Comm) -> None:
-        self.comm, self.model = comm, build_model(scene, comm)
+        self.comm, self.model = comm, Model(scene, comm)
         look_through(self.model)
         self.system, self._stiffness, self._mass = tangent(self.model)
         # those that have nodes
