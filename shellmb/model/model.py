@@ -18,7 +18,7 @@ from shellmb.model.frames.beam import BeamModel, build_beam
 from shellmb.model.frames.rigid import RigidBodies, ground_node, rigid_node
 from shellmb.model.frames.rigid_from_mesh import rigidified
 from shellmb.model.joints.constraints import ConstraintGroup
-from shellmb.model.joints.mechanism import build_mechanism
+from shellmb.model.joints.mechanism import Mechanism
 from shellmb.model.locations.nodes import Finder, RigidPlaces
 from shellmb.model.massless import Scale
 from shellmb.model.potentials.contact import PotentialGroup, potential_groups
@@ -147,7 +147,7 @@ class Model:
         find = Finder(places, self._rigid_places())
         self.bodies += [*self.planes, *glue_beams(scene, self.beams, self.shells, lines)]
         hinged: dict[str, Any] = {**self.shells, **self.own}
-        self.mechanism = build_mechanism(scene, scale, find, hinged, self.signals)
+        self.mechanism = Mechanism(scene, scale, find, hinged, self.signals)
         self._check_turnable()
         self.bodies += self.mechanism.bodies
 

@@ -307,6 +307,11 @@ class Coordinate:
         return self.group.kind
 
     @property
+    def effort(self) -> str:
+        """Name of the force along or about it in results."""
+        return "torque" if self.kind == "rotation" else "force"
+
+    @property
     def start(self) -> float:
         """Value in the reference configuration that results count from, m: of distances only."""
         return self.group.coordinates[self.item].start if self.kind == "distance" else 0.0

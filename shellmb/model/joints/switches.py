@@ -68,6 +68,10 @@ class TiedCoordinates(ConstraintGroup):
         weighed = [self._factor[k] * term for k, term in enumerate(terms)]
         return as_row(sum(weighed[1:], weighed[0]))
 
+    def column(self, label: str, c: Coordinate) -> str:
+        """Column of the force of one, by its label, on one of its coordinates."""
+        return f"{label}.{c.joint}.{c.effort}"
+
     def shares(self, held: fem.Function, group: CoordinateGroup) -> Floats:
         """Multipliers of coordinates on which nothing acts but what ties them; collective.
 
@@ -121,6 +125,10 @@ class HeldCoordinates(TiedCoordinates):
 
     def _violation(self, q: Expr) -> Expr:
         return as_row(self.layout.part(q, "x1") - self._held)
+
+    def column(self, label: str, c: Coordinate) -> str:
+        """Column of the force of a lock."""
+        return f"{c.joint}.lock_{c.effort}"
 
     def values(self, q: fem.Function) -> Floats:
         """Coordinates at a state, shape (items,), the same on all ranks; collective."""
