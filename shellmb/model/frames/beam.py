@@ -369,7 +369,7 @@ class BeamModel(FrameBody):
         return TimedLoads(self.domain.mesh, [(load.time, load) for load in loads], self._load_work)
 
     def _load_work(self, load: Distributed, mid: Expr, dq: Expr) -> Form:
-        d, (du, dw), rules = self.directors(mid), self._motion(dq), self.rules
+        d, (du, dw), rules = self.directors(mid), self.layout.moved(dq), self.rules
 
         def constant(value: object) -> fem.Constant:
             return fem.Constant(self.domain.mesh, np.asarray(value, dtype=float))
@@ -395,9 +395,9 @@ class BeamModel(FrameBody):
         """Terms that the user added; None without any."""
         if not self.beam.terms:
             return None
-        u, w = self._motion(mid)
-        v, dw_dt = (None, None) if rates is None else self._motion(rates.now)
-        du, dw = self._motion(dq)
+        u, w = self.layout.moved(mid)
+        v, dw_dt = (None, None) if rates is None else self.layout.moved(rates.now)
+        du, dw = self.layout.moved(dq)
         rate = None if rates is None else self.strain.change(mid, rates.now)
         x, d, de = self.position(mid), self.frames + w, self.strain.change(mid, dq)
         point = LinePoint(u, w, v, dw_dt, du, dw, self.line, time, x, d, rate, de)
@@ -424,7 +424,7 @@ class LinearBeam(BeamModel):
         return frame_constraints(self.layout.part(q, FRAME), turned)
 
     def _moved(self, q: Expr) -> tuple[Expr, Expr, Expr]:
-        return (*self._motion(q), self.layout.part(q, FRAME))
+        return (*self.layout.moved(q), self.layout.part(q, FRAME))
 
     @cached_property
     def strain(self) -> Measure:

@@ -274,11 +274,8 @@ class FrameBody(MassiveBody):
 
     def inertia(self, rate: Expr, dq: Expr) -> Form | None:
         """Virtual work of the inertia forces for the acceleration `rate`."""
-        (v, dd), virtual = self._motion(rate), self._motion(dq)
+        (v, dd), virtual = self.layout.moved(rate), self.layout.moved(dq)
         return self._over_masses(lambda mass: frame.momentum_work(v, dd, mass, *virtual))
-
-    def _motion(self, v: Expr) -> tuple[Expr, Expr]:
-        return self.layout.moved(v)
 
     def vectors_at(self, q: Expr) -> Mapping[str, Sequence[Expr]]:
         """Positions and directors at a state."""

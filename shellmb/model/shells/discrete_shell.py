@@ -1,9 +1,8 @@
 """A shell bound to mesh, space, section, rules of its integrals, and kinematics."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property, partial
-from typing import Any
 
 from mpi4py import MPI
 
@@ -17,7 +16,6 @@ from shellmb.forms import shell as shell_forms
 from shellmb.forms.measure import Measure, measure
 from shellmb.forms.shell import ShellStrains
 from shellmb.forms.state import Layout
-from shellmb.forms.steps.mixed import LinearMixed, LinearOwn, assumed
 from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed
 from shellmb.forms.surface import Surface, surface
 from shellmb.forms.tying import Tying, tying
@@ -29,7 +27,7 @@ from shellmb.meshes.tying import cell_bows, cell_directions, cell_squares, shell
 from shellmb.model.body import MassiveBody, PartScale
 from shellmb.model.frames.frame import DirectorConstraint, FloatingFrame, directors_held
 from shellmb.model.sections.branches import slowing
-from shellmb.model.sections.natural import Distributed, NaturalStress
+from shellmb.model.sections.natural import Distributed
 from shellmb.model.sections.section import (
     bind_mass,
     bind_section,
@@ -38,8 +36,7 @@ from shellmb.model.sections.section import (
     quadrature_rules,
 )
 from shellmb.model.sections.strains import Integrate
-from shellmb.model.shells.compatible import forces_of
-from shellmb.model.shells.positions import direction_1, field_of
+from shellmb.model.shells.positions import direction_1
 from shellmb.model.user_forms import components
 from shellmb.scene import Shell
 from shellmb.scene.loads.loads import Gravity
@@ -192,10 +189,10 @@ class DiscreteShell(MassiveBody):
         """Strains (eps, kap, gam), shape (8,): those of eq. (9), or of the user's measure."""
         own = self.shell.strains
         if own is None:
-            return shell_forms.strain_measure(self.surface, self.straining)
+            return shell_forms.strain_measure(self.surface, self.layout.moved)
 
         def strains(q: Expr) -> Expr:
-            at = (*self.straining(q), self.surface)
+            at = (*self.layout.moved(q), self.surface)
             return ufl.as_vector(components(own, at, f"shell '{self.name}': strains", STRAINS))
 
         return measure(strains)
@@ -210,28 +207,6 @@ class DiscreteShell(MassiveBody):
 
         return measure(lambda q: ufl.as_vector([value(q)]))
 
-    @cached_property
-    def natural(self) -> NaturalStress | None:
-        """The stress of its natural strain; None without one."""
-        given = self.shell.natural
-        if given is None:
-            return None
-        domain, formulation = self.mixed.space.mesh, self.section.formulation
-        parts: list[Expr] = []
-        for name in ("membrane", "curvature"):
-            who = f"natural strain of shell '{self.name}': {name}"
-            parts.append(field_of(getattr(given, name), self.mixed, 3, who))
-        membrane = parts[0] if self.shell.stretching else ufl.as_vector([0, 0, 0])
-        e = ufl.as_vector([*membrane, *parts[1], 0.0, 0.0])
-        factors: tuple[Any, ...] = given.time, *(fem.Constant(domain, 0.0) for _ in range(2))
-        if isinstance(formulation, NonlinearMixed):
-            resultants, seen = formulation.stress(e), assumed(self.strain, self.layout)
-            return NaturalStress(e, (resultants,), resultants, seen, self.integrate, *factors)
-        assert isinstance(formulation, LinearMixed | LinearOwn)
-        N = forces_of(self, e)
-        found = formulation.stress(e, N), formulation.joined(e, N)
-        return NaturalStress(e, *found, self.strain, self.integrate, *factors)
-
     def strains(self, q: Expr) -> ShellStrains:
         """Strains of a state by their names."""
         return shell_forms.named(self.strain.value(q))
@@ -240,15 +215,6 @@ class DiscreteShell(MassiveBody):
     def integrate(self) -> Integrate:
         """Integral of densities, by rule."""
         return partial(over_surface, self.rules)
-
-    def velocities(self, v: Expr) -> tuple[Expr, Expr]:
-        """Velocity of the surface and of the director in a rate of the state."""
-        return self.layout.displacement(v), self.layout.director_change(v)
-
-    @property
-    def straining(self) -> Callable[[Expr], tuple[Expr, Expr]]:
-        """Displacement and change of the director in a state that strains are taken of."""
-        return self.layout.moved
 
     @property
     def _turns(self) -> bool:
