@@ -130,15 +130,8 @@ def line_along(beam: Beam, shell: ShellModel) -> ShellLine:
     Raises:
         SceneError: If the line does not follow element edges.
     """
-    return shell_line(
-        beam.name,
-        beam.curve,
-        shell.shell.surface,
-        shell.domain,
-        shell.mixed,
-        shell.node_directors()[:, 0],
-        beam.degree,
-    )
+    directors = shell.node_directors()[:, 0]
+    return shell_line(beam, shell.shell.surface, shell.domain, shell.mixed, directors)
 
 
 @dataclass(frozen=True)
