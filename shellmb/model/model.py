@@ -19,7 +19,7 @@ from shellmb.model.frames.rigid import RigidBodies, ground_node, rigid_node
 from shellmb.model.frames.rigid_from_mesh import rigidified
 from shellmb.model.joints.constraints import ConstraintGroup
 from shellmb.model.joints.mechanism import Mechanism
-from shellmb.model.locations.nodes import Finder, RigidPlaces
+from shellmb.model.locations.nodes import Finder
 from shellmb.model.massless import Scale
 from shellmb.model.potentials.contact import PotentialGroup, potential_groups
 from shellmb.model.potentials.volume import Filling, enclosed_volumes
@@ -144,7 +144,7 @@ class Model:
         prescribed = Prescribed(aliases([*self.shells.values()], comm), times, scene.linear)
         self.planes = self._hold(places, prescribed)
         refuse_idle_loads(scene, self.meshed, prescribed)
-        find = Finder(places, self._rigid_places())
+        find = Finder(scene, places, {} if self.rigid is None else self.rigid.ends())
         self.bodies += [*self.planes, *glue_beams(scene, self.beams, self.shells, lines)]
         hinged: dict[str, Any] = {**self.shells, **self.own}
         self.mechanism = Mechanism(scene, scale, find, hinged, self.signals)
@@ -152,7 +152,7 @@ class Model:
         self.bodies += self.mechanism.bodies
 
         self.bodies += point_loads(scene, comm, find)
-        touched, meshes = modal_points(self.bodies, self.rigid), (self.meshed, self.rigid_meshes)
+        touched, meshes = modal_points(self.bodies), (self.meshed, self.rigid_meshes)
         self.potentials = potential_groups(described, comm, find, *meshes, touched, self.length)
         self.bodies += self.potentials
 
@@ -279,21 +279,6 @@ class Model:
             if isinstance(load, Gravity)
         ]
         return RigidBodies(scale, nodes, not scene.static, gravity)
-
-    def _rigid_places(self) -> dict[str, RigidPlaces]:
-        """Places on rigid bodies and ground, by the name of the body."""
-        ends = {} if self.rigid is None else self.rigid.ends()
-        places = {
-            body.name: RigidPlaces(
-                ends[body.name],
-                {name: body.place(name) for name in body.point_names},
-                body.place(None),
-            )
-            for body in self.scene.rigid_bodies
-        }
-        if GROUND in ends:
-            places[GROUND] = RigidPlaces(ends[GROUND], {}, np.zeros(3))
-        return places
 
     @property
     def _points(self) -> Floats:

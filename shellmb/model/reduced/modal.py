@@ -51,8 +51,6 @@ from shellmb.model.reduced.floating_body import (
     Interfaces,
     LoadPoints,
     Modes,
-    Reduced,
-    frame_targets,
 )
 
 
@@ -79,7 +77,7 @@ class ModalPoints(Points):
         w: Changes of the directors by the modes, shape (n, m, 3, K), 1/m.
     """
 
-    body: Reduced
+    body: Modes
     u: Floats
     w: Floats
 
@@ -90,7 +88,7 @@ class ModalPoints(Points):
         return ModalPlaces(self, turns)
 
 
-def reduced_points(body: Reduced, member: str, on: Any, who: str) -> ModalPoints:
+def reduced_points(body: Modes, member: str, on: Any, who: str) -> ModalPoints:
     """Points of one of the shells and beams of a reduced body; collective.
 
     Args:
@@ -136,7 +134,7 @@ class ModalPlaces:
     @property
     def targets(self) -> Mapping[str, Targets]:
         """Unknowns of frame and modes."""
-        return frame_targets(self._points.body, len(self._rows), ("u1", "w1"))
+        return self._points.body.shared(len(self._rows), ("u1", "w1"))
 
     def place(self, q: Expr, layout: Layout) -> Place:
         """The points and their directors at a state."""
@@ -179,13 +177,13 @@ class ModalTerms(Body):
         center: Where its frame is at rest, shape (3,), m.
     """
 
-    def __init__(self, body: Reduced, member: Member) -> None:
+    def __init__(self, body: Modes, member: Member) -> None:
         self._of, frame = member.body, body.frame
         self.of, self.center = body.data.name, frame.node
         space = self._of.mixed.space
         mixed = constant_space(space.mesh, {"eta": body.data.count, "u1": 3, "w1": 9})
         targets: dict[str, tuple[str, Any]] = {
-            "eta": (body.modes.name, body.modes.numbers("eta")[0]),
+            "eta": (body.name, body.numbers("eta")[0]),
             "u1": (frame.body, frame.dofs["u"]),
             "w1": (frame.body, frame.dofs["w"]),
         }
@@ -251,8 +249,8 @@ def modal_bodies(
     ends = rigid.ends()
     found: list[Body] = []
     for kept in data:
-        body = Reduced(Modes(scale.comm, kept), ends[kept.name])
-        found.append(body.modes)
+        body = Modes(scale.comm, kept, ends[kept.name])
+        found.append(body)
         if dynamic:
             found.append(InertiaPoints(body, scale))
         if kept.points_loaded:
@@ -266,20 +264,17 @@ def modal_bodies(
     return found
 
 
-def modal_points(bodies: Sequence[Body], rigid: RigidBodies | None) -> dict[str, ModalPoints]:
+def modal_points(bodies: Sequence[Body]) -> dict[str, ModalPoints]:
     """Points of reduced bodies by the names of potentials and contacts there; collective.
 
     Args:
         bodies: The bodies of the system.
-        rigid: All frames.
 
     Raises:
         SceneError: If there is no such place.
     """
     found: dict[str, ModalPoints] = {}
-    for modes in (body for body in bodies if isinstance(body, Modes)):
-        assert rigid is not None
-        body = Reduced(modes, rigid.ends()[modes.data.name])
-        for name, (member, on, who) in modes.data.touched.items():
+    for body in (body for body in bodies if isinstance(body, Modes)):
+        for name, (member, on, who) in body.data.touched.items():
             found[name] = reduced_points(body, member, on, who)
     return found
