@@ -189,7 +189,8 @@ class BeamModel(FrameBody):
     def __init__(
         self, beam: Beam, domain: LineMesh, loads: Sequence[Distributed], dynamic: bool
     ) -> None:
-        self.beam, self.domain = beam, domain
+        self.beam = self.described = beam
+        self.domain, self.extent = domain, ("size of its section", beam.section.size)
         line = domain.mesh
         mixed = beam_space(line, beam.degree, self.everywhere)
         space = mixed.subspaces["w"]
@@ -198,6 +199,8 @@ class BeamModel(FrameBody):
         place = np.argsort(domain.numbers(space))
         order = place[np.argsort(np.argsort(domain.numbers(mixed.subspaces["u"])))]
         self.rules = line_rules(line, beam.degree)
+        # integral of densities at as many Gauss points as the degree
+        self.integrate: Integrate = partial(over_line, self.rules.taken[0])
         self._static = not dynamic
         self.section = bind_beam_section(beam, line, self._static)
         X = ufl.SpatialCoordinate(line)
@@ -252,16 +255,6 @@ class BeamModel(FrameBody):
         common = relaxation.branches, rule, self.domain.mesh
         found = Fading(self.strain, stiffness, *common)
         return MaxwellBranches(self.name, self.layout, [found])
-
-    @property
-    def described(self) -> Beam:
-        """Description of the body."""
-        return self.beam
-
-    @property
-    def extent(self) -> tuple[str, float]:
-        """Small dimension of the body in words, and its size, m."""
-        return "size of its section", self.beam.section.size
 
     @property
     def material(self) -> tuple[float, float] | None:
@@ -330,12 +323,6 @@ class BeamModel(FrameBody):
     def elastic(self) -> tuple[Strains]:
         """Strains of the beam with their section."""
         return (Strains(self.section.formulation, self.layout, self.strain, self.integrate),)
-
-    @property
-    def integrate(self) -> Integrate:
-        """Integral of densities at as many Gauss points as the degree."""
-        (rule,) = self.rules.taken
-        return partial(over_line, rule)
 
     @cached_property
     def strain(self) -> Measure:

@@ -225,6 +225,8 @@ class FrameBody(MassiveBody):
         self.frames, self._order = frames, order
         self.reference, self.nodes, self.force = reference, nodes, force
         self.layout = Layout(mixed.parts)
+        # the constraints of the directors as numbers
+        self.held = directors_held(frame.orthonormality, 3)
         # set with the model: where there are frames, jumps of velocities are unknown
         self.inertialess = False
         self.kinematic = frozenset({"u", "w"})
@@ -285,11 +287,6 @@ class FrameBody(MassiveBody):
     def manifold(self) -> Manifold:  # type: ignore[override]
         """Orthonormal triples; their jump is unknown and tangent already."""
         return Manifold(self._rest if self.held.unit else None, self.inertialess)
-
-    @property
-    def held(self) -> DirectorConstraint:
-        """The constraints of the directors as numbers."""
-        return directors_held(frame.orthonormality, 3)
 
     @cached_property
     def _rest(self) -> Floats:

@@ -19,8 +19,6 @@ from shellmb.model.massless import Scale
 from shellmb.model.shells.shell import ShellModel
 from shellmb.scene.multibody.joints import EdgeHinge
 
-__all__ = ["Hinge", "bind_hinges", "edges_together", "hinge_line"]
-
 # directors and given axes are across and along an edge to this, rad
 ALIGNED = 1e-6
 

@@ -48,10 +48,9 @@ from shellmb.model.body import (
     PartScale,
     same_everywhere,
 )
-from shellmb.model.elements.lawvalues import LawValues
 from shellmb.model.joints.constraints import Constraints
 from shellmb.model.locations.nodes import said_point
-from shellmb.model.massless import NodeGroup, Scale
+from shellmb.model.massless import LawValues, NodeGroup, Scale
 from shellmb.model.potentials.exact import ExactEnergy
 from shellmb.model.shells.shell import ShellModel
 from shellmb.model.supports.prescribed import Prescribed

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -51,26 +51,20 @@ def path_terms(
         integrate: Integral of densities, one for each quadrature rule.
     """
     common = section, layout, strain, rows.states[: rows.moving]
-    residual = _stress_work(*common, rows.stresses, tuple(tests), integrate)
+
+    def work(stresses: Sequence[Stress], tests: Sequence[Expr]) -> Form:
+        return integrate(summed(stress_work(*common, s, tests) for s in stresses))
+
     alone = tuple(
-        _stress_work(*common, [s.in_row(k) for s in rows.stresses], (_single(trial),), integrate)
+        work([s.in_row(k) for s in rows.stresses], [_single(trial)])
         for k in range(len(rows.numbers))
     )
-    return Term(residual, rows.numbers, alone)
+    return Term(work(rows.stresses, tests), rows.numbers, alone)
 
 
-def _stress_work(
-    section: MixedSection,
-    layout: Layout,
-    strain: Measure,
-    states: Sequence[Expr],
-    stresses: Sequence[Stress],
-    tests: Sequence[Expr],
-    integrate: Callable[[list[Expr]], Form],
-) -> Form:
-    """Work of some stresses, with what remains of their compatibility."""
-    works = [stress_work(section, layout, strain, states, s, tests) for s in stresses]
-    return integrate([sum(densities) for densities in zip(*works, strict=True)])
+def summed(works: Iterable[Sequence[Expr]]) -> list[Expr]:
+    """Densities of several works added up, rule by rule."""
+    return [sum(densities) for densities in zip(*works, strict=True)]
 
 
 def _single(trial: Any) -> Expr:
@@ -130,8 +124,8 @@ Integrate = Callable[[Sequence[Expr]], Form]
 
 
 @dataclass(frozen=True)
-class Strains(Elastic):
-    """Quadratic strains with a linear section in mixed form.
+class SectionStrains(Elastic):
+    """Strains with a section in mixed form: what all of them have in common.
 
     Args:
         section: The section.
@@ -161,16 +155,6 @@ class Strains(Elastic):
         """Virtual work of a sub-interval, eqs. (20)-(22), (32)."""
         return self.integrate(interval_work(*self._common, span, dq))
 
-    def interval_term(self, sub: SubInterval, dq: Expr, trial: Expr) -> Term | None:
-        """Virtual work with its derivatives; None where the states are no functions."""
-        if sub.rows is None:
-            return None
-        return path_terms(*self._common, sub.rows, [dq], trial, self.integrate)
-
-    def path_term(self, step: Step, tests: Sequence[Expr], trial: Expr) -> Term | None:
-        """Virtual work of both rows of a step that is quadratic in time, eq. (Q2)."""
-        return path_terms(*self._common, step.rows, tests, trial, self.integrate)
-
     def bow(self, step: Step, held: Expr) -> Form:
         """Energy `bow.C bow/2` of the bow over a step, eq. (Q5); arguments as of `Elastic`."""
         e = self._bow_of(step)
@@ -190,25 +174,33 @@ class Strains(Elastic):
 
 
 @dataclass(frozen=True)
-class SeparateRows(Strains):
-    """Strains whose forces are written row by row of a step, by what reports them."""
+class Strains(SectionStrains):
+    """Quadratic strains with a linear section in mixed form."""
 
     def interval_term(self, sub: SubInterval, dq: Expr, trial: Expr) -> Term | None:
-        """None: the work is `interval`."""
-        return None
+        """Virtual work with its derivatives; None where the states are no functions."""
+        if sub.rows is None:
+            return None
+        return path_terms(*self._common, sub.rows, [dq], trial, self.integrate)
 
     def path_term(self, step: Step, tests: Sequence[Expr], trial: Expr) -> Term | None:
-        """None: the work is `row`."""
-        return None
-
-    def row(self, step: Step, k: int, dq: Expr) -> Form:
-        """Virtual work in one row of a step that is quadratic in time, eq. (Q2)."""
-        stresses = [s.in_row(k) for s in step.rows.stresses]
-        return _stress_work(*self._common, step.rows.states, stresses, (dq,), self.integrate)
+        """Virtual work of both rows of a step that is quadratic in time, eq. (Q2)."""
+        return path_terms(*self._common, step.rows, tests, trial, self.integrate)
 
 
 @dataclass(frozen=True)
-class GeneralStrains(Strains):
+class SeparateRows(SectionStrains):
+    """Strains whose forces are written row by row of a step, by what reports them."""
+
+    def row(self, step: Step, k: int, dq: Expr) -> Form:
+        """Virtual work in one row of a step that is quadratic in time, eq. (Q2)."""
+        common = *self._common, step.rows.states
+        works = (stress_work(*common, s.in_row(k), (dq,)) for s in step.rows.stresses)
+        return self.integrate(summed(works))
+
+
+@dataclass(frozen=True)
+class GeneralStrains(SectionStrains):
     """Strains that are not quadratic in the state, with a linear section.
 
     Args:
@@ -222,10 +214,6 @@ class GeneralStrains(Strains):
     def interval(self, span: Interval, dq: Expr) -> Form:
         """Virtual work of a sub-interval, made exact along the change of the strains."""
         return self.integrate(interval_work(*self._common, span, dq, ExactInterval(self.weight)))
-
-    def interval_term(self, sub: SubInterval, dq: Expr, trial: Expr) -> Term | None:
-        """None: kernels at mean and chord are those of quadratic strains."""
-        return None
 
     def path_term(self, step: Step, tests: Sequence[Expr], trial: Expr) -> Term:
         """Virtual work of both rows of a step, made exact along its chord.
@@ -254,7 +242,7 @@ class GeneralStrains(Strains):
 
 
 @dataclass(frozen=True)
-class HyperelasticStrains(Strains):
+class HyperelasticStrains(SectionStrains):
     """Strains with any energy density, the membrane and shear strains as assumed ones.
 
     Args:
@@ -272,10 +260,6 @@ class HyperelasticStrains(Strains):
         """Virtual work of a sub-interval by a discrete gradient, eq. (21)."""
         acting = at_middle if self.quadratic else ExactInterval(self.weight)
         return self.integrate(self.section.virtual_work(self.strain, self.layout, span, dq, acting))
-
-    def interval_term(self, sub: SubInterval, dq: Expr, trial: Expr) -> Term | None:
-        """None: kernels at mean and chord are those of linear sections."""
-        return None
 
     def _over(self, step: Step) -> NonlinearPath:
         return NonlinearPath(self.section, self.layout, self.strain, step)

@@ -25,7 +25,7 @@ from shellmb.meshes.shared import space_on
 from shellmb.meshes.spaces import NO_PARTS, shell_space
 from shellmb.meshes.tying import cell_bows, cell_directions, cell_squares, shell_forces
 from shellmb.model.body import MassiveBody, PartScale
-from shellmb.model.frames.frame import DirectorConstraint, FloatingFrame, directors_held
+from shellmb.model.frames.frame import FloatingFrame, directors_held
 from shellmb.model.sections.branches import slowing
 from shellmb.model.sections.natural import Distributed
 from shellmb.model.sections.section import (
@@ -74,7 +74,9 @@ class DiscreteShell(MassiveBody):
         loads: Sequence[Distributed],
         dynamic: bool,
     ) -> None:
-        self.shell, self.surface_mesh, domain = shell, surface_mesh, surface_mesh.mesh
+        self.shell = self.described = shell
+        self.surface_mesh = self.domain = surface_mesh
+        domain = surface_mesh.mesh
         own = has_own_strains(shell, domain)
         super().__init__(shell.name, shell_space(domain, shell.degree, own, self.everywhere))
         self.director = reference_director(
@@ -86,6 +88,10 @@ class DiscreteShell(MassiveBody):
         self.layout = Layout(self.mixed.parts, maps)
         self.rules = quadrature_rules(domain, shell.degree)
         self._ds = self._edge_measure(domain)
+        # integral of densities, by rule
+        self.integrate: Integrate = partial(over_surface, self.rules)
+        # the constraint of the director as numbers
+        self.held = directors_held(shell_forms.director_constraint, 1)
         self.section = bind_section(shell, domain, maps, at_rest=not dynamic)
         if not isinstance(self.section.formulation, NonlinearMixed):
             self.mixed = replace(self.mixed, stresses=self.mixed.elementwise)
@@ -97,9 +103,13 @@ class DiscreteShell(MassiveBody):
         every = replace(shell, rotary_inertia=True, eccentric_inertia=True)
         self.mass_of_section = bind_mass(every, domain) if weighed else None
         self.mass = bind_mass(shell, domain) if dynamic else None
+        # whether the rotation of the director has inertia, or nothing has
+        self._turns = self.mass is None or self.mass.I is not None
+        self.inertialess = not self._turns
         self._loads, self.slowing = loads, slowing(shell.section, domain)
         self.kinematic = frozenset({"u", "w"})
         # set where joints tie the shell's velocities to those of other bodies
+        self.extent = "thickness", self.section.sizes.thickness
         self.slenderness = slenderness = self.section.sizes.thickness / surface_mesh.length
         label = f"of shell '{shell.name}'"
         scales = {
@@ -112,21 +122,6 @@ class DiscreteShell(MassiveBody):
             "hold": (f"multiplier of the floating frame {label}", slenderness**2, _ADVICE_MOTION),
         }
         self.parts = tuple(PartScale(name, *scales[name]) for name in self.mixed.parts)
-
-    @property
-    def domain(self) -> SurfaceMesh:
-        """Mesh of the shell with names."""
-        return self.surface_mesh
-
-    @property
-    def described(self) -> Shell:
-        """Description of the body."""
-        return self.shell
-
-    @property
-    def extent(self) -> tuple[str, float]:
-        """Small dimension of the body in words, and its size, m."""
-        return "thickness", self.section.sizes.thickness
 
     @property
     def material(self) -> tuple[float, float]:
@@ -211,29 +206,9 @@ class DiscreteShell(MassiveBody):
         """Strains of a state by their names."""
         return shell_forms.named(self.strain.value(q))
 
-    @property
-    def integrate(self) -> Integrate:
-        """Integral of densities, by rule."""
-        return partial(over_surface, self.rules)
-
-    @property
-    def _turns(self) -> bool:
-        """Decide whether the rotation of the director has inertia, or nothing has."""
-        return self.mass is None or self.mass.I is not None
-
-    @property
-    def inertialess(self) -> bool:
-        """Decide whether the directors have no inertia though the shell moves."""
-        return not self._turns
-
     def position(self, q: Expr) -> Expr:
         """Position of the deformed surface, shape (3,), m."""
         return ufl.SpatialCoordinate(self.mixed.space.mesh) + self.layout.displacement(q)
-
-    @property
-    def held(self) -> DirectorConstraint:
-        """The constraint of the director as numbers."""
-        return directors_held(shell_forms.director_constraint, 1)
 
 
 def bind_tying(domain: mesh.Mesh, shell: Shell, surf: Surface) -> Tying:

@@ -36,7 +36,12 @@ from shellmb.forms.surface import Surface
 from shellmb.forms.tying import COUNT
 from shellmb.model.sections.branches import Fading, MaxwellBranches, Resisting, StrainDamping
 from shellmb.model.sections.section import SectionFields, couples
-from shellmb.model.sections.strains import GeneralStrains, HyperelasticStrains, Strains
+from shellmb.model.sections.strains import (
+    GeneralStrains,
+    HyperelasticStrains,
+    SectionStrains,
+    Strains,
+)
 from shellmb.model.shells.discrete_shell import DiscreteShell
 from shellmb.native.expressions import values_in_cells
 from shellmb.native.kernels import compiled
@@ -48,7 +53,7 @@ from shellmb.scene.values.validate import show
 NONE = 1e-10
 
 
-def shell_strains(shell: DiscreteShell) -> tuple[Strains, ...]:
+def shell_strains(shell: DiscreteShell) -> tuple[SectionStrains, ...]:
     """Strains of a shell with their section.
 
     Args:

@@ -36,7 +36,7 @@ from shellmb.model.massless import TimedLoads
 from shellmb.model.sections.branches import MaxwellBranches, StrainDamping
 from shellmb.model.sections.natural import Distributed, NaturalStress
 from shellmb.model.sections.section import Arm, Rules, mass_arm
-from shellmb.model.sections.strains import HyperelasticStrains, Strains
+from shellmb.model.sections.strains import HyperelasticStrains, SectionStrains
 from shellmb.model.shells.discrete_shell import DiscreteShell
 from shellmb.model.shells.elastic import (
     forces_of,
@@ -63,7 +63,7 @@ class ShellModel(DiscreteShell):
     """A shell body: energies, and virtual work of all that acts in it."""
 
     @cached_property
-    def elastic(self) -> tuple[Strains, ...]:
+    def elastic(self) -> tuple[SectionStrains, ...]:
         """Strains of the shell with their section."""
         return shell_strains(self)
 
@@ -236,7 +236,7 @@ class ShellModel(DiscreteShell):
         return Surface(outward, ufl.cross(ufl.cross(surf.e1, surf.e2), outward), surf.D)
 
     @cached_property
-    def damping(self) -> StrainDamping | None:  # type: ignore[override]
+    def damping(self) -> StrainDamping | None:
         """Damping of its strains; None without any."""
         return strain_damping(self)
 
