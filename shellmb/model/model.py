@@ -34,7 +34,7 @@ from shellmb.model.sanity_checks import (
 )
 from shellmb.model.sections.natural import Distributed, doubt_natural
 from shellmb.model.shell_contact.faces import faces_contacts
-from shellmb.model.shells.joins import glue_beams, join_shells, line_along
+from shellmb.model.shells.joins import glue_beams, hold_glued, join_shells, line_along
 from shellmb.model.shells.shell import ShellModel, build_shell
 from shellmb.model.signals import Signals
 from shellmb.model.supports.pointloads import point_loads
@@ -141,11 +141,12 @@ class Model:
             self.bodies += modal_bodies(scale, modal, self.rigid, dynamic)
 
         times = [part * scene.given_until for part in COMPARED]
-        prescribed = Prescribed(aliases([*self.shells.values()], comm), times, scene.linear)
+        glued = glue_beams(scene, self.beams, self.shells, lines)
+        prescribed = Prescribed(aliases([*self.meshed.values()], comm), times, scene.linear)
         self.planes = self._hold(places, prescribed)
         refuse_idle_loads(scene, self.meshed, prescribed)
         find = Finder(scene, places, {} if self.rigid is None else self.rigid.ends())
-        self.bodies += [*self.planes, *glue_beams(scene, self.beams, self.shells, lines)]
+        self.bodies += [*self.planes, *hold_glued(scene, glued)]
         hinged: dict[str, Any] = {**self.shells, **self.own}
         self.mechanism = Mechanism(scene, scale, find, hinged, self.signals)
         self._check_turnable()

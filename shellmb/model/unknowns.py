@@ -104,11 +104,6 @@ class Given:
         """Find where unknowns are in the list; all of them must be given."""
         return np.searchsorted(self.numbers, numbers)
 
-    def repeated(self) -> tuple[Ints, Floats]:
-        """Unknowns given twice, and by how much their values differ most, shape (times,) each."""
-        same = np.flatnonzero(self.numbers[1:] == self.numbers[:-1])
-        return self.numbers[same], self.values[same + 1] - self.values[same]
-
 
 NOT_GIVEN = Given(np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros((0, 1)))
 

@@ -23,6 +23,7 @@ from shellmb.scene import (
     Clamped,
     Cylinder,
     Driven,
+    Fixed,
     Glue,
     Gravity,
     Isotropic,
@@ -135,6 +136,18 @@ def test_lines_of_a_curved_shell() -> None:
 def test_a_line_off_the_element_edges_is_refused(curve: Any, sentence: str) -> None:
     with pytest.raises(SceneError, match=sentence):
         Model(glued(curve), MPI.COMM_WORLD)
+
+
+@pytest.mark.parametrize("kind", ["revolute", "director"])
+def test_supports_of_beam_and_shell_that_contradict_one_another_are_refused(kind: Any) -> None:
+    moved = Fixed("start", displacement=(None, None, 1e-3), body="beam")
+    scene = glued(kind=kind, supports=(Clamped("left", body="plate"), moved))
+    sentence = (
+        r"clamped edge 'left' and fixed components at 'start' contradict one another on beam "
+        r"'beam': at \(0, 0.2, 0\) the displacement along z is 0 by the former and 0.001 by the "
+    )
+    with pytest.raises(SceneError, match=sentence):
+        Model(scene, MPI.COMM_WORLD)
 
 
 def end_state(simulation: Simulation) -> dict[str, np.ndarray]:

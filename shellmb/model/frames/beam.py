@@ -44,14 +44,8 @@ from shellmb.model.sections.section import SLACK, line_rules, over_line
 from shellmb.model.sections.strains import Integrate, Strains
 from shellmb.model.shells.positions import field_of
 from shellmb.model.user_forms import virtual_work
-from shellmb.scene import (
-    Beam,
-    BeamNaturalStrain,
-    BeamSection,
-    FollowerLineForce,
-    LineForce,
-    LineMoment,
-)
+from shellmb.scene import Beam, BeamNaturalStrain, BeamSection
+from shellmb.scene.loads import body_loads
 from shellmb.scene.loads.loads import Gravity
 
 _ADVICE_MOTION = "a smaller step, a finer mesh, or a smaller load step"
@@ -365,13 +359,13 @@ class BeamModel(FrameBody):
             case BeamNaturalStrain():
                 assert self.natural is not None
                 return self.natural.work(mid, dq)
-            case LineForce():
+            case body_loads.LineForce():
                 force = field_of(load.force, self.mixed, 3, f"{load.label}: force")
                 return load_forms.dead_force(force, du) * rules.full
-            case FollowerLineForce():
+            case body_loads.FollowerLineForce():
                 components = constant(load.components)
                 return load_forms.follower_frame_force(components, d, du) * rules.full
-            case LineMoment():
+            case body_loads.LineMoment():
                 return load_forms.frame_moment(constant(load.moment), d, dw) * rules.nodes
             case Gravity():
                 moved, _ = momenta(du, dw, self.weight)

@@ -88,25 +88,6 @@ class ModalPoints(Points):
         return ModalPlaces(self, turns)
 
 
-def reduced_points(body: Modes, member: str, on: Any, who: str) -> ModalPoints:
-    """Points of one of the shells and beams of a reduced body; collective.
-
-    Args:
-        body: The body.
-        member: Name of the shell or beam.
-        on: Where on it, as of a contact.
-        who: Who asks, for the error.
-
-    Raises:
-        SceneError: If there is no such place.
-    """
-    kept = body.data.members[member]
-    found = points_on(kept.body, on, who)
-    u, w = _gathered(kept, np.array([end.dofs["u"][0] for end in found.ends]))
-    ends = [replace(end, owner=body.data.name) for end in found.ends]
-    return ModalPoints(ends, found.weights, body, u, w, segments=found.segments)
-
-
 class ModalPlaces:
     """Points of a body in modes at nodes of a node mesh; what `EndGroup` is for others.
 
@@ -276,5 +257,9 @@ def modal_points(bodies: Sequence[Body]) -> dict[str, ModalPoints]:
     found: dict[str, ModalPoints] = {}
     for body in (body for body in bodies if isinstance(body, Modes)):
         for name, (member, on, who) in body.data.touched.items():
-            found[name] = reduced_points(body, member, on, who)
+            kept = body.data.members[member]
+            points = points_on(kept.body, on, who)
+            u, w = _gathered(kept, np.array([end.dofs["u"][0] for end in points.ends]))
+            ends = [replace(end, owner=body.data.name) for end in points.ends]
+            found[name] = ModalPoints(ends, points.weights, body, u, w, segments=points.segments)
     return found

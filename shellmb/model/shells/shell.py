@@ -47,16 +47,7 @@ from shellmb.model.shells.elastic import (
 from shellmb.model.shells.positions import field_of
 from shellmb.model.user_forms import virtual_work
 from shellmb.scene import Shell
-from shellmb.scene.loads.loads import (
-    EdgeForce,
-    EdgeMoment,
-    FollowerEdgeForce,
-    FollowerSurfaceForce,
-    Gravity,
-    Load,
-    Pressure,
-    SurfaceForce,
-)
+from shellmb.scene.loads import loads as scene_loads
 
 
 class ShellModel(DiscreteShell):
@@ -197,7 +188,7 @@ class ShellModel(DiscreteShell):
 
     def _load_work(self, load: Distributed, mid: Expr, dq: Expr) -> Form:
         """Virtual work of a load, or of the stress of its natural strain."""
-        if not isinstance(load, Load):
+        if not isinstance(load, scene_loads.Load):
             assert self.natural is not None
             return self.natural.work(mid, dq)
         (u, w), (du, dw) = self.layout.moved(mid), self.layout.moved(dq)
@@ -207,23 +198,23 @@ class ShellModel(DiscreteShell):
             return field_of(getattr(load, name), self.mixed, size, f"{load.label}: {name}")
 
         match load:
-            case SurfaceForce():
+            case scene_loads.SurfaceForce():
                 return load_forms.dead_force(given("force"), du) * self.rules.full
-            case FollowerSurfaceForce():
+            case scene_loads.FollowerSurfaceForce():
                 force = load_forms.follower_force(given("components"), u, w, self.surface, du)
                 return force * self.rules.full
-            case Pressure():
+            case scene_loads.Pressure():
                 return load_forms.pressure(given("p", 1), u, self.surface, du) * self.rules.full
-            case Gravity():
+            case scene_loads.Gravity():
                 assert self.mass_of_section is not None
                 weight = load_forms.gravity(given("acceleration"), self.mass_of_section, du, dw)
                 return weight * self.rules.full
-            case EdgeForce():
+            case scene_loads.EdgeForce():
                 return load_forms.dead_force(given("force"), du) * self.ds(load.at, "edge force")
-            case FollowerEdgeForce():
+            case scene_loads.FollowerEdgeForce():
                 force = load_forms.follower_force(given("components"), u, w, self._edge_basis, du)
                 return force * self.ds(load.at, "follower edge force")
-            case EdgeMoment():
+            case scene_loads.EdgeMoment():
                 moment = load_forms.director_moment(given("moment"), self.surface.D + w, dw)
                 return moment * self.ds(load.at, "edge moment")
         raise NotImplementedError(f"no form for {type(load).__name__}")
