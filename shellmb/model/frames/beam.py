@@ -30,7 +30,7 @@ from shellmb.forms.steps.path import Step
 from shellmb.meshes.curve_mesh import LineMesh, build_line
 from shellmb.meshes.spaces import NO_PARTS, beam_space
 from shellmb.model.body import LoadFactors, PartScale, Rates
-from shellmb.model.frames.frame import EVERYWHERE, FRAME, FloatingFrame, FrameBody, identified
+from shellmb.model.frames.frame import FRAME, Floating, FrameBody
 from shellmb.model.massless import TimedLoads
 from shellmb.model.sections.branches import (
     Fading,
@@ -386,26 +386,13 @@ class BeamModel(FrameBody):
         return work * self.rules.full
 
 
-class LinearBeam(BeamModel):
+class LinearBeam(Floating, BeamModel):
     """A beam with a floating frame; made as `BeamModel` is."""
-
-    everywhere = EVERYWHERE
-
-    def __init__(
-        self, beam: Beam, domain: LineMesh, loads: Sequence[Distributed], dynamic: bool
-    ) -> None:
-        super().__init__(beam, domain, loads, dynamic)
-        self.ties = (FloatingFrame(self.mixed, self._apart, self.rules.full, self.force),)
-        self.links = tuple(identified(self.mixed, self.name))
-        self.kinematic |= {FRAME}
 
     def _apart(self, q: Expr) -> Expr:
         """Constraints that tie the frame, shape (9,)."""
         turned = floating.turned(self.layout.part(q, "w"), self.line)
         return frame_constraints(self.layout.part(q, FRAME), turned)
-
-    def _moved(self, q: Expr) -> tuple[Expr, Expr, Expr]:
-        return (*self.layout.moved(q), self.layout.part(q, FRAME))
 
     @cached_property
     def strain(self) -> Measure:

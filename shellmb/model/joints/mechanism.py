@@ -263,8 +263,8 @@ class Mechanism:
         pairs = [[self.table[joint.name, kind] for kind in kinds] for joint in screws]
         factors = np.array([(-joint.pitch / (2 * np.pi), 1.0) for joint in screws])
         switched = any(joint.active is not None for joint in screws)
-        tied = labels, pairs, factors, screws, scale.force, scale.length, switched
-        return [TiedCoordinates(scale.comm, "screw pitches", *tied)]
+        tied = labels, pairs, factors, screws, scale.length, switched
+        return [TiedCoordinates(scale, "screw pitches", *tied)]
 
     def _couplings(self) -> list[TiedCoordinates]:
         """Sums of coordinates that are given; those of as many coordinates are a group."""
@@ -286,8 +286,8 @@ class Mechanism:
                     self._begins_as_zero(coupling.given[0](0.0), f"{coupling.said}: value")
             title = f"couplings of {count} coordinates" + ", over time" * bool(given)
             labels = [coupling.name for coupling in group]
-            tied = labels, members, factors, group, self._scale.couple, 1.0, False
-            found.append(TiedCoordinates(self._scale.comm, title, *tied))
+            tied = labels, members, factors, group, 1.0, False
+            found.append(TiedCoordinates(self._scale, title, *tied))
         return found
 
     def _begins_as_zero(self, start: float, who: str, size: float = 1.0) -> None:
@@ -350,8 +350,7 @@ class Mechanism:
             ]
             locks, coordinates = [lock for lock, _ in each], [c for _, c in each]
             labels = [f"{c.name}.{kind} lock" for c in coordinates]
-            force = self._scale.couple / coordinates[0].size
-            group = HeldCoordinates(self._scale.comm, kind, labels, coordinates, force)
+            group = HeldCoordinates(self._scale, kind, labels, coordinates)
             # an event's windows are known as the run goes on
             windows = [signals.windows[k.switch] if k.switch else k.active or () for k in locks]
             found.append(Locks(group, windows, self._scene.t_end))

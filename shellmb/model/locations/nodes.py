@@ -63,10 +63,10 @@ class Nodes:
         """Reference director of a shell, shape (n, 3); of none without directors."""
         return np.asarray(self.directors[:, :1].reshape(-1, 3))
 
-    def repeated(self, each: int) -> Nodes:
-        """Each node so many times, one after the other."""
-        dofs = {part: np.repeat(rows, each, axis=0) for part, rows in self.dofs.items()}
-        return Nodes(np.repeat(self.x, each, axis=0), dofs, np.repeat(self.directors, each, axis=0))
+    def take(self, which: Ints) -> Nodes:
+        """Some of the nodes, by their numbers."""
+        dofs = {part: rows[which] for part, rows in self.dofs.items()}
+        return Nodes(self.x[which], dofs, self.directors[which])
 
     def end(self, k: int, body: str, point: Floats | None = None) -> End:
         """A node as a place on a body, perhaps with a point off it."""
@@ -187,11 +187,26 @@ def shared_nodes(body: Meshed, where: Place | None, who: str) -> Nodes:
     # sort by rounded coordinates, so that every rank and every body of a join agrees
     rounded = np.round(x / (ON_NODE * body.domain.length)).astype(np.int64)
     order = np.lexsort(rounded.T[::-1])
-    return Nodes(
-        x[order],
-        {p: np.concatenate([g[1][p] for g in gathered])[order] for p in parts},
-        np.concatenate([g[2] for g in gathered])[order],
-    )
+    dofs: dict[str, Ints] = {p: np.concatenate([g[1][p] for g in gathered]) for p in parts}
+    return Nodes(x, dofs, np.concatenate([g[2] for g in gathered])).take(order)
+
+
+def values_at(body: Meshed, numbers: Ints, *values: Floats) -> list[Floats]:
+    """Values at nodes that their first global dofs name, the same on all ranks; collective.
+
+    Args:
+        body: The body.
+        numbers: The dofs, shape (n,).
+        values: Each of them at the nodes of this rank, shape (nodes, ...).
+    """
+    owned = body.mixed.subspaces["u"].dofmap.index_map.size_local
+    first = body.mixed.nodal("u")[:owned, 0]
+    own = body.mixed.space.dofmap.index_map.local_to_global(first)
+    parts = body.domain.mesh.comm.allgather((own, *(each[:owned] for each in values)))
+    every, *found = (np.concatenate(each) for each in zip(*parts, strict=True))
+    order = np.argsort(every)
+    here = order[np.searchsorted(every[order], numbers)]
+    return [each[here] for each in found]
 
 
 # elements of a curved body are polynomials: a point of it may be off its element by this part of

@@ -31,7 +31,7 @@ from dolfinx import fem
 from ufl import Form
 from ufl.core.expr import Expr
 
-from shellmb.arrays import Floats, Ints
+from shellmb.arrays import Floats
 from shellmb.forms.constraints.joints import Place
 from shellmb.forms.floating import modal as forms
 from shellmb.forms.frame import vectors
@@ -42,6 +42,7 @@ from shellmb.meshes.spaces import MixedSpace, constant_space
 from shellmb.model.body import Body, Rates, same_everywhere
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.frames.rigid import RigidBodies
+from shellmb.model.locations.nodes import values_at
 from shellmb.model.massless import Scale, Targets
 from shellmb.model.potentials.points import Points, points_on
 from shellmb.model.reduced.data import Member, ModalBody, amplitudes
@@ -52,19 +53,6 @@ from shellmb.model.reduced.floating_body import (
     LoadPoints,
     Modes,
 )
-
-
-def _gathered(member: Member, wanted: Ints) -> tuple[Floats, Floats]:
-    """Shapes at nodes that their first dofs name, on all ranks; collective."""
-    body: Any = member.body
-    owned = body.mixed.subspaces["u"].dofmap.index_map.size_local
-    first = body.mixed.nodal("u")[:owned, 0]
-    numbers = body.mixed.space.dofmap.index_map.local_to_global(first)
-    parts = body.domain.mesh.comm.allgather((numbers, member.u[:owned], member.w[:owned]))
-    every, u, w = (np.concatenate([part[k] for part in parts]) for k in range(3))
-    order = np.argsort(every)
-    here = order[np.searchsorted(every[order], wanted)]
-    return u[here], w[here]
 
 
 @dataclass(frozen=True)
@@ -259,7 +247,8 @@ def modal_points(bodies: Sequence[Body]) -> dict[str, ModalPoints]:
         for name, (member, on, who) in body.data.touched.items():
             kept = body.data.members[member]
             points = points_on(kept.body, on, who)
-            u, w = _gathered(kept, np.array([end.dofs["u"][0] for end in points.ends]))
+            numbers = np.array([end.dofs["u"][0] for end in points.ends])
+            u, w = values_at(kept.body, numbers, kept.u, kept.w)
             ends = [replace(end, owner=body.data.name) for end in points.ends]
             found[name] = ModalPoints(ends, points.weights, body, u, w, segments=points.segments)
     return found

@@ -30,7 +30,7 @@ from shellmb.forms.surface import Surface
 from shellmb.forms.terms import Point
 from shellmb.meshes.mesh import SurfaceMesh
 from shellmb.model.body import Constraint, LoadFactors, Manifold, Rates, largest
-from shellmb.model.frames.frame import EVERYWHERE, FRAME, FloatingFrame, identified
+from shellmb.model.frames.frame import FRAME, Floating
 from shellmb.model.joints.constraints import Constraints
 from shellmb.model.massless import TimedLoads
 from shellmb.model.sections.branches import MaxwellBranches, StrainDamping
@@ -322,35 +322,13 @@ def _over_mass(mass: Mass, rules: Rules, density: Callable[[Mass], Expr]) -> For
     return form
 
 
-class LinearShell(ShellModel):
+class LinearShell(Floating, ShellModel):
     """A shell with a floating frame; made as `DiscreteShell` is."""
-
-    everywhere = EVERYWHERE
-
-    def __init__(
-        self,
-        shell: Shell,
-        surface_mesh: SurfaceMesh,
-        loads: Sequence[Distributed],
-        dynamic: bool,
-    ) -> None:
-        super().__init__(shell, surface_mesh, loads, dynamic)
-        full, force = self.rules.full, self.section.force
-        self.ties = (FloatingFrame(self.mixed, self._apart, full, force),)
-        self.links = tuple(identified(self.mixed, self.name))
-        self.kinematic |= {FRAME}
-
-    def _frame(self, q: Expr) -> Expr:
-        return self.layout.part(q, FRAME)
 
     def _apart(self, q: Expr) -> Expr:
         """Constraints that tie the frame, shape (9,)."""
-        return frame_constraints(
-            self._frame(q), floating.turned(*self.layout.moved(q), self.surface)
-        )
-
-    def _moved(self, q: Expr) -> tuple[Expr, Expr, Expr]:
-        return (*self.layout.moved(q), self._frame(q))
+        turned = floating.turned(*self.layout.moved(q), self.surface)
+        return frame_constraints(self.layout.part(q, FRAME), turned)
 
     @cached_property
     def strain(self) -> Measure:

@@ -304,7 +304,7 @@ class _Reduction:
         return replace(item, body=self.group[target.name], at=None)
 
     def on_frame(self, item: Any) -> Any:
-        """What is of a reduced body, as its velocity, of its frame."""
+        """Move to its frame what is of a reduced body, as its velocity."""
         return replace(item, body=self.group.get(item.body, item.body))
 
     def probe(self, probe: Any) -> Any:
