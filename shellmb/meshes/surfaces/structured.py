@@ -118,8 +118,11 @@ def map_normals(surface: Surface) -> Callable[[Floats], Floats]:
         for _ in range(8):
             rest = x - surface.position(uv[0], uv[1])
             t1, t2 = _tangents(surface, uv)
-            along = np.stack([t1, t2], axis=2).transpose(1, 0, 2)
-            step = (np.linalg.pinv(along) @ rest.T[:, :, None])[:, :, 0].T
+            a, b, c = ((p * q).sum(0) for p, q in ((t1, t1), (t1, t2), (t2, t2)))
+            first, second = ((t * rest).sum(0) for t in (t1, t2))
+            det = a * c - b**2
+            step = np.array([c * first - b * second, a * second - b * first])
+            step /= np.where(det > 0, det, np.inf)
             uv = np.clip(uv + step, 0.0, 1.0)
         n = np.cross(*_tangents(surface, uv), axis=0)
         # where there is none it is not a number, which who asks refuses by name

@@ -289,14 +289,11 @@ class FrameBody(MassiveBody):
         layout, frames = self.layout, self.frames
         return measure(lambda q: frame.orthonormality(layout.part(q, "w"), frames))
 
-    def _over_masses(self, density: Callable[[FrameMass], Expr]) -> Form | None:
-        """Integral of a density of the mass; None without any."""
-        return added(density(mass) * rule for mass, rule in self.masses)
-
     def inertia(self, rate: Expr, dq: Expr) -> Form | None:
         """Virtual work of the inertia forces for the acceleration `rate`."""
         (v, dd), virtual = self.layout.moved(rate), self.layout.moved(dq)
-        return self._over_masses(lambda mass: frame.momentum_work(v, dd, mass, *virtual))
+        works = (frame.momentum_work(v, dd, m, *virtual) * rule for m, rule in self.masses)
+        return added(works)
 
     def vectors_at(self, q: Expr) -> Mapping[str, Sequence[Expr]]:
         """Positions and directors at a state."""

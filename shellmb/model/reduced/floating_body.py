@@ -335,10 +335,8 @@ class FrameLoads(NodeGroup):
 
     def loads(self) -> LoadFactors:
         """The loads with factors of their own."""
-        values = [np.append(1.0 if p.along is None else 0.0, _or_zero(p.along)) for p in self._data]
+        # of what turns with the body the force itself, of moments their products
+        one = np.eye(10)[0]
+        values = [one if p.along is None else np.append(0.0, p.along) for p in self._data]
         times = [item.time for item in self._data]
         return NodeLoads(self.nodes, np.array(values), times, self._work)
-
-
-def _or_zero(along: Floats | None) -> Floats:
-    return np.zeros(9) if along is None else along

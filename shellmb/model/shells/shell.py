@@ -72,16 +72,6 @@ class ShellModel(DiscreteShell):
         )
         return own, *(tie.held(self.inertialess) for tie in self.ties)
 
-    def _integrate_mass(self, density: Callable[[Mass], Expr]) -> Form:
-        """Mass by the full rule, moments of inertia of the director at the nodes.
-
-        With a first moment `m v^2 + 2 s v.d' + I d'^2 = (m - s^2/I) v^2 + I (d' + s/I v)^2`, both
-        parts positive: the first by the full rule, the second one at the nodes. So the kinetic
-        energy is continuous in the offset of the mass, and positive definite.
-        """
-        assert self.mass is not None
-        return _over_mass(self.mass, self.rules, density)
-
     @property
     def jump_parts(self) -> frozenset[str]:  # type: ignore[override]
         """Parts that have equations for the jump of velocities."""
@@ -153,7 +143,9 @@ class ShellModel(DiscreteShell):
         if self.mass is None:
             return None
         motion, virtual = self.layout.moved(rate), self.layout.moved(dq)
-        return self._integrate_mass(lambda m: shell_forms.momentum_work(*motion, m, *virtual))
+        return _over_mass(
+            self.mass, self.rules, lambda m: shell_forms.momentum_work(*motion, m, *virtual)
+        )
 
     def loads(self) -> LoadFactors | None:
         """A set of the shell's loads with time factors of their own."""
@@ -311,6 +303,12 @@ class ShellModel(DiscreteShell):
 
 
 def _over_mass(mass: Mass, rules: Rules, density: Callable[[Mass], Expr]) -> Form:
+    """Mass by the full rule, moments of inertia of the director at the nodes.
+
+    With a first moment `m v^2 + 2 s v.d' + I d'^2 = (m - s^2/I) v^2 + I (d' + s/I v)^2`, both
+    parts positive: the first by the full rule, the second one at the nodes. So the kinetic energy
+    is continuous in the offset of the mass, and positive definite.
+    """
     if mass.s is not None:
         assert mass.I is not None and mass.centred is not None
         centred = Mass(mass.centred, None, None)

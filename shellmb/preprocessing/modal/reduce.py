@@ -23,7 +23,7 @@ from shellmb.model.locations.nodes import ON_NODE, shared_nodes
 from shellmb.model.reduced.data import ModalBody
 from shellmb.model.shells.shell import ShellModel
 from shellmb.preprocessing.modal.basis import Attachment, reduced_body
-from shellmb.preprocessing.modal.supports import edges, stays_rigid
+from shellmb.preprocessing.modal.supports import stays_rigid
 from shellmb.scene import Gravity, RigidBody, Scene
 from shellmb.scene.checks.fields import has_field
 from shellmb.scene.checks.whole import groups_of
@@ -35,7 +35,7 @@ from shellmb.scene.multibody.joints import GROUND, EdgeHinge, Joint, Spherical, 
 from shellmb.scene.multibody.offsets import node_of
 from shellmb.scene.multibody.rigid import Interface
 from shellmb.scene.probes import MOTIONS
-from shellmb.scene.values.validate import show
+from shellmb.scene.values.validate import edge_names, show
 
 Ends = tuple[tuple[str, str], ...]
 
@@ -238,7 +238,7 @@ class _Reduction:
                 found.append(replace(support, body=target.name))
                 rigid = rigid and stays_rigid(support, target)
                 fixed = isinstance(support, Fixed)
-                wheres = (support.at,) if fixed else edges(support)
+                wheres = (support.at,) if fixed else edge_names(support.at)
                 places += [(target.name, where, support.label) for where in wheres]
         nodes = [shared_nodes(self.mesh(name), where, who) for name, where, who in places]
         # edges with a node in common, perhaps on shells that are joined, are no frames of their own
@@ -255,7 +255,7 @@ class _Reduction:
         (target,) = self._scene.bodies_of(support)
         if target.name not in self.group or self.holding[self.group[target.name]]:
             return
-        for edge in edges(support):
+        for edge in edge_names(support.at):
             name = f"{target.name}.{edge}"
             frame = self._frame(target.name, edge, support.label, name).frame
             if isinstance(support, Hinged):
