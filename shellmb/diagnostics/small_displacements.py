@@ -14,7 +14,7 @@ from shellmb.observers.account.energy import present
 from shellmb.observers.fields.modal import ModalState
 from shellmb.observers.fields.nodal import nodal_bodies
 from shellmb.preprocessing.modal.geometric_stiffness import GeometricStiffness
-from shellmb.preprocessing.modal.lowest import lowest_frequency
+from shellmb.preprocessing.modal.isolated import lowest_frequency
 from shellmb.preprocessing.modal.stretched import Parts, stiffening
 from shellmb.preprocessing.modal.tangent import bending_scale
 from shellmb.scene.checks.schemes import SMALL_ANGLE

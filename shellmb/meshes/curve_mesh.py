@@ -15,12 +15,9 @@ from dolfinx import fem
 
 from shellmb.arrays import Floats, Ints
 from shellmb.errors import SceneError
-from shellmb.meshes.extent import check_extent
-from shellmb.meshes.raw import interval_nodes
+from shellmb.meshes.raw import check_extent, interval_nodes
 from shellmb.meshes.shared import line_mesh
 from shellmb.scene.beams.curves import Curve
-
-__all__ = ["LineMesh", "build_line", "line_mesh_from_nodes"]
 
 # cosine of the angle to the tangent beyond which a direction has no useful projection across it
 NEARLY_TANGENT = 0.95

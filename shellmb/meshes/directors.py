@@ -8,6 +8,7 @@ from shellmb.errors import SceneError
 from shellmb.meshes.mesh import SurfaceMesh
 from shellmb.meshes.raw import shown
 from shellmb.meshes.shared import sums_at_nodes
+from shellmb.meshes.tying import coordinate_element
 
 # angle between the director of a fold and the normals beside it beyond which it is refused,
 # degrees: the end of a bracket of two squares of 8x8 quadrilaterals moves by 1.002 of what it
@@ -67,12 +68,9 @@ def _tangents(surface: SurfaceMesh, nodal: fem.FunctionSpace) -> np.ndarray:
     """Derivatives of the position at the nodes of the owned cells, shape (2, cells, nodes, 3)."""
     domain = surface.mesh
     owned = domain.topology.index_map(2).size_local
-    geometry, map_ = domain.geometry, domain.geometry.cmaps[0]
-    variant = basix.LagrangeVariant(map_.variant)
-    element = basix.create_element(basix.ElementFamily.P, domain.basix_cell(), map_.degree, variant)
     points = np.asarray(nodal.element.basix_element.points)
-    gradients = np.asarray(element.tabulate(1, points))[1:, :, :, 0]
-    x = np.asarray(geometry.x[geometry.dofmaps[0][:owned]])
+    gradients = coordinate_element(domain).tabulate(1, points)[1:, :, :, 0]
+    x = np.asarray(domain.geometry.x[domain.geometry.dofmaps[0][:owned]])
     return np.einsum("kpd,cdi->kcpi", gradients, x)
 
 

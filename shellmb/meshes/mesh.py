@@ -16,16 +16,12 @@ import numpy.typing as npt
 
 from shellmb.arrays import Floats, Int32s, Ints
 from shellmb.errors import SceneError, ShellmbError
-from shellmb.meshes.extent import check_extent
-from shellmb.meshes.raw import CELLS, RawMesh, cell_cross, vertex_count
-from shellmb.meshes.regions import with_areas, with_edges
+from shellmb.meshes.raw import CELLS, RawMesh, cell_cross, check_extent, vertex_count
+from shellmb.meshes.regions import refined, with_areas, with_edges
 from shellmb.meshes.shared import Described, shared_mesh
-from shellmb.meshes.surfaces.refined import refined
-from shellmb.meshes.surfaces.structured import structured_mesh
+from shellmb.meshes.surfaces.structured import map_normals, structured_mesh
 from shellmb.scene import MeshFile, Shell, Surface
 from shellmb.scene.shells.gmsh_surfaces import Meshed
-
-__all__ = ["SurfaceMesh", "build_surface"]
 
 
 @dataclass(frozen=True)
@@ -175,7 +171,7 @@ def _raw(shell: Shell) -> RawMesh:
         return with_areas(structured_mesh(shell), shell.areas, shell.name)
     # gmsh takes a second to load
     if isinstance(surface, MeshFile):
-        from shellmb.meshes.surfaces.file_mesh import file_mesh as read
+        from shellmb.meshes.files.shellmesh import file_mesh as read
     else:
         from shellmb.meshes.surfaces.gmsh_mesh import gmsh_mesh as read
     raw = with_edges(read(shell), surface.edges_where, shell.name)
@@ -187,8 +183,6 @@ def _normal(surface: Surface) -> Callable[[Floats], Floats] | None:
     if isinstance(surface, Meshed):
         return None
     if type(surface).normal is Surface.normal:
-        from shellmb.meshes.surfaces.normals import map_normals
-
         return map_normals(surface)
     return surface.normal  # type: ignore[return-value]
 

@@ -1,4 +1,4 @@
-"""A surface mesh as plain arrays on one rank, and the elements that give cells their shape."""
+"""A surface mesh as plain arrays on one rank, the elements of its cells, and their sizes."""
 
 from __future__ import annotations
 
@@ -7,21 +7,10 @@ from typing import Literal
 
 import basix
 import numpy as np
+import numpy.typing as npt
 
 from shellmb.arrays import Floats, Ints
-
-__all__ = [
-    "RawMesh",
-    "boundary_facets",
-    "box",
-    "cell_cross",
-    "facets",
-    "geometry_element",
-    "interval_nodes",
-    "shape_functions",
-    "shown",
-    "vertex_count",
-]
+from shellmb.errors import SceneError
 
 type Cell = Literal["quad", "tri"]
 
@@ -130,3 +119,27 @@ def shown(point: Floats, size: float) -> str:
         size: Size of the mesh.
     """
     return f"({', '.join(f'{v:.4g}' if abs(v) > 1e-9 * size else '0' for v in point)})"
+
+
+# squares of squares of what lies between have finite reciprocals
+SMALLEST, LARGEST = 1e-60, 1e60
+
+
+def check_extent(sizes: npt.ArrayLike, unit: str, who: str) -> None:
+    """Refuse elements whose sizes vanish or overflow when they are multiplied.
+
+    Args:
+        sizes: Lengths or areas of elements; zero, of degenerate ones, is for others to judge.
+        unit: Their unit.
+        who: The body, for the error.
+
+    Raises:
+        SceneError: Names the first such size.
+    """
+    sizes = np.ravel(sizes)
+    wrong = sizes[((sizes > 0) & (sizes < SMALLEST)) | (sizes > LARGEST)]
+    if len(wrong):
+        raise SceneError(
+            f"{who}: an element has {wrong[0]:.3g} {unit}; it must have between {SMALLEST:g} and "
+            f"{LARGEST:g} {unit}, so give lengths in other units"
+        )

@@ -97,6 +97,13 @@ def shell_forces(cell: CellType, degree: int) -> Forces:
     return _triangle() if cell == CellType.triangle else _quadrilateral(degree)
 
 
+def coordinate_element(domain: mesh.Mesh) -> Any:
+    """Element of Basix that gives cells of a mesh their shape."""
+    described = domain.ufl_domain()
+    assert described is not None
+    return described.ufl_coordinate_element().sub_elements[0].basix_element
+
+
 def cell_squares(domain: mesh.Mesh) -> Floats:
     """Sum of the squares of the sides of each cell of this rank over four, ghosts included, m^2."""
     sides = np.array(basix.topology(domain.basix_cell())[1])
@@ -122,10 +129,7 @@ def cell_bows(domain: mesh.Mesh) -> Floats:
 
 def _tangents(domain: mesh.Mesh, points: Floats) -> tuple[Floats, Floats]:
     """Derivatives of the position by the coordinates of the reference cell, shape (c, n, 3)."""
-    described = domain.ufl_domain()
-    assert described is not None
-    element = described.ufl_coordinate_element().sub_elements[0]
-    _, *slopes = element.basix_element.tabulate(1, points)[..., 0]
+    _, *slopes = coordinate_element(domain).tabulate(1, points)[..., 0]
     nodes = domain.geometry.x[domain.geometry.dofmaps[0]]
     first, second = (np.einsum("pn,cni->cpi", slope, nodes) for slope in slopes)
     return first, second

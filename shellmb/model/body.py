@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -12,7 +12,6 @@ from ufl import Form
 from ufl.core.expr import Expr
 
 from shellmb.forms.constraints.velocity_jump import VelocityJump
-from shellmb.forms.steps.damping import Straining
 from shellmb.forms.steps.mixed import Interval
 from shellmb.forms.steps.path import Path, Rows, Step
 from shellmb.meshes.spaces import MixedSpace
@@ -147,26 +146,6 @@ class SubInterval(Protocol):
         ...
 
 
-class Damped(Protocol):
-    """Damping of a body's strains, eq. (D1)."""
-
-    def term(self, along: Straining, tests: Sequence[Expr], trial: Expr) -> Term:
-        """Forces in the rows of a step, with their derivatives."""
-        ...
-
-    def work(self, along: Straining) -> Form:
-        """Work over the step, eq. (D2); never positive."""
-        ...
-
-    def at(self, q: Expr, v: Expr, dq: Expr) -> Form:
-        """Virtual work of the forces at a state with a velocity."""
-        ...
-
-    def following(self, q: fem.Function, v: fem.Function) -> Callable[[], None] | None:
-        """Function that gives a velocity at a state rates of resultants; None: none needs them."""
-        ...
-
-
 class LoadFactors(Protocol):
     """The loads of a body with the time factors of one stage of a scheme."""
 
@@ -287,7 +266,7 @@ class Body:
         slenderness: Thickness over length: how much stiffer than bending the body is in its own
             plane or line.
         jump_parts: Parts that have equations for the jump of velocities.
-        damping: Damping of its strains; None without any.
+        damping: Damping of its strains, a `StrainDamping`; None without any.
         slowing: Rate of its damping in proportion to the mass, 1/s; None without any.
         manifold: Directors of the body.
     """
@@ -295,7 +274,7 @@ class Body:
     kinematic: frozenset[str] = frozenset()
     slenderness: float = 1.0
     jump_parts: frozenset[str] = frozenset()
-    damping: "Damped | None" = None
+    damping: Any = None
     slowing: fem.Constant | None = None
     manifold: Manifold = Manifold()
 

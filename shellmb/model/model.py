@@ -1,7 +1,7 @@
 """The model: all bodies of a scene, bound to meshes, joined, supported and loaded."""
 
+import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -10,51 +10,62 @@ from mpi4py import MPI
 import numpy as np
 
 from shellmb.arrays import Floats, Ints
+from shellmb.errors import SceneError
 from shellmb.meshes.lifetime import make_room
+from shellmb.meshes.mesh import build_surface
 from shellmb.model.body import Body
-from shellmb.model.building import (
-    build_meshed,
-    build_rigid,
-    check_turnable,
-    force_unit,
-    hold,
-    rigid_places,
-    scene_length,
-    scene_points,
-)
-from shellmb.model.frames.beam import BeamModel
-from shellmb.model.frames.rigid import RigidBodies
-from shellmb.model.frames.rigid_from_mesh import RigidMeshes, rigidified
+from shellmb.model.frames.beam import BeamModel, build_beam
+from shellmb.model.frames.rigid import RigidBodies, ground_node, rigid_node
+from shellmb.model.frames.rigid_from_mesh import rigidified
 from shellmb.model.joints.constraints import ConstraintGroup
-from shellmb.model.joints.mechanism import Mechanism, build_mechanism
+from shellmb.model.joints.mechanism import Mechanism
 from shellmb.model.locations.nodes import Finder
 from shellmb.model.massless import Scale
 from shellmb.model.potentials.contact import PotentialGroup, potential_groups
-from shellmb.model.potentials.volume import Filling, Volume, enclosed_volumes
+from shellmb.model.potentials.volume import Filling, enclosed_volumes
 from shellmb.model.reduced.data import ModalBody
 from shellmb.model.reduced.modal import modal_bodies, modal_points
-from shellmb.model.sanity_checks import check_probes, doubt_unjoined
-from shellmb.model.shell_contact.faces import FacesContact, faces_contacts
-from shellmb.model.shells.joins import glue_beams
-from shellmb.model.shells.shell import ShellModel
+from shellmb.model.sanity_checks import (
+    check_probes,
+    doubt_slits,
+    doubt_thickness,
+    doubt_units,
+    doubt_unjoined,
+)
+from shellmb.model.sections.natural import Distributed, doubt_natural
+from shellmb.model.shell_contact.faces import faces_contacts
+from shellmb.model.shells.joins import glue_beams, hold_glued, join_shells, line_along
+from shellmb.model.shells.shell import ShellModel, build_shell
 from shellmb.model.signals import Signals
 from shellmb.model.supports.pointloads import point_loads
-from shellmb.model.supports.prescribed import NodalConstraint
-from shellmb.model.supports.supports import refuse_idle_loads
-from shellmb.model.unknowns import resolve_links
+from shellmb.model.supports.prescribed import NodalConstraint, Prescribed
+from shellmb.model.supports.supports import SupportRows, refuse_idle_loads
+from shellmb.model.unknowns import aliases, resolve_links
 from shellmb.model.user_bodies.placed import PlacedBody, build_own_bodies
-from shellmb.scene import Scene
+from shellmb.scene import Beam, Scene, Shell
+from shellmb.scene.loads.loads import Gravity, PointLoad
+from shellmb.scene.multibody.elements import PointElement
 from shellmb.scene.multibody.joints import GROUND
 from shellmb.scene.multibody.rolling import Contact
 
+# times, in parts of the run, at which what supports prescribe is compared: its ends, and times
+# that no period falls on
+COMPARED = (0.0, 0.137, 0.371, 0.618, 0.863, 1.0)
 
-@dataclass(frozen=True, eq=False)
+
 class Model:
-    """Everything that has unknowns.
+    """Everything that has unknowns: bodies on their meshes, with what holds, ties and loads them.
 
     Args:
-        scene: The scene it was made from, with rigid bodies for shells and beams that are rigid.
-        comm: Communicator.
+        described: A validated scene.
+        comm: Communicator of all meshes; collective.
+        modal: Bodies that are reduced to modes, with rigid bodies of the scene for their frames.
+        force: Unit of the multipliers of constraints, N; None: what forces are alike to. A model
+            that is to take the multipliers of another one has to have its unit.
+        length: Characteristic length, m, of which the same is true; None: that of the scene.
+
+    Attributes:
+        scene: The scene, with rigid bodies for shells and beams that are rigid.
         signals: What controllers command and events switch.
         bodies: All bodies of the system.
         shells: The shells by name.
@@ -70,25 +81,89 @@ class Model:
         volumes: Enclosed volumes; their bodies are among `bodies`, too.
         faces: Contacts with faces of shells, which are no bodies.
         modal: What is reduced to modes; its frames are among `rigid`.
+
+    Raises:
+        SceneError: If something the scene names does not exist on the meshes.
     """
 
-    scene: Scene
-    comm: MPI.Comm
-    signals: Signals
-    bodies: list[Body]
-    shells: dict[str, ShellModel]
-    beams: dict[str, BeamModel]
-    own: dict[str, PlacedBody]
-    rigid: RigidBodies | None
-    mechanism: Mechanism
-    length: float
-    force: float
-    rigid_meshes: RigidMeshes
-    planes: list[NodalConstraint]
-    potentials: list[PotentialGroup]
-    volumes: list[Volume]
-    faces: list[FacesContact]
-    modal: tuple[ModalBody, ...]
+    def __init__(
+        self,
+        described: Scene,
+        comm: MPI.Comm,
+        modal: Sequence[ModalBody] = (),
+        force: float | None = None,
+        length: float | None = None,
+    ) -> None:
+        make_room(comm, len(scene.shells) + len(scene.beams))
+        scene, self.rigid_meshes = rigidified(described, comm)
+        self.scene, self.comm, self.modal = scene, comm, tuple(modal)
+        self.signals = Signals(scene)
+
+        dynamic = not scene.static
+        self.shells = {
+            s.name: build_shell(s, build_surface(s, comm), self._loads_of(s), dynamic)
+            for s in scene.shells
+        }
+        kinks = self._join()
+        # joins change directors: lines of shells come after them
+        lines = {
+            beam.name: line_along(beam, self.shells[beam.curve.shell])
+            for beam in scene.beams
+            if beam.curve.shell is not None
+        }
+        self.beams = {
+            beam.name: build_beam(
+                beam,
+                comm,
+                self._loads_of(beam),
+                dynamic,
+                lines[beam.name].line if beam.name in lines else None,
+            )
+            for beam in scene.beams
+        }
+        doubt_thickness(comm, self.meshed.values())
+        doubt_slits(comm, self.shells)
+        doubt_units(comm, scene, self.meshed.values())
+        doubt_natural(comm, scene.t_end or 1.0, self.meshed)
+
+        own = build_own_bodies(scene, comm)
+        self.own = {name: body for name, body in own.items() if isinstance(body, PlacedBody)}
+        places: dict[str, Any] = {**self.meshed, **self.own}
+        self.length = self._length() if length is None else length
+        self.force = self._force() if force is None else force
+        scale = Scale(comm, self.force, self.length)
+
+        self.rigid = self._rigid(scale)
+        self.bodies: list[Body] = [*self.shells.values(), *self.beams.values(), *own.values()]
+        self.bodies += [] if self.rigid is None else [self.rigid]
+        self.bodies += kinks
+        if self.rigid is not None:
+            self.bodies += modal_bodies(scale, modal, self.rigid, dynamic)
+
+        times = [part * scene.given_until for part in COMPARED]
+        glued = glue_beams(scene, self.beams, self.shells, lines)
+        prescribed = Prescribed(aliases([*self.meshed.values()], comm), times, scene.linear)
+        self.planes = self._hold(places, prescribed)
+        refuse_idle_loads(scene, self.meshed, prescribed)
+        find = Finder(scene, places, {} if self.rigid is None else self.rigid.ends())
+        self.bodies += [*self.planes, *hold_glued(scene, glued)]
+        hinged: dict[str, Any] = {**self.shells, **self.own}
+        self.mechanism = Mechanism(scene, scale, find, hinged, self.signals)
+        self._check_turnable()
+        self.bodies += self.mechanism.bodies
+
+        self.bodies += point_loads(scene, comm, find)
+        touched, meshes = modal_points(self.bodies), (self.meshed, self.rigid_meshes)
+        self.potentials = potential_groups(described, comm, find, *meshes, touched, self.length)
+        self.bodies += self.potentials
+
+        self.volumes = enclosed_volumes(scene, scale, self.shells, prescribed)
+        self.bodies += [body for volume in self.volumes for body in volume.bodies]
+
+        resolve_links(self.bodies, comm)
+        check_probes(scene, places)
+        doubt_unjoined(described, comm, {**self.rigid_meshes, **self.meshed})
+        self.faces = faces_contacts(described, find, *meshes, self.shells, self.length)
 
     @property
     def meshed(self) -> dict[str, ShellModel | BeamModel]:
@@ -114,7 +189,7 @@ class Model:
         """Largest coordinate of reference points, m, of which all places have the round-off."""
         every = (*self.meshed.values(), *self.own.values())
         meshes = [body.domain.mesh.geometry.x for body in every]
-        here = max(float(np.abs(x).max(initial=0.0)) for x in (scene_points(self.scene), *meshes))
+        here = max(float(np.abs(x).max(initial=0.0)) for x in (self._points, *meshes))
         return float(self.comm.allreduce(here, op=MPI.MAX))
 
     def nodes_of(self, name: str) -> tuple[Body, Ints, Floats, Floats]:
@@ -165,84 +240,114 @@ class Model:
         """Decide whether anything is supported or driven."""
         return bool(self.scene.supports) or (self.rigid is not None and GROUND in self.rigid.index)
 
+    def _loads_of(self, body: Shell | Beam) -> list[Distributed]:
+        """Distributed loads of a body, and its natural strain, whose stress is one.
 
-def build_model(
-    scene: Scene,
-    comm: MPI.Comm,
-    modal: Sequence[ModalBody] = (),
-    force: float | None = None,
-    length: float | None = None,
-) -> Model:
-    """Mesh the bodies and bind supports, loads and joints to them.
+        Loads at points are bodies of the system themselves.
+        """
+        found: list[Distributed] = [
+            load
+            for load in self.scene.loads
+            if not isinstance(load, PointLoad) and body in self.scene.bodies_of(load)
+        ]
+        return found if body.natural is None else [*found, body.natural]
 
-    Args:
-        scene: A validated scene.
-        comm: Communicator of all meshes.
-        modal: Bodies that are reduced to modes, with rigid bodies of the scene for their frames.
-        force: Unit of the multipliers of constraints, N; None: what forces are alike to. A model
-            that is to take the multipliers of another one has to have its unit.
-        length: Characteristic length, m, of which the same is true; None: that of the scene.
+    def _join(self) -> list[NodalConstraint]:
+        """Join shells along edges; returns the constraints of kinks."""
+        kinks = []
+        for join in self.scene.joins:
+            first, second = self.shells[join.first], self.shells[join.second]
+            links, constraint = join_shells(join, first, second)
+            second.links += tuple(links)
+            if constraint is not None:
+                constraint.inertialess = first.inertialess and second.inertialess
+                kinks.append(constraint)
+        return kinks
 
-    Raises:
-        SceneError: If something the scene names does not exist on the meshes.
-    """
-    make_room(comm, len(scene.shells) + len(scene.beams))
-    described, (scene, rigid_meshes) = scene, rigidified(scene, comm)
-    signals, dynamic = Signals(scene), not scene.static
+    def _rigid(self, scale: Scale) -> RigidBodies | None:
+        """Rigid bodies and ground; None without any."""
+        scene = self.scene
+        nodes = [rigid_node(body, scale.length) for body in scene.rigid_bodies]
+        ends = [(j.first, j.second) for j in scene.joints]
+        ends += [(e.first, e.second) for e in scene.force_elements if isinstance(e, PointElement)]
+        if any(GROUND in pair for pair in ends):
+            nodes.append(ground_node())
+        if not nodes:
+            return None
+        gravity = [
+            (load, frozenset(body.name for body in scene.bodies_of(load)))
+            for load in scene.loads
+            if isinstance(load, Gravity)
+        ]
+        return RigidBodies(scale, nodes, not scene.static, gravity)
 
-    meshed = build_meshed(scene, comm)
-    shells, beams, kinks, lines = meshed
-    own = build_own_bodies(scene, comm)
-    placed = {name: body for name, body in own.items() if isinstance(body, PlacedBody)}
-    places: dict[str, Any] = {**meshed.all, **placed}
-    if length is None:
-        length = scene_length(scene, places, rigid_meshes, modal)
-    if force is None:
-        force = force_unit(scene, meshed, placed, length)
-    scale = Scale(comm, force, length)
+    @property
+    def _points(self) -> Floats:
+        """Reference points of rigid bodies and of joints, shape (n, 3), m."""
+        bodies, joints = self.scene.rigid_bodies, self.scene.joints
+        points = [body.center for body in bodies]
+        points += [body.place(name) for body in bodies for name in body.point_names]
+        points += [np.asarray(j.at) for j in joints if isinstance(j.at, tuple)]
+        return np.array(points).reshape(-1, 3)
 
-    rigid = build_rigid(scene, scale)
-    bodies: list[Body] = [*shells.values(), *beams.values(), *own.values()]
-    bodies += [] if rigid is None else [rigid]
-    bodies += kinks
-    bodies += [] if rigid is None else modal_bodies(scale, modal, rigid, dynamic)
+    def _length(self) -> float:
+        """Diagonal of the box around all reference points of rigid bodies, or the largest mesh.
 
-    planes, prescribed = hold(scene, comm, meshed, places)
-    refuse_idle_loads(scene, meshed.all, prescribed)
-    find = Finder(places, rigid_places(scene, rigid))
-    bodies += [*planes, *glue_beams(scene, beams, shells, lines)]
-    hinged: dict[str, Any] = {**shells, **placed}
-    mechanism = build_mechanism(scene, scale, find, hinged, signals)
-    check_turnable(scene, mechanism, meshed.all)
-    bodies += mechanism.bodies
+        Where all are at one point, the largest radius of gyration.
+        """
+        box = float(np.linalg.norm(np.ptp(self._points, axis=0))) if len(self._points) else 0.0
+        meshes = (*self.meshed.values(), *self.own.values(), *self.rigid_meshes.values())
+        sizes = [*(m.domain.length for m in meshes), *(data.length for data in self.modal)]
+        # of bodies that are all at one point, their radii of gyration
+        turns = [
+            math.sqrt(float(np.trace(body.inertia_tensor)) / 2 / body.mass)
+            for body in self.scene.rigid_bodies
+            if body.mass > 0
+        ]
+        return max([box, *sizes]) or max(turns, default=0.0) or 1.0
 
-    bodies += point_loads(scene, comm, find)
-    touched, meshes = modal_points(bodies, rigid), (meshed.all, rigid_meshes)
-    potentials = potential_groups(described, comm, find, *meshes, touched, length)
-    bodies += potentials
+    def _force(self) -> float:
+        """Size of forces between bodies: what moves the scene's mass by its length in a step."""
+        scene = self.scene
+        if scene.static:
+            return max((body.force_size for body in self.meshed.values()), default=1.0)
+        mass = sum(body.mass for body in scene.rigid_bodies)
+        mass += sum(s.section.sizes.mass * s.domain.length**2 for s in self.shells.values())
+        mass += sum(body.total_mass for body in self.own.values())
+        mass += sum(b.beam.section.mass[0] * b.domain.length for b in self.beams.values())
+        assert scene.dt is not None
+        return (mass or 1.0) * self.length / scene.dt**2
 
-    volumes = enclosed_volumes(scene, scale, shells, prescribed)
-    bodies += [body for volume in volumes for body in volume.bodies]
+    def _hold(self, places: dict[str, Any], prescribed: Prescribed) -> list[NodalConstraint]:
+        """Hold and move bodies; what all supports prescribe is looked through at once.
 
-    resolve_links(bodies, comm)
-    check_probes(scene, places)
-    doubt_unjoined(described, comm, {**rigid_meshes, **meshed.all})
-    return Model(
-        scene=scene,
-        comm=comm,
-        signals=signals,
-        bodies=bodies,
-        shells=shells,
-        beams=beams,
-        own=placed,
-        rigid=rigid,
-        mechanism=mechanism,
-        length=length,
-        force=force,
-        rigid_meshes=rigid_meshes,
-        planes=planes,
-        potentials=potentials,
-        volumes=volumes,
-        faces=faces_contacts(described, find, *meshes, shells, length),
-        modal=tuple(modal),
-    )
+        Returns:
+            Planes that are not axis-parallel and hold nodes.
+
+        Raises:
+            SceneError: If supports contradict one another.
+        """
+        planes: list[NodalConstraint] = []
+        for support in self.scene.supports:
+            for body in self.scene.bodies_of(support):
+                held, dynamic = places[body.name], not self.scene.static
+                rows = SupportRows(support, held, body, prescribed, dynamic)
+                rows.collect()
+                planes += rows.arms
+        return [*planes, *prescribed.settle()]
+
+    def _check_turnable(self) -> None:
+        """Check that directors with joints on them have inertia in motion, or velocities are open.
+
+        Raises:
+            SceneError: Names joint and body.
+        """
+        for joint in () if self.scene.static else self.mechanism.joints.values():
+            for end, directors in zip(joint.ends, joint.key[1:], strict=True):
+                body = self.meshed.get(end.owner)
+                if body is not None and directors and "lam" not in body.jump_parts:
+                    raise SceneError(
+                        f"{joint.joint.said}: the directors of '{end.owner}' have no inertia; it "
+                        "must have rotary_inertia=True and a section with second moments, or the "
+                        "joint must hold positions only"
+                    )

@@ -7,7 +7,7 @@ and so no residual.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from mpi4py import MPI
@@ -17,8 +17,11 @@ import numpy as np
 from shellmb.arrays import Bools, Floats, Ints
 from shellmb.model.body import Body, NodeLink
 
+# name of a body, and a global dof of it
+Dof = tuple[str, int]
 
-def aliases(bodies: list[Body], comm: MPI.Comm) -> dict[tuple[str, int], tuple[str, int]]:
+
+def aliases(bodies: list[Body], comm: MPI.Comm) -> dict[Dof, Dof]:
     """Body and global dof of all linked dofs, with those that they are linked to; collective.
 
     Links may say the same twice, as where each of three shells is joined to both others.
@@ -27,7 +30,7 @@ def aliases(bodies: list[Body], comm: MPI.Comm) -> dict[tuple[str, int], tuple[s
         bodies: All bodies.
         comm: Communicator.
     """
-    alias: dict[tuple[str, int], tuple[str, int]] = {}
+    alias: dict[Dof, Dof] = {}
     for body in bodies:
         index_map = body.mixed.space.dofmap.index_map
         local = [
@@ -36,13 +39,13 @@ def aliases(bodies: list[Body], comm: MPI.Comm) -> dict[tuple[str, int], tuple[s
             for g, target in zip(index_map.local_to_global(link.dofs), link.targets, strict=True)
         ]
         for pair in itertools.chain(*comm.allgather(local)):
-            here, there = (_end(alias, dof) for dof in pair)
+            here, there = (linked_to(alias, dof) for dof in pair)
             if here != there:
                 alias[here] = there
     return alias
 
 
-def _end(alias: dict[tuple[str, int], tuple[str, int]], dof: tuple[str, int]) -> tuple[str, int]:
+def linked_to(alias: Mapping[Dof, Dof], dof: Dof) -> Dof:
     """The dof that a dof is linked to in the end."""
     while dof in alias:
         dof = alias[dof]
@@ -66,7 +69,7 @@ def resolve_links(bodies: list[Body], comm: MPI.Comm) -> None:
         count = index_map.size_local + index_map.num_ghosts
         numbers = index_map.local_to_global(np.arange(count, dtype=np.int32))
         for dof in np.flatnonzero(np.isin(numbers, linked.get(body.name, []))):
-            name, target = _end(alias, (body.name, int(numbers[dof])))
+            name, target = linked_to(alias, (body.name, int(numbers[dof])))
             dofs, targets = resolved.setdefault(name, ([], []))
             dofs.append(int(dof))
             targets.append(target)
@@ -100,11 +103,6 @@ class Given:
     def place(self, numbers: Ints) -> Ints:
         """Find where unknowns are in the list; all of them must be given."""
         return np.searchsorted(self.numbers, numbers)
-
-    def repeated(self) -> tuple[Ints, Floats]:
-        """Unknowns given twice, and by how much their values differ most, shape (times,) each."""
-        same = np.flatnonzero(self.numbers[1:] == self.numbers[:-1])
-        return self.numbers[same], self.values[same + 1] - self.values[same]
 
 
 NOT_GIVEN = Given(np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros((0, 1)))

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from mpi4py import MPI
 
-from shellmb.model.model import Model, build_model
+from shellmb.model.model import Model
 from shellmb.model.rank_consistency import same_on_all
 from shellmb.model.reduced.data import ModalBody, aligned
 from shellmb.preprocessing.constraint_analysis.mobility import refuse_mechanisms
@@ -27,8 +27,8 @@ def checked_model(
     Args:
         scene: The scene.
         comm: Communicator.
-        force: Unit of the multipliers of constraints, N, as of `build_model`.
-        length: Characteristic length, m, as of `build_model`.
+        force: Unit of the multipliers of constraints, N, as of `Model`.
+        length: Characteristic length, m, as of `Model`.
         like: Bodies in modes of a scene nearby whose bases this one takes.
 
     Returns:
@@ -42,7 +42,7 @@ def checked_model(
     scene, modal = reduce_bodies(scene, comm)
     if like:
         modal = aligned(modal, like, comm)
-    model = build_model(scene, comm, modal, force, length)
+    model = Model(scene, comm, modal, force, length)
     redundant = look_through(model)
     if scene.static:
         refuse_mechanisms(model)

@@ -4,7 +4,7 @@ from mpi4py import MPI
 
 import pytest
 
-from shellmb.model.model import build_model
+from shellmb.model.model import Model
 from shellmb.schemes.registry import make_scheme
 from shellmb.simulate.problem import Problem
 
@@ -14,8 +14,6 @@ def bind():
     """Bind a scene to its meshes and write its forms, short of compiling anything."""
 
     def bound(scene):
-        return Problem(
-            build_model(scene, MPI.COMM_WORLD), make_scheme(scene.scheme, scene.dissipation)
-        )
+        return Problem(Model(scene, MPI.COMM_WORLD), make_scheme(scene.scheme, scene.dissipation))
 
     return bound

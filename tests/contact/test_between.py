@@ -139,7 +139,7 @@ def test_neighbours(cell: str, count: int | None) -> None:
     """Sides and diagonals of the squares that nodes of an element make."""
     from mpi4py import MPI
 
-    from shellmb.model.model import build_model
+    from shellmb.model.model import Model
 
     plate = Shell(
         "plate",
@@ -151,7 +151,7 @@ def test_neighbours(cell: str, count: int | None) -> None:
     scene = Scene(
         "s", plate, contacts=Contact("c", Plane((0, 0, -1)), 1.0), scheme="ep", dt=1, t_end=1
     )
-    points = build_model(scene, MPI.COMM_WORLD).potentials[0].points
+    points = Model(scene, MPI.COMM_WORLD).potentials[0].points
     x, pairs = np.array([end.point for end in points.ends]), points.segments()
     if count is not None:
         assert len(pairs) == count

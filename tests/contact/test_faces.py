@@ -15,7 +15,7 @@ from numpy.testing import assert_allclose
 
 from shellmb.errors import ConvergenceError, SceneError
 from shellmb.forms import contact
-from shellmb.model.model import build_model
+from shellmb.model.model import Model
 from shellmb.running.execute import execute
 from shellmb.scene import (
     Contact,
@@ -249,10 +249,10 @@ def test_refused(change: dict[str, Any], says: str | None) -> None:
     touch = replace(scene.contacts[0], **change)
     if says is None:
         # points of a shell on its own faces start in no other part of it
-        build_model(replace(scene, contacts=touch), MPI.COMM_WORLD)
+        Model(replace(scene, contacts=touch), MPI.COMM_WORLD)
         return
     with pytest.raises(SceneError, match=says):
-        build_model(replace(scene, contacts=touch), MPI.COMM_WORLD)
+        Model(replace(scene, contacts=touch), MPI.COMM_WORLD)
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from shellmb.errors import SceneError
-from shellmb.model.model import build_model
+from shellmb.model.model import Model
 from shellmb.running.execute import execute
 from shellmb.scene import (
     GROUND,
@@ -333,5 +333,5 @@ def test_what_cannot_be_is_refused(message) -> None:
     with pytest.raises(SceneError) as caught:
         scene = WRONG[message]()
         if isinstance(scene, Scene):
-            build_model(scene, MPI.COMM_WORLD)
+            Model(scene, MPI.COMM_WORLD)
     assert message in str(caught.value)

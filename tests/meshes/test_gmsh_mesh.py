@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from shellmb.errors import SceneError, ShellmbWarning
+from shellmb.meshes.files.joined import oriented
 from shellmb.meshes.mesh import build_surface
-from shellmb.meshes.surfaces.orient import oriented
 from shellmb.scene import GmshFile, GmshModel, Isotropic, Shell
 
 SECTION = Isotropic(E=1.0, nu=0.3, thickness=0.1)

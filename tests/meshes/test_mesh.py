@@ -9,7 +9,7 @@ import pytest
 
 from shellmb.errors import SceneError
 from shellmb.meshes.mesh import build_surface
-from shellmb.model.model import build_model
+from shellmb.model.model import Model
 from shellmb.scene import (
     Clamped,
     Cylinder,
@@ -275,9 +275,7 @@ def test_elements_that_are_turned_over_are_refused(x, order):
     surface = Parametric(lambda a, b: np.array([x(a, b), 0.5 * b, 0 * a]))
     shell = Shell("plate", surface, SECTION, mesh=(8, 4), geometry_order=order)
     with pytest.raises(SceneError, match="shell 'plate': an element is turned over"):
-        build_model(
-            Scene("s", shell, supports=Clamped("left"), scheme="linear-statics"), MPI.COMM_SELF
-        )
+        Model(Scene("s", shell, supports=Clamped("left"), scheme="linear-statics"), MPI.COMM_SELF)
 
 
 @pytest.mark.parametrize("order", [1, 2])
@@ -285,6 +283,4 @@ def test_a_pole_of_a_map_is_refused(order):
     surface = Parametric(lambda r, a: np.array([r * np.cos(a), r * np.sin(a), 0 * r]))
     shell = Shell("fan", surface, SECTION, mesh=(4, 4), geometry_order=order)
     with pytest.raises(SceneError, match=r"shell 'fan': .* has no normal, at"):
-        build_model(
-            Scene("s", shell, supports=Clamped("right"), scheme="linear-statics"), MPI.COMM_SELF
-        )
+        Model(Scene("s", shell, supports=Clamped("right"), scheme="linear-statics"), MPI.COMM_SELF)

@@ -10,7 +10,7 @@ import pytest
 
 from shellmb.errors import SceneError, ShellmbWarning
 from shellmb.meshes.mesh import build_surface
-from shellmb.model.model import build_model
+from shellmb.model.model import Model
 from shellmb.running.execute import execute
 from shellmb.scene import (
     GROUND,
@@ -290,7 +290,7 @@ def test_what_cannot_be_is_refused(message) -> None:
     with pytest.raises(SceneError) as caught:
         made = WRONG[message]()
         if isinstance(made, Scene):
-            build_model(made, MPI.COMM_WORLD)
+            Model(made, MPI.COMM_WORLD)
     assert message in str(caught.value)
 
 

@@ -13,7 +13,7 @@ import pytest
 
 from shellmb.errors import SceneError
 from shellmb.model.body import constraint_error
-from shellmb.model.model import Model, build_model
+from shellmb.model.model import Model
 from shellmb.model.shells.joins import line_along
 from shellmb.observers.account.energy import EnergyAccount
 from shellmb.scene import (
@@ -23,6 +23,7 @@ from shellmb.scene import (
     Clamped,
     Cylinder,
     Driven,
+    Fixed,
     Glue,
     Gravity,
     Isotropic,
@@ -61,7 +62,7 @@ def glued(
 def along(shell: Shell, curve: Any) -> tuple[np.ndarray, Model]:
     """Nodes of a line, checked against the shell's nodes with the same dofs."""
     free = {"supports": (), "scheme": "ep", **MOTION}
-    model = build_model(glued(curve, shell=shell, loads=(), **free), MPI.COMM_WORLD)
+    model = Model(glued(curve, shell=shell, loads=(), **free), MPI.COMM_WORLD)
     body, beam = model.shells["plate"], model.beams["beam"]
     line = line_along(beam.beam, body)
     X, D = body.mixed.nodes("u"), body.node_directors()[:, 0]
@@ -134,7 +135,19 @@ def test_lines_of_a_curved_shell() -> None:
 )
 def test_a_line_off_the_element_edges_is_refused(curve: Any, sentence: str) -> None:
     with pytest.raises(SceneError, match=sentence):
-        build_model(glued(curve), MPI.COMM_WORLD)
+        Model(glued(curve), MPI.COMM_WORLD)
+
+
+@pytest.mark.parametrize("kind", ["revolute", "director"])
+def test_supports_of_beam_and_shell_that_contradict_one_another_are_refused(kind: Any) -> None:
+    moved = Fixed("start", displacement=(None, None, 1e-3), body="beam")
+    scene = glued(kind=kind, supports=(Clamped("left", body="plate"), moved))
+    sentence = (
+        r"clamped edge 'left' and fixed components at 'start' contradict one another on beam "
+        r"'beam': at \(0, 0.2, 0\) the displacement along z is 0 by the former and 0.001 by the "
+    )
+    with pytest.raises(SceneError, match=sentence):
+        Model(scene, MPI.COMM_WORLD)
 
 
 def end_state(simulation: Simulation) -> dict[str, np.ndarray]:
@@ -192,7 +205,7 @@ def test_a_director_without_inertia_is_not_shared() -> None:
 
 def test_a_clamped_shell_takes_the_end_of_the_beam_with_it() -> None:
     """Also its drilling, which the director knows nothing of."""
-    model = build_model(glued(), MPI.COMM_WORLD)
+    model = Model(glued(), MPI.COMM_WORLD)
     beam = model.beams["beam"]
     start = np.flatnonzero(beam.domain.numbers(beam.mixed.subspaces["u"]) == 0)
     held = np.concatenate([f.dofs for f in beam.fixed])

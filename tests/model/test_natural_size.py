@@ -9,7 +9,7 @@ import pytest
 
 import shellmb as sm
 from shellmb.errors import SceneError
-from shellmb.model.model import build_model
+from shellmb.model.model import Model
 
 from .test_natural import HELD, H, beam
 
@@ -52,12 +52,12 @@ def of(natural: Any) -> sm.Scene:
 @pytest.mark.parametrize("message", WRONG)
 def test_natural_strains_that_no_length_can_have_are_refused(message: str) -> None:
     with pytest.raises(SceneError, match=message):
-        build_model(of(WRONG[message]), MPI.COMM_WORLD)
+        Model(of(WRONG[message]), MPI.COMM_WORLD)
 
 
 @pytest.mark.parametrize("message", LARGE)
 def test_natural_strains_beyond_five_per_cent_warn(message: str) -> None:
     with pytest.warns(sm.ShellmbWarning, match=message):
-        model = build_model(of(LARGE[message]), MPI.COMM_WORLD)
+        model = Model(of(LARGE[message]), MPI.COMM_WORLD)
     # where Newton's method does not converge it says nothing of the mesh
     assert not any("mesh" in p.advice for b in model.meshed.values() for p in b.parts)

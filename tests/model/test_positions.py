@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from shellmb.errors import SceneError
-from shellmb.model.model import build_model
+from shellmb.model.model import Model
 from shellmb.running.execute import execute
 from shellmb.scene import (
     Clamped,
@@ -134,7 +134,7 @@ def test_a_cap_of_fibres_needs_a_direction() -> None:
 
     def model(section: Any) -> Any:
         shell = Shell("cap", sphere, section, mesh=(4, 4))
-        return build_model(Scene("cap", shell, supports=Clamped("left")), MPI.COMM_WORLD)
+        return Model(Scene("cap", shell, supports=Clamped("left")), MPI.COMM_WORLD)
 
     with pytest.raises(SceneError, match=r"direction is None, and .*, the axis that"):
         model(Laminate((Ply(fibre, 0.01),)))

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from shellmb.errors import SceneError
-from shellmb.model.model import build_model
+from shellmb.model.model import Model
 from shellmb.observers.account.energy import EnergyAccount
 from shellmb.observers.account.momentum import Momentum
 from shellmb.scene import (
@@ -111,7 +111,7 @@ def test_energy_and_momenta_of_a_rigid_motion_are_those_of_the_mesh(body: Shell 
 
 
 def test_a_flat_plate_is_a_cuboid() -> None:
-    (found,) = build_model(scene_of(plate()), MPI.COMM_WORLD).scene.rigid_bodies
+    (found,) = Model(scene_of(plate()), MPI.COMM_WORLD).scene.rigid_bodies
     m = RHO * A * B * T
     assert found.mass == pytest.approx(m, rel=1e-12)
     np.testing.assert_allclose(found.center, (A / 2, B / 2, 0), atol=1e-14)
@@ -175,7 +175,7 @@ def test_a_shell_revolute_joint_turns_about_the_director() -> None:
     post = RigidBody("post", 1.0, (1.0, 1.0, 1.0))
     joint = ShellRevolute("pin", "post", "body", at=(A, B, 0.0), mass=0.5)
     scene = scene_of(plate(), rigid_bodies=post, joints=joint, initial=())
-    (found,) = build_model(scene, MPI.COMM_WORLD).scene.joints
+    (found,) = Model(scene, MPI.COMM_WORLD).scene.joints
     assert isinstance(found, Revolute)
     assert found.axis == pytest.approx((0, 0, 1))
     assert (found.name, found.mass, found.at) == ("pin", 0.5, (A, B, 0.0))
@@ -184,7 +184,7 @@ def test_a_shell_revolute_joint_turns_about_the_director() -> None:
 def test_a_follower_force_keeps_the_direction_of_its_node() -> None:
     arc = Arc((0, 0, 0), (1, 0.5, 0), (2, 0, 0))
     force = FollowerForce("end", (5.0, 0.0, 0.0), body="body")
-    model = build_model(scene_of(beam(arc), loads=force), MPI.COMM_WORLD)
+    model = Model(scene_of(beam(arc), loads=force), MPI.COMM_WORLD)
     (body,), (load,) = model.scene.rigid_bodies, model.scene.loads
     assert isinstance(load, FollowerForce)
     tangent = arc.tangent(np.array([1.0]))[:, 0]
@@ -246,4 +246,4 @@ RIB = Beam("rib", AlongLine("body", (0, 0, 0), (A, 0, 0)), BAR, model="rigid")
 )
 def test_what_only_flexible_bodies_can_bear_is_refused(scene: Scene, sentence: str) -> None:
     with pytest.raises(SceneError, match=sentence):
-        build_model(scene, MPI.COMM_WORLD)
+        Model(scene, MPI.COMM_WORLD)

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from shellmb.errors import ShellmbWarning
-from shellmb.model.model import build_model
+from shellmb.model.model import Model
 from shellmb.scene import Clamped, Cylinder, Isotropic, Parametric, Scene, Shell, Surface
 
 
@@ -45,7 +45,7 @@ def built(surface, edge):
     scene = Scene("s", shell, supports=Clamped(edge), scheme="linear-statics")
     with warnings.catch_warnings(record=True) as heard:
         warnings.simplefilter("always")
-        build_model(scene, MPI.COMM_SELF)
+        Model(scene, MPI.COMM_SELF)
     return " ".join(str(w.message) for w in heard if w.category is ShellmbWarning)
 
 

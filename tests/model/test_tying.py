@@ -5,7 +5,7 @@ from mpi4py import MPI
 import numpy as np
 import pytest
 
-from shellmb.model.model import build_model
+from shellmb.model.model import Model
 from shellmb.scene import Clamped, Cylinder, Isotropic, Parametric, Rectangle, Scene, Shell
 
 
@@ -36,7 +36,5 @@ def test_what_is_beside_twist_is_there_where_cells_are_no_parallelograms(
         where = surface(unit, unit)
     section = Isotropic(1e9 / unit**2, 0.3, thickness=0.01 * unit, density=1.0)
     shell = Shell("panel", where, section, (3, 2), distortion=distortion, **own)
-    body = build_model(Scene("panel", shell, supports=Clamped("bottom")), MPI.COMM_WORLD).shells[
-        "panel"
-    ]
+    body = Model(Scene("panel", shell, supports=Clamped("bottom")), MPI.COMM_WORLD).shells["panel"]
     assert (body.tying.bow is not None) == there

@@ -11,7 +11,7 @@ from mpi4py import MPI
 import pytest
 
 import shellmb as sm
-from shellmb.model.model import build_model
+from shellmb.model.model import Model
 
 STEEL = sm.Isotropic(210e9, 0.3, 2e-3, 7800.0)
 
@@ -123,7 +123,7 @@ def built(**more: Any) -> list[str]:
     scene = sm.Scene("two", **{"scheme": "ep", "dt": 0.1, "t_end": 1.0} | more)
     with warnings.catch_warnings(record=True) as found:
         warnings.simplefilter("always")
-        build_model(scene, MPI.COMM_WORLD)
+        Model(scene, MPI.COMM_WORLD)
     return [str(w.message) for w in found]
 
 
@@ -132,7 +132,7 @@ def test_shells_that_touch_are_warned_of(case: str) -> None:
     shells, message = TOUCH[case]
     with pytest.warns(sm.ShellmbWarning, match=message):
         scene = sm.Scene("two", shells, scheme="ep", dt=0.1, t_end=1.0)
-        build_model(scene, MPI.COMM_WORLD)
+        Model(scene, MPI.COMM_WORLD)
 
 
 @pytest.mark.parametrize("case", NOT)

@@ -10,7 +10,7 @@ from scipy.integrate import quad
 
 import shellmb as sm
 from shellmb.errors import SceneError, ShellmbWarning
-from shellmb.model.model import build_model
+from shellmb.model.model import Model
 from shellmb.observers.files.output_parts import DrawnMesh
 from shellmb.running.execute import execute
 from shellmb.running.natural_modes.vibration import natural_modes
@@ -125,7 +125,7 @@ def test_mass_of_a_wedge_with_a_flat_face() -> None:
     """Built to one side: the middle of the section is half of its thickness above the surface."""
     section = Isotropic(E, 0.0, thickness=taper, density=RHO, offset=lambda x: taper(x) / 2)
     shell = Shell("wedge", Rectangle(L, B), section, mesh=(2, 1), model="rigid")
-    model = build_model(Scene("wedge", shell, scheme="ep", dt=1.0, t_end=1.0), MPI.COMM_WORLD)
+    model = Model(Scene("wedge", shell, scheme="ep", dt=1.0, t_end=1.0), MPI.COMM_WORLD)
     assert model.rigid is not None
     body = model.rigid.bodies[0]
     area = L * (THICK + THIN) / 2
@@ -195,7 +195,7 @@ def test_plies_that_are_dropped() -> None:
             np.testing.assert_allclose(getattr(here, name), getattr(plain, name), rtol=1e-12)
         assert here.thickness == pytest.approx(h)
         np.testing.assert_allclose(here.mass, plain.mass, rtol=1e-12)
-    model = build_model(strip(section, (2, 1)), MPI.COMM_WORLD)
+    model = Model(strip(section, (2, 1)), MPI.COMM_WORLD)
     drawn = DrawnMesh(model.shells["strip"])
     np.testing.assert_allclose(np.sort(drawn.cell_data()["thickness"]), [2e-3, 3e-3])
 
@@ -237,7 +237,7 @@ def test_plies_that_are_dropped() -> None:
 )
 def test_what_is_refused(section, message) -> None:
     with pytest.raises(SceneError, match=message):
-        build_model(strip(section()), MPI.COMM_WORLD)
+        Model(strip(section()), MPI.COMM_WORLD)
 
 
 def test_numbers_are_those_of_a_position() -> None:

@@ -13,7 +13,7 @@ import scipy.linalg
 
 import shellmb as sm
 from shellmb.errors import SceneError
-from shellmb.model.model import build_model
+from shellmb.model.model import Model
 from shellmb.model.potentials import volume as module
 from shellmb.model.potentials.volume import ReferenceCones
 from shellmb.running.execute import RunResult, execute
@@ -324,7 +324,7 @@ def test_cubic_shells_enclose_a_volume() -> None:
     """The kind: inside a closed surface cones leave nothing, whatever degree and mesh are."""
     volume = EnclosedVolume("oil")
     scene = ball(volumes=volume, scheme="ep", dt=1e-3, t_end=1e-3).with_options(degree=3)
-    cones = ReferenceCones(volume, build_model(scene, MPI.COMM_WORLD).shells["ball"])
+    cones = ReferenceCones(volume, Model(scene, MPI.COMM_WORLD).shells["ball"])
     _, left = cones.lids()
     assert np.abs(left).max() < 100 * np.finfo(float).eps
     # of patches of degree 2

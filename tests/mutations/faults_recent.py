@@ -78,7 +78,7 @@ FAULTS: tuple[Fault, ...] = (
     ),
     Fault(
         "what a joint may hold as a clamp does is as stiff as what is free",
-        "shellmb/preprocessing/modal/lowest.py",
+        "shellmb/preprocessing/modal/isolated.py",
         "CLAMPED = 6.36",
         "CLAMPED = 6.26",
         (f"{ALONG}::test_a_beam_at_a_joint_is_as_soft_as_a_cantilever[True-3.516]",),

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from shellmb.preprocessing.checked_model import checked_model
 from shellmb.preprocessing.modal.geometric_stiffness import GeometricStiffness
-from shellmb.preprocessing.modal.lowest import lowest_frequency
+from shellmb.preprocessing.modal.isolated import lowest_frequency
 from shellmb.running.execute import execute
 from shellmb.scene import (
     Beam,

@@ -13,7 +13,7 @@ import ufl
 from shellmb.errors import SceneError
 from shellmb.forms import shell as shell_forms
 from shellmb.forms.shell import ShellStrains
-from shellmb.model.model import build_model
+from shellmb.model.model import Model
 from shellmb.model.shells.elastic import stiffness_at_rest
 from shellmb.observers.account.energy import EnergyAccount
 from shellmb.preprocessing.modal.tangent import tangent
@@ -90,7 +90,7 @@ class Works(BaseObserver):
 @cache
 def mode(kind: str, what: str) -> tuple[float, Any]:
     """Lowest mode of a kind: its angular frequency, and its shape as a state of the body."""
-    model = build_model(strip(kind, "ep"), MPI.COMM_WORLD)
+    model = Model(strip(kind, "ep"), MPI.COMM_WORLD)
     system, stiffness, mass = tangent(model)
     K, M = system.symmetric_matrix(stiffness, 1.0), system.symmetric_matrix(mass, 0.0)
     values, vectors = eigenpairs(K, M, 12, shift_below(model, False), symmetric=True)
@@ -197,7 +197,7 @@ def test_hyperelastic_sections_are_damped_by_their_stiffness_at_rest() -> None:
     own = {"stiffness_damping": ShellDamping(membrane=1e-3, bending=2e-3, shear=3e-3)}
     damped = Hyperelastic(_quadratic, values, thickness=h, density=RHO, stiffness=E * h, **own)
     shell = Shell("plate", Rectangle(1.0, 1.0), damped, mesh=(2, 2))
-    body = build_model(Scene("s", shell, scheme="ep", dt=1.0, t_end=1.0), MPI.COMM_WORLD)
+    body = Model(Scene("s", shell, scheme="ep", dt=1.0, t_end=1.0), MPI.COMM_WORLD)
     bound = body.shells["plate"]
     membrane, coupling, bend, shear = stiffness_at_rest(bound, bound.section.formulation)
     assert coupling is None

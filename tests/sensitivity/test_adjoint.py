@@ -131,13 +131,13 @@ def test_jumps_without_momentum_along_directors_are_transposed() -> None:
     """Of a shell whose mass is off its surface, too: motions of both are coupled."""
     from mpi4py import MPI
 
-    from shellmb.model.model import build_model
+    from shellmb.model.model import Model
 
     scene = laminate("ed")
     (shell,) = scene.shells
     off = replace(shell, section=replace(shell.section, offset=0.02))
     for one, coupled in ((shell, False), (off, True)):
-        model = build_model(replace(scene, shells=one), MPI.COMM_WORLD)
+        model = Model(replace(scene, shells=one), MPI.COMM_WORLD)
         body, rng = model.shells[shell.name], np.random.default_rng(1)
         assert (body.mass.s is not None) == coupled
         size, dofs = len(body.mixed.dofs["w"]), sum(map(len, body.mixed.dofs.values()))

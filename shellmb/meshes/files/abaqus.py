@@ -17,9 +17,7 @@ import numpy as np
 from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.meshes.files.cards import included
-from shellmb.meshes.files.file_content import FileContent
-
-__all__ = ["read_abaqus"]
+from shellmb.meshes.files.kinds import FileContent
 
 # shells, membranes, and cells of plane models, by their numbers of nodes
 SHELL = re.compile(r"(?:S|DS|STRI|SFM3D|M3D|CPS|CPE|CAX)([34689])")

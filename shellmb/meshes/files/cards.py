@@ -8,8 +8,6 @@ from pathlib import Path
 
 from shellmb.errors import SceneError
 
-__all__ = ["cards", "included", "integer", "real"]
-
 # files do not include one another deeper than this, and decks no more files than this, which may
 # include one another again and again
 DEEPEST, MOST = 100, 10_000

@@ -14,8 +14,6 @@ from shellmb.arrays import Floats, Ints
 from shellmb.meshes.files.joined import sides
 from shellmb.meshes.raw import FACETS, RawMesh, boundary_facets, facets
 
-__all__ = ["Gap", "gaps"]
-
 # a node lies on a side or a cell that is nearer than this part of the sides around both
 NEAR = 1e-2
 # and on a side that the nodes between its ends pass at this part of its length, as an arc does

@@ -11,10 +11,8 @@ import numpy as np
 from shellmb.arrays import Floats, Ints
 from shellmb.errors import SceneError
 from shellmb.files.read_timeout import reading
-from shellmb.meshes.files.file_content import FileContent
+from shellmb.meshes.files.kinds import FileContent
 from shellmb.scene.values.validate import in_words
-
-__all__ = ["read_meshio"]
 
 # meshio's cells -> kind
 CELLS = {

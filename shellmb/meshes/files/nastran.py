@@ -15,9 +15,7 @@ import numpy as np
 from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.meshes.files.cards import cards, integer, real
-from shellmb.meshes.files.file_content import KINDS, FileContent
-
-__all__ = ["is_nastran", "read_nastran"]
+from shellmb.meshes.files.kinds import KINDS, FileContent
 
 # card -> kind, and the field of the offset from the nodes, before which is that of the direction
 SHELLS = {

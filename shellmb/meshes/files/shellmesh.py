@@ -1,4 +1,7 @@
-"""From what a file or gmsh has to the mesh of a shell: one kind of cell, joined, looked through."""
+"""From what a file or gmsh has to the mesh of a shell: one kind of cell, joined, looked through.
+
+Nastran's and Abaqus' files have readers of our own, others meshio's.
+"""
 
 from __future__ import annotations
 
@@ -10,23 +13,49 @@ from scipy.sparse.csgraph import connected_components
 
 from shellmb.arrays import Floats, Ints
 from shellmb.errors import SceneError, warn
-from shellmb.meshes.files.file_content import KINDS, FileContent
+from shellmb.meshes.files.abaqus import read_abaqus
 from shellmb.meshes.files.gaps import gaps
-from shellmb.meshes.files.joined import doubles, empty, joined
-from shellmb.meshes.files.kinds import cut, of_one_order
+from shellmb.meshes.files.joined import doubles, empty, joined, oriented
+from shellmb.meshes.files.kinds import KINDS, FileContent, cut, of_one_order
+from shellmb.meshes.files.meshio_files import read_meshio
+from shellmb.meshes.files.nastran import is_nastran, read_nastran
 from shellmb.meshes.raw import FACETS, Cell, RawMesh, facets, shown, vertex_count
 from shellmb.meshes.regions import true_at
-from shellmb.meshes.surfaces.orient import oriented
-from shellmb.scene import Hyperelastic, Isotropic, Shell, Wrinkling
+from shellmb.scene import Hyperelastic, Isotropic, MeshFile, Shell, Wrinkling
 from shellmb.scene.lookup import listed
 from shellmb.scene.shells.gmsh_surfaces import Meshed
 from shellmb.scene.values.validate import edge_names
 
-__all__ = ["shell_mesh"]
-
+# endings that are Nastran's, and such as may be
+NASTRAN, PERHAPS = {".bdf", ".nas", ".fem"}, {".dat"}
 NAMES = {"quad": "quadrilaterals", "tri": "triangles"}
 # how many places a message has
 PLACES = 5
+
+
+def file_mesh(shell: Shell) -> RawMesh:
+    """Read the shell's mesh.
+
+    Args:
+        shell: A shell with a :class:`MeshFile`.
+
+    Raises:
+        SceneError: If the file cannot be read, or what it has makes no shell.
+    """
+    surface = shell.surface
+    assert isinstance(surface, MeshFile)
+    path, ending = surface.path, surface.path.suffix.lower()
+    who = f"shell '{shell.name}': {path}"
+    try:
+        if ending in NASTRAN or (ending in PERHAPS and is_nastran(path)):
+            found = read_nastran(path, who)
+        elif ending == ".inp":
+            found = read_abaqus(path, who)
+        else:
+            found = read_meshio(path, f"shell '{shell.name}'")
+    except OSError as error:
+        raise SceneError(f"{who} is not read ({error.strerror})") from error
+    return shell_mesh(found, shell, surface.group)
 
 
 def shell_mesh(found: FileContent, shell: Shell, group: str | tuple[str, ...] | None) -> RawMesh:

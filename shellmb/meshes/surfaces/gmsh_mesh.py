@@ -12,14 +12,12 @@ import numpy as np
 
 from shellmb.arrays import Ints
 from shellmb.errors import SceneError, warn
-from shellmb.meshes.files.file_content import FileContent
+from shellmb.meshes.files.kinds import FileContent
 from shellmb.meshes.files.shellmesh import shell_mesh
 from shellmb.meshes.raw import RawMesh
 from shellmb.scene import GmshFile, GmshModel, Shell
 from shellmb.scene.shells.gmsh_surfaces import CAD, Meshed
 from shellmb.scene.values.validate import edge_names
-
-__all__ = ["gmsh_mesh"]
 
 # gmsh's element type -> kind
 CELLS = {2: "tri3", 9: "tri6", 3: "quad4", 16: "quad8", 10: "quad9"}

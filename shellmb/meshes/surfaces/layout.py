@@ -16,9 +16,6 @@ from numpy.typing import NDArray
 from shellmb.arrays import Floats, Ints
 from shellmb.meshes.raw import FACETS, Cell, boundary_facets, facets, vertex_count
 
-__all__ = ["Layout", "distorted", "polar", "square"]
-
-
 # of the radius: what is nearer to the rim is on it
 ON_RIM = 1e-9
 

@@ -18,10 +18,9 @@ from shellmb.meshes.curve_mesh import LineMesh, line_mesh_from_nodes
 from shellmb.meshes.mesh import SurfaceMesh
 from shellmb.meshes.spaces import MixedSpace
 from shellmb.meshes.surfaces.structured import EDGES
-from shellmb.scene.beams.curves import AlongEdge, AlongLine, Curve
+from shellmb.scene.beams.beam import Beam
+from shellmb.scene.beams.curves import AlongEdge, AlongLine
 from shellmb.scene.shells.surfaces import Surface
-
-__all__ = ["ShellLine", "shell_line"]
 
 # nodes closer to a line than this fraction of the shell's length are on it
 ON_LINE = 1e-6
@@ -53,29 +52,23 @@ type _Edges = dict[str, npt.NDArray[Any]]
 
 
 def shell_line(
-    name: str,
-    curve: Curve,
-    surface: Surface,
-    shell: SurfaceMesh,
-    mixed: MixedSpace,
-    directors: Floats,
-    degree: int,
+    beam: Beam, surface: Surface, shell: SurfaceMesh, mixed: MixedSpace, directors: Floats
 ) -> ShellLine:
     """Mesh of a beam along a shell; collective.
 
     Args:
-        name: Name of the beam.
-        curve: ``AlongEdge`` or ``AlongLine`` of the shell.
+        beam: The beam, of the shell's degree; its curve is ``AlongEdge`` or ``AlongLine`` of the
+            shell.
         surface: The shell's surface, whose parameters give edges their direction; the edge of a
             mesh without any begins at the end with the smaller coordinates.
         shell: The shell's mesh.
         mixed: The shell's space.
         directors: The shell's directors at the local nodes (owned and ghost), shape (n, 3).
-        degree: Degree of the shell and the beam.
 
     Raises:
         SceneError: If the line does not follow element edges from one end to the other.
     """
+    name, curve = beam.name, beam.curve
     if isinstance(curve, AlongEdge):
         who = f"beam '{name}': edge '{curve.edge}' of shell '{shell.name}'"
         edges = _gathered(shell, mixed, directors, shell.facets(curve.edge, f"beam '{name}'"))
@@ -91,7 +84,7 @@ def shell_line(
         chain, closed = _straight(edges, start, end, ON_LINE * shell.length, who), False
     else:
         raise SceneError(f"beam '{name}': its curve is not one along a shell's mesh; it must be")
-    return _meshed(name, shell.mesh.comm, edges, chain, closed, degree)
+    return _meshed(name, shell.mesh.comm, edges, chain, closed, beam.degree)
 
 
 def _vertices_of(shell: SurfaceMesh, facets: Int32s) -> Int32s:

@@ -23,9 +23,8 @@ from shellmb.forms.constraints import elements as springs
 from shellmb.forms.measure import Measure, linear
 from shellmb.meshes.nodes import node_mesh, set_constants
 from shellmb.model.body import Elastic, Rates
-from shellmb.model.elements.lawvalues import LawValues
 from shellmb.model.joints.coordinates import Coordinate, scalar_targets
-from shellmb.model.massless import NodeGroup
+from shellmb.model.massless import LawValues, NodeGroup
 from shellmb.model.potentials.exact import FAR, ExactEnergy
 from shellmb.model.sections.branches import Fading, MaxwellBranches
 from shellmb.model.sections.strains import SeparateRows, Stiffness
@@ -60,12 +59,8 @@ class BoundElement:
     def key(self) -> tuple[str, object]:
         """Key that elements with common kernels share, or the strains of one that relaxes."""
         own = None if self.element.relaxation is None else self.element.name
-        return type(self).kind_of(self.element), self.law or own
-
-    @staticmethod
-    def kind_of(element: Element) -> str:
-        """One of "spring", "damper", "motor", "stop"."""
-        return element.label.removeprefix("joint ")
+        # "spring", "damper", "motor" or "stop"
+        return self.element.label.removeprefix("joint "), self.law or own
 
 
 def _stiffness(element: Any, static: bool) -> float:

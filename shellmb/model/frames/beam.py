@@ -30,7 +30,7 @@ from shellmb.forms.steps.path import Step
 from shellmb.meshes.curve_mesh import LineMesh, build_line
 from shellmb.meshes.spaces import NO_PARTS, beam_space
 from shellmb.model.body import LoadFactors, PartScale, Rates
-from shellmb.model.frames.frame import EVERYWHERE, FRAME, FloatingFrame, FrameBody, identified
+from shellmb.model.frames.frame import FRAME, Floating, FrameBody
 from shellmb.model.massless import TimedLoads
 from shellmb.model.sections.branches import (
     Fading,
@@ -44,14 +44,8 @@ from shellmb.model.sections.section import SLACK, line_rules, over_line
 from shellmb.model.sections.strains import Integrate, Strains
 from shellmb.model.shells.positions import field_of
 from shellmb.model.user_forms import virtual_work
-from shellmb.scene import (
-    Beam,
-    BeamNaturalStrain,
-    BeamSection,
-    FollowerLineForce,
-    LineForce,
-    LineMoment,
-)
+from shellmb.scene import Beam, BeamNaturalStrain, BeamSection
+from shellmb.scene.loads import body_loads
 from shellmb.scene.loads.loads import Gravity
 
 _ADVICE_MOTION = "a smaller step, a finer mesh, or a smaller load step"
@@ -189,7 +183,8 @@ class BeamModel(FrameBody):
     def __init__(
         self, beam: Beam, domain: LineMesh, loads: Sequence[Distributed], dynamic: bool
     ) -> None:
-        self.beam, self.domain = beam, domain
+        self.beam = self.described = beam
+        self.domain, self.extent = domain, ("size of its section", beam.section.size)
         line = domain.mesh
         mixed = beam_space(line, beam.degree, self.everywhere)
         space = mixed.subspaces["w"]
@@ -198,6 +193,8 @@ class BeamModel(FrameBody):
         place = np.argsort(domain.numbers(space))
         order = place[np.argsort(np.argsort(domain.numbers(mixed.subspaces["u"])))]
         self.rules = line_rules(line, beam.degree)
+        # integral of densities at as many Gauss points as the degree
+        self.integrate: Integrate = partial(over_line, self.rules.taken[0])
         self._static = not dynamic
         self.section = bind_beam_section(beam, line, self._static)
         X = ufl.SpatialCoordinate(line)
@@ -252,16 +249,6 @@ class BeamModel(FrameBody):
         common = relaxation.branches, rule, self.domain.mesh
         found = Fading(self.strain, stiffness, *common)
         return MaxwellBranches(self.name, self.layout, [found])
-
-    @property
-    def described(self) -> Beam:
-        """Description of the body."""
-        return self.beam
-
-    @property
-    def extent(self) -> tuple[str, float]:
-        """Small dimension of the body in words, and its size, m."""
-        return "size of its section", self.beam.section.size
 
     @property
     def material(self) -> tuple[float, float] | None:
@@ -331,12 +318,6 @@ class BeamModel(FrameBody):
         """Strains of the beam with their section."""
         return (Strains(self.section.formulation, self.layout, self.strain, self.integrate),)
 
-    @property
-    def integrate(self) -> Integrate:
-        """Integral of densities at as many Gauss points as the degree."""
-        (rule,) = self.rules.taken
-        return partial(over_line, rule)
-
     @cached_property
     def strain(self) -> Measure:
         """Strains (Gamma, K), shape (6,)."""
@@ -369,7 +350,7 @@ class BeamModel(FrameBody):
         return TimedLoads(self.domain.mesh, [(load.time, load) for load in loads], self._load_work)
 
     def _load_work(self, load: Distributed, mid: Expr, dq: Expr) -> Form:
-        d, (du, dw), rules = self.directors(mid), self._motion(dq), self.rules
+        d, (du, dw), rules = self.directors(mid), self.layout.moved(dq), self.rules
 
         def constant(value: object) -> fem.Constant:
             return fem.Constant(self.domain.mesh, np.asarray(value, dtype=float))
@@ -378,13 +359,13 @@ class BeamModel(FrameBody):
             case BeamNaturalStrain():
                 assert self.natural is not None
                 return self.natural.work(mid, dq)
-            case LineForce():
+            case body_loads.LineForce():
                 force = field_of(load.force, self.mixed, 3, f"{load.label}: force")
                 return load_forms.dead_force(force, du) * rules.full
-            case FollowerLineForce():
+            case body_loads.FollowerLineForce():
                 components = constant(load.components)
                 return load_forms.follower_frame_force(components, d, du) * rules.full
-            case LineMoment():
+            case body_loads.LineMoment():
                 return load_forms.frame_moment(constant(load.moment), d, dw) * rules.nodes
             case Gravity():
                 moved, _ = momenta(du, dw, self.weight)
@@ -395,9 +376,9 @@ class BeamModel(FrameBody):
         """Terms that the user added; None without any."""
         if not self.beam.terms:
             return None
-        u, w = self._motion(mid)
-        v, dw_dt = (None, None) if rates is None else self._motion(rates.now)
-        du, dw = self._motion(dq)
+        u, w = self.layout.moved(mid)
+        v, dw_dt = (None, None) if rates is None else self.layout.moved(rates.now)
+        du, dw = self.layout.moved(dq)
         rate = None if rates is None else self.strain.change(mid, rates.now)
         x, d, de = self.position(mid), self.frames + w, self.strain.change(mid, dq)
         point = LinePoint(u, w, v, dw_dt, du, dw, self.line, time, x, d, rate, de)
@@ -405,26 +386,13 @@ class BeamModel(FrameBody):
         return work * self.rules.full
 
 
-class LinearBeam(BeamModel):
+class LinearBeam(Floating, BeamModel):
     """A beam with a floating frame; made as `BeamModel` is."""
-
-    everywhere = EVERYWHERE
-
-    def __init__(
-        self, beam: Beam, domain: LineMesh, loads: Sequence[Distributed], dynamic: bool
-    ) -> None:
-        super().__init__(beam, domain, loads, dynamic)
-        self.ties = (FloatingFrame(self.mixed, self._apart, self.rules.full, self.force),)
-        self.links = tuple(identified(self.mixed, self.name))
-        self.kinematic |= {FRAME}
 
     def _apart(self, q: Expr) -> Expr:
         """Constraints that tie the frame, shape (9,)."""
         turned = floating.turned(self.layout.part(q, "w"), self.line)
         return frame_constraints(self.layout.part(q, FRAME), turned)
-
-    def _moved(self, q: Expr) -> tuple[Expr, Expr, Expr]:
-        return (*self._motion(q), self.layout.part(q, FRAME))
 
     @cached_property
     def strain(self) -> Measure:

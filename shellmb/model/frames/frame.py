@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache, cached_property
+from typing import Any
 
 from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
 
@@ -38,6 +39,7 @@ from shellmb.model.body import (
     NodeLink,
     added,
     largest,
+    same_everywhere,
 )
 from shellmb.model.joints.constraints import Constraints
 
@@ -109,15 +111,8 @@ class DirectorConstraint:
         return by_rest.transpose(2, 0, 1), square.transpose(2, 0, 1)
 
 
-@cache
-def directors_held(written: Callable[[Expr, Expr], Expr], count: int) -> DirectorConstraint:
-    """Constraints of directors as numbers, found once for all bodies that have them.
-
-    Args:
-        written: The constraints, see `DirectorConstraint`.
-        count: Number of directors.
-    """
-    return DirectorConstraint(written, count)
+# they are found once for all bodies that have them
+directors_held = cache(DirectorConstraint)
 
 
 # parts of a state that are the same all over a body, with their sizes; and that which moves
@@ -182,17 +177,41 @@ def identified(mixed: MixedSpace, name: str) -> list[NodeLink]:
         mixed: Space of the body.
         name: Its name.
     """
-    comm, index_map = mixed.space.mesh.comm, mixed.space.dofmap.index_map
     links = []
     for part, size in EVERYWHERE.items():
-        cells = mixed.subspaces[part].dofmap.list[:, 0]
-        rows = mixed.dofs[part].reshape(-1, size)[cells]
-        mine = index_map.local_to_global(rows[:1].ravel()).tolist()
         # those of the first cell of the first rank that has one
-        first = next(found for found in comm.allgather(mine) if found)
-        targets = np.tile(np.array(first, dtype=np.int64), len(rows))
-        links.append(NodeLink(rows.ravel(), name, targets))
+        first = mixed.dofs[part].reshape(-1, size)[mixed.subspaces[part].dofmap.list[:1, 0]]
+        mine = mixed.space.dofmap.index_map.local_to_global(first.ravel()).tolist()
+        targets = next(found for found in mixed.space.mesh.comm.allgather(mine) if found)
+        links.append(same_everywhere(mixed, part, name, targets))
     return links
+
+
+class Floating(MassiveBody):
+    """A shell or beam with a floating frame that its strains are small relative to.
+
+    Arguments as of the body.
+    """
+
+    everywhere: Mapping[str, int] = EVERYWHERE
+    ties: tuple[FloatingFrame, ...]
+    layout: Layout
+    rules: Any
+    section: Any
+
+    def __init__(self, *of: Any) -> None:
+        super().__init__(*of)
+        force = self.section.force
+        self.ties = (FloatingFrame(self.mixed, self._apart, self.rules.full, force),)
+        self.links = tuple(identified(self.mixed, self.name))
+        self.kinematic |= {FRAME}
+
+    def _apart(self, q: Expr) -> Expr:
+        """Constraints that tie the frame, shape (9,)."""
+        raise NotImplementedError
+
+    def _moved(self, q: Expr) -> tuple[Expr, Expr, Expr]:
+        return (*self.layout.moved(q), self.layout.part(q, FRAME))
 
 
 IDENTITY = np.eye(3)
@@ -225,6 +244,8 @@ class FrameBody(MassiveBody):
         self.frames, self._order = frames, order
         self.reference, self.nodes, self.force = reference, nodes, force
         self.layout = Layout(mixed.parts)
+        # the constraints of the directors as numbers
+        self.held = directors_held(frame.orthonormality, 3)
         # set with the model: where there are frames, jumps of velocities are unknown
         self.inertialess = False
         self.kinematic = frozenset({"u", "w"})
@@ -268,17 +289,11 @@ class FrameBody(MassiveBody):
         layout, frames = self.layout, self.frames
         return measure(lambda q: frame.orthonormality(layout.part(q, "w"), frames))
 
-    def _over_masses(self, density: Callable[[FrameMass], Expr]) -> Form | None:
-        """Integral of a density of the mass; None without any."""
-        return added(density(mass) * rule for mass, rule in self.masses)
-
     def inertia(self, rate: Expr, dq: Expr) -> Form | None:
         """Virtual work of the inertia forces for the acceleration `rate`."""
-        (v, dd), virtual = self._motion(rate), self._motion(dq)
-        return self._over_masses(lambda mass: frame.momentum_work(v, dd, mass, *virtual))
-
-    def _motion(self, v: Expr) -> tuple[Expr, Expr]:
-        return self.layout.moved(v)
+        (v, dd), virtual = self.layout.moved(rate), self.layout.moved(dq)
+        works = (frame.momentum_work(v, dd, m, *virtual) * rule for m, rule in self.masses)
+        return added(works)
 
     def vectors_at(self, q: Expr) -> Mapping[str, Sequence[Expr]]:
         """Positions and directors at a state."""
@@ -288,11 +303,6 @@ class FrameBody(MassiveBody):
     def manifold(self) -> Manifold:  # type: ignore[override]
         """Orthonormal triples; their jump is unknown and tangent already."""
         return Manifold(self._rest if self.held.unit else None, self.inertialess)
-
-    @property
-    def held(self) -> DirectorConstraint:
-        """The constraints of the directors as numbers."""
-        return directors_held(frame.orthonormality, 3)
 
     @cached_property
     def _rest(self) -> Floats:

@@ -164,5 +164,5 @@ class RigidBodies(FrameBody):
         if self._slowing is None or rates is None:
             return None
         rate, ((mass, measure),) = self._slowing, self.masses
-        momentum = self._motion(rates.chord if rates.weighed is None else rates.weighed)
-        return -rate * frame.momentum_work(*momentum, mass, *self._motion(dq)) * measure
+        momentum = self.layout.moved(rates.chord if rates.weighed is None else rates.weighed)
+        return -rate * frame.momentum_work(*momentum, mass, *self.layout.moved(dq)) * measure

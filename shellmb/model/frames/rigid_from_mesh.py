@@ -8,7 +8,7 @@ rigid motions consist. So kinetic energies agree to round-off, whatever quadratu
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable
+from collections.abc import Container
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -41,6 +41,38 @@ from shellmb.scene.multibody.joints import (
 from shellmb.scene.multibody.offsets import Offset, arm_components, node_of
 
 RigidMeshes = dict[str, ShellModel | BeamModel]
+Triple = tuple[float, float, float]
+
+
+class SceneMeshes:
+    """Shells and beams of a scene on their meshes, without loads, made when they are asked for.
+
+    Args:
+        scene: The scene.
+        comm: Communicator; calls are collective.
+        dynamic: Whether they have inertia.
+    """
+
+    def __init__(self, scene: Scene, comm: MPI.Comm, dynamic: bool) -> None:
+        self._scene, self._comm, self._dynamic = scene, comm, dynamic
+        self._made: RigidMeshes = {}
+
+    def __call__(self, name: str) -> Any:
+        """One of them by its name."""
+        if name not in self._made:
+            body: Any = self._scene.body(name)
+            if isinstance(body, Beam):
+                along = body.curve.shell
+                line = None if along is None else line_along(body, self(along)).line
+                self._made[name] = build_beam(body, self._comm, [], self._dynamic, line)
+            else:
+                surface = build_surface(body, self._comm)
+                self._made[name] = ShellModel(body, surface, [], self._dynamic)
+        return self._made[name]
+
+    def shell(self, name: str) -> ShellModel | None:
+        """A shell by its name; None: no shell has it."""
+        return self(name) if any(s.name == name for s in self._scene.shells) else None
 
 
 def pointed(item: Any, scene: Scene, meshes: RigidMeshes) -> Any:
@@ -57,7 +89,7 @@ def pointed(item: Any, scene: Scene, meshes: RigidMeshes) -> Any:
     (target,) = scene.bodies_of(item)
     if target.name not in meshes:
         return item
-    return replace(item, at=_end(point, meshes[target.name], said(item)))
+    return replace(item, at=place_of(point, meshes[target.name], said(item)))
 
 
 def ended(item: Any, meshes: RigidMeshes) -> Any:
@@ -73,20 +105,29 @@ def ended(item: Any, meshes: RigidMeshes) -> Any:
         if isinstance(getattr(item, at, None), Offset) and getattr(item, body) in meshes
     }
     changed: dict[str, Any] = {
-        at: _end(offset, mesh, said(item)) for at, (offset, mesh) in ends.items()
+        at: place_of(offset, mesh, said(item)) for at, (offset, mesh) in ends.items()
     }
     mesh = meshes.get(getattr(item, "second", ""))
     if isinstance(item, Weld) and isinstance(mesh, ShellModel) and isinstance(item.second_at, str):
         # two rigid bodies: any point of both will do
         x = shared_nodes(mesh, item.second_at, said(item)).x[0]
-        changed |= {"at": tuple(map(float, x)), "second_at": None}
+        changed |= {"at": triple(x), "second_at": None}
     return replace(item, **changed) if changed else item
 
 
-def _end(offset: Offset, mesh: ShellModel | BeamModel, who: str) -> tuple[float, ...]:
-    nodes = shared_nodes(mesh, offset.at, who)
-    arm = arm_components(offset.by, nodes.directors[0], who, f"'{mesh.name}'")
-    return tuple(float(c) for c in nodes.x[0] + arm @ nodes.directors[0])
+def place_of(where: Any, mesh: Any, who: str) -> Triple:
+    """Coordinates of a place on a shell or beam, or of an offset from one; collective.
+
+    Args:
+        where: The place.
+        mesh: The shell or beam.
+        who: Who asks, for the error.
+    """
+    nodes = shared_nodes(mesh, node_of(where), who)
+    if not isinstance(where, Offset):
+        return triple(nodes.x[0])
+    D = nodes.directors[0]
+    return triple(nodes.x[0] + arm_components(where.by, D, who, f"'{mesh.name}'") @ D)
 
 
 # a rigid body turns about every axis with some inertia, relative to the largest
@@ -174,21 +215,22 @@ def rigid_body(body: ShellModel | BeamModel, dynamic: bool) -> RigidBody:
         body.name,
         found.mass,
         _rows(local),
-        _triple(found.center),
+        triple(found.center),
         _rows(axes),
         points={
-            name: _triple(axes.T @ (x - found.center)) for name, x in body.domain.points.items()
+            name: triple(axes.T @ (x - found.center)) for name, x in body.domain.points.items()
         },
     )
 
 
-def _triple(vector: Floats) -> tuple[float, float, float]:
+def triple(vector: Any) -> Triple:
+    """A vector as a description has it."""
     x, y, z = map(float, vector)
     return x, y, z
 
 
 def _rows(matrix: Floats) -> Any:
-    return tuple(_triple(row) for row in matrix)
+    return tuple(triple(row) for row in matrix)
 
 
 def rigidified(scene: Scene, comm: MPI.Comm) -> tuple[Scene, RigidMeshes]:
@@ -213,26 +255,8 @@ def rigidified(scene: Scene, comm: MPI.Comm) -> tuple[Scene, RigidMeshes]:
     if not names:
         return scene, {}
     _check(scene, names)
-    dynamic = not scene.static
-    shells = {
-        s.name: ShellModel(s, build_surface(s, comm), [], True)
-        for s in scene.shells
-        if s.name in names
-    }
-
-    def other(name: str) -> ShellModel | None:
-        given = next((s for s in scene.shells if s.name == name), None)
-        if given is None:
-            return None
-        return ShellModel(given, build_surface(given, comm), [], dynamic)
-
-    beams = {}
-    for beam in scene.beams:
-        if beam.name in names:
-            along = beam.curve.shell
-            line = line_along(beam, shells[along]).line if along is not None else None
-            beams[beam.name] = build_beam(beam, comm, [], True, line)
-    meshes: RigidMeshes = {**shells, **beams}
+    dynamic, made = not scene.static, SceneMeshes(scene, comm, True)
+    meshes: RigidMeshes = {b.name: made(b.name) for b in scene.meshed if b.name in names}
     bodies = {name: rigid_body(mesh, dynamic) for name, mesh in meshes.items()}
     changed = replace(
         scene,
@@ -240,11 +264,11 @@ def rigidified(scene: Scene, comm: MPI.Comm) -> tuple[Scene, RigidMeshes]:
         beams=tuple(b for b in scene.beams if b.name not in names),
         rigid_bodies=(*scene.rigid_bodies, *bodies.values()),
         loads=tuple(
-            pointed(_load(load, scene, beams, bodies), scene, meshes) for load in scene.loads
+            pointed(_load(load, scene, meshes, bodies), scene, meshes) for load in scene.loads
         ),
         joints=(
             *(
-                ended(hinged(about_director(j, scene, shells), shells, other), meshes)
+                ended(hinged(about_director(j, scene, names, made), names, made), meshes)
                 for j in scene.joints
             ),
             *_welds(scene, meshes),
@@ -294,68 +318,67 @@ def _check(scene: Scene, names: set[str]) -> None:
             )
 
 
-def _load(
-    load: Load, scene: Scene, beams: dict[str, BeamModel], bodies: dict[str, RigidBody]
-) -> Load:
+def _load(load: Load, scene: Scene, meshes: RigidMeshes, bodies: dict[str, RigidBody]) -> Load:
     """A load along the directors of a beam's node, along the axes of the rigid body."""
     if not isinstance(load, FollowerForce | FollowerMoment):
         return load
     (target,) = scene.bodies_of(load)
-    if target.name not in beams:
+    if not isinstance(meshes.get(target.name), BeamModel):
         return load
-    nodes = shared_nodes(beams[target.name], node_of(load.at), load.label)
+    nodes = shared_nodes(meshes[target.name], node_of(load.at), load.label)
     vector = np.asarray(load.components) @ nodes.directors[0]
-    return replace(load, components=_triple(bodies[target.name].axes.T @ vector))
+    return replace(load, components=triple(bodies[target.name].axes.T @ vector))
 
 
-def about_director(joint: Joint, scene: Scene, shells: dict[str, ShellModel]) -> Joint:
+def about_director(
+    joint: Joint, scene: Scene, framed: Container[str], meshes: SceneMeshes
+) -> Joint:
     """A shell revolute joint on a shell with a frame turns about the director that was its own.
 
     Args:
         joint: The joint.
         scene: The scene.
-        shells: Shells that are moved by frames, by name.
+        framed: Names of what frames move.
+        meshes: Meshes of the scene.
     """
-    if not isinstance(joint, ShellRevolute) or joint.second not in shells:
+    if not isinstance(joint, ShellRevolute) or joint.second not in framed:
         return joint
     where = joint.second_at if joint.second_at is not None else _first_place(joint, scene)
-    nodes = shared_nodes(shells[joint.second], node_of(where), joint.said)
+    nodes = shared_nodes(meshes(joint.second), node_of(where), joint.said)
     shared = ("name", "first", "second", "at", "second_at", "mass", "active")
     return Revolute(
         **{name: getattr(joint, name) for name in shared},
-        axis=_triple(nodes.director[0]),
+        axis=triple(nodes.director[0]),
     )
 
 
-def hinged(
-    joint: Joint, shells: dict[str, ShellModel], other: Callable[[str], ShellModel | None]
-) -> Joint:
+def hinged(joint: Joint, framed: Container[str], meshes: SceneMeshes) -> Joint:
     """A hinge of edges of shells that frames move: on these, or a revolute joint without others.
 
     Args:
         joint: The joint.
-        shells: Shells whose edges move as frames, by name.
-        other: Gives another shell by name; None: no shell has it.
+        framed: Names of shells whose edges move as frames.
+        meshes: Meshes of the scene.
 
     Raises:
         SceneError: If the edges of two shells do not lie on each other.
     """
     ends = {joint.first: joint.at, joint.second: joint.second_at}
-    framed = [name for name in ends if name in shells]
-    if not isinstance(joint, EdgeHinge) or not framed:
+    moved = [name for name in ends if name in framed]
+    if not isinstance(joint, EdgeHinge) or not moved:
         return joint
-    both = [shells.get(name) or other(name) for name in ends]
+    both = [meshes.shell(name) for name in ends]
     first, second = both
     if first is not None and second is not None:
         edges_together(joint, first, second)
-    if len(framed) < len([shell for shell in both if shell is not None]):
-        gone: dict[str, Any] = {"at" if n == joint.first else "second_at": None for n in framed}
+    if len(moved) < len([shell for shell in both if shell is not None]):
+        gone: dict[str, Any] = {"at" if n == joint.first else "second_at": None for n in moved}
         return replace(joint, **gone)
-    name = framed[-1]
-    x = shared_nodes(shells[name], str(ends[name]), joint.said).x
-    axis = hinge_line(joint, x, shells[name].surface_mesh.length, f"shell '{name}'")
-    middle = _triple((x[0] + x[-1]) / 2)
-    return FramedHinge(joint.name, joint.first, joint.second, at=middle, axis=_triple(axis))
+    name = moved[-1]
+    x = shared_nodes(meshes(name), str(ends[name]), joint.said).x
+    axis = hinge_line(joint, x, meshes(name).surface_mesh.length, f"shell '{name}'")
+    middle = triple((x[0] + x[-1]) / 2)
+    return FramedHinge(joint.name, joint.first, joint.second, at=middle, axis=triple(axis))
 
 
 def _first_place(joint: Joint, scene: Scene) -> Any:
@@ -388,4 +411,4 @@ def _welds(scene: Scene, meshes: RigidMeshes) -> list[Joint]:
 
 
 def _weld(name: str, first: str, second: str, x: Floats) -> Joint:
-    return Weld(name, first, second, at=_triple(x))
+    return Weld(name, first, second, at=triple(x))

@@ -19,8 +19,6 @@ from shellmb.model.massless import Scale
 from shellmb.model.shells.shell import ShellModel
 from shellmb.scene.multibody.joints import EdgeHinge
 
-__all__ = ["Hinge", "bind_hinges", "edges_together", "hinge_line"]
-
 # directors and given axes are across and along an edge to this, rad
 ALIGNED = 1e-6
 
@@ -316,9 +314,7 @@ def _edge(joint: EdgeHinge, shell: ShellModel, name: str, axis: Floats) -> _Edge
     nodes = shared_nodes(shell, name, joint.said)
     s = (nodes.x - nodes.x[0]) @ axis
     order = np.argsort(s)
-    dofs = {part: rows[order] for part, rows in nodes.dofs.items()}
-    nodes = Nodes(nodes.x[order], dofs, nodes.directors[order])
-    return _Edge(shell, nodes, s[order])
+    return _Edge(shell, nodes.take(order), s[order])
 
 
 def _weights(at: Floats, s: float) -> tuple[Floats, Floats]:

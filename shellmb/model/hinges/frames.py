@@ -31,8 +31,6 @@ from shellmb.model.joints.constraints import ConstraintGroup
 from shellmb.model.locations.ends import End
 from shellmb.model.massless import Scale
 
-__all__ = ["EdgeFrames", "Point", "Sum"]
-
 
 class Sum(NamedTuple):
     """A vector as a weighted sum of nodal vectors of a body.

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any, Protocol
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 from mpi4py import MPI
 
@@ -19,70 +19,26 @@ from shellmb.model.joints.joints import JointGroup
 from shellmb.model.joints.rolling import ContactGroup
 from shellmb.model.joints.switches import TiedCoordinates
 from shellmb.model.massless import gathered
-from shellmb.model.sections.branches import MaxwellBranches
 
-# how a distance and the force along or about a coordinate are called in results
+# how the values of coordinates are called in results
 COLUMN = {"rotation": "rotation", "translation": "translation", "distance": "length"}
-EFFORT = {"rotation": "torque", "translation": "force", "distance": "force"}
-
-
-class Solution(Protocol):
-    """Interface of a problem to readings (`shellmb.simulate.problem.Problem`)."""
-
-    model: Any
-    scheme: Any
-    system: Any
-
-    @property
-    def levels(self) -> Mapping[str, Any]:
-        """Functions of each body."""
-        ...
-
-    @property
-    def last(self) -> str:
-        """Stage at the end of a step."""
-        ...
-
-    def state(self, body: str) -> fem.Function:
-        """Current state of a body."""
-        ...
-
-    def number(self, body: str, stage: str) -> int:
-        """Number of the field of a body's stage in the system."""
-        ...
-
-    def time(self, name: str) -> fem.Constant:
-        """Time at the middle of the step."""
-        ...
-
-
-class Relaxing(Solution, Protocol):
-    """A problem whose bodies and springs may relax."""
-
-    @property
-    def branches(self) -> Mapping[str, MaxwellBranches]:
-        """Maxwell branches by the name of their body."""
-        ...
 
 
 def read_coordinates(
-    problem: Solution, groups: Sequence[CoordinateGroup]
+    problem: Any, groups: Sequence[CoordinateGroup]
 ) -> tuple[dict[Key, float], dict[Key, float]]:
     """Changes of all coordinates and their rates; collective."""
     values: dict[Key, float] = {}
     rates: dict[Key, float] = {}
     for group in groups:
-        dofs = group.mixed.dofs["x"]
-        x = gathered(group.nodes, problem.state(group.name).x.array[dofs])
+        x = group.gathered("x", problem.state(group.name).x.array)[:, 0]
         v = np.zeros_like(x)
         if "v" in problem.scheme.rates:
-            v = gathered(group.nodes, problem.levels[group.name].rates["v"].x.array[dofs])
-        for item, x_k, v_k in zip(group.coordinates, x, v, strict=True):
-            values[item.name, item.kind] = float(x_k)
-            rates[item.name, item.kind] = float(v_k)
+            v = group.gathered("x", problem.levels[group.name].rates["v"].x.array)[:, 0]
         for found, each in ((values, x), (rates, v)):
-            for key, mean in means(group, each).items():
-                found[key] = mean
+            items = zip(group.coordinates, each.tolist(), strict=True)
+            found |= {(item.name, item.kind): value for item, value in items}
+            found |= means(group, each)
     return values, rates
 
 
@@ -101,7 +57,7 @@ def means(group: CoordinateGroup, values: Floats) -> dict[Key, float]:
     return found
 
 
-def drive(problem: Solution, coordinate: Coordinate) -> float:
+def drive(problem: Any, coordinate: Coordinate) -> float:
     """Torque or force that a driver exerts on its coordinate; collective.
 
     It is the mean over the step just solved, the value at its middle to second order; in statics
@@ -115,27 +71,9 @@ def drive(problem: Solution, coordinate: Coordinate) -> float:
     return float(system.comm.allreduce(found, op=MPI.SUM))
 
 
-def element_forces(
-    group: ElementGroup,
-    values: Mapping[Key, float],
-    rates: Mapping[Key, float],
-    t: float,
-    branches: MaxwellBranches | None,
-) -> dict[str, float]:
-    """Tension of springs, resistance of dampers, drive of motors at a state; collective."""
-    keys = [(item.coordinate.name, item.coordinate.kind) for item in group.items]
-    x = np.array([values[key] for key in keys])
-    v = np.array([rates[key] for key in keys])
-    forces = group.forces(x, v, t)
-    if branches is not None:
-        forces = forces + gathered(group.nodes, branches.forces())
-    return element_columns(group, forces)
-
-
 def element_columns(group: ElementGroup, forces: Floats) -> dict[str, float]:
     """Forces of the elements of a group, shape (items,), by their columns: sums of equal ones."""
-    names = [f"{i.element.name}.{EFFORT[i.coordinate.kind]}" for i in group.items]
-    return summed(names, forces)
+    return summed([f"{i.element.name}.{i.coordinate.effort}" for i in group.items], forces)
 
 
 def summed(names: Sequence[str], values: Floats) -> dict[str, float]:
@@ -146,9 +84,7 @@ def summed(names: Sequence[str], values: Floats) -> dict[str, float]:
     return found
 
 
-def tie_forces(
-    problem: Solution, group: TiedCoordinates, name: Callable[[str, Coordinate], str]
-) -> dict[str, float]:
+def tie_forces(problem: Any, group: TiedCoordinates) -> dict[str, float]:
     """Torques and forces that locks and couplings exert on their coordinates; collective.
 
     Means over the step just solved, as those of drivers. While locks are open they are 0.
@@ -156,21 +92,10 @@ def tie_forces(
     Args:
         problem: The problem, a step of which is accepted.
         group: The locks or couplings.
-        name: Column of a coordinate of one with some label.
     """
-    forces = group.forces(problem.state(group.name))
+    forces = group.forces(problem.state(group.name)).ravel()
     each = zip(group.labels, group.members, strict=True)
-    return summed([name(label, c) for label, members in each for c in members], forces.ravel())
-
-
-def lock_column(label: str, c: Coordinate) -> str:
-    """Column of the force of a lock."""
-    return f"{c.joint}.lock_{EFFORT[c.kind]}"
-
-
-def coupling_column(label: str, c: Coordinate) -> str:
-    """Column of the force of a coupling on one of its coordinates."""
-    return f"{label}.{c.joint}.{EFFORT[c.kind]}"
+    return summed([group.column(label, c) for label, members in each for c in members], forces)
 
 
 Functions = Mapping[str, fem.Function]
@@ -179,7 +104,7 @@ Functions = Mapping[str, fem.Function]
 SLIPPING = 1e-6
 
 
-def read_contacts(problem: Solution, groups: Sequence[JointGroup]) -> dict[str, float]:
+def read_contacts(problem: Any, groups: Sequence[JointGroup]) -> dict[str, float]:
     """Columns of contacts; collective.
 
     `JOINT.track1`, `JOINT.track2`: the point of contact in the plane, along its axes, from the
@@ -199,11 +124,11 @@ def read_contacts(problem: Solution, groups: Sequence[JointGroup]) -> dict[str, 
     return found
 
 
-def refuse_slip(groups: Sequence[JointGroup], q: Functions, v: Functions) -> None:
+def refuse_slip(groups: Sequence[ContactGroup], q: Functions, v: Functions) -> None:
     """See that nothing slips in the velocities given; collective.
 
     Args:
-        groups: Groups of joints.
+        groups: Groups of contacts.
         q: States by their names.
         v: Velocities.
 
@@ -211,8 +136,6 @@ def refuse_slip(groups: Sequence[JointGroup], q: Functions, v: Functions) -> Non
         SceneError: If a contact slips; names it.
     """
     for group in groups:
-        if not isinstance(group, ContactGroup):
-            continue
         found = group.sliding(q[group.name].x.array, v[group.name].x.array)[:, :2]
         wrong = [
             (int(item), float(slip))

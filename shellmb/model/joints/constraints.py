@@ -70,10 +70,7 @@ class Constraints:
 
     def velocity(self, v: Expr, mid: Expr, dv: Expr) -> Form | None:
         """Constraints on velocities at the state `mid`, with their impulses; None without any."""
-        return self._velocity(v, mid, dv) if self.moving else None
-
-    def _velocity(self, v: Expr, mid: Expr, dv: Expr) -> Form:
-        return self._form(self.law.velocity(v, mid, dv), dv)
+        return self._form(self.law.velocity(v, mid, dv), dv) if self.moving else None
 
     def jump(self, step: VelocityJump, dq: Expr) -> JumpForms:
         """Constraints on velocities at the end of a step that begins with a jump."""
@@ -82,14 +79,12 @@ class Constraints:
         row = self.law.jump(step, dq)
         impulses = ConstraintRow(row.impulse, None, row.value, (step.jump, None))
         # of linear constraints there is no force: zero, on the mesh
-        return self._form(impulses, dq), self._sum(self._of(step.jump), row.force) * self.dx
+        forces = [a * row.force[k] for k, a in enumerate(self._of(step.jump))]
+        return self._form(impulses, dq), self._weighed(forces) * self.dx
 
     def _of(self, q: Expr) -> list[Expr]:
         mu = self.multipliers(q)
         return [mu[k] for k in range(mu.ufl_shape[0])] if mu.ufl_shape else [mu]
-
-    def _sum(self, left: list[Expr], right: Expr) -> Expr:
-        return self._weighed([a * right[k] for k, a in enumerate(left)])
 
     def _weighed(self, parts: list[Expr]) -> Expr:
         if not self.force.ufl_shape:
@@ -258,17 +253,6 @@ class ConstraintGroup(NodeGroup):
         """
         return self._evaluate(states)
 
-    def all_violations(self, q: fem.Function) -> Floats:
-        """Values of the constraints of the local items, also of those that are off.
-
-        Args:
-            q: The state.
-
-        Returns:
-            One row per local item, shape (local items, count).
-        """
-        return np.asarray(self.violations_at(q.x.array[None])[0])
-
     @property
     def acting(self) -> Bools:
         """Constraints of the local items that act now, shape (local items, count)."""
@@ -289,7 +273,7 @@ class ConstraintGroup(NodeGroup):
         Returns:
             Shape (local items, count).
         """
-        return self.relative(self.all_violations(q), self.switched_on)
+        return self.relative(self.violations_at(q.x.array[None])[0], self.switched_on)
 
     @property
     def switched_on(self) -> Bools:
@@ -345,7 +329,7 @@ class ConstraintGroup(NodeGroup):
 
     def gaps(self, states: Floats) -> Floats:
         """Largest violations of the local items over local states, shape (states, local dofs)."""
-        return np.asarray(np.max(np.abs(self._evaluate(states)), axis=0))
+        return np.asarray(np.max(np.abs(self.violations_at(states)), axis=0))
 
     def errors(self, states: Floats) -> Floats:
         """Largest violations on this rank, relative to their sizes, of some states, shape (k,)."""

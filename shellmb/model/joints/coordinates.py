@@ -1,5 +1,7 @@
 """Relative coordinates of joints and pairs of points as unknowns, with the equations they obey."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -141,6 +143,13 @@ class CoordinateGroup(ConstraintGroup):
         again = of[local] != local
         targets = self.numbers("x")[of[local[again]], 0]
         return [NodeLink(self.mixed.dofs["x"][again], self.name, targets)]
+
+    def coordinate(self, k: int) -> Coordinate:
+        """One of them."""
+        item, size, target = self.coordinates[k], float(self.sizes[0]), int(self.targets[k])
+        start = item.start if self.kind == "distance" else 0.0
+        named = item.name, item.joint or item.name, self.kind
+        return Coordinate(self, k, *named, start, size, target)
 
     def _places(self, q: Expr) -> tuple[Place, Place]:
         first, second = (end.place(q, self.layout) for end in self.ends)
@@ -286,45 +295,32 @@ class Coordinate:
     Args:
         group: Its group.
         item: Its number there.
+        name: Name of its joint or force element.
+        joint: Name of its joint or force element, also where the joint has several of them.
+        kind: Kind of the coordinate.
+        start: Value in the reference configuration that results count from, m: of distances only.
+        size: Typical size: 1 rad, or the size of the scene, m.
+        target: Global dof of the unknown "x".
     """
 
     group: CoordinateGroup
     item: int
+    name: str
+    joint: str
+    kind: str
+    start: float
+    size: float
+    target: int
 
     @property
-    def name(self) -> str:
-        """Name of its joint or force element."""
-        return self.group.coordinates[self.item].name
-
-    @property
-    def joint(self) -> str:
-        """Name of its joint or force element, also where the joint has several of them."""
-        return self.group.coordinates[self.item].joint or self.name
-
-    @property
-    def kind(self) -> str:
-        """Kind of the coordinate."""
-        return self.group.kind
-
-    @property
-    def start(self) -> float:
-        """Value in the reference configuration that results count from, m: of distances only."""
-        return self.group.coordinates[self.item].start if self.kind == "distance" else 0.0
-
-    @property
-    def size(self) -> float:
-        """Typical size: 1 rad, or the size of the scene, m."""
-        return float(self.group.sizes[0])
+    def effort(self) -> str:
+        """Name of the force along or about it in results."""
+        return "torque" if self.kind == "rotation" else "force"
 
     def local(self) -> Dofs:
         """Local dof of the unknown "x", shape (0,) on ranks that do not have it."""
         here = self.group.nodes.item == self.item
         return self.group.mixed.dofs["x"][here]
-
-    @property
-    def target(self) -> int:
-        """Global dof of the unknown "x"."""
-        return int(self.group.targets[self.item])
 
 
 def coordinate_groups(
@@ -341,10 +337,11 @@ def coordinate_groups(
         members = [item for item in items if item.group == key]
         group = CoordinateGroup(scale, members)
         groups.append(group)
-        for k, item in enumerate(members):
-            table.setdefault((item.name, item.kind), Coordinate(group, k))
+        for k in range(len(members)):
+            one = group.coordinate(k)
+            table.setdefault((one.name, one.kind), one)
             # of several the first stands for the joint where its name is requested
-            table.setdefault((item.joint or item.name, item.kind), Coordinate(group, k))
+            table.setdefault((one.joint, one.kind), one)
     return groups, table
 
 

@@ -239,27 +239,24 @@ class PointMasses(NodeGroup, MassiveBody):
     """Masses of joints, at places of the bodies.
 
     Args:
-        name: Name in the system.
         comm: Communicator.
-        ends: Places, all on bodies with the same number of directors.
-        masses: Their masses, kg.
+        items: Places, all on bodies with the same number of directors, and masses there, kg.
         gravity: Loads of gravity on them.
-        turns: Whether some of the places are off their nodes.
+        directors: Number of directors that matter: some of the places are off their nodes.
         dynamic: Whether they have inertia.
     """
 
     def __init__(
         self,
-        name: str,
         comm: MPI.Comm,
-        ends: Sequence[End],
-        masses: Sequence[float],
+        items: Sequence[tuple[End, float]],
         gravity: Sequence[Gravity],
-        turns: bool,
+        directors: int,
         dynamic: bool,
     ) -> None:
-        self._end = EndGroup(ends, np.array([np.eye(3)] * len(ends)), "1", turns)
-        super().__init__(name, comm, len(ends), places=[self._end])
+        ends, masses = zip(*items, strict=True)
+        self._end = EndGroup(ends, np.array([np.eye(3)] * len(ends)), "1", directors > 0)
+        super().__init__(f"joint masses ({directors})", comm, len(ends), places=[self._end])
         self.kinematic = frozenset(self.mixed.parts)
         self.mass = self.per_item(masses, "m")
         self.gravity, self._dynamic = list(gravity), dynamic
@@ -308,13 +305,13 @@ def point_masses(scene: Scene, comm: MPI.Comm, joints: Sequence[BoundJoint]) -> 
         for end in joint.ends
         if joint.joint.mass > 0
     ]
-    bodies = []
-    for key in dict.fromkeys(end.needed(0) for end, _ in ends):
-        mine = [(e, m) for e, m in ends if e.needed(0) == key]
-        name = f"joint masses ({key})"
-        places, masses = [e for e, _ in mine], [m for _, m in mine]
-        bodies.append(PointMasses(name, comm, places, masses, gravity, key > 0, not scene.static))
-    return bodies
+    groups: dict[int, list[tuple[End, float]]] = {}
+    for end, mass in ends:
+        groups.setdefault(end.needed(0), []).append((end, mass))
+    return [
+        PointMasses(comm, items, gravity, directors, not scene.static)
+        for directors, items in groups.items()
+    ]
 
 
 def bind(joint: Joint, find: FindEnd, shells: Mapping[str, Meshed]) -> list[BoundJoint]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,7 +12,6 @@ from shellmb.errors import SceneError
 from shellmb.model.body import Body, FixedDofs, PrescribedTurn, TimeFunction
 from shellmb.model.elements.elements import (
     BoundElement,
-    ElementGroup,
     Motors,
     bind_element,
     check_at_rest,
@@ -20,37 +19,17 @@ from shellmb.model.elements.elements import (
     element_groups,
 )
 from shellmb.model.hinges.edges import bind_hinges
-from shellmb.model.hinges.frames import EdgeFrames
-from shellmb.model.joints.columns import (
-    COLUMN,
-    EFFORT,
-    Relaxing,
-    Solution,
-    coupling_column,
-    drive,
-    element_forces,
-    lock_column,
-    read_contacts,
-    read_coordinates,
-    tie_forces,
-)
+from shellmb.model.joints import columns
 from shellmb.model.joints.constraints import ConstraintGroup
 from shellmb.model.joints.coordinates import (
     BoundCoordinate,
     Coordinate,
-    CoordinateGroup,
     Key,
     coordinate_groups,
     distance_coordinate,
     joint_coordinate,
 )
-from shellmb.model.joints.joints import (
-    BoundJoint,
-    JointGroup,
-    bind,
-    joint_groups,
-    point_masses,
-)
+from shellmb.model.joints.joints import BoundJoint, bind, joint_groups, point_masses
 from shellmb.model.joints.rolling import ContactGroup, bind_contact
 from shellmb.model.joints.switches import (
     HeldCoordinates,
@@ -61,7 +40,7 @@ from shellmb.model.joints.switches import (
     Windows,
 )
 from shellmb.model.locations.nodes import Finder
-from shellmb.model.massless import Scale
+from shellmb.model.massless import Scale, gathered
 from shellmb.model.shells.shell import ShellModel
 from shellmb.model.signals import Signals
 from shellmb.scene import Scene
@@ -77,11 +56,17 @@ AT_START = 1e-9
 SCREW = ".pitch"
 
 
-@dataclass
 class Mechanism:
     """The joints of a scene, and what drives and resists them.
 
     Args:
+        scene: The scene.
+        scale: Communicator and sizes.
+        find: Places on bodies by name.
+        shells: The shells by name.
+        signals: What controllers command and events switch.
+
+    Attributes:
         joints: All joints with their places, of a weld along a region that of its first node.
         groups: Their groups, by kind.
         bodies: All bodies of the system that it consists of.
@@ -95,21 +80,53 @@ class Mechanism:
         switches: What acts in windows of time only.
         edges: Frames of hinges of edges.
         several: Coordinates of hinges of edges with several angles, with their shares, by joint.
+
+    Raises:
+        SceneError: If a place does not exist, a joint does not fit its bodies, or what acts on it
+            is impossible.
     """
 
-    joints: dict[str, BoundJoint] = field(default_factory=dict)
-    groups: list[JointGroup] = field(default_factory=list)
-    bodies: list[Body] = field(default_factory=list)
-    table: dict[Key, Coordinate] = field(default_factory=dict)
-    coordinate_groups: list[CoordinateGroup] = field(default_factory=list)
-    element_groups: list[ElementGroup] = field(default_factory=list)
-    lock_groups: list[HeldCoordinates] = field(default_factory=list)
-    screws: list[TiedCoordinates] = field(default_factory=list)
-    couplings: list[TiedCoordinates] = field(default_factory=list)
-    drivers: dict[str, Coordinate] = field(default_factory=dict)
-    switches: Switches = field(default_factory=Switches)
-    edges: list[EdgeFrames] = field(default_factory=list)
-    several: dict[str, list[tuple[str, float]]] = field(default_factory=dict)
+    def __init__(
+        self,
+        scene: Scene,
+        scale: Scale,
+        find: Finder,
+        shells: Mapping[str, ShellModel],
+        signals: Signals,
+    ) -> None:
+        self._scene, self._scale = scene, scale
+        self.joints: dict[str, BoundJoint] = {}
+        plain: list[BoundJoint] = []
+        edges = [joint for joint in scene.joints if isinstance(joint, EdgeHinge)]
+        hinges, self.edges = bind_hinges(edges, find, shells, scale, not scene.static)
+        for joint in scene.joints:
+            if isinstance(joint, Contact):
+                self.joints[joint.name] = bind_contact(joint, find, scale.length)
+                continue
+            of_edges = isinstance(joint, EdgeHinge)
+            bound = hinges[joint.name].nodes if of_edges else bind(joint, find, shells)
+            self.joints[joint.name] = bound[0]
+            plain += bound
+        switched = frozenset(j.name for j in scene.joints if j.active is not None)
+        contacts = [joint for joint in self.joints.values() if joint.start]
+        self.groups = joint_groups(scale, plain, switched)
+        self.groups += joint_groups(scale, contacts, switched, ContactGroup)
+        needed = self._coordinates(find)
+        needed += [c for hinge in hinges.values() for c in hinge.coordinates]
+        self.coordinate_groups, self.table = coordinate_groups(scale, needed)
+        self.screws, self.couplings = self._screws(), self._couplings()
+        self.several = {name: hinge.several for name, hinge in hinges.items() if hinge.several}
+        elements = [bound for e in scene.force_elements for bound in self._bound(e)]
+        self.element_groups = element_groups(scale.comm, elements)
+        check_at_rest(scene, self.element_groups)
+        self.drivers: dict[str, Coordinate] = {}
+        self._drive(signals)
+        switches, locks = self._windows([*self.groups, *self.screws]), self._locks(signals)
+        self.lock_groups = [lock.group for lock in locks]
+        self.switches = Switches([*switches, *locks])
+        masses = point_masses(scene, scale.comm, list(self.joints.values()))
+        self.bodies: list[Body] = [*self.groups, *self.edges, *masses, *self.coordinate_groups]
+        self.bodies += [*self.screws, *self.couplings, *self.element_groups, *self.lock_groups]
 
     def refresh(self, levels: Mapping[str, Any]) -> None:
         """Count rotations from where they are, and take rates from the places, before a step.
@@ -132,7 +149,7 @@ class Mechanism:
             if isinstance(group, Motors):
                 group.command(signals)
 
-    def coordinates(self, problem: Solution) -> dict[str, float]:
+    def coordinates(self, problem: Any) -> dict[str, float]:
         """Columns of the history: coordinates, and what drives and locks them; collective.
 
         `JOINT.rotation` [rad], `JOINT.translation` [m], `ELEMENT.length` [m]; `NAME.torque` [N m]
@@ -142,14 +159,14 @@ class Mechanism:
         Args:
             problem: The problem, a step of which is accepted.
         """
-        values, _ = read_coordinates(problem, self.coordinate_groups)
+        values, _ = columns.read_coordinates(problem, self.coordinate_groups)
         found = {
-            f"{name}.{COLUMN[kind]}": self.table[name, kind].start + value
+            f"{name}.{columns.COLUMN[kind]}": self.table[name, kind].start + value
             for (name, kind), value in values.items()
         }
         return found | self.efforts(problem)
 
-    def elements(self, problem: Relaxing, t: float) -> dict[str, float]:
+    def elements(self, problem: Any, t: float) -> dict[str, float]:
         """Columns of force elements at a state; collective.
 
         `NAME.torque` [N m] or `NAME.force` [N], of springs the tension, of dampers the resistance,
@@ -161,249 +178,184 @@ class Mechanism:
         """
         if not self.element_groups:
             return {}
-        values, rates = read_coordinates(problem, self.coordinate_groups)
+        values, rates = columns.read_coordinates(problem, self.coordinate_groups)
         found: dict[str, float] = {}
         for group in self.element_groups:
-            branches = problem.branches.get(group.name)
-            found |= element_forces(group, values, rates, t, branches)
+            keys = [(item.coordinate.name, item.coordinate.kind) for item in group.items]
+            x, v = (np.array([each[key] for key in keys]) for each in (values, rates))
+            forces = group.forces(x, v, t)
+            if (branches := problem.branches.get(group.name)) is not None:
+                forces = forces + gathered(group.nodes, branches.forces())
+            found |= columns.element_columns(group, forces)
         return found
 
-    def efforts(self, problem: Solution) -> dict[str, float]:
+    def efforts(self, problem: Any) -> dict[str, float]:
         """Columns of what drives and locks coordinates alone; collective.
 
         Args:
             problem: What the forces are found in: of a step, or of its end.
         """
-        found = {name: drive(problem, c) for name, c in self.drivers.items()}
-        for locks in self.lock_groups:
-            found |= tie_forces(problem, locks, lock_column)
-        for tied in self.couplings:
-            found |= tie_forces(problem, tied, coupling_column)
-        return found | read_contacts(problem, self.groups)
+        found = {name: columns.drive(problem, c) for name, c in self.drivers.items()}
+        for group in (*self.lock_groups, *self.couplings):
+            found |= columns.tie_forces(problem, group)
+        return found | columns.read_contacts(problem, self.groups)
 
+    def _coordinates(self, find: Finder) -> list[BoundCoordinate]:
+        """The coordinates that something acts on, or that sensors read; others do not exist.
 
-def build_mechanism(
-    scene: Scene,
-    scale: Scale,
-    find: Finder,
-    shells: Mapping[str, ShellModel],
-    signals: Signals,
-) -> Mechanism:
-    """Bind the joints of a scene, and what acts on them.
+        Raises:
+            SceneError: If something acts on a joint that acts at times only.
+        """
+        scene = self._scene
+        read = [coordinate_read(scene, sensor.column) for sensor in scene.sensors]
+        keys: dict[Key, None] = {key: None for key in read if key is not None}
+        items: list[Any] = [*scene.drivers, *scene.acting_locks, *scene.force_elements]
+        items += [coupled for coupling in scene.couplings for coupled in coupling.terms]
+        for item in items:
+            if isinstance(item, PointElement):
+                continue
+            joint = self.joints[item.joint].joint
+            if joint.active is not None:
+                who = f"{item.label} '{item.name}'" if hasattr(item, "name") else "a lock"
+                raise SceneError(
+                    f"{joint.said}: it has windows of time, and {who} acts on its coordinate; a "
+                    "joint with drivers, locks or force elements must act always"
+                )
+            keys |= dict.fromkeys((item.joint, kind) for kind in scene.coordinates_of(item))
+        for joint in scene.joints:
+            if isinstance(joint, Screw):
+                keys |= {(joint.name, "rotation"): None, (joint.name, "translation"): None}
+        found = [
+            joint_coordinate(self.joints[name], kind)
+            for name, kind in keys
+            # that of a hinge of edges is there anyway
+            if not isinstance(self.joints[name].joint, EdgeHinge)
+        ]
+        for element in scene.force_elements:
+            if isinstance(element, PointElement):
+                who = f"{element.label} '{element.name}'"
+                ends = (
+                    find(element.first, element.at, who),
+                    find(element.second, element.second_at, who),
+                )
+                found.append(distance_coordinate(element.name, ends, self._scale.length, who))
+        return found
 
-    Args:
-        scene: The scene.
-        scale: Communicator and sizes.
-        find: Places on bodies by name.
-        shells: The shells by name.
-        signals: What controllers command and events switch.
+    def _bound(self, element: Any) -> list[BoundElement]:
+        """A force element on its coordinate, or on all of a hinge of edges by their shares."""
+        joint, kind = coordinate_of(self._scene, element)
+        if joint not in self.several:
+            return [bind_element(element, self.table[joint, kind], self._scene.static)]
+        found = []
+        for name, share in self.several[joint]:
+            values = {k: getattr(element, k, None) for k in ("stiffness", "damping")}
+            part = replace(element, **{k: share * v for k, v in values.items() if v is not None})
+            found.append(bind_element(part, self.table[name, kind], self._scene.static))
+        return found
 
-    Raises:
-        SceneError: If a place does not exist, a joint does not fit its bodies, or what acts on it
-            is impossible.
-    """
-    made = Mechanism()
-    plain: list[BoundJoint] = []
-    edges = [joint for joint in scene.joints if isinstance(joint, EdgeHinge)]
-    hinges, made.edges = bind_hinges(edges, find, shells, scale, not scene.static)
-    for joint in scene.joints:
-        if isinstance(joint, EdgeHinge):
-            plain += hinges[joint.name].nodes
-            made.joints[joint.name] = hinges[joint.name].nodes[0]
-            continue
-        if isinstance(joint, Contact):
-            made.joints[joint.name] = bind_contact(joint, find, scale.length)
-            continue
-        bound = bind(joint, find, shells)
-        made.joints[joint.name] = bound[0]
-        plain += bound
-    switched = frozenset(j.name for j in scene.joints if j.active is not None)
-    contacts = [joint for joint in made.joints.values() if joint.start]
-    made.groups = joint_groups(scale, plain, switched)
-    made.groups += joint_groups(scale, contacts, switched, ContactGroup)
-    needed = _coordinates(scene, made, find, scale.length)
-    needed += [c for hinge in hinges.values() for c in hinge.coordinates]
-    made.coordinate_groups, made.table = coordinate_groups(scale, needed)
-    made.screws = _screws(scene, scale, made)
-    made.couplings = _couplings(scene, scale, made)
-    made.several = {name: hinge.several for name, hinge in hinges.items() if hinge.several}
-    elements = [bound for e in scene.force_elements for bound in _bound(scene, made, e)]
-    made.element_groups = element_groups(scale.comm, elements)
-    check_at_rest(scene, made.element_groups)
-    _drive(scene, made, signals)
-    switches = _windows(scene, [*made.groups, *made.screws])
-    locks = _locks(scene, scale, made, signals)
-    made.lock_groups = [lock.group for lock in locks]
-    made.switches = Switches([*switches, *locks])
-    masses = point_masses(scene, scale.comm, list(made.joints.values()))
-    made.bodies += [*made.groups, *made.edges, *masses, *made.coordinate_groups]
-    made.bodies += [*made.screws, *made.couplings, *made.element_groups, *made.lock_groups]
-    return made
+    def _screws(self) -> list[TiedCoordinates]:
+        """Translation in proportion to rotation, for all screws."""
+        screws = [joint for joint in self._scene.joints if isinstance(joint, Screw)]
+        if not screws:
+            return []
+        kinds, scale = ("rotation", "translation"), self._scale
+        labels = [f"{joint.name}{SCREW}" for joint in screws]
+        pairs = [[self.table[joint.name, kind] for kind in kinds] for joint in screws]
+        factors = np.array([(-joint.pitch / (2 * np.pi), 1.0) for joint in screws])
+        switched = any(joint.active is not None for joint in screws)
+        tied = labels, pairs, factors, screws, scale.length, switched
+        return [TiedCoordinates(scale, "screw pitches", *tied)]
 
+    def _couplings(self) -> list[TiedCoordinates]:
+        """Sums of coordinates that are given; those of as many coordinates are a group."""
+        scene, groups = self._scene, dict[tuple[int, int], list[Relation]]()
+        for coupling in scene.couplings:
+            groups.setdefault((len(coupling.terms), len(coupling.given)), []).append(coupling)
+        found = []
+        for (count, given), group in groups.items():
+            members, factors = [], np.ones((len(group), count + given))
+            for row, coupling in zip(factors, group, strict=True):
+                here = [self.table[c.joint, scene.coordinates_of(c)[0]] for c in coupling.terms]
+                row[:count] = [c.factor for c in coupling.terms]
+                row[count:] = -1.0
+                # a violation of one is as large as coordinates of their sizes
+                sizes = [coordinate.size for coordinate in here]
+                row /= np.max(np.abs(row[:count]) * sizes)
+                members.append(here)
+                if coupling.given:
+                    self._begins_as_zero(coupling.given[0](0.0), f"{coupling.said}: value")
+            title = f"couplings of {count} coordinates" + ", over time" * bool(given)
+            labels = [coupling.name for coupling in group]
+            tied = labels, members, factors, group, 1.0, False
+            found.append(TiedCoordinates(self._scale, title, *tied))
+        return found
 
-def _coordinates(
-    scene: Scene, made: Mechanism, find: Finder, length: float
-) -> list[BoundCoordinate]:
-    """The coordinates that something acts on, or that sensors read; others do not exist.
+    def _begins_as_zero(self, start: float, who: str, size: float = 1.0) -> None:
+        """Check that a dynamic scene begins where a motion of coordinates does.
 
-    Raises:
-        SceneError: If something acts on a joint that acts at times only.
-    """
-    read = [coordinate_read(scene, sensor.column) for sensor in scene.sensors]
-    keys: dict[Key, None] = {key: None for key in read if key is not None}
-    items: list[Any] = [*scene.drivers, *scene.acting_locks, *scene.force_elements]
-    items += [coupled for coupling in scene.couplings for coupled in coupling.terms]
-    for item in items:
-        if isinstance(item, PointElement):
-            continue
-        joint = made.joints[item.joint].joint
-        if joint.active is not None:
-            who = f"{item.label} '{item.name}'" if hasattr(item, "name") else "a lock"
+        Raises:
+            SceneError: If it does not.
+        """
+        if not self._scene.static and not self._scene.assemble and abs(start) > AT_START * size:
             raise SceneError(
-                f"{joint.said}: it has windows of time, and {who} acts on its coordinate; a joint "
-                "with drivers, locks or force elements must act always"
+                f"{who} is {start:g} at the time 0; it must begin as 0, because it counts from the "
+                "given positions, or use assemble=True"
             )
-        keys |= dict.fromkeys((item.joint, kind) for kind in scene.coordinates_of(item))
-    for joint in scene.joints:
-        if isinstance(joint, Screw):
-            keys |= {(joint.name, "rotation"): None, (joint.name, "translation"): None}
-    found = [
-        joint_coordinate(made.joints[name], kind)
-        for name, kind in keys
-        # that of a hinge of edges is there anyway
-        if not isinstance(made.joints[name].joint, EdgeHinge)
-    ]
-    for element in scene.force_elements:
-        if isinstance(element, PointElement):
-            who = f"{element.label} '{element.name}'"
-            ends = (
-                find(element.first, element.at, who),
-                find(element.second, element.second_at, who),
-            )
-            found.append(distance_coordinate(element.name, ends, length, who))
-    return found
 
+    def _drive(self, signals: Signals) -> None:
+        """Prescribe the coordinates of drivers.
 
-def _bound(scene: Scene, made: Mechanism, element: Any) -> list[BoundElement]:
-    """A force element on its coordinate, or on all of a hinge of edges by their shares."""
-    joint, kind = coordinate_of(scene, element)
-    if joint not in made.several:
-        return [bind_element(element, made.table[joint, kind], scene.static)]
-    found = []
-    for name, share in made.several[joint]:
-        values = {k: getattr(element, k, None) for k in ("stiffness", "damping")}
-        part = replace(element, **{k: share * v for k, v in values.items() if v is not None})
-        found.append(bind_element(part, made.table[name, kind], scene.static))
-    return found
+        Raises:
+            SceneError: If a dynamic scene does not begin where a driver does.
+        """
+        for driver in self._scene.drivers:
+            for kind in driver.coordinates:
+                who = f"driver '{driver.name}': {kind}"
+                motion = signals.bound(getattr(driver, kind), who)
+                coordinate = self.table[driver.joint, kind]
+                self._begins_as_zero(motion(0.0), who, coordinate.size)
+                self.drivers[f"{driver.name}.{coordinate.effort}"] = coordinate
+                dofs, turn = coordinate.local(), None
+                if kind == "rotation":
+                    turn = PrescribedTurn(f"driver '{driver.name}'", motion, unknown=True)
+                fixed = FixedDofs(dofs, _motion(motion, len(dofs)), True, turn)
+                coordinate.group.fixed.append(fixed)
 
+    def _windows(self, groups: Sequence[ConstraintGroup]) -> list[Switched]:
+        """Joints that act in windows of time."""
+        assert self._scene.t_end is not None
+        windows = {joint.name: joint.active for joint in self._scene.joints}
+        found = []
+        for group in groups:
+            mine: list[Windows | None] = [windows[n.removesuffix(SCREW)] for n in group.labels]
+            if any(w is not None for w in mine):
+                found.append(Switched(group, mine, self._scene.t_end))
+        return found
 
-def _screws(scene: Scene, scale: Scale, made: Mechanism) -> list[TiedCoordinates]:
-    """Translation in proportion to rotation, for all screws."""
-    screws = [joint for joint in scene.joints if isinstance(joint, Screw)]
-    if not screws:
-        return []
-    labels = [f"{joint.name}{SCREW}" for joint in screws]
-    pairs = [
-        (made.table[joint.name, "rotation"], made.table[joint.name, "translation"])
-        for joint in screws
-    ]
-    factors = np.array([(-joint.pitch / (2 * np.pi), 1.0) for joint in screws])
-    switched = any(joint.active is not None for joint in screws)
-    tied = labels, pairs, factors, screws, scale.force, scale.length, switched
-    return [TiedCoordinates(scale.comm, "screw pitches", *tied)]
-
-
-def _couplings(scene: Scene, scale: Scale, made: Mechanism) -> list[TiedCoordinates]:
-    """Sums of coordinates that are given; those of as many coordinates are a group."""
-    groups: dict[tuple[int, int], list[Relation]] = {}
-    for coupling in scene.couplings:
-        groups.setdefault((len(coupling.terms), len(coupling.given)), []).append(coupling)
-    found = []
-    for (count, given), group in groups.items():
-        members, factors = [], np.ones((len(group), count + given))
-        for row, coupling in zip(factors, group, strict=True):
-            here = [made.table[c.joint, scene.coordinates_of(c)[0]] for c in coupling.terms]
-            row[:count] = [c.factor for c in coupling.terms]
-            row[count:] = -1.0
-            # a violation of one is as large as coordinates of their sizes
-            row /= max(abs(c.factor) * x.size for c, x in zip(coupling.terms, here, strict=True))
-            members.append(here)
-            if coupling.given:
-                _begins_as_zero(scene, coupling.given[0](0.0), f"{coupling.said}: value")
-        title = f"couplings of {count} coordinates" + ", over time" * bool(given)
-        labels = [coupling.name for coupling in group]
-        tied = labels, members, factors, group, scale.couple, 1.0, False
-        found.append(TiedCoordinates(scale.comm, title, *tied))
-    return found
-
-
-def _begins_as_zero(scene: Scene, start: float, who: str, size: float = 1.0) -> None:
-    """Check that a dynamic scene begins where a motion of coordinates does.
-
-    Raises:
-        SceneError: If it does not.
-    """
-    if not scene.static and not scene.assemble and abs(start) > AT_START * size:
-        raise SceneError(
-            f"{who} is {start:g} at the time 0; it must begin as 0, because it counts from the "
-            "given positions, or use assemble=True"
-        )
-
-
-def _drive(scene: Scene, made: Mechanism, signals: Signals) -> None:
-    """Prescribe the coordinates of drivers.
-
-    Raises:
-        SceneError: If a dynamic scene does not begin where a driver does.
-    """
-    for driver in scene.drivers:
-        for kind in driver.coordinates:
-            motion = signals.bound(getattr(driver, kind), f"driver '{driver.name}': {kind}")
-            coordinate = made.table[driver.joint, kind]
-            who = f"driver '{driver.name}': {kind}"
-            _begins_as_zero(scene, motion(0.0), who, coordinate.size)
-            made.drivers[f"{driver.name}.{EFFORT[kind]}"] = coordinate
-            dofs = coordinate.local()
-            turn = PrescribedTurn(f"driver '{driver.name}'", motion, unknown=True)
-            fixed = FixedDofs(
-                dofs, _motion(motion, len(dofs)), True, turn if kind == "rotation" else None
-            )
-            coordinate.group.fixed.append(fixed)
+    def _locks(self, signals: Signals) -> list[Locks]:
+        """Groups of locks, of rotations and of translations."""
+        assert self._scene.t_end is not None
+        items = [
+            (lock, kind)
+            for lock in self._scene.acting_locks
+            for kind in self._scene.coordinates_of(lock)
+        ]
+        found = []
+        for kind in dict.fromkeys(kind for _, kind in items):
+            each = [
+                (lock, self.table[name, kind])
+                for lock, other in items
+                if other == kind
+                for name, _ in self.several.get(lock.joint, [(lock.joint, 1.0)])
+            ]
+            locks, coordinates = [lock for lock, _ in each], [c for _, c in each]
+            labels = [f"{c.name}.{kind} lock" for c in coordinates]
+            group = HeldCoordinates(self._scale, kind, labels, coordinates)
+            # an event's windows are known as the run goes on
+            windows = [signals.windows[k.switch] if k.switch else k.active or () for k in locks]
+            found.append(Locks(group, windows, self._scene.t_end))
+        return found
 
 
 def _motion(motion: TimeFunction, count: int) -> Any:
     return lambda t: np.full(count, motion(t))
-
-
-def _windows(scene: Scene, groups: Sequence[ConstraintGroup]) -> list[Switched]:
-    """Joints that act in windows of time."""
-    assert scene.t_end is not None
-    windows = {joint.name: joint.active for joint in scene.joints}
-    found = []
-    for group in groups:
-        mine: list[Windows | None] = [windows[n.removesuffix(SCREW)] for n in group.labels]
-        if any(w is not None for w in mine):
-            found.append(Switched(group, mine, scene.t_end))
-    return found
-
-
-def _locks(scene: Scene, scale: Scale, made: Mechanism, signals: Signals) -> list[Locks]:
-    """Groups of locks, of rotations and of translations."""
-    assert scene.t_end is not None
-    items = [(lock, kind) for lock in scene.acting_locks for kind in scene.coordinates_of(lock)]
-    found = []
-    for kind in dict.fromkeys(kind for _, kind in items):
-        each = [
-            (lock, made.table[name, kind])
-            for lock, other in items
-            if other == kind
-            for name, _ in made.several.get(lock.joint, [(lock.joint, 1.0)])
-        ]
-        locks, coordinates = [lock for lock, _ in each], [c for _, c in each]
-        labels = [f"{c.name}.{kind} lock" for c in coordinates]
-        force = scale.couple / coordinates[0].size
-        group = HeldCoordinates(scale.comm, kind, labels, coordinates, force)
-        # an event's windows are known as the run goes on
-        windows = [signals.windows[k.switch] if k.switch else k.active or () for k in locks]
-        found.append(Locks(group, windows, scene.t_end))
-    return found

@@ -132,12 +132,6 @@ class ContactGroup(JointGroup):
         found[..., self.equations.rows :] = 0.0
         return found
 
-    def gaps(self, states: Floats) -> Floats:
-        """Largest violations over local states, of positions only."""
-        found = self._evaluate(states)[..., : self.equations.rows]
-        slips = np.zeros((len(self.nodes.item), self.equations.slips))
-        return np.hstack([np.max(np.abs(found), axis=0), slips])
-
     def heading(self, row: int, q: Floats) -> Floats:
         """Direction in the plane that a wheel rolls in, or a blade points to, shape (2,)."""
         start, dofs = self._start["t"], self.mixed.dofs["t"].reshape(-1, 2)

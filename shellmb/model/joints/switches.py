@@ -3,8 +3,6 @@
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, ClassVar
 
-from mpi4py import MPI
-
 import numpy as np
 from dolfinx import fem
 from ufl.core.expr import Expr
@@ -19,6 +17,7 @@ from shellmb.model.joints.coordinates import (
     as_row,
     scalar_targets,
 )
+from shellmb.model.massless import Scale
 from shellmb.restart import Restartable
 
 
@@ -26,26 +25,24 @@ class TiedCoordinates(ConstraintGroup):
     """Sums of factors times coordinates that vanish, or have a given value: screws, couplings.
 
     Args:
-        comm: Communicator.
+        scale: Communicator and sizes.
         title: Name of the group.
         labels: A name for each.
         members: The coordinates of each, as many.
         factors: Their factors, and behind them those of the given values, shape (items, n).
         given: The given values of each: none, or one.
-        force: Size of forces, N, or of couples, N m.
         size: What violations are relative to.
         switched: Whether some may be switched off.
     """
 
     def __init__(
         self,
-        comm: MPI.Comm,
+        scale: Scale,
         title: str,
         labels: Sequence[str],
         members: Sequence[Sequence[Coordinate]],
         factors: Floats,
         given: Sequence[Prescribed],
-        force: float,
         size: float,
         switched: bool,
     ) -> None:
@@ -55,9 +52,10 @@ class TiedCoordinates(ConstraintGroup):
             part: scalar_targets([each[k] for each in members])
             for k, part in enumerate(self._parts)
         }
-        scales = self._violation, force, size, switched
+        # the work of a multiplier of size one is that of a couple
+        sizes = self._violation, scale.couple / size, size, switched
         own = self._given.parts
-        super().__init__(title, comm, len(members), 1, *scales, targets=targets, own=own)
+        super().__init__(title, scale.comm, len(members), 1, *sizes, targets=targets, own=own)
         self._factor = self.per_item(factors, "factors")
         self.labels = list(labels)
         self._given.prescribe(self)
@@ -67,6 +65,10 @@ class TiedCoordinates(ConstraintGroup):
         terms += self._given.values(q, self.layout)
         weighed = [self._factor[k] * term for k, term in enumerate(terms)]
         return as_row(sum(weighed[1:], weighed[0]))
+
+    def column(self, label: str, c: Coordinate) -> str:
+        """Column of the force of one, by its label, on one of its coordinates."""
+        return f"{label}.{c.joint}.{c.effort}"
 
     def shares(self, held: fem.Function, group: CoordinateGroup) -> Floats:
         """Multipliers of coordinates on which nothing acts but what ties them; collective.
@@ -99,28 +101,26 @@ class HeldCoordinates(TiedCoordinates):
     """Coordinates fixed at a value, `x = x_held`, switched on at times: locks.
 
     Args:
-        comm: Communicator.
+        scale: Communicator and sizes.
         kind: Kind of the coordinates.
         labels: A name for each.
         coordinates: The coordinates.
-        force: Size of forces, N, or moments, N m.
     """
 
     def __init__(
-        self,
-        comm: MPI.Comm,
-        kind: str,
-        labels: Sequence[str],
-        coordinates: Sequence[Coordinate],
-        force: float,
+        self, scale: Scale, kind: str, labels: Sequence[str], coordinates: Sequence[Coordinate]
     ) -> None:
         each, ones = [[c] for c in coordinates], np.ones((len(coordinates), 1))
-        tied = each, ones, (), force, coordinates[0].size, True
-        super().__init__(comm, f"{kind} locks", labels, *tied)
+        tied = each, ones, (), coordinates[0].size, True
+        super().__init__(scale, f"{kind} locks", labels, *tied)
         self._held = self.per_item(0 * ones, "held")
 
     def _violation(self, q: Expr) -> Expr:
         return as_row(self.layout.part(q, "x1") - self._held)
+
+    def column(self, label: str, c: Coordinate) -> str:
+        """Column of the force of a lock."""
+        return f"{c.joint}.lock_{c.effort}"
 
     def values(self, q: fem.Function) -> Floats:
         """Coordinates at a state, shape (items,), the same on all ranks; collective."""

@@ -16,7 +16,9 @@ from shellmb.arrays import Floats, Int32s, Ints
 from shellmb.errors import SceneError
 from shellmb.meshes.curve_mesh import LineMesh
 from shellmb.meshes.spaces import MixedSpace
+from shellmb.meshes.tying import coordinate_element
 from shellmb.model.locations.ends import End
+from shellmb.scene import Scene
 from shellmb.scene.multibody.joints import GROUND
 from shellmb.scene.multibody.offsets import Offset, arm_components, node_of
 
@@ -61,10 +63,10 @@ class Nodes:
         """Reference director of a shell, shape (n, 3); of none without directors."""
         return np.asarray(self.directors[:, :1].reshape(-1, 3))
 
-    def repeated(self, each: int) -> Nodes:
-        """Each node so many times, one after the other."""
-        dofs = {part: np.repeat(rows, each, axis=0) for part, rows in self.dofs.items()}
-        return Nodes(np.repeat(self.x, each, axis=0), dofs, np.repeat(self.directors, each, axis=0))
+    def take(self, which: Ints) -> Nodes:
+        """Some of the nodes, by their numbers."""
+        dofs = {part: rows[which] for part, rows in self.dofs.items()}
+        return Nodes(self.x[which], dofs, self.directors[which])
 
     def end(self, k: int, body: str, point: Floats | None = None) -> End:
         """A node as a place on a body, perhaps with a point off it."""
@@ -185,11 +187,26 @@ def shared_nodes(body: Meshed, where: Place | None, who: str) -> Nodes:
     # sort by rounded coordinates, so that every rank and every body of a join agrees
     rounded = np.round(x / (ON_NODE * body.domain.length)).astype(np.int64)
     order = np.lexsort(rounded.T[::-1])
-    return Nodes(
-        x[order],
-        {p: np.concatenate([g[1][p] for g in gathered])[order] for p in parts},
-        np.concatenate([g[2] for g in gathered])[order],
-    )
+    dofs: dict[str, Ints] = {p: np.concatenate([g[1][p] for g in gathered]) for p in parts}
+    return Nodes(x, dofs, np.concatenate([g[2] for g in gathered])).take(order)
+
+
+def values_at(body: Meshed, numbers: Ints, *values: Floats) -> list[Floats]:
+    """Values at nodes that their first global dofs name, the same on all ranks; collective.
+
+    Args:
+        body: The body.
+        numbers: The dofs, shape (n,).
+        values: Each of them at the nodes of this rank, shape (nodes, ...).
+    """
+    owned = body.mixed.subspaces["u"].dofmap.index_map.size_local
+    first = body.mixed.nodal("u")[:owned, 0]
+    own = body.mixed.space.dofmap.index_map.local_to_global(first)
+    parts = body.domain.mesh.comm.allgather((own, *(each[:owned] for each in values)))
+    every, *found = (np.concatenate(each) for each in zip(*parts, strict=True))
+    order = np.argsort(every)
+    here = order[np.searchsorted(every[order], numbers)]
+    return [each[here] for each in found]
 
 
 # elements of a curved body are polynomials: a point of it may be off its element by this part of
@@ -257,7 +274,7 @@ def _projections(body: Meshed, x: Floats) -> list[tuple[float, float, tuple, int
     corners = mesh.geometry.x[dofs]
     sizes = np.linalg.norm(np.ptp(corners, axis=1), axis=1)
     order = np.argsort(np.linalg.norm(corners.mean(axis=1) - x, axis=1) - sizes)[:TRIED]
-    element, directors = _geometry(mesh), body.node_directors()
+    element, directors = coordinate_element(mesh), body.node_directors()
     found = []
     for cell in order:
         local, place = _nearest(element, corners[cell], x)
@@ -266,15 +283,6 @@ def _projections(body: Meshed, x: Floats) -> list[tuple[float, float, tuple, int
         turn = float(np.linalg.norm(np.ptp(along, axis=0), axis=1).max(initial=0.0))
         found.append((off, SAG * turn * float(sizes[cell]), tuple(place), int(cell), tuple(local)))
     return found
-
-
-def _geometry(mesh: Any) -> Any:
-    """The element of the geometry."""
-    cmap = mesh.geometry.cmaps[0]
-    cell = getattr(basix.CellType, mesh.topology.cell_type.name)
-    return basix.create_element(
-        basix.ElementFamily.P, cell, cmap.degree, basix.LagrangeVariant(cmap.variant)
-    )
 
 
 def _nearest(element: Any, corners: Floats, x: Floats) -> tuple[Floats, Floats]:
@@ -306,31 +314,19 @@ def _simplex(local: Floats) -> Floats:
 Where = str | tuple[float, float, float] | Offset | None
 
 
-@dataclass(frozen=True)
-class RigidPlaces:
-    """Places of the points of a rigid body.
-
-    Args:
-        end: Its centre of mass as a place.
-        points: Named points in the reference configuration.
-        reference: Its reference point.
-    """
-
-    end: End
-    points: Mapping[str, Floats]
-    reference: Floats
-
-
 class Finder:
     """Finds places on bodies.
 
     Args:
+        scene: The scene.
         meshed: Shells and beams by name.
-        rigid: Rigid bodies, and ground if there is any, by name.
+        rigid: Centres of mass of rigid bodies, and ground if there is any, by name.
     """
 
-    def __init__(self, meshed: Mapping[str, Meshed], rigid: Mapping[str, RigidPlaces]) -> None:
-        self._meshed, self._rigid = meshed, rigid
+    def __init__(
+        self, scene: Scene, meshed: Mapping[str, Meshed], rigid: Mapping[str, End]
+    ) -> None:
+        self._scene, self._meshed, self._rigid = scene, meshed, rigid
 
     def __call__(self, body: str, where: Where, who: str) -> End:
         """The place; collective.
@@ -349,20 +345,20 @@ class Finder:
         return self._on_mesh(self._meshed[body], where, who)
 
     def _on_rigid(self, body: str, where: Where, who: str) -> End:
-        places = self._rigid[body]
-        if where is None:
-            return replace(places.end, point=places.reference)
-        if isinstance(where, Offset):
-            raise AssertionError("the scene has refused it")
-        if not isinstance(where, str):
-            return replace(places.end, point=np.asarray(where, dtype=float))
-        if where not in places.points:
-            known = ", ".join(f"'{name}'" for name in places.points) or "none"
-            what = "ground" if body == GROUND else f"rigid body '{body}'"
+        ground = body == GROUND
+        of: Any = None if ground else self._scene.body(body)
+        names = () if ground else of.point_names
+        if isinstance(where, str) and where not in names:
+            known = ", ".join(f"'{name}'" for name in names) or "none"
+            what = "ground" if ground else f"rigid body '{body}'"
             raise SceneError(
                 f"{who}: {what} has no point '{where}'; its points are {known}, or give coordinates"
             )
-        return replace(places.end, point=places.points[where])
+        if ground:
+            point = np.zeros(3) if where is None else np.asarray(where, dtype=float)
+        else:
+            point = of.place(where)
+        return replace(self._rigid[body], point=point)
 
     def _on_mesh(self, body: Meshed, where: Where, who: str) -> End:
         if where is None:

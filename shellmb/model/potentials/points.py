@@ -19,7 +19,7 @@ from shellmb.forms.state import Layout
 from shellmb.meshes.spaces import MixedSpace
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.locations.ends import End, EndGroup
-from shellmb.model.locations.nodes import Finder, shared_nodes
+from shellmb.model.locations.nodes import Finder, shared_nodes, values_at
 from shellmb.model.massless import Places
 from shellmb.model.shells.shell import ShellModel
 from shellmb.native.kernels import compiled
@@ -173,16 +173,9 @@ def _measures(body: MeshedBody, on: Any, who: str) -> list[ufl.Measure] | None:
 def _shares(body: MeshedBody, measures: list[ufl.Measure], wanted: Ints) -> Floats:
     """Integrals of the functions of some nodes, which their first dofs name; collective."""
     space = body.mixed.subspaces["u"]
-    owned = space.dofmap.index_map.size_local
-    total = np.zeros(owned)
+    total = np.zeros(space.dofmap.index_map.size_local)
     for measure in measures:
         vector = fem.assemble_vector(compiled(ufl.TestFunction(space)[0] * measure))
         vector.scatter_reverse(la.InsertMode.add)
-        total += vector.array.reshape(-1, 3)[:owned, 0]
-    first = body.mixed.nodal("u")[:owned, 0]
-    mine = body.mixed.space.dofmap.index_map.local_to_global(first), total
-    gathered = body.domain.mesh.comm.allgather(mine)
-    numbers = np.concatenate([part[0] for part in gathered])
-    order = np.argsort(numbers)
-    places = np.searchsorted(numbers[order], wanted)
-    return np.asarray(np.concatenate([part[1] for part in gathered])[order][places])
+        total += vector.array.reshape(-1, 3)[: len(total), 0]
+    return values_at(body, wanted, total)[0]

@@ -25,17 +25,7 @@ from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats, Ints
 from shellmb.errors import SceneError
-from shellmb.forms.constraints.volume import (
-    Cones,
-    Content,
-    MomentFreeCones,
-    Patch,
-    RotationAndCouple,
-    cone,
-    gas_energy,
-    patch,
-    slope,
-)
+from shellmb.forms.constraints import volume as forms
 from shellmb.forms.state import Layout
 from shellmb.forms.steps.discrete import gradient
 from shellmb.meshes.spaces import mixed_space
@@ -48,10 +38,9 @@ from shellmb.model.body import (
     PartScale,
     same_everywhere,
 )
-from shellmb.model.elements.lawvalues import LawValues
 from shellmb.model.joints.constraints import Constraints
 from shellmb.model.locations.nodes import said_point
-from shellmb.model.massless import NodeGroup, Scale
+from shellmb.model.massless import LawValues, NodeGroup, Scale
 from shellmb.model.potentials.exact import ExactEnergy
 from shellmb.model.shells.shell import ShellModel
 from shellmb.model.supports.prescribed import Prescribed
@@ -92,11 +81,11 @@ class ReferenceCones:
             self.rule = ufl.Measure("dx", domain, metadata=metadata)
         origin = fem.Constant(domain, np.array(item.origin, dtype=float))
         self.from_origin: Expr = ufl.SpatialCoordinate(domain) - origin
-        self._patch = Patch(self.from_origin, shell.surface.e1, shell.surface.e2)
+        self._patch = forms.Patch(self.from_origin, shell.surface.e1, shell.surface.e2)
 
     def volume(self) -> float:
         """Volume of the cones, positive where the director points away from the origin, m^3."""
-        form = compiled(cone(self._patch) * self.rule)
+        form = compiled(forms.cone(self._patch) * self.rule)
         return float(self._shell.mixed.space.mesh.comm.allreduce(fem.assemble_scalar(form)))
 
     def lids(self) -> tuple[Floats, Floats]:
@@ -110,7 +99,7 @@ class ReferenceCones:
         space = self._shell.mixed.subspaces["u"]
         test, surf = ufl.TestFunction(space), self._shell.surface
         work = ufl.dot(ufl.cross(surf.e1, surf.e2), test)
-        form = (slope(self._patch, patch(test, surf)) - work) * self.rule
+        form = (forms.slope(self._patch, forms.patch(test, surf)) - work) * self.rule
         vector = fem.assemble_vector(compiled(form))
         vector.scatter_reverse(la.InsertMode.add)
         count = space.dofmap.index_map.size_local
@@ -301,7 +290,7 @@ class Filling(NodeGroup):
             return None
         pressure, outside = self.constant(gas.pressure), self.constant(gas.outside)
         n = None if gas.exponent == 1 else self.constant(gas.exponent - 1)
-        return lambda e: gas_energy(e[0], pressure, n, outside)
+        return lambda e: forms.gas_energy(e[0], pressure, n, outside)
 
     @cached_property
     def _pressure(self) -> LawValues | None:
@@ -318,7 +307,7 @@ class Filling(NodeGroup):
         def content(q: Expr) -> Expr:
             return ufl.as_vector([self._size * (1 + self.layout.part(q, "v"))])
 
-        return (_held(self, Content(content), self.pressure, self.dx),)
+        return (_held(self, forms.Content(content), self.pressure, self.dx),)
 
     def values(self, q: Floats, multipliers: Floats) -> tuple[float, float]:
         """Volume, m^3, and pressure over that outside, Pa; collective.
@@ -385,18 +374,18 @@ class Enclosing(Body):
         """Less the volume of its cones."""
         cones, surf, part = self._cones, self._shell.surface, self._layout.part
         places = (
-            lambda q: patch(cones.from_origin + part(q, "u"), surf),
-            lambda q: patch(part(q, "u"), surf),
+            lambda q: forms.patch(cones.from_origin + part(q, "u"), surf),
+            lambda q: forms.patch(part(q, "u"), surf),
         )
         if self._length is None:
-            law = Cones(*places, self._sign)
+            law = forms.Cones(*places, self._sign)
         else:
             length = self._length
 
-            def motion(q: Expr) -> RotationAndCouple:
-                return RotationAndCouple(part(q, "rotation"), length * part(q, "couple"))
+            def motion(q: Expr) -> forms.RotationAndCouple:
+                return forms.RotationAndCouple(part(q, "rotation"), length * part(q, "couple"))
 
-            law = MomentFreeCones(*places, self._sign, motion, length)
+            law = forms.MomentFreeCones(*places, self._sign, motion, length)
         return (_held(self, law, self._pressure, cones.rule),)
 
 

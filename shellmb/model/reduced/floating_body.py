@@ -18,7 +18,7 @@ axes and forces `F_k` on the amplitudes, linear in these.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 
 from mpi4py import MPI
@@ -81,19 +81,16 @@ class Modes(NodeGroup):
     Args:
         comm: Communicator.
         data: The body.
+        frame: Its floating frame as a place.
     """
 
-    def __init__(self, comm: MPI.Comm, data: ModalBody) -> None:
-        self.data, name = data, f"modes of {data.name}"
+    def __init__(self, comm: MPI.Comm, data: ModalBody, frame: End) -> None:
+        self.comm, self.data, self.frame, name = comm, data, frame, f"modes of {data.name}"
         title = PartScale("eta", f"modes of '{data.name}'", data.length, ADVICE)
         super().__init__(name, comm, 1, own={"eta": data.count}, parts=(title,))
         self.kinematic = self.jump_parts = frozenset({"eta"})
         self._k = self.per_item(data.stiffness[None], "stiffness")
         self.damping = modal_damping(self.layout, self.nodes, data.damping)
-
-    def amplitudes(self, q: Expr) -> list[Expr]:
-        """The amplitudes of a state, m."""
-        return amplitudes(self.layout, q)
 
     @cached_property
     def elastic(self) -> tuple[Elastic, ...]:
@@ -101,51 +98,25 @@ class Modes(NodeGroup):
         n, k = self.data.count, self._k
         numbers = [k] if n == 1 else [k[i] for i in range(n)]
         C = ufl.as_matrix([[k if i == j else 0 for j in range(n)] for i, k in enumerate(numbers)])
-        strain = linear(lambda q: ufl.as_vector(self.amplitudes(q)))
+        strain = linear(lambda q: ufl.as_vector(amplitudes(self.layout, q)))
         return (SeparateRows(Stiffness(C), self.layout, strain, lambda d: d[0] * self.dx),)
 
+    def shared(
+        self, count: int, parts: Sequence[str], others: Sequence[End] = ()
+    ) -> Mapping[str, Targets]:
+        """Unknowns of the body, and of places connected to it, that a group has.
 
-@dataclass(frozen=True)
-class Reduced:
-    """A reduced body in the system.
-
-    Args:
-        modes: Its amplitudes.
-        frame: Its floating frame as a place.
-    """
-
-    modes: Modes
-    frame: End
-
-    @property
-    def data(self) -> ModalBody:
-        """Data of the body."""
-        return self.modes.data
-
-    @property
-    def comm(self) -> MPI.Comm:
-        """Communicator of the mesh."""
-        return self.modes.mixed.space.mesh.comm
-
-
-def frame_targets(
-    body: Reduced, count: int, parts: Sequence[str], others: Sequence[End] = ()
-) -> Mapping[str, Targets]:
-    """Unknowns of a reduced body, and of places connected to it, that a group has.
-
-    Args:
-        body: The body.
-        count: Number of items of the group.
-        parts: What it has besides the amplitudes "eta": perhaps "u1" and "w1" of the floating
-            frame, and "u2" and "w2" of other places.
-        others: The other places, one for each item.
-    """
-    modes = body.modes
-    found = {"eta": ([modes.name] * count, np.tile(modes.numbers("eta"), (count, 1)))}
-    for part in parts:
-        ends = others if part[1] == "2" else [body.frame] * count
-        found[part] = [end.body for end in ends], np.array([end.dofs[part[0]] for end in ends])
-    return found
+        Args:
+            count: Number of items of the group.
+            parts: What it has besides the amplitudes "eta": perhaps "u1" and "w1" of the floating
+                frame, and "u2" and "w2" of other places.
+            others: The other places, one for each item.
+        """
+        found = {"eta": ([self.name] * count, np.tile(self.numbers("eta"), (count, 1)))}
+        for part in parts:
+            ends = others if part[1] == "2" else [self.frame] * count
+            found[part] = [end.body for end in ends], np.array([end.dofs[part[0]] for end in ends])
+        return found
 
 
 class OnFrame(ConstraintGroup):
@@ -154,7 +125,7 @@ class OnFrame(ConstraintGroup):
     Args:
         title: What its name begins with.
         body: The body.
-        shared: What it has of frame and other places, as of `frame_targets`.
+        shared: What it has of frame and other places, as of `Modes.shared`.
         count: Number of constraints of each item.
         table: Coefficients, one row for each item.
         scale: Communicator and sizes.
@@ -165,7 +136,7 @@ class OnFrame(ConstraintGroup):
     def __init__(
         self,
         title: str,
-        body: Reduced,
+        body: Modes,
         shared: Sequence[str],
         count: int,
         table: Floats,
@@ -181,7 +152,7 @@ class OnFrame(ConstraintGroup):
             count,
             self._violation,
             *scale.of(count, self.directions),
-            targets=frame_targets(body, items, shared, others),
+            targets=body.shared(items, shared, others),
             own=own,
         )
         self.table = self.per_item(table, "coefficients")
@@ -208,7 +179,7 @@ class OnArms(OnFrame):
     def __init__(
         self,
         title: str,
-        body: Reduced,
+        body: Modes,
         shared: Sequence[str],
         table: Floats,
         scale: Scale,
@@ -223,7 +194,7 @@ class OnArms(OnFrame):
 class InertiaPoints(OnArms):
     """Points with mass at places that modes and frame tell: the inertia of the modes."""
 
-    def __init__(self, body: Reduced, scale: Scale) -> None:
+    def __init__(self, body: Modes, scale: Scale) -> None:
         data = body.data
         table = np.concatenate(
             [data.points.reshape(len(data.mass), -1), data.mass[:, None], data.coupling], axis=1
@@ -281,7 +252,7 @@ class Interfaces(OnFrame):
 
     directions = (3, 4, 5)
 
-    def __init__(self, body: Reduced, others: Sequence[End], scale: Scale) -> None:
+    def __init__(self, body: Modes, others: Sequence[End], scale: Scale) -> None:
         rows = []
         for end, item in zip(others, body.data.interfaces, strict=True):
             turned = [item.shift.ravel(), item.turn.ravel(), end.node - body.frame.node]
@@ -308,7 +279,7 @@ class Interfaces(OnFrame):
 class LoadPoints(OnArms):
     """Points that loads which keep their directions act on."""
 
-    def __init__(self, body: Reduced, scale: Scale) -> None:
+    def __init__(self, body: Modes, scale: Scale) -> None:
         self._data = body.data.points_loaded
         self.arms = np.array([item.arm for item in self._data])
         rows = np.array([[*p.shape.ravel(), *p.arm, p.share] for p in self._data])
@@ -338,11 +309,11 @@ class FrameLoads(NodeGroup):
         body: The body.
     """
 
-    def __init__(self, body: Reduced) -> None:
+    def __init__(self, body: Modes) -> None:
         data = body.data
         self._data = data.follower_loads
         count = len(self._data)
-        targets = frame_targets(body, count, ("u1", "w1"))
+        targets = body.shared(count, ("u1", "w1"))
         super().__init__(f"turning loads of {data.name}", body.comm, count, targets)
         tables = np.array([item.table.ravel() for item in self._data])
         self._table, self._columns = self.per_item(tables, "forces"), 1 + data.count
@@ -364,10 +335,8 @@ class FrameLoads(NodeGroup):
 
     def loads(self) -> LoadFactors:
         """The loads with factors of their own."""
-        values = [np.append(1.0 if p.along is None else 0.0, _or_zero(p.along)) for p in self._data]
+        # of what turns with the body the force itself, of moments their products
+        one = np.eye(10)[0]
+        values = [one if p.along is None else np.append(0.0, p.along) for p in self._data]
         times = [item.time for item in self._data]
         return NodeLoads(self.nodes, np.array(values), times, self._work)
-
-
-def _or_zero(along: Floats | None) -> Floats:
-    return np.zeros(9) if along is None else along

@@ -31,7 +31,7 @@ from dolfinx import fem
 from ufl import Form
 from ufl.core.expr import Expr
 
-from shellmb.arrays import Floats, Ints
+from shellmb.arrays import Floats
 from shellmb.forms.constraints.joints import Place
 from shellmb.forms.floating import modal as forms
 from shellmb.forms.frame import vectors
@@ -42,6 +42,7 @@ from shellmb.meshes.spaces import MixedSpace, constant_space
 from shellmb.model.body import Body, Rates, same_everywhere
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.frames.rigid import RigidBodies
+from shellmb.model.locations.nodes import values_at
 from shellmb.model.massless import Scale, Targets
 from shellmb.model.potentials.points import Points, points_on
 from shellmb.model.reduced.data import Member, ModalBody, amplitudes
@@ -51,22 +52,7 @@ from shellmb.model.reduced.floating_body import (
     Interfaces,
     LoadPoints,
     Modes,
-    Reduced,
-    frame_targets,
 )
-
-
-def _gathered(member: Member, wanted: Ints) -> tuple[Floats, Floats]:
-    """Shapes at nodes that their first dofs name, on all ranks; collective."""
-    body: Any = member.body
-    owned = body.mixed.subspaces["u"].dofmap.index_map.size_local
-    first = body.mixed.nodal("u")[:owned, 0]
-    numbers = body.mixed.space.dofmap.index_map.local_to_global(first)
-    parts = body.domain.mesh.comm.allgather((numbers, member.u[:owned], member.w[:owned]))
-    every, u, w = (np.concatenate([part[k] for part in parts]) for k in range(3))
-    order = np.argsort(every)
-    here = order[np.searchsorted(every[order], wanted)]
-    return u[here], w[here]
 
 
 @dataclass(frozen=True)
@@ -79,7 +65,7 @@ class ModalPoints(Points):
         w: Changes of the directors by the modes, shape (n, m, 3, K), 1/m.
     """
 
-    body: Reduced
+    body: Modes
     u: Floats
     w: Floats
 
@@ -88,25 +74,6 @@ class ModalPoints(Points):
     def bound(self, turns: bool) -> ModalPlaces:
         """The points at nodes of a group."""
         return ModalPlaces(self, turns)
-
-
-def reduced_points(body: Reduced, member: str, on: Any, who: str) -> ModalPoints:
-    """Points of one of the shells and beams of a reduced body; collective.
-
-    Args:
-        body: The body.
-        member: Name of the shell or beam.
-        on: Where on it, as of a contact.
-        who: Who asks, for the error.
-
-    Raises:
-        SceneError: If there is no such place.
-    """
-    kept = body.data.members[member]
-    found = points_on(kept.body, on, who)
-    u, w = _gathered(kept, np.array([end.dofs["u"][0] for end in found.ends]))
-    ends = [replace(end, owner=body.data.name) for end in found.ends]
-    return ModalPoints(ends, found.weights, body, u, w, segments=found.segments)
 
 
 class ModalPlaces:
@@ -136,7 +103,7 @@ class ModalPlaces:
     @property
     def targets(self) -> Mapping[str, Targets]:
         """Unknowns of frame and modes."""
-        return frame_targets(self._points.body, len(self._rows), ("u1", "w1"))
+        return self._points.body.shared(len(self._rows), ("u1", "w1"))
 
     def place(self, q: Expr, layout: Layout) -> Place:
         """The points and their directors at a state."""
@@ -179,13 +146,13 @@ class ModalTerms(Body):
         center: Where its frame is at rest, shape (3,), m.
     """
 
-    def __init__(self, body: Reduced, member: Member) -> None:
+    def __init__(self, body: Modes, member: Member) -> None:
         self._of, frame = member.body, body.frame
         self.of, self.center = body.data.name, frame.node
         space = self._of.mixed.space
         mixed = constant_space(space.mesh, {"eta": body.data.count, "u1": 3, "w1": 9})
         targets: dict[str, tuple[str, Any]] = {
-            "eta": (body.modes.name, body.modes.numbers("eta")[0]),
+            "eta": (body.name, body.numbers("eta")[0]),
             "u1": (frame.body, frame.dofs["u"]),
             "w1": (frame.body, frame.dofs["w"]),
         }
@@ -251,8 +218,8 @@ def modal_bodies(
     ends = rigid.ends()
     found: list[Body] = []
     for kept in data:
-        body = Reduced(Modes(scale.comm, kept), ends[kept.name])
-        found.append(body.modes)
+        body = Modes(scale.comm, kept, ends[kept.name])
+        found.append(body)
         if dynamic:
             found.append(InertiaPoints(body, scale))
         if kept.points_loaded:
@@ -266,20 +233,22 @@ def modal_bodies(
     return found
 
 
-def modal_points(bodies: Sequence[Body], rigid: RigidBodies | None) -> dict[str, ModalPoints]:
+def modal_points(bodies: Sequence[Body]) -> dict[str, ModalPoints]:
     """Points of reduced bodies by the names of potentials and contacts there; collective.
 
     Args:
         bodies: The bodies of the system.
-        rigid: All frames.
 
     Raises:
         SceneError: If there is no such place.
     """
     found: dict[str, ModalPoints] = {}
-    for modes in (body for body in bodies if isinstance(body, Modes)):
-        assert rigid is not None
-        body = Reduced(modes, rigid.ends()[modes.data.name])
-        for name, (member, on, who) in modes.data.touched.items():
-            found[name] = reduced_points(body, member, on, who)
+    for body in (body for body in bodies if isinstance(body, Modes)):
+        for name, (member, on, who) in body.data.touched.items():
+            kept = body.data.members[member]
+            points = points_on(kept.body, on, who)
+            numbers = np.array([end.dofs["u"][0] for end in points.ends])
+            u, w = values_at(kept.body, numbers, kept.u, kept.w)
+            ends = [replace(end, owner=body.data.name) for end in points.ends]
+            found[name] = ModalPoints(ends, points.weights, body, u, w, segments=points.segments)
     return found

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from functools import cached_property, partial, reduce
+from functools import cached_property, reduce
 from operator import add
 from typing import Any, NamedTuple
 
@@ -25,7 +25,7 @@ from shellmb.forms.steps.path import Rows, moment_of
 from shellmb.forms.steps.relaxation import Branch
 from shellmb.meshes.shared import space_on
 from shellmb.model.body import Term
-from shellmb.model.sections.strains import path_terms
+from shellmb.model.sections.strains import Integrate, path_terms
 from shellmb.model.sections.strains import together as joined
 from shellmb.native.expressions import compiled_expression
 from shellmb.native.kernels import compiled
@@ -44,7 +44,7 @@ class Resisting(NamedTuple):
 
     section: Resistance
     strain: Measure
-    integrate: Callable[[Sequence[Expr]], Form]
+    integrate: Integrate
 
 
 class StrainDamping:
@@ -72,37 +72,27 @@ class StrainDamping:
         """Forces in the rows of a step, with their derivatives."""
         terms = []
         for section, strain, integrate in self._parts:
+
+            def over_time(densities: Sequence[Expr], on: Integrate = integrate) -> Form:
+                return on([density / along.dt for density in densities])
+
             common = section, self._layout, strain
-            over_time = partial(_over_time, integrate, along.dt)
             terms.append(path_terms(*common, along.rows, tests, trial, over_time))
         return reduce(joined, terms)
 
     def work(self, along: Straining) -> Form:
         """Work over the step, eq. (D2); never positive."""
-        return reduce(add, (_work(part, self._layout, along) for part in self._parts))
+        layout, dt = self._layout, along.dt
+        works = (
+            on([-density / dt for density in taken(section, layout, strain, along)])
+            for section, strain, on in self._parts
+        )
+        return reduce(add, works)
 
     def at(self, q: Expr, v: Expr, dq: Expr) -> Form:
         """Virtual work of the forces at a state with a velocity."""
         layout = self._layout
         return reduce(add, (on(at_state(s, layout, e, q, v, dq)) for s, e, on in self._parts))
-
-
-def _work(part: Resisting, layout: Layout, along: Straining) -> Form:
-    densities = taken(part.section, layout, part.strain, along)
-    return part.integrate([-density / along.dt for density in densities])
-
-
-def _over_time(
-    integrate: Callable[[Sequence[Expr]], Form], dt: Expr, densities: Sequence[Expr]
-) -> Form:
-    """Integral of densities over a time.
-
-    Args:
-        integrate: Their integral over the body.
-        dt: The time.
-        densities: The densities.
-    """
-    return integrate([density / dt for density in densities])
 
 
 def slowing(section: Section | BeamSection, mesh: Any) -> fem.Constant | None:
@@ -392,11 +382,8 @@ class _Group:
 
     def _solved(self) -> tuple[Floats, Floats, Floats, Floats]:
         """Mean, first moment, bow and change of the springs' strains over the step just solved."""
-        if self._found is None:
-            self._found = self._of_step()
-        return self._found
-
-    def _of_step(self) -> tuple[Floats, Floats, Floats, Floats]:
+        if self._found is not None:
+            return self._found
         found = [
             self._scattered(
                 np.asarray(change.eval(self._domain, self._cells)).reshape(self._dofs.shape)
@@ -408,7 +395,8 @@ class _Group:
         both = np.array([m @ g for m, g in zip(self._steps, given, strict=True)])
         ratios = (self._dt / self._times)[:, None]
         mean, moment = both[:, 0], both[:, 1]
-        return mean, moment, bow - ratios / 3 * moment, first - ratios * mean
+        self._found = mean, moment, bow - ratios / 3 * moment, first - ratios * mean
+        return self._found
 
     def change(self) -> Floats:
         return self._solved()[3]

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import partial
 from typing import Any, Literal, NamedTuple
 
 from mpi4py import MPI
@@ -31,7 +31,7 @@ from shellmb.forms.steps.mixed import Formulation, LinearMixed, LinearOwn
 from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed, Quadratic
 from shellmb.forms.tying import Tying
 from shellmb.meshes.shared import space_on
-from shellmb.meshes.tying import cell_squares, shell_forces
+from shellmb.meshes.tying import cell_squares, coordinate_element, shell_forces
 from shellmb.model.rank_consistency import alike
 from shellmb.model.user_forms import resists_all, written
 from shellmb.native.kernels import compiled
@@ -63,7 +63,7 @@ def quadrature_rules(domain: mesh.Mesh, degree: int) -> Rules:
     """
     cell = domain.basix_cell()
     taken = [custom(r.points, r.weights) for r in shell_forces(cell, degree).rules]
-    if cell == basix.CellType.triangle:
+    if cell == CellType.triangle:
         points = basix.create_element(basix.ElementFamily.P, cell, 2).points
         full, nodes = {"quadrature_degree": 4}, custom(points, np.full(6, 1 / 12))
     else:
@@ -188,13 +188,9 @@ class SectionFields:
         total = comm.allreduce(float(values[:local].sum()))
         return float(total / comm.allreduce(local))
 
-    @cached_property
-    def _quads(self) -> bool:
-        return bool(self._domain.basix_cell() == basix.CellType.quadrilateral)
-
     def _element(self, rule: Rule, size: int) -> Any:
         cell, shape = self._domain.basix_cell(), (size,) if size > 1 else ()
-        if not self._quads:
+        if cell != CellType.quadrilateral:
             return basix.ufl.element("DG", cell, 0, shape=shape)
         nodes = rule == "nodes"
         variant = basix.LagrangeVariant.gll_warped if nodes else basix.LagrangeVariant.gl_warped
@@ -214,27 +210,19 @@ class SectionFields:
 
         Of a section that does not vary that of no point.
         """
-        found = self._given_at(rule)
-        return found.at_rest if self._at_rest else found
-
-    def _given_at(self, rule: Rule) -> Layup:
-        if not self._section.functions:
-            return self._section.generic
-        if rule not in self._layups:
+        if self._section.functions and rule not in self._layups:
             x = np.moveaxis(self._points(rule), -1, 0)
             with alike(self._domain.comm):
                 self._layups[rule] = self._section.at(x, self._who)
-        return self._layups[rule]
+        found = self._layups.get(rule, self._section.generic)
+        return found.at_rest if self._at_rest else found
 
     def _points(self, rule: Rule) -> Floats:
         """Positions of the points of a rule, shape (elements, points, 3)."""
         points = self._element(rule, 1).basix_element.points
         middle = basix.geometry(self._domain.basix_cell()).mean(axis=0)
         inside = points + INTO * (middle - points)
-        coordinates = self._domain.ufl_domain()
-        assert coordinates is not None
-        element = coordinates.ufl_coordinate_element().sub_elements[0]
-        shapes = element.basix_element.tabulate(0, inside)[0, :, :, 0]
+        shapes = coordinate_element(self._domain).tabulate(0, inside)[0, :, :, 0]
         corners = self._domain.geometry.x[self._domain.geometry.dofmaps[0]]
         return np.asarray(np.einsum("pd,cdx->cpx", shapes, corners))
 
@@ -354,7 +342,7 @@ def _bind_linear(
 ) -> BoundSection:
     fields = SectionFields(shell, domain, at_rest)
     if like is None:
-        membrane, shear = fields.largest(_membrane), fields.largest(_shear)
+        membrane, shear = (fields.largest(partial(_largest, name)) for name in ("A", "G"))
     else:
         membrane, shear = like.sizes.stiffness, float(like.force.value)
     N0, force = _constant(domain, membrane), _constant(domain, shear)
@@ -379,14 +367,9 @@ def _bind_linear(
     return BoundSection(own, force, sizes)
 
 
-def _membrane(at: Layup) -> Floats:
-    """Largest membrane stiffness, shape (...)."""
-    return np.asarray(np.diagonal(at.A, axis1=-2, axis2=-1).max(axis=-1))
-
-
-def _shear(at: Layup) -> Floats:
-    """Largest shear stiffness, shape (...)."""
-    return np.asarray(np.diagonal(at.G, axis1=-2, axis2=-1).max(axis=-1))
+def _largest(name: str, at: Layup) -> Floats:
+    """Largest membrane or shear stiffness, shape (...)."""
+    return np.asarray(np.diagonal(getattr(at, name), axis1=-2, axis2=-1).max(axis=-1))
 
 
 def _share(domain: mesh.Mesh, thickness: float | Floats) -> Expr:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,7 +16,7 @@ from shellmb.forms.steps.general_hyperelastic import GeneralPath
 from shellmb.forms.steps.general_strains import ExactInterval, GeneralStrain
 from shellmb.forms.steps.mixed import Interval
 from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed
-from shellmb.forms.steps.path import Points, Rows, Step, Stress, moment_of
+from shellmb.forms.steps.path import Rows, Step, Stress, moment_of
 from shellmb.forms.steps.stress_work import (
     MixedSection,
     general_stresses,
@@ -51,98 +51,25 @@ def path_terms(
         integrate: Integral of densities, one for each quadrature rule.
     """
     common = section, layout, strain, rows.states[: rows.moving]
-    residual = _stress_work(*common, rows.stresses, tuple(tests), integrate)
+
+    def work(stresses: Sequence[Stress], tests: Sequence[Expr]) -> Form:
+        return integrate(summed(stress_work(*common, s, tests) for s in stresses))
+
     alone = tuple(
-        _stress_work(*common, [s.in_row(k) for s in rows.stresses], (_single(trial),), integrate)
+        work([s.in_row(k) for s in rows.stresses], [_single(trial)])
         for k in range(len(rows.numbers))
     )
-    return Term(residual, rows.numbers, alone)
+    return Term(work(rows.stresses, tests), rows.numbers, alone)
 
 
-def _stress_work(
-    section: MixedSection,
-    layout: Layout,
-    strain: Measure,
-    states: Sequence[Expr],
-    stresses: Sequence[Stress],
-    tests: Sequence[Expr],
-    integrate: Callable[[list[Expr]], Form],
-) -> Form:
-    """Work of some stresses, with what remains of their compatibility."""
-    works = [stress_work(section, layout, strain, states, s, tests) for s in stresses]
-    return integrate([sum(densities) for densities in zip(*works, strict=True)])
+def summed(works: Iterable[Sequence[Expr]]) -> list[Expr]:
+    """Densities of several works added up, rule by rule."""
+    return [sum(densities) for densities in zip(*works, strict=True)]
 
 
 def _single(trial: Any) -> Expr:
     """Virtual displacement of a single row."""
     return ufl.TestFunction(trial.ufl_function_space())
-
-
-def point_terms(
-    section: NonlinearPath,
-    points: Points,
-    tests: Sequence[Expr],
-    trial: Expr,
-    integrate: Callable[[list[Expr]], Form],
-) -> Term:
-    """Terms of a nonlinear section, at Gauss' points in time; arguments as of `path_terms`."""
-    residual, dq = integrate(section.work(tests)), _single(trial)
-    alone = [integrate(section.simple_work(k, dq)) for k in (0, 1)]
-    if points.dissipates:
-        residual += integrate(section.damping([points.damping], tests))
-        for k in (0, 1):
-            alone[k] += integrate(section.damping([points.damping.in_row(k)], [dq]))
-    return Term(residual, (0, 1), tuple(alone))
-
-
-def general_terms(
-    section: MixedSection,
-    layout: Layout,
-    strain: Measure,
-    product: Callable[[Expr, Expr], Expr],
-    step: Step,
-    tests: Sequence[Expr],
-    trial: Any,
-    integrate: Callable[[list[Expr]], Form],
-) -> Term:
-    """Terms of a linear section with strains of any form; derivatives are those without the rest.
-
-    Args:
-        section: Its mixed form.
-        layout: Parts of the state.
-        strain: Its strains.
-        product: Product of two states, as of `GeneralStrain.rest`.
-        step: The step.
-        tests: Virtual displacement of each row.
-        trial: Trial function of the space of an unknown state.
-        integrate: Integral of densities, one for each quadrature rule.
-    """
-    held, alpha = (step.path.end, step.path.end_velocity), step.path.alpha
-    along = GeneralStrain(strain, step.states, step.whole.places)
-    common = section, layout, along, held, alpha
-    first = [pair[0] for pair in general_stresses(*common)]
-    residual = integrate([along.rest(stress, product, tests[0]) for stress in first])
-    for row, dq in zip(step.whole.rows, tests, strict=True):
-        residual += integrate(general_work(*common, row, dq))
-    rows = step.whole.rows
-    alone = tuple(integrate(general_work(*common, row, _single(trial))) for row in rows)
-    return Term(residual, step.rows.numbers, alone)
-
-
-def hyperelastic_terms(
-    along: GeneralPath,
-    product: Callable[[Expr, Expr], Expr],
-    step: Step,
-    tests: Sequence[Expr],
-    trial: Any,
-    integrate: Callable[[list[Expr]], Form],
-) -> Term:
-    """Forces of a hyperelastic section with strains of any form; as `general_terms`."""
-    residual = integrate(along.rest(product, tests[0]))
-    for row, dq in zip(step.whole.rows, tests, strict=True):
-        residual += integrate(along.work(row, dq))
-    alone = tuple(integrate(along.simple_work(row, _single(trial))) for row in step.whole.rows)
-    return Term(residual, step.rows.numbers, alone)
 
 
 def together(a: Term, b: Term) -> Term:
@@ -197,8 +124,8 @@ Integrate = Callable[[Sequence[Expr]], Form]
 
 
 @dataclass(frozen=True)
-class Strains(Elastic):
-    """Quadratic strains with a linear section in mixed form.
+class SectionStrains(Elastic):
+    """Strains with a section in mixed form: what all of them have in common.
 
     Args:
         section: The section.
@@ -228,16 +155,6 @@ class Strains(Elastic):
         """Virtual work of a sub-interval, eqs. (20)-(22), (32)."""
         return self.integrate(interval_work(*self._common, span, dq))
 
-    def interval_term(self, sub: SubInterval, dq: Expr, trial: Expr) -> Term | None:
-        """Virtual work with its derivatives; None where the states are no functions."""
-        if sub.rows is None:
-            return None
-        return path_terms(*self._common, sub.rows, [dq], trial, self.integrate)
-
-    def path_term(self, step: Step, tests: Sequence[Expr], trial: Expr) -> Term | None:
-        """Virtual work of both rows of a step that is quadratic in time, eq. (Q2)."""
-        return path_terms(*self._common, step.rows, tests, trial, self.integrate)
-
     def bow(self, step: Step, held: Expr) -> Form:
         """Energy `bow.C bow/2` of the bow over a step, eq. (Q5); arguments as of `Elastic`."""
         e = self._bow_of(step)
@@ -257,25 +174,33 @@ class Strains(Elastic):
 
 
 @dataclass(frozen=True)
-class SeparateRows(Strains):
-    """Strains whose forces are written row by row of a step, by what reports them."""
+class Strains(SectionStrains):
+    """Quadratic strains with a linear section in mixed form."""
 
     def interval_term(self, sub: SubInterval, dq: Expr, trial: Expr) -> Term | None:
-        """None: the work is `interval`."""
-        return None
+        """Virtual work with its derivatives; None where the states are no functions."""
+        if sub.rows is None:
+            return None
+        return path_terms(*self._common, sub.rows, [dq], trial, self.integrate)
 
     def path_term(self, step: Step, tests: Sequence[Expr], trial: Expr) -> Term | None:
-        """None: the work is `row`."""
-        return None
-
-    def row(self, step: Step, k: int, dq: Expr) -> Form:
-        """Virtual work in one row of a step that is quadratic in time, eq. (Q2)."""
-        stresses = [s.in_row(k) for s in step.rows.stresses]
-        return _stress_work(*self._common, step.rows.states, stresses, (dq,), self.integrate)
+        """Virtual work of both rows of a step that is quadratic in time, eq. (Q2)."""
+        return path_terms(*self._common, step.rows, tests, trial, self.integrate)
 
 
 @dataclass(frozen=True)
-class GeneralStrains(Strains):
+class SeparateRows(SectionStrains):
+    """Strains whose forces are written row by row of a step, by what reports them."""
+
+    def row(self, step: Step, k: int, dq: Expr) -> Form:
+        """Virtual work in one row of a step that is quadratic in time, eq. (Q2)."""
+        common = *self._common, step.rows.states
+        works = (stress_work(*common, s.in_row(k), (dq,)) for s in step.rows.stresses)
+        return self.integrate(summed(works))
+
+
+@dataclass(frozen=True)
+class GeneralStrains(SectionStrains):
     """Strains that are not quadratic in the state, with a linear section.
 
     Args:
@@ -290,13 +215,19 @@ class GeneralStrains(Strains):
         """Virtual work of a sub-interval, made exact along the change of the strains."""
         return self.integrate(interval_work(*self._common, span, dq, ExactInterval(self.weight)))
 
-    def interval_term(self, sub: SubInterval, dq: Expr, trial: Expr) -> Term | None:
-        """None: kernels at mean and chord are those of quadratic strains."""
-        return None
-
     def path_term(self, step: Step, tests: Sequence[Expr], trial: Expr) -> Term:
-        """Virtual work of both rows of a step, made exact along its chord."""
-        return general_terms(*self._common, self.product, step, tests, trial, self.integrate)
+        """Virtual work of both rows of a step, made exact along its chord.
+
+        Derivatives are those without what makes it so.
+        """
+        held, alpha = (step.path.end, step.path.end_velocity), step.path.alpha
+        along, rows, on = self._over(step, step.states), step.whole.rows, self.integrate
+        common = self.section, self.layout, along, held, alpha
+        residual = on([along.rest(s, self.product, tests[0]) for s, _ in general_stresses(*common)])
+        for row, dq in zip(rows, tests, strict=True):
+            residual += on(general_work(*common, row, dq))
+        alone = (on(general_work(*common, row, _single(trial))) for row in rows)
+        return Term(residual, step.rows.numbers, tuple(alone))
 
     def _over(self, step: Step, states: Sequence[Expr]) -> GeneralStrain:
         return GeneralStrain(self.strain, states, step.whole.places)
@@ -311,7 +242,7 @@ class GeneralStrains(Strains):
 
 
 @dataclass(frozen=True)
-class HyperelasticStrains(Strains):
+class HyperelasticStrains(SectionStrains):
     """Strains with any energy density, the membrane and shear strains as assumed ones.
 
     Args:
@@ -330,10 +261,6 @@ class HyperelasticStrains(Strains):
         acting = at_middle if self.quadratic else ExactInterval(self.weight)
         return self.integrate(self.section.virtual_work(self.strain, self.layout, span, dq, acting))
 
-    def interval_term(self, sub: SubInterval, dq: Expr, trial: Expr) -> Term | None:
-        """None: kernels at mean and chord are those of linear sections."""
-        return None
-
     def _over(self, step: Step) -> NonlinearPath:
         return NonlinearPath(self.section, self.layout, self.strain, step)
 
@@ -342,10 +269,24 @@ class HyperelasticStrains(Strains):
 
     def path_term(self, step: Step, tests: Sequence[Expr], trial: Expr) -> Term:
         """Virtual work of both rows of a step."""
+        rows, dq = step.whole.rows, _single(trial)
         if self.quadratic:
-            return point_terms(self._over(step), step.points, tests, trial, self.integrate)
-        along = self._general(step, step.states)
-        return hyperelastic_terms(along, self.product, step, tests, trial, self.integrate)
+            return self._at_points(step, tests, dq)
+        along, on = self._general(step, step.states), self.integrate
+        residual = on(along.rest(self.product, tests[0]))
+        for row, test in zip(rows, tests, strict=True):
+            residual += on(along.work(row, test))
+        return Term(residual, step.rows.numbers, tuple(on(along.simple_work(r, dq)) for r in rows))
+
+    def _at_points(self, step: Step, tests: Sequence[Expr], dq: Expr) -> Term:
+        """Work at Gauss' points in time; `dq`: virtual displacement of a single row."""
+        section, points, on = self._over(step), step.points, self.integrate
+        residual, alone = on(section.work(tests)), [on(section.simple_work(k, dq)) for k in (0, 1)]
+        if points.dissipates:
+            residual += on(section.damping([points.damping], tests))
+            for k in (0, 1):
+                alone[k] += on(section.damping([points.damping.in_row(k)], [dq]))
+        return Term(residual, (0, 1), tuple(alone))
 
     def bow(self, step: Step, held: Expr) -> Form:
         """Energy of the bow with the stiffness at the start."""

@@ -1,9 +1,8 @@
 """A shell bound to mesh, space, section, rules of its integrals, and kinematics."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property, partial
-from typing import Any
 
 from mpi4py import MPI
 
@@ -17,7 +16,6 @@ from shellmb.forms import shell as shell_forms
 from shellmb.forms.measure import Measure, measure
 from shellmb.forms.shell import ShellStrains
 from shellmb.forms.state import Layout
-from shellmb.forms.steps.mixed import LinearMixed, LinearOwn, assumed
 from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed
 from shellmb.forms.surface import Surface, surface
 from shellmb.forms.tying import Tying, tying
@@ -27,9 +25,9 @@ from shellmb.meshes.shared import space_on
 from shellmb.meshes.spaces import NO_PARTS, shell_space
 from shellmb.meshes.tying import cell_bows, cell_directions, cell_squares, shell_forces
 from shellmb.model.body import MassiveBody, PartScale
-from shellmb.model.frames.frame import DirectorConstraint, FloatingFrame, directors_held
+from shellmb.model.frames.frame import FloatingFrame, directors_held
 from shellmb.model.sections.branches import slowing
-from shellmb.model.sections.natural import Distributed, NaturalStress
+from shellmb.model.sections.natural import Distributed
 from shellmb.model.sections.section import (
     bind_mass,
     bind_section,
@@ -38,8 +36,7 @@ from shellmb.model.sections.section import (
     quadrature_rules,
 )
 from shellmb.model.sections.strains import Integrate
-from shellmb.model.shells.compatible import forces_of
-from shellmb.model.shells.positions import direction_1, field_of
+from shellmb.model.shells.positions import direction_1
 from shellmb.model.user_forms import components
 from shellmb.scene import Shell
 from shellmb.scene.loads.loads import Gravity
@@ -77,7 +74,9 @@ class DiscreteShell(MassiveBody):
         loads: Sequence[Distributed],
         dynamic: bool,
     ) -> None:
-        self.shell, self.surface_mesh, domain = shell, surface_mesh, surface_mesh.mesh
+        self.shell = self.described = shell
+        self.surface_mesh = self.domain = surface_mesh
+        domain = surface_mesh.mesh
         own = has_own_strains(shell, domain)
         super().__init__(shell.name, shell_space(domain, shell.degree, own, self.everywhere))
         self.director = reference_director(
@@ -89,6 +88,10 @@ class DiscreteShell(MassiveBody):
         self.layout = Layout(self.mixed.parts, maps)
         self.rules = quadrature_rules(domain, shell.degree)
         self._ds = self._edge_measure(domain)
+        # integral of densities, by rule
+        self.integrate: Integrate = partial(over_surface, self.rules)
+        # the constraint of the director as numbers
+        self.held = directors_held(shell_forms.director_constraint, 1)
         self.section = bind_section(shell, domain, maps, at_rest=not dynamic)
         if not isinstance(self.section.formulation, NonlinearMixed):
             self.mixed = replace(self.mixed, stresses=self.mixed.elementwise)
@@ -100,9 +103,13 @@ class DiscreteShell(MassiveBody):
         every = replace(shell, rotary_inertia=True, eccentric_inertia=True)
         self.mass_of_section = bind_mass(every, domain) if weighed else None
         self.mass = bind_mass(shell, domain) if dynamic else None
+        # whether the rotation of the director has inertia, or nothing has
+        self._turns = self.mass is None or self.mass.I is not None
+        self.inertialess = not self._turns
         self._loads, self.slowing = loads, slowing(shell.section, domain)
         self.kinematic = frozenset({"u", "w"})
         # set where joints tie the shell's velocities to those of other bodies
+        self.extent = "thickness", self.section.sizes.thickness
         self.slenderness = slenderness = self.section.sizes.thickness / surface_mesh.length
         label = f"of shell '{shell.name}'"
         scales = {
@@ -115,21 +122,6 @@ class DiscreteShell(MassiveBody):
             "hold": (f"multiplier of the floating frame {label}", slenderness**2, _ADVICE_MOTION),
         }
         self.parts = tuple(PartScale(name, *scales[name]) for name in self.mixed.parts)
-
-    @property
-    def domain(self) -> SurfaceMesh:
-        """Mesh of the shell with names."""
-        return self.surface_mesh
-
-    @property
-    def described(self) -> Shell:
-        """Description of the body."""
-        return self.shell
-
-    @property
-    def extent(self) -> tuple[str, float]:
-        """Small dimension of the body in words, and its size, m."""
-        return "thickness", self.section.sizes.thickness
 
     @property
     def material(self) -> tuple[float, float]:
@@ -192,10 +184,10 @@ class DiscreteShell(MassiveBody):
         """Strains (eps, kap, gam), shape (8,): those of eq. (9), or of the user's measure."""
         own = self.shell.strains
         if own is None:
-            return shell_forms.strain_measure(self.surface, self.straining)
+            return shell_forms.strain_measure(self.surface, self.layout.moved)
 
         def strains(q: Expr) -> Expr:
-            at = (*self.straining(q), self.surface)
+            at = (*self.layout.moved(q), self.surface)
             return ufl.as_vector(components(own, at, f"shell '{self.name}': strains", STRAINS))
 
         return measure(strains)
@@ -210,64 +202,13 @@ class DiscreteShell(MassiveBody):
 
         return measure(lambda q: ufl.as_vector([value(q)]))
 
-    @cached_property
-    def natural(self) -> NaturalStress | None:
-        """The stress of its natural strain; None without one."""
-        given = self.shell.natural
-        if given is None:
-            return None
-        domain, formulation = self.mixed.space.mesh, self.section.formulation
-        parts: list[Expr] = []
-        for name in ("membrane", "curvature"):
-            who = f"natural strain of shell '{self.name}': {name}"
-            parts.append(field_of(getattr(given, name), self.mixed, 3, who))
-        membrane = parts[0] if self.shell.stretching else ufl.as_vector([0, 0, 0])
-        e = ufl.as_vector([*membrane, *parts[1], 0.0, 0.0])
-        factors: tuple[Any, ...] = given.time, *(fem.Constant(domain, 0.0) for _ in range(2))
-        if isinstance(formulation, NonlinearMixed):
-            resultants, seen = formulation.stress(e), assumed(self.strain, self.layout)
-            return NaturalStress(e, (resultants,), resultants, seen, self.integrate, *factors)
-        assert isinstance(formulation, LinearMixed | LinearOwn)
-        N = forces_of(self, e)
-        found = formulation.stress(e, N), formulation.joined(e, N)
-        return NaturalStress(e, *found, self.strain, self.integrate, *factors)
-
     def strains(self, q: Expr) -> ShellStrains:
         """Strains of a state by their names."""
         return shell_forms.named(self.strain.value(q))
 
-    @property
-    def integrate(self) -> Integrate:
-        """Integral of densities, by rule."""
-        return partial(over_surface, self.rules)
-
-    def velocities(self, v: Expr) -> tuple[Expr, Expr]:
-        """Velocity of the surface and of the director in a rate of the state."""
-        return self.layout.displacement(v), self.layout.director_change(v)
-
-    @property
-    def straining(self) -> Callable[[Expr], tuple[Expr, Expr]]:
-        """Displacement and change of the director in a state that strains are taken of."""
-        return self.layout.moved
-
-    @property
-    def _turns(self) -> bool:
-        """Decide whether the rotation of the director has inertia, or nothing has."""
-        return self.mass is None or self.mass.I is not None
-
-    @property
-    def inertialess(self) -> bool:
-        """Decide whether the directors have no inertia though the shell moves."""
-        return not self._turns
-
     def position(self, q: Expr) -> Expr:
         """Position of the deformed surface, shape (3,), m."""
         return ufl.SpatialCoordinate(self.mixed.space.mesh) + self.layout.displacement(q)
-
-    @property
-    def held(self) -> DirectorConstraint:
-        """The constraint of the director as numbers."""
-        return directors_held(shell_forms.director_constraint, 1)
 
 
 def bind_tying(domain: mesh.Mesh, shell: Shell, surf: Surface) -> Tying:

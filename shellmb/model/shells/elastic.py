@@ -1,10 +1,14 @@
-"""Strains of a shell with their section, their damping and relaxation."""
+"""Strains of a shell with their section, their damping and relaxation, and forces of strains.
+
+Forces and own strains of elements that belong to given strains are found cell by cell.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from functools import partial
+from functools import cached_property, partial
+from typing import Any
 
 from mpi4py import MPI
 
@@ -12,6 +16,7 @@ import basix
 import numpy as np
 import ufl
 from dolfinx import fem
+from ufl import Form
 from ufl.algorithms.apply_algebra_lowering import apply_algebra_lowering
 from ufl.algorithms.apply_derivatives import apply_derivatives
 from ufl.constantvalue import Zero
@@ -28,12 +33,18 @@ from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed
 from shellmb.forms.steps.path import is_quadratic
 from shellmb.forms.steps.stress_work_nonlinear import tangent
 from shellmb.forms.surface import Surface
+from shellmb.forms.tying import COUNT
 from shellmb.model.sections.branches import Fading, MaxwellBranches, Resisting, StrainDamping
 from shellmb.model.sections.section import SectionFields, couples
-from shellmb.model.sections.strains import GeneralStrains, HyperelasticStrains, Strains
-from shellmb.model.shells.compatible import rates_of
+from shellmb.model.sections.strains import (
+    GeneralStrains,
+    HyperelasticStrains,
+    SectionStrains,
+    Strains,
+)
 from shellmb.model.shells.discrete_shell import DiscreteShell
 from shellmb.native.expressions import values_in_cells
+from shellmb.native.kernels import compiled
 from shellmb.scene import LinearSection
 from shellmb.scene.shells.lamination import Layup
 from shellmb.scene.values.validate import show
@@ -42,7 +53,7 @@ from shellmb.scene.values.validate import show
 NONE = 1e-10
 
 
-def shell_strains(shell: DiscreteShell) -> tuple[Strains, ...]:
+def shell_strains(shell: DiscreteShell) -> tuple[SectionStrains, ...]:
     """Strains of a shell with their section.
 
     Args:
@@ -92,7 +103,7 @@ def _refuse_prestrain(shell: DiscreteShell) -> None:
 
 def _product_of(shell: DiscreteShell) -> Callable[[Expr, Expr], Expr]:
     """Product of two states of a shell, by their gradients and directors."""
-    return partial(_product, shell.straining, shell.surface, shell.thickness)
+    return partial(_product, shell.layout.moved, shell.surface, shell.thickness)
 
 
 def _product(
@@ -268,3 +279,105 @@ def _numbers(matrix: Expr) -> Floats:
     known = {c: c.value.tolist() for c in terminals if isinstance(c, fem.Constant)}
     n, m = lowered.ufl_shape
     return np.array([[float(lowered[i, j]((0.0,) * 3, known)) for j in range(m)] for i in range(n)])
+
+
+class CellSystem:
+    """Linear equations of each cell by itself.
+
+    Args:
+        space: Discontinuous space of the unknowns.
+        matrix: Bilinear form, whose values do not change.
+        given: Linear form, whose values may.
+    """
+
+    def __init__(self, space: fem.FunctionSpace, matrix: Form, given: Form) -> None:
+        self._matrix, self._given = matrix, compiled(given)
+        self.function = fem.Function(space)
+
+    @cached_property
+    def _factors(self) -> Any:
+        from scipy.sparse.linalg import splu  # it loads much, which most runs do without
+
+        A = fem.assemble_matrix(compiled(self._matrix)).to_scipy()
+        # columns of cells of other ranks are empty
+        return splu(A[:, : A.shape[0]].tocsc())
+
+    def solve(self) -> fem.Function:
+        """Solution, ghosts included; collective."""
+        f, vector = self.function, fem.assemble_vector(self._given)
+        local = f.function_space.dofmap.index_map.size_local * f.function_space.dofmap.bs
+        # what another rank owns comes from there
+        f.x.array[:local] = self._factors.solve(np.asarray(vector.array)[:local])
+        f.x.scatter_forward()
+        return f
+
+
+def compatible(shell: DiscreteShell, e: Expr) -> CellSystem:
+    """Equations of the forces, or of the own strains where elements have some, of strains.
+
+    Args:
+        shell: The shell.
+        e: The strains, shape (8,); functions in it may change.
+    """
+    section, tying, integrate = shell.section.formulation, shell.tying, shell.integrate
+    space = shell.mixed.subspaces["N" if isinstance(section, LinearMixed) else "S"]
+    dN, found = tying.forces(ufl.TestFunction(space)), tying.forces(ufl.TrialFunction(space))
+    if isinstance(section, LinearMixed):
+        nothing, still = ufl.as_vector([0] * COUNT), ufl.as_vector([0] * 8)
+        own = section.gap(still, still, section.N0 * found, dN)[0]
+        return CellSystem(space, integrate([-own]), integrate(section.gap(e, e, nothing, dN)))
+    eps = ufl.as_vector([e[k] for k in range(3)])
+    works = [ufl.dot(tying.whole(dN), eps), *(ufl.dot(s, e) for s in tying.works(dN))]
+    matrix = ufl.dot(tying.force(dN), tying.strain(found))
+    return CellSystem(space, integrate([matrix]), integrate(works))
+
+
+def balanced(shell: DiscreteShell, e: Expr, own: fem.Function) -> CellSystem:
+    """Equations of the forces of own strains with a linear section.
+
+    Args:
+        shell: The shell.
+        e: Strains of the displacements, shape (8,).
+        own: The own strains.
+    """
+    section, tying, space = shell.section.formulation, shell.tying, shell.mixed.subspaces["N"]
+    assert isinstance(section, LinearOwn)
+    dS, found = tying.forces(ufl.TestFunction(space)), tying.forces(ufl.TrialFunction(space))
+    n, _, Q = section.stresses(tying.forces(own), e)
+    matrix = ufl.dot(tying.strain(dS), section.N0 * tying.force(found))
+    given = ufl.dot(tying.strain(dS), ufl.as_vector([*n, *((1 - section.a) * Q)]))
+    return CellSystem(space, shell.integrate([matrix]), shell.integrate([given]))
+
+
+def forces_of(shell: DiscreteShell, e: Expr) -> Expr:
+    """Forces of elements, behind their own strains where they have some, of given strains.
+
+    They are what `forces` of the formulation of a linear section is of a state.
+    """
+    section, tying, own = shell.section.formulation, shell.tying, compatible(shell, e).solve()
+    if isinstance(section, LinearMixed):
+        return section.N0 * tying.forces(own)
+    assert isinstance(section, LinearOwn)
+    N = balanced(shell, e, own).solve()
+    return ufl.as_vector([*tying.forces(own), *(section.N0 * tying.forces(N))])
+
+
+def rates_of(shell: DiscreteShell, q: fem.Function, v: fem.Function) -> Callable[[], None]:
+    """Function that gives a velocity its rates of forces and own strains; collective.
+
+    Args:
+        shell: The shell.
+        q: State.
+        v: Velocity.
+    """
+    e = shell.strain.change(q, v)
+    first = compatible(shell, e)
+    systems = {"N" if isinstance(shell.section.formulation, LinearMixed) else "S": first}
+    if isinstance(shell.section.formulation, LinearOwn):
+        systems["N"] = balanced(shell, e, first.function)
+
+    def follow() -> None:
+        for part, system in systems.items():
+            v.x.array[shell.mixed.dofs[part]] = system.solve().x.array
+
+    return follow

@@ -130,19 +130,12 @@ def line_along(beam: Beam, shell: ShellModel) -> ShellLine:
     Raises:
         SceneError: If the line does not follow element edges.
     """
-    return shell_line(
-        beam.name,
-        beam.curve,
-        shell.shell.surface,
-        shell.domain,
-        shell.mixed,
-        shell.node_directors()[:, 0],
-        beam.degree,
-    )
+    directors = shell.node_directors()[:, 0]
+    return shell_line(beam, shell.shell.surface, shell.domain, shell.mixed, directors)
 
 
 @dataclass(frozen=True)
-class _Glued:
+class Glued:
     """A beam with the nodes of the shell that are its own.
 
     Args:
@@ -243,7 +236,7 @@ def _aligned(d1: Expr, d2: Expr, E3: Expr) -> list[Expr]:
     return rows[ALIGNED]
 
 
-def _shell_revolutes(items: Sequence[tuple[_Glued, Ints]], turns: bool) -> NodalConstraint:
+def _shell_revolutes(items: Sequence[tuple[Glued, Ints]], turns: bool) -> NodalConstraint:
     """Eq. (35) at nodes that beams and shells share.
 
     Args:
@@ -284,32 +277,44 @@ def glue_beams(
     beams: Mapping[str, BeamModel],
     shells: Mapping[str, ShellModel],
     lines: Mapping[str, ShellLine],
-) -> list[NodalConstraint]:
-    """Glue beams to shells; the supports of both must be there already. Collective.
+) -> list[Glued]:
+    """Glue beams to shells: what both have at a node is one unknown.
 
     Args:
         scene: The scene.
-        beams: Beams by name; their links and fixed dofs are filled in.
+        beams: Beams by name; their links are filled in.
         shells: Shells by name.
         lines: Lines by name of the beam that runs along it.
+    """
+    found = []
+    for glue in scene.glues:
+        beam, shell = beams[glue.beam], shells[glue.shell]
+        jumps = beam.jump_parts & shell.jump_parts
+        glued = Glued(glue, beam, shell, lines[beam.name], scene.static or "w" in jumps)
+        beam.links += (glued.link("u"),)
+        if glued.shares_director:
+            # one director, and one multiplier of its length: both bodies add to its equations
+            beam.links += (glued.link("w", slice(6, 9)), glued.link("lam", slice(2, 3)))
+        found.append(glued)
+    return found
+
+
+def hold_glued(scene: Scene, every: Sequence[Glued]) -> list[NodalConstraint]:
+    """Hold frames of beams on shells where supports hold these, and align others; collective.
+
+    Args:
+        scene: The scene.
+        every: Glued beams, whose supports and those of their shells must be there already.
 
     Returns:
         The constraints of eq. (35), in one group for all beams that share their kernels.
     """
-    groups: dict[bool, list[tuple[_Glued, Ints]]] = {}
-    for glue in scene.glues:
-        beam, shell = beams[glue.beam], shells[glue.shell]
-        jumps = beam.jump_parts & shell.jump_parts
-        glued = _Glued(glue, beam, shell, lines[beam.name], scene.static or "w" in jumps)
-        own = [glued.link("u")]
-        if glued.shares_director:
-            # one director, and one multiplier of its length: both bodies add to its equations
-            own += [glued.link("w", slice(6, 9)), glued.link("lam", slice(2, 3))]
-        glued.beam.links += tuple(own)
+    groups: dict[bool, list[tuple[Glued, Ints]]] = {}
+    for glued in every:
         held = glued.held()
         glued.clamp(held)
         for support in scene.supports:
-            if isinstance(support, Driven) and scene.bodies_of(support)[0].name == glue.shell:
+            if isinstance(support, Driven) and scene.bodies_of(support)[0].name == glued.shell.name:
                 moved = glued.driven(support) & ~held
                 glued.clamp(moved, _rotation(support))
                 held |= moved

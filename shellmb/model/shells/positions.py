@@ -101,7 +101,7 @@ def direction_1(
     if given is not None or not blind:
         for of, at in ((directors, x), (normals, middles)):
             _check(comm, who, np.broadcast_to(vector, of.shape), of, at)
-    elif not _fits(comm, vector, normals):
+    elif not _steepest(comm, vector[None], normals)[0] < np.cos(np.radians(STEEPEST)):
         # stiffness is the same in all directions: any will do that has a projection everywhere
         vector = _oblique(comm, normals)
     return fem.Constant(surface_mesh.mesh, vector)
@@ -151,11 +151,6 @@ def _steepest(comm: MPI.Comm, vectors: Floats, normals: Floats) -> Floats:
     """Largest cosine of the angle of each of some unit vectors to the normals, shape (n,)."""
     here = np.max(np.abs(vectors @ normals.T), axis=1, initial=0.0)
     return np.asarray(np.max(comm.allgather(here), axis=0))
-
-
-def _fits(comm: MPI.Comm, vector: Floats, normals: Floats) -> bool:
-    """Decide whether a unit vector has a useful projection on all cells."""
-    return bool(_steepest(comm, vector[None], normals)[0] < np.cos(np.radians(STEEPEST)))
 
 
 def _oblique(comm: MPI.Comm, normals: Floats) -> Floats:

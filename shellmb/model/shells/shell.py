@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from functools import cached_property, partial
+from functools import cached_property
+from typing import Any
 
 from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
 
@@ -15,36 +16,45 @@ from ufl import Form
 from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats
+from shellmb.forms import loads as load_forms
 from shellmb.forms import shell as shell_forms
 from shellmb.forms.constraints.held import Held
 from shellmb.forms.floating import shell as floating
 from shellmb.forms.floating.frame import frame_constraints
 from shellmb.forms.measure import Measure
 from shellmb.forms.shell import Mass, ShellStrains
-from shellmb.forms.steps.mixed import Interval
+from shellmb.forms.steps.mixed import Interval, LinearMixed, LinearOwn, assumed
+from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed
 from shellmb.forms.steps.path import Step
+from shellmb.forms.surface import Surface
 from shellmb.forms.terms import Point
 from shellmb.meshes.mesh import SurfaceMesh
 from shellmb.model.body import Constraint, LoadFactors, Manifold, Rates, largest
-from shellmb.model.frames.frame import EVERYWHERE, FRAME, FloatingFrame, identified
+from shellmb.model.frames.frame import FRAME, Floating
 from shellmb.model.joints.constraints import Constraints
 from shellmb.model.massless import TimedLoads
 from shellmb.model.sections.branches import MaxwellBranches, StrainDamping
-from shellmb.model.sections.natural import Distributed
+from shellmb.model.sections.natural import Distributed, NaturalStress
 from shellmb.model.sections.section import Arm, Rules, mass_arm
-from shellmb.model.sections.strains import HyperelasticStrains, Strains
+from shellmb.model.sections.strains import HyperelasticStrains, SectionStrains
 from shellmb.model.shells.discrete_shell import DiscreteShell
-from shellmb.model.shells.elastic import maxwell_branches, shell_strains, strain_damping
-from shellmb.model.shells.loads import load_work
+from shellmb.model.shells.elastic import (
+    forces_of,
+    maxwell_branches,
+    shell_strains,
+    strain_damping,
+)
+from shellmb.model.shells.positions import field_of
 from shellmb.model.user_forms import virtual_work
 from shellmb.scene import Shell
+from shellmb.scene.loads import loads as scene_loads
 
 
 class ShellModel(DiscreteShell):
     """A shell body: energies, and virtual work of all that acts in it."""
 
     @cached_property
-    def elastic(self) -> tuple[Strains, ...]:
+    def elastic(self) -> tuple[SectionStrains, ...]:
         """Strains of the shell with their section."""
         return shell_strains(self)
 
@@ -61,16 +71,6 @@ class ShellModel(DiscreteShell):
             self._turns,
         )
         return own, *(tie.held(self.inertialess) for tie in self.ties)
-
-    def _integrate_mass(self, density: Callable[[Mass], Expr]) -> Form:
-        """Mass by the full rule, moments of inertia of the director at the nodes.
-
-        With a first moment `m v^2 + 2 s v.d' + I d'^2 = (m - s^2/I) v^2 + I (d' + s/I v)^2`, both
-        parts positive: the first by the full rule, the second one at the nodes. So the kinetic
-        energy is continuous in the offset of the mass, and positive definite.
-        """
-        assert self.mass is not None
-        return _over_mass(self.mass, self.rules, density)
 
     @property
     def jump_parts(self) -> frozenset[str]:  # type: ignore[override]
@@ -97,7 +97,7 @@ class ShellModel(DiscreteShell):
             return b
         first, size = self.mixed.parts["w"]
         d = self.held.normal(self.layout.director_change(mid), self.director)
-        db = shell_forms.tangent_jump(*self.velocities(b), d, self._arm.coefficient)
+        db = shell_forms.tangent_jump(*self.layout.moved(b), d, self._arm.coefficient)
         components = [b[k] for k in range(b.ufl_shape[0])]
         components[first : first + size] = [db[k] for k in range(size)]
         return ufl.as_vector(components)
@@ -142,10 +142,10 @@ class ShellModel(DiscreteShell):
         """Virtual work of the inertia forces, left-hand sides of eqs. (26)-(27)."""
         if self.mass is None:
             return None
-        du, dw = self.velocities(dq)
-
-        motion = self.velocities(rate)
-        return self._integrate_mass(lambda m: shell_forms.momentum_work(*motion, m, du, dw))
+        motion, virtual = self.layout.moved(rate), self.layout.moved(dq)
+        return _over_mass(
+            self.mass, self.rules, lambda m: shell_forms.momentum_work(*motion, m, *virtual)
+        )
 
     def loads(self) -> LoadFactors | None:
         """A set of the shell's loads with time factors of their own."""
@@ -154,10 +154,72 @@ class ShellModel(DiscreteShell):
     def loads_of(self, loads: Sequence[Distributed]) -> TimedLoads[Distributed]:
         """Some loads on it with time factors of their own."""
         timed = [(load.time, load) for load in loads]
-        return TimedLoads(self.mixed.space.mesh, timed, partial(load_work, self))
+        return TimedLoads(self.mixed.space.mesh, timed, self._load_work)
 
     @cached_property
-    def damping(self) -> StrainDamping | None:  # type: ignore[override]
+    def natural(self) -> NaturalStress | None:
+        """The stress of its natural strain; None without one."""
+        given = self.shell.natural
+        if given is None:
+            return None
+        domain, formulation = self.mixed.space.mesh, self.section.formulation
+        parts: list[Expr] = []
+        for name in ("membrane", "curvature"):
+            who = f"natural strain of shell '{self.name}': {name}"
+            parts.append(field_of(getattr(given, name), self.mixed, 3, who))
+        membrane = parts[0] if self.shell.stretching else ufl.as_vector([0, 0, 0])
+        e = ufl.as_vector([*membrane, *parts[1], 0.0, 0.0])
+        factors: tuple[Any, ...] = given.time, *(fem.Constant(domain, 0.0) for _ in range(2))
+        if isinstance(formulation, NonlinearMixed):
+            resultants, seen = formulation.stress(e), assumed(self.strain, self.layout)
+            return NaturalStress(e, (resultants,), resultants, seen, self.integrate, *factors)
+        assert isinstance(formulation, LinearMixed | LinearOwn)
+        N = forces_of(self, e)
+        found = formulation.stress(e, N), formulation.joined(e, N)
+        return NaturalStress(e, *found, self.strain, self.integrate, *factors)
+
+    def _load_work(self, load: Distributed, mid: Expr, dq: Expr) -> Form:
+        """Virtual work of a load, or of the stress of its natural strain."""
+        if not isinstance(load, scene_loads.Load):
+            assert self.natural is not None
+            return self.natural.work(mid, dq)
+        (u, w), (du, dw) = self.layout.moved(mid), self.layout.moved(dq)
+
+        def given(name: str, size: int = 3) -> Expr:
+            """A constant, or a function of the position interpolated once."""
+            return field_of(getattr(load, name), self.mixed, size, f"{load.label}: {name}")
+
+        match load:
+            case scene_loads.SurfaceForce():
+                return load_forms.dead_force(given("force"), du) * self.rules.full
+            case scene_loads.FollowerSurfaceForce():
+                force = load_forms.follower_force(given("components"), u, w, self.surface, du)
+                return force * self.rules.full
+            case scene_loads.Pressure():
+                return load_forms.pressure(given("p", 1), u, self.surface, du) * self.rules.full
+            case scene_loads.Gravity():
+                assert self.mass_of_section is not None
+                weight = load_forms.gravity(given("acceleration"), self.mass_of_section, du, dw)
+                return weight * self.rules.full
+            case scene_loads.EdgeForce():
+                return load_forms.dead_force(given("force"), du) * self.ds(load.at, "edge force")
+            case scene_loads.FollowerEdgeForce():
+                force = load_forms.follower_force(given("components"), u, w, self._edge_basis, du)
+                return force * self.ds(load.at, "follower edge force")
+            case scene_loads.EdgeMoment():
+                moment = load_forms.director_moment(given("moment"), self.surface.D + w, dw)
+                return moment * self.ds(load.at, "edge moment")
+        raise NotImplementedError(f"no form for {type(load).__name__}")
+
+    @property
+    def _edge_basis(self) -> Surface:
+        """Outward, along the edge, and normal: the basis of follower forces on edges."""
+        surf = self.surface
+        outward = ufl.FacetNormal(self.mixed.space.mesh)
+        return Surface(outward, ufl.cross(ufl.cross(surf.e1, surf.e2), outward), surf.D)
+
+    @cached_property
+    def damping(self) -> StrainDamping | None:
         """Damping of its strains; None without any."""
         return strain_damping(self)
 
@@ -170,8 +232,8 @@ class ShellModel(DiscreteShell):
         if not self.shell.terms:
             return None
         u, w = self.layout.displacement(mid), self.layout.director_change(mid)
-        v, dw_dt = (None, None) if rates is None else self.velocities(rates.now)
-        du, dw = self.velocities(dq)
+        v, dw_dt = (None, None) if rates is None else self.layout.moved(rates.now)
+        du, dw = self.layout.moved(dq)
 
         def change(d: Expr) -> ShellStrains:
             return shell_forms.named(self.strain.change(mid, d))
@@ -241,6 +303,12 @@ class ShellModel(DiscreteShell):
 
 
 def _over_mass(mass: Mass, rules: Rules, density: Callable[[Mass], Expr]) -> Form:
+    """Mass by the full rule, moments of inertia of the director at the nodes.
+
+    With a first moment `m v^2 + 2 s v.d' + I d'^2 = (m - s^2/I) v^2 + I (d' + s/I v)^2`, both
+    parts positive: the first by the full rule, the second one at the nodes. So the kinetic energy
+    is continuous in the offset of the mass, and positive definite.
+    """
     if mass.s is not None:
         assert mass.I is not None and mass.centred is not None
         centred = Mass(mass.centred, None, None)
@@ -252,33 +320,13 @@ def _over_mass(mass: Mass, rules: Rules, density: Callable[[Mass], Expr]) -> For
     return form
 
 
-class LinearShell(ShellModel):
+class LinearShell(Floating, ShellModel):
     """A shell with a floating frame; made as `DiscreteShell` is."""
-
-    everywhere = EVERYWHERE
-
-    def __init__(
-        self,
-        shell: Shell,
-        surface_mesh: SurfaceMesh,
-        loads: Sequence[Distributed],
-        dynamic: bool,
-    ) -> None:
-        super().__init__(shell, surface_mesh, loads, dynamic)
-        full, force = self.rules.full, self.section.force
-        self.ties = (FloatingFrame(self.mixed, self._apart, full, force),)
-        self.links = tuple(identified(self.mixed, self.name))
-        self.kinematic |= {FRAME}
-
-    def _frame(self, q: Expr) -> Expr:
-        return self.layout.part(q, FRAME)
 
     def _apart(self, q: Expr) -> Expr:
         """Constraints that tie the frame, shape (9,)."""
-        return frame_constraints(self._frame(q), floating.turned(*self.straining(q), self.surface))
-
-    def _moved(self, q: Expr) -> tuple[Expr, Expr, Expr]:
-        return (*self.straining(q), self._frame(q))
+        turned = floating.turned(*self.layout.moved(q), self.surface)
+        return frame_constraints(self.layout.part(q, FRAME), turned)
 
     @cached_property
     def strain(self) -> Measure:

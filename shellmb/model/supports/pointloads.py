@@ -70,24 +70,19 @@ class PointLoads(NodeGroup):
     """Loads of one kind at points of bodies.
 
     Args:
-        name: Name in the system.
         comm: Communicator.
-        loads: The loads, all of one kind.
-        ends: Their places, on bodies with the same number of directors.
-        turns: Whether the directors matter.
+        items: The loads, all of one kind, with their places on bodies with so many directors.
+        vectors: Number of directors that matter.
     """
 
     def __init__(
-        self,
-        name: str,
-        comm: MPI.Comm,
-        loads: Sequence[PointLoad],
-        ends: Sequence[End],
-        turns: bool,
+        self, comm: MPI.Comm, items: Sequence[tuple[PointLoad, End]], vectors: int
     ) -> None:
+        loads, ends = zip(*items, strict=True)
         # the vectors of a place are the body's directors
         axes = np.array([e.directors if e.framed else np.eye(3) for e in ends])
-        self._end = EndGroup(ends, axes, "1", turns)
+        self._end = EndGroup(ends, axes, "1", vectors > 0)
+        name = f"{loads[0].label}s ({vectors})"
         super().__init__(name, comm, len(loads), places=[self._end])
         self.times = [load.time for load in loads]
         self._kind, _, given = _WORK[type(loads[0])]
@@ -142,13 +137,4 @@ def point_loads(scene: Scene, comm: MPI.Comm, find: Finder) -> list[PointLoads]:
             _refuse_drilling(load, end)
         vectors = end.needed(_WORK[type(load)][1])
         groups.setdefault((type(load), vectors), []).append((load, end))
-    return [
-        PointLoads(
-            f"{items[0][0].label}s ({vectors})",
-            comm,
-            [load for load, _ in items],
-            [end for _, end in items],
-            vectors > 0,
-        )
-        for (_, vectors), items in groups.items()
-    ]
+    return [PointLoads(comm, items, vectors) for (_, vectors), items in groups.items()]

@@ -22,6 +22,7 @@ from shellmb.forms.constraints import nodal as nodal_forms
 from shellmb.model.body import FixedDofs, PrescribedTurn
 from shellmb.model.joints.constraints import ConstraintGroup
 from shellmb.model.locations.nodes import Meshed, Nodes, said_point, shown
+from shellmb.model.unknowns import Dof, linked_to
 from shellmb.scene.lookup import said
 
 # body of each of some nodes, or of all, global dofs of a nodal vector, shape (n, 3), and what these
@@ -126,8 +127,6 @@ def plane(
     return NodalConstraint(name, comm, parts, constraint, force, x, size=size, data=data)
 
 
-Dof = tuple[str, int]
-
 # directions closer than this to an axis (one minus the cosine) count as parallel to it
 PARALLEL = 1e-9
 # a unit vector whose part outside those before it is below this counts as dependent
@@ -209,12 +208,9 @@ class Prescribed:
         self, aliases: Mapping[Dof, Dof], times: Sequence[float], linear: bool = False
     ) -> None:
         self._aliases, self._times, self._linear = aliases, times, linear
-        self._rows: list[Rows] = []
+        # the rows of all supports
+        self.rows: list[Rows] = []
         self._nodes: dict[Dof, _Node] = {}
-
-    def add(self, rows: Rows) -> None:
-        """Collect the rows of a support."""
-        self._rows.append(rows)
 
     def held(self, body: str, dofs: Ints) -> tuple[Floats, list[str]]:
         """Orthonormal directions in which a nodal vector is fixed, (k, size), and by what supports.
@@ -223,7 +219,7 @@ class Prescribed:
             body: Name of the body.
             dofs: Global dofs of the vector, shape (size,).
         """
-        node = self._nodes.get(self._resolved(body, int(dofs[0])), _Node())
+        node = self._nodes.get(linked_to(self._aliases, (body, int(dofs[0]))), _Node())
         return np.array(node.basis).reshape(-1, len(dofs)), node.supports
 
     def settle(self) -> list[NodalConstraint]:
@@ -233,9 +229,9 @@ class Prescribed:
             SceneError: If supports contradict one another; names them and their values.
         """
         oblique: dict[tuple[str, str], list[tuple[Rows, Ints]]] = {}
-        sampled = [self._sampled(rows) for rows in self._rows]
+        sampled = [self._sampled(rows) for rows in self.rows]
         # whole axes first: what they hold needs no multiplier
-        for rows, values in zip(self._rows, sampled, strict=True):
+        for rows, values in zip(self.rows, sampled, strict=True):
             axis = np.argmax(np.abs(rows.normals), axis=1)
             size = np.take_along_axis(rows.normals, axis[:, None], axis=1)[:, 0]
             parallel = 1 - np.abs(size) < PARALLEL
@@ -245,7 +241,7 @@ class Prescribed:
                 for k in np.flatnonzero(parallel).tolist()
                 if self._hold_axis(rows, k, int(axis[k]), signs[k] * values[k])
             ]
-            _fix(rows, np.array(new, dtype=np.int64), axis[new], signs[new])
+            _fix(rows.body, rows.dofs[new, axis[new]], _of_axes(rows, new, signs[new]), rows.turn)
             oblique.setdefault((rows.body.name, rows.part), []).append(
                 (rows, np.flatnonzero(~parallel))
             )
@@ -259,12 +255,6 @@ class Prescribed:
         self._directors()
         return made
 
-    def _resolved(self, body: str, dof: int) -> Dof:
-        end = (body, dof)
-        while end in self._aliases:
-            end = self._aliases[end]
-        return end
-
     def _sampled(self, rows: Rows) -> Floats:
         """Values of all rows at the times of comparison, shape (n, times)."""
         if rows.value is None:
@@ -272,7 +262,8 @@ class Prescribed:
         return np.stack([rows.value(t) for t in self._times], axis=1)
 
     def _node(self, rows: Rows, k: int) -> _Node:
-        return self._nodes.setdefault(self._resolved(rows.body.name, int(rows.dofs[k, 0])), _Node())
+        dof = linked_to(self._aliases, (rows.body.name, int(rows.dofs[k, 0])))
+        return self._nodes.setdefault(dof, _Node())
 
     def _hold_axis(self, rows: Rows, k: int, axis: int, side: Floats) -> bool:
         """Hold one component; False if the body has it fixed already."""
@@ -310,8 +301,16 @@ class Prescribed:
         excess = np.abs(wanted - implied) - allowed
         if np.max(excess) > 0:
             worst = int(np.argmax(excess))
-            _contradict(
-                rows, k, vector, involved, wanted[worst], implied[worst], self._times[worst]
+            axis = int(np.argmax(np.abs(vector)))
+            along = "xyz"[axis] if len(vector) == 3 else f"component {axis}"
+            if 1 - abs(vector[axis]) >= PARALLEL:
+                along = shown(vector)
+            raise SceneError(
+                f"{' and '.join(dict.fromkeys(involved))} and {rows.support} contradict one "
+                f"another on {said(rows.described)}: at {shown(rows.nodes.x[k])} the "
+                f"{WHAT[rows.part]} along {along} is {implied[worst]:.6g} by the former and "
+                f"{wanted[worst]:.6g} by the latter at t = {self._times[worst]:g}; they must "
+                "agree, or one must be left out"
             )
         return False
 
@@ -322,7 +321,7 @@ class Prescribed:
             SceneError: If a prescribed director is longer or shorter than one.
         """
         seen: set[Dof] = set()
-        for rows in self._rows:
+        for rows in self.rows:
             if rows.part != "w":
                 continue
             full = []
@@ -337,7 +336,7 @@ class Prescribed:
                     self._check_length(rows, k, node, whole)
                 if whole:
                     full.append(k)
-            _append(rows.body, rows.nodes.dofs["lam"][full].ravel(), None)
+            _fix(rows.body, rows.nodes.dofs["lam"][full].ravel(), None)
 
     def _check_length(self, rows: Rows, k: int, node: _Node, whole: bool) -> None:
         before, change = np.array(node.basis) @ rows.nodes.director[k], np.array(node.sides)
@@ -356,40 +355,13 @@ class Prescribed:
             )
 
 
-def _contradict(
-    rows: Rows,
-    k: int,
-    direction: Floats,
-    others: Sequence[str],
-    wanted: float,
-    implied: float,
-    t: float,
-) -> None:
-    axes = dict(enumerate("xyz")) if len(direction) == 3 else {}
-    axis = int(np.argmax(np.abs(direction)))
-    along = axes.get(axis, f"component {axis}")
-    if 1 - abs(direction[axis]) >= PARALLEL:
-        along = shown(direction)
-    other = " and ".join(dict.fromkeys(others))
-    raise SceneError(
-        f"{other} and {rows.support} contradict one another on {said(rows.described)}: at "
-        f"{shown(rows.nodes.x[k])} the {WHAT[rows.part]} along {along} is {implied:.6g} by the "
-        f"former and {wanted:.6g} by the latter at t = {t:g}; they must agree, or one must be "
-        "left out"
-    )
-
-
-def _fix(rows: Rows, new: Ints, axes: Ints, signs: Floats) -> None:
-    """Fix the components `axes` of the rows `new`."""
-    dofs = rows.dofs[new, axes]
-    if rows.value is None:
-        _append(rows.body, dofs, None)
-        return
+def _of_axes(rows: Rows, new: list[int], signs: Floats) -> Callable[[float], Floats] | None:
+    """Values over time of rows along axes; None: zero."""
     value = rows.value
-    _append(rows.body, dofs, lambda t: signs * value(t)[new], rows.turn)
+    return None if value is None else lambda t: signs * value(t)[new]
 
 
-def _append(
+def _fix(
     body: Supportable,
     dofs: Ints,
     value: Callable[[float], Floats] | None,

@@ -224,7 +224,8 @@ class SupportRows:
         """Add `each` rows for every node, those of a node one after the other."""
         if self._body.mixed.parts[part][1]:
             of = self._who, self._body, self._described, part
-            self._prescribed.add(Rows(*of, nodes.repeated(each), normals, value, self._turn))
+            which = np.repeat(np.arange(len(nodes.x)), each)
+            self._prescribed.rows.append(Rows(*of, nodes.take(which), normals, value, self._turn))
 
     def _hold(self, where: Place, part: str, value: Values | None = None) -> None:
         """All components, of a beam those of all its directors."""

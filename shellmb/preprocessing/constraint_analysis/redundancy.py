@@ -19,7 +19,6 @@ from shellmb.arrays import Floats, Ints
 from shellmb.errors import SceneError
 from shellmb.model.body import FixedDofs
 from shellmb.model.joints.constraints import ConstraintGroup
-from shellmb.model.locations.nodes import said_point
 from shellmb.model.model import Model
 from shellmb.model.unknowns import Given, Unknowns
 from shellmb.preprocessing.constraint_analysis.rows import Row, connected, inner_rows, local_rows
@@ -39,8 +38,6 @@ INVOLVED = 1e-6
 RATE_STEP = 1e-3
 # prescribed motions are compared at that many times
 TIMES = 17
-# values of one unknown that differ by less, in m per length of the scene or as directors, are one
-SAME = 1e-9
 
 
 @dataclass(frozen=True)
@@ -79,9 +76,8 @@ def look_through(model: Model) -> list[Redundant]:
     scene = model.scene
     assert scene.dt is not None
     unknowns = Unknowns(model.bodies, model.comm)
-    times = np.linspace(0.0, scene.given_until, TIMES).tolist()
-    given = unknowns.given(times, RATE_STEP * scene.dt)
-    _agree(model, unknowns, given, times)
+    times = np.linspace(0.0, scene.given_until, TIMES)
+    given = unknowns.given(times.tolist(), RATE_STEP * scene.dt)
     redundant = _all_dependent(model, unknowns, given)
     refuse(model, redundant)
     _drop(model, unknowns, redundant)
@@ -162,37 +158,6 @@ def _order(model: Model) -> Callable[[Row], tuple[int, int, str, int, int]]:
         return kind, joints.get(joint, len(joints)), row.owner, row.item, row.component
 
     return key
-
-
-def _agree(model: Model, unknowns: Unknowns, given: Given, times: list[float]) -> None:
-    """Supports that hold a common node prescribe the same motion.
-
-    Raises:
-        SceneError: If they do not; names the bodies and the node.
-    """
-    numbers, differences = given.repeated()
-    largest = np.max(np.abs(differences), axis=1, initial=0.0)
-    here: list[tuple[int, str, str]] = []
-    for name, body in model.meshed.items():
-        for part, size in (("u", model.length), ("w", 1.0)):
-            dofs = body.mixed.dofs[part]
-            wrong = numbers[largest > SAME * size]
-            for k in np.flatnonzero(np.isin(unknowns.numbers[name][dofs], wrong)):
-                node = body.mixed.nodes("u")[k // body.mixed.parts[part][1]]
-                kind = "displacement" if part == "u" else "director"
-                what = f"{kind} along {'xyz'[k % 3]} at {said_point(node, model.length)}"
-                here.append((int(unknowns.numbers[name][dofs[k]]), what, name))
-    found = sorted({item for part in model.comm.allgather(here) for item in part})
-    if found:
-        number, what, _ = found[0]
-        names = sorted({f"'{item[2]}'" for item in found if item[0] == number})
-        apart = np.abs(differences[numbers == number][0])
-        late = int(np.argmax(apart))
-        raise SceneError(
-            f"the supports of {' and '.join(names)} contradict one another: two of them prescribe "
-            f"the {what}, with values {apart[late]:.3g} apart at t = "
-            f"{times[late]:g}; remove one of them"
-        )
 
 
 def _dependent(

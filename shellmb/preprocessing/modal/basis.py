@@ -21,8 +21,7 @@ from shellmb.errors import SceneError
 from shellmb.model.reduced.data import InterfaceModes, Member, ModalBody
 from shellmb.preprocessing.modal.isolated import Arrays, IsolatedBody
 from shellmb.preprocessing.modal.loads import SpreadLoads, TermsAtRest
-from shellmb.preprocessing.modal.relaxing import relaxing
-from shellmb.preprocessing.modal.ritz import ritz_vectors
+from shellmb.preprocessing.modal.ritz import relaxing, ritz_vectors
 from shellmb.preprocessing.modal.supports import support_joint
 from shellmb.scene import Scene, Weld
 from shellmb.scene.lookup import said

@@ -11,16 +11,20 @@ from mpi4py import MPI
 import numpy as np
 
 from shellmb.errors import SceneError
-from shellmb.meshes.mesh import build_surface
-from shellmb.model.frames.beam import build_beam
-from shellmb.model.frames.rigid_from_mesh import RigidMeshes, about_director, hinged
+from shellmb.model.frames.rigid_from_mesh import (
+    SceneMeshes,
+    Triple,
+    about_director,
+    hinged,
+    place_of,
+    triple,
+)
 from shellmb.model.locations.nodes import ON_NODE, shared_nodes
 from shellmb.model.reduced.data import ModalBody
-from shellmb.model.shells.joins import line_along
 from shellmb.model.shells.shell import ShellModel
 from shellmb.preprocessing.modal.basis import Attachment, reduced_body
-from shellmb.preprocessing.modal.supports import edges, stays_rigid
-from shellmb.scene import Gravity, InitialVelocity, RigidBody, Scene
+from shellmb.preprocessing.modal.supports import stays_rigid
+from shellmb.scene import Gravity, RigidBody, Scene
 from shellmb.scene.checks.fields import has_field
 from shellmb.scene.checks.whole import groups_of
 from shellmb.scene.loads.loads import PointLoad
@@ -28,12 +32,11 @@ from shellmb.scene.loads.supports import Fixed, Hinged
 from shellmb.scene.lookup import said
 from shellmb.scene.multibody.elements import PointElement
 from shellmb.scene.multibody.joints import GROUND, EdgeHinge, Joint, Spherical, Weld
-from shellmb.scene.multibody.offsets import Offset, arm_components, node_of
+from shellmb.scene.multibody.offsets import node_of
 from shellmb.scene.multibody.rigid import Interface
 from shellmb.scene.probes import MOTIONS
-from shellmb.scene.values.validate import show
+from shellmb.scene.values.validate import edge_names, show
 
-Triple = tuple[float, float, float]
 Ends = tuple[tuple[str, str], ...]
 
 # body and place of both ends
@@ -64,7 +67,7 @@ def reduce_bodies(scene: Scene, comm: MPI.Comm) -> tuple[Scene, tuple[ModalBody,
         made.ends(e, said(e)) if isinstance(e, PointElement) else e for e in scene.force_elements
     )
     loads = tuple(made.load(load) for load in scene.loads if not made.spread(load))
-    initial = tuple(made.velocity(given) for given in scene.initial)
+    initial = tuple(made.on_frame(given) for given in scene.initial)
     probes = tuple(made.probe(probe) for probe in scene.probes)
     fields = tuple(f for f in scene.output.fields if has_field(f, {"rigid", "joint"}))
     bodies: list[ModalBody] = []
@@ -113,9 +116,9 @@ class _Reduction:
     """
 
     def __init__(self, scene: Scene, comm: MPI.Comm, groups: list[tuple[str, ...]]) -> None:
-        self._scene, self._comm = scene, comm
+        self._scene = scene
         self.group = {name: names[0] for names in groups for name in names}
-        self._meshes: RigidMeshes = {}
+        self.mesh = SceneMeshes(scene, comm, not scene.static)
         self._found: dict[tuple[str, Any], Attachment] = {}
         # the nodes that move with each, or are held
         self._taken: dict[tuple[str, Any], frozenset[int]] = {}
@@ -124,19 +127,6 @@ class _Reduction:
     def attachments(self, group: tuple[str, ...]) -> list[Attachment]:
         """The frames of a reduced body."""
         return [a for (name, _), a in self._found.items() if name in group]
-
-    def mesh(self, name: str) -> Any:
-        """A shell or beam on its mesh; collective."""
-        if name not in self._meshes:
-            body: Any = self._scene.body(name)
-            if body in self._scene.shells:
-                mesh = build_surface(body, self._comm)
-                self._meshes[name] = ShellModel(body, mesh, [], not self._scene.static)
-            else:
-                along = body.curve.shell
-                line = line_along(body, self.mesh(along)).line if along is not None else None
-                self._meshes[name] = build_beam(body, self._comm, [], False, line)
-        return self._meshes[name]
 
     def _frame(self, name: str, where: Any, who: str, label: str) -> Attachment:
         """The frame at a place, the same for all that is attached there.
@@ -170,13 +160,13 @@ class _Reduction:
             # of a beam's node its own directors: what follows it has components along these
             framed = nodes.directors.shape[1] == 3
             axes = nodes.directors[0].T if framed else np.eye(3)
-            rows: Any = tuple(map(_triple, axes))
+            rows: Any = tuple(map(triple, axes))
             # of loads, which have no names of their own, there may be several
             names = {a.frame.name for a in self._found.values()}
             title, number = f"{name} ({label})", 2
             while title in names:
                 title, number = f"{name} ({label} {number})", number + 1
-            at = _triple(nodes.x.mean(axis=0))
+            at = triple(nodes.x.mean(axis=0))
             still = (0.0, 0.0, 0.0)
             frame = Interface(title, 0.0, still, at, rows, of=self.group[name])
             self._found[name, node] = Attachment(name, node, frame)
@@ -188,12 +178,8 @@ class _Reduction:
             return where
         body = self._scene.body(name) if name != GROUND else None
         if isinstance(body, RigidBody):
-            return _triple(body.place(where))
-        nodes = shared_nodes(self.mesh(name), node_of(where), who)
-        if isinstance(where, Offset):
-            D = nodes.directors[0]
-            return _triple(nodes.x[0] + arm_components(where.by, D, who, f"'{name}'") @ D)
-        return _triple(nodes.x[0])
+            return triple(body.place(where))
+        return place_of(where, self.mesh(name), who)
 
     def ends(self, item: Any, who: str) -> Any:
         """A joint or force element with its ends at frames."""
@@ -225,23 +211,18 @@ class _Reduction:
         """A joint with its ends at frames."""
         if isinstance(joint, EdgeHinge):
             return self._edge_hinge(joint)
-        shells = {n: self.mesh(n) for n in {joint.second} & self.group.keys()}
-        turned = about_director(joint, self._scene, shells)
+        turned = about_director(joint, self._scene, self.group, self.mesh)
         moved: Joint = self.ends(turned, joint.said)
         return moved
 
     def _edge_hinge(self, joint: EdgeHinge) -> Joint:
         """A hinge of edges on the frames that these move with."""
-        shells: dict[str, ShellModel] = {}
         frames: dict[str, Any] = {}
         for body, at in BOTH:
             name, edge = getattr(joint, body), getattr(joint, at)
             if name in self.group:
-                shells[name] = self.mesh(name)
                 frames[body] = self._frame(name, edge, joint.said, joint.name).frame.name
-        meshed = {shell.name for shell in self._scene.shells}
-        turned = hinged(joint, shells, lambda name: self.mesh(name) if name in meshed else None)
-        return replace(turned, **frames)
+        return replace(hinged(joint, self.group, self.mesh), **frames)
 
     def held(self, support: Any) -> bool:
         """Decide whether a support holds a reduced body."""
@@ -257,7 +238,7 @@ class _Reduction:
                 found.append(replace(support, body=target.name))
                 rigid = rigid and stays_rigid(support, target)
                 fixed = isinstance(support, Fixed)
-                wheres = (support.at,) if fixed else edges(support)
+                wheres = (support.at,) if fixed else edge_names(support.at)
                 places += [(target.name, where, support.label) for where in wheres]
         nodes = [shared_nodes(self.mesh(name), where, who) for name, where, who in places]
         # edges with a node in common, perhaps on shells that are joined, are no frames of their own
@@ -274,7 +255,7 @@ class _Reduction:
         (target,) = self._scene.bodies_of(support)
         if target.name not in self.group or self.holding[self.group[target.name]]:
             return
-        for edge in edges(support):
+        for edge in edge_names(support.at):
             name = f"{target.name}.{edge}"
             frame = self._frame(target.name, edge, support.label, name).frame
             if isinstance(support, Hinged):
@@ -286,7 +267,7 @@ class _Reduction:
     def load(self, load: Any) -> Any:
         """A load at a point acts on the frame there, gravity on the floating frame."""
         if isinstance(load, Gravity):
-            return self._on_frame(load)
+            return self.on_frame(load)
         (target,) = self._scene.bodies_of(load)
         if target.name not in self.group:
             return load
@@ -322,11 +303,8 @@ class _Reduction:
             return item
         return replace(item, body=self.group[target.name], at=None)
 
-    def velocity(self, given: InitialVelocity) -> InitialVelocity:
-        """The velocity of a reduced body is that of its frame."""
-        return self._on_frame(given)
-
-    def _on_frame(self, item: Any) -> Any:
+    def on_frame(self, item: Any) -> Any:
+        """Move to its frame what is of a reduced body, as its velocity."""
         return replace(item, body=self.group.get(item.body, item.body))
 
     def probe(self, probe: Any) -> Any:
@@ -345,8 +323,3 @@ class _Reduction:
             if where is not None:
                 changes["frame_at"] = self.point(probe.frame, where, said(probe))
         return replace(probe, **changes) if changes else probe
-
-
-def _triple(vector: Any) -> Triple:
-    x, y, z = (float(c) for c in vector)
-    return x, y, z

@@ -9,7 +9,7 @@ weld or, where hinged edges are in one straight line, by a revolute joint about 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -21,11 +21,6 @@ from shellmb.scene.beams.beam import Beam
 from shellmb.scene.loads.supports import Clamped, Hinged, Support
 from shellmb.scene.multibody.joints import GROUND, Joint, Revolute, Weld
 from shellmb.scene.multibody.rigid import Interface
-
-
-def edges(support: Any) -> Iterator[str]:
-    """Names of the edges of a support that are fixed each by a joint of its own."""
-    yield from (support.at,) if isinstance(support.at, str) else support.at
 
 
 def stays_rigid(support: Support, target: Any) -> bool:

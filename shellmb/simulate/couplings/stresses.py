@@ -14,7 +14,7 @@ from ufl.core.expr import Expr
 from shellmb.arrays import Floats
 from shellmb.forms import contact
 from shellmb.meshes.nodes import node_mesh
-from shellmb.model.elements.lawvalues import LawValues
+from shellmb.model.massless import LawValues
 from shellmb.model.shell_contact.faces import Law, energy
 from shellmb.schemes.pieces import Pieces
 

@@ -16,7 +16,7 @@ from mpi4py import MPI
 
 import numpy as np
 
-from shellmb.model.model import build_model
+from shellmb.model.model import Model
 from shellmb.scene import Contact, Faces, Isotropic, Rectangle, Scene, Shell
 from shellmb.schemes.registry import make_scheme
 from shellmb.simulate.couplings.faces import FacesCoupling
@@ -50,7 +50,7 @@ def touching(count: int, rubs: bool) -> FacesCoupling:
     faces = Faces("low", 2 * (THICKNESS - DEPTH))
     contact = Contact("touch", faces, 1e8, "up", smoothing=2e-5, **law)
     scene = Scene("touching", tuple(shells), contacts=(contact,), scheme="ep", dt=1e-4, t_end=1e-3)
-    model = build_model(scene, MPI.COMM_SELF)
+    model = Model(scene, MPI.COMM_SELF)
     problem = Problem(model, make_scheme(scene.scheme, scene.dissipation))
     levels = problem.levels["up"]
     dofs = model.shells["up"].mixed.dofs["u"].reshape(-1, 3)
