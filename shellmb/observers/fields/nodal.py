@@ -90,21 +90,16 @@ def rotation_vectors(reference: Floats, directors: Floats) -> Floats:
         directors: The same turned.
     """
     R = np.einsum("nki,nkj->nij", directors, reference)
+    trace = np.einsum("nii->n", R)[:, None]
     # a unit quaternion from its largest component, accurate at all angles (S. W. Shepperd,
-    # J. Guidance Control 1 (1978) 223)
-    trace = np.einsum("nii->n", R)
-    diagonal = np.concatenate([trace[:, None], np.einsum("nii->ni", R)], axis=1)
-    largest = np.argmax(diagonal, axis=1)
-    skew = np.stack([R[:, 2, 1] - R[:, 1, 2], R[:, 0, 2] - R[:, 2, 0], R[:, 1, 0] - R[:, 0, 1]], 1)
-    quaternions = np.empty((len(R), 4))
-    for n, which in enumerate(largest):
-        if which == 0:
-            quaternions[n] = [1 + trace[n], *skew[n]]
-        else:
-            i = which - 1
-            column = R[n, :, i] + R[n, i]
-            column[i] = 1 - trace[n] + 2 * R[n, i, i]
-            quaternions[n] = [skew[n, i], *column]
+    # J. Guidance Control 1 (1978) 223): a row of its products, times 4
+    products = np.zeros((len(R), 4, 4))
+    products[:, :1, 0] = 1 + trace
+    products[:, 0, 1:] = (R.mT - R)[:, (1, 2, 0), (2, 0, 1)]
+    products[:, 1:, 0] = products[:, 0, 1:]
+    products[:, 1:, 1:] = R + R.mT + (1 - trace)[:, None] * np.eye(3)
+    largest = np.argmax(np.einsum("nii->ni", products), axis=1)
+    quaternions = products[np.arange(len(R)), largest]
     size = np.linalg.norm(quaternions[:, 1:], axis=1)
     sign = np.where(quaternions[:, 0] < 0, -1.0, 1.0)
     angle = 2 * np.arctan2(size, np.abs(quaternions[:, 0]))

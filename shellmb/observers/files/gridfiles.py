@@ -63,7 +63,9 @@ class GridFiles:
         self._writer.SetCompressorTypeToLZ4()
         # VTK's own way to a file takes four times as long as all the rest of its work
         self._writer.WriteToOutputStringOn()
-        self._series: GrowingFile | None = None
+        # added to: writing it anew takes longer than writing a state
+        self._series = GrowingFile(folder / f"{self._stem}.vtu.series", HEAD, ",\n", END)
+        self.close = self._series.close
         self._sums: dict[int, str] = {}
 
     def file(self, number: int) -> Path:
@@ -118,10 +120,6 @@ class GridFiles:
         Args:
             times: Times of all states so far, s; of lost ones, too.
         """
-        if self._series is None:
-            # added to: writing it anew takes longer than writing a state
-            path = self._folder / f"{self._stem}.vtu.series"
-            self._series = GrowingFile(path, HEAD, ",\n", END)
         known = [k for k in range(len(times)) if k in self._sums]
         new = known[self._series.count :]
         if new:
@@ -162,12 +160,6 @@ class GridFiles:
     def has(self, number: int) -> bool:
         """Decide whether a state was written and is not lost."""
         return number in self._sums
-
-    def close(self) -> None:
-        """Close the list."""
-        if self._series is not None:
-            self._series.close()
-            self._series = None
 
 
 def _grid(grid: Grid) -> vtkUnstructuredGrid:
@@ -216,8 +208,9 @@ class Collection:
     """
 
     def __init__(self, path: Path, files: Mapping[str, GridFiles]) -> None:
-        self._path, self._files = path, files
-        self._list: GrowingFile | None = None
+        self._files = files
+        self._list = GrowingFile(path, COLLECTION, "\n", COLLECTION_END)
+        self.close = self._list.close
         self._listed: set[int] = set()
 
     def list(self, times: Sequence[float]) -> None:
@@ -226,8 +219,6 @@ class Collection:
         Args:
             times: Times of all states so far.
         """
-        if self._list is None:
-            self._list = GrowingFile(self._path, COLLECTION, "\n", COLLECTION_END)
         new = [
             k
             for k in range(len(times))
@@ -242,9 +233,3 @@ class Collection:
         if items:
             self._list.add(items)
             self._listed |= set(new)
-
-    def close(self) -> None:
-        """Close it."""
-        if self._list is not None:
-            self._list.close()
-            self._list = None
