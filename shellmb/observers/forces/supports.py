@@ -66,9 +66,8 @@ class SupportForces:
         """
         sums = np.zeros((len(self._places), 6))
         for number, held in enumerate(self._rows):
-            taken = held.room(1)
-            held.take(taken, 0)
-            forces = held.nodal(taken, slice(1))
+            held.take(0)
+            forces = held.nodal(slice(1))
             if forces is None:
                 continue
             for row, (k, marks) in enumerate(self._places):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import astuple
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -13,11 +13,14 @@ from shellmb.errors import SceneError
 from shellmb.model.signals import Signals, Way
 from shellmb.restart import Restartable
 from shellmb.scene import Scene
-from shellmb.simulate.control.readings import Readings, Running
+from shellmb.simulate.control.readings import Readings
 from shellmb.simulate.control.sampling import Sampler
 from shellmb.simulate.control.watching import Watch, comes_soon, first_crossing, turning_point
 from shellmb.simulate.stepping import Attempt
 from shellmb.simulate.stepsize.control import LEAST
+
+if TYPE_CHECKING:
+    from shellmb.simulate.simulation import Simulation
 
 
 class Control(Restartable):
@@ -76,7 +79,7 @@ class Control(Restartable):
             for name, value in sampler.outputs.items():
                 self._signals.commands[sampler.law.name, name] = value
 
-    def attach(self, simulation: Running, observers: Sequence[Any]) -> None:
+    def attach(self, simulation: Simulation, observers: Sequence[Any]) -> None:
         """Read the columns of some observers from now on; they have begun.
 
         Args:
@@ -89,7 +92,7 @@ class Control(Restartable):
         if self._active and self._readings is None:
             self._readings = Readings(simulation, observers, self._sensors)
 
-    def begin(self, simulation: Running, observers: Sequence[Any]) -> None:
+    def begin(self, simulation: Simulation, observers: Sequence[Any]) -> None:
         """Switch what events have changed, and ask controllers, before a step; collective.
 
         Args:
@@ -140,7 +143,7 @@ class Control(Restartable):
         """Time of the next sample, s."""
         return min((s.next for s in self.samplers), default=np.inf)
 
-    def locate(self, simulation: Running, attempt: Attempt, lands: bool) -> Attempt:
+    def locate(self, simulation: Simulation, attempt: Attempt, lands: bool) -> Attempt:
         """Look behind a step that is solved, and repeat it where an event is within; collective.
 
         Also where one is so near behind it that the next step would be too short: it is halved; and

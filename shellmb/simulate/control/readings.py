@@ -6,30 +6,16 @@ import copy
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 from shellmb.errors import SceneError
 from shellmb.model.joints.columns import read_coordinates
-from shellmb.scene import Scene
 from shellmb.scene.checks.signals import coordinate_read
 from shellmb.scene.control.sensors import Sensor
-from shellmb.simulate.stepping import Arrays, Attempt, StepInfo
+from shellmb.simulate.stepping import Attempt, StepInfo
 
-
-class Running(Protocol):
-    """Interface of a simulation (`shellmb.simulate.simulation.Simulation`)."""
-
-    scene: Scene
-    model: Any
-    problem: Any
-    stepping: Any
-    size: Any
-    t: float
-    last: StepInfo | None
-
-    def live(self) -> Arrays:
-        """The bodies' own arrays."""
-        ...
+if TYPE_CHECKING:
+    from shellmb.simulate.simulation import Simulation
 
 
 class Readings:
@@ -45,7 +31,7 @@ class Readings:
     """
 
     def __init__(
-        self, simulation: Running, observers: Sequence[Any], sensors: Sequence[Sensor]
+        self, simulation: Simulation, observers: Sequence[Any], sensors: Sequence[Sensor]
     ) -> None:
         self._simulation, self._sensors = simulation, list(sensors)
         # some are several in one

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from shellmb.arrays import Floats
 from shellmb.errors import SceneError
-from shellmb.files.reading import read_json
+from shellmb.files.reading import read_series
 from shellmb.scene import Scene
 from shellmb.scene.lookup import said
 
@@ -108,19 +108,14 @@ class StoredFrame:
 
     def _grid(self, stem: str, body: str) -> tuple[dict[str, npt.NDArray[Any]], Path]:
         """The arrays of a body's file at that time, and the file."""
-        from vtkmodules.util.numpy_support import vtk_to_numpy
-
-        from shellmb.files.grids import read_grid
+        from shellmb.files.grids import numbers, read_grid
 
         series = self._folder / f"{stem}{SERIES}"
         if not series.is_file():
             raise SceneError(
                 f"{self._who}: it has no {body}; it must have all bodies of this scene"
             )
-        try:
-            found = {float(e["time"]): str(e["name"]) for e in read_json(series)["files"]}
-        except (TypeError, KeyError, ValueError) as error:
-            raise SceneError(f"{series} is damaged ({error})") from None
+        found = {t: file for file, t in read_series(series).items()}
         times = np.array(sorted(found))
         nearest = float(times[np.argmin(np.abs(times - self._at))])
         if not abs(nearest - self._at) <= SAME * max(1.0, float(times[-1])):
@@ -129,15 +124,14 @@ class StoredFrame:
                 f"{self._who}: at is {self._at:g}, and there is no frame; it must be one of the "
                 f"frames' times, the nearest of which are {' and '.join(map(repr, near))}"
             )
-        file = self._folder / Path(found[nearest]).name
+        file = found[nearest]
         points = read_grid(file).GetPointData()
         arrays = {}
         for k in range(points.GetNumberOfArrays()):
             array = points.GetAbstractArray(k)
-            numeric = points.GetArray(k) is not None
-            arrays[array.GetName()] = (
-                vtk_to_numpy(array)  # type: ignore[no-untyped-call]
-                if numeric
-                else np.array([array.GetValue(n) for n in range(array.GetNumberOfValues())])
-            )
+            if points.GetArray(k):
+                arrays[array.GetName()] = numbers(array)
+            else:
+                texts = map(array.GetValue, range(array.GetNumberOfValues()))
+                arrays[array.GetName()] = np.array([*texts])
         return arrays, file

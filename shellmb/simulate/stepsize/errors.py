@@ -27,6 +27,7 @@ import numpy as np
 from shellmb.arrays import Floats, Int32s
 from shellmb.restart import Restartable, constant
 from shellmb.schemes.base import LocalError
+from shellmb.simulate.predictor import hermite_weights
 from shellmb.simulate.problem import Problem
 
 # parts of a body that tell where it is
@@ -130,14 +131,10 @@ def difference(times: Floats, degree: int, confluent: bool) -> Floats:
         Shape (n,), or (n + 1,) with the rate; zero where there are more values than it takes.
     """
     used = degree + 1 - confluent
-    powers = np.arange(degree + 1)
-    rows = times[:used, None] ** powers
-    if confluent:
-        rows = np.vstack([rows, powers * times[used - 1] ** np.maximum(powers - 1, 0)])
     # the last coefficient, times the factorial, is the derivative
     unit = np.zeros(degree + 1)
     unit[-1] = math.factorial(degree)
-    weights = np.linalg.solve(rows.T, unit)
+    weights = hermite_weights(times[:used], times[used - confluent : used], unit)
     full = np.zeros(len(times) + confluent)
     full[:used] = weights[:used]
     if confluent:
