@@ -18,8 +18,7 @@ from shellmb.observers.deferred_observer import STEPS, DeferredObserver, Row
 from shellmb.observers.fields.modal import ModalNodes, modal_members, readable, resultants_of
 from shellmb.observers.fields.nodal import NodeGroup, Nodes, Reading, rotation_vectors
 from shellmb.observers.fields.resultants import Resultants, has_resultants
-from shellmb.observers.relative_motion import packed, seen, unpacked
-from shellmb.observers.unwrap import WholeTurns
+from shellmb.observers.relative_motion import WholeTurns, packed, seen, unpacked
 from shellmb.scene import Probe, RigidBody
 from shellmb.scene.description import Body
 from shellmb.simulate.simulation import Simulation

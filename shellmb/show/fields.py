@@ -162,9 +162,8 @@ class Fields(Mapping[str, "xr.Dataset"]):
         import xarray as xr
         from xarray.core import indexing
 
-        from shellmb.files.grids import components, read_grid
+        from shellmb.files.grids import POSITION, components, read_grid
         from shellmb.show.lazy import OnFiles
-        from shellmb.show.values import POSITION
 
         name = next(n for n, s in self._stems.items() if s == stem)
         states = self.states(name)

@@ -9,7 +9,7 @@ import pyvista
 from shellmb.errors import SceneError
 from shellmb.observers.files.described import describe
 from shellmb.observers.files.frames import Frames
-from shellmb.observers.files.grid import Grid
+from shellmb.observers.files.gridfiles import Grid
 from shellmb.scene import (
     AlongEdge,
     Beam,

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 import pyvista
 
-from shellmb.observers.files.grid import Grid
-from shellmb.observers.files.gridfiles import GridFiles
+from shellmb.observers.files.gridfiles import Grid, GridFiles
 
 
 def ranges(file: Path, name: str) -> tuple[float, ...]:

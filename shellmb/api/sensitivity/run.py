@@ -163,8 +163,7 @@ def _execute(
     from shellmb.running.execute import execute
     from shellmb.running.resuming.resume import resume
     from shellmb.sensitivity.paths.tangent import PathTangents
-    from shellmb.sensitivity.perturbed_scene import PerturbedScene
-    from shellmb.sensitivity.saved import SavedSide
+    from shellmb.sensitivity.perturbed_scene import PerturbedScene, SavedSide
     from shellmb.sensitivity.tangent import Pair, Tangents
 
     begin = clock.perf_counter()

@@ -17,8 +17,7 @@ from shellmb.errors import ConvergenceError
 from shellmb.files.writing import make_folder
 from shellmb.observers.fields.chosen import chosen_fields, wants
 from shellmb.observers.fields.nodal import nodal_values
-from shellmb.observers.files.grid import Grid
-from shellmb.observers.files.gridfiles import Collection, GridFiles
+from shellmb.observers.files.gridfiles import Collection, Grid, GridFiles
 from shellmb.observers.files.growingfile import Batches
 from shellmb.observers.files.output_parts import Drawn, DrawnJoints, DrawnMesh, drawn_parts
 from shellmb.observers.forces.joints import JointForces

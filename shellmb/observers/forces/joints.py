@@ -18,8 +18,7 @@ from shellmb.model.joints.switches import TiedCoordinates
 from shellmb.model.massless import gathered
 from shellmb.model.model import Model
 from shellmb.observers.deferred_observer import STEPS, DeferredObserver, Row, SharedTable
-from shellmb.observers.forces.free_coordinates import FreeCoordinates
-from shellmb.observers.forces.locations import Places
+from shellmb.observers.forces.locations import FreeCoordinates, Places
 from shellmb.observers.forces.reactions import Assembled, resistance
 from shellmb.schemes.base import END
 from shellmb.simulate.simulation import Simulation

@@ -26,7 +26,7 @@ from shellmb.arrays import Floats
 from shellmb.errors import ConvergenceError
 from shellmb.sensitivity.parameters import STEP
 from shellmb.sensitivity.perturbed_run import PerturbedRun
-from shellmb.sensitivity.saved import SavedSide
+from shellmb.sensitivity.perturbed_scene import SavedSide
 from shellmb.sensitivity.tangent import KINK, MOST, STALLED, TOLERANCE, USELESS, Pair, Tangents
 from shellmb.simulate.paths.arclength import PathSteps
 from shellmb.simulate.paths.branches import PathState
