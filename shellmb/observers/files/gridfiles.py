@@ -25,7 +25,7 @@ from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridWriter
 from shellmb.arrays import Floats, Int32s, Ints
 from shellmb.errors import SceneError
 from shellmb.files.checksums import checksum
-from shellmb.files.grids import numbers, read_grid, seal_grid
+from shellmb.files.grids import numbers, seal_grid
 from shellmb.files.reading import read_bytes
 from shellmb.files.writing import write_bytes
 from shellmb.model.locations.nodes import Meshed
@@ -225,26 +225,21 @@ class GridFiles:
         """
         return {self.file(k).name: s for k, s in self._sums.items() if k < count}
 
-    def displacement(self, number: int, sums: Mapping[str, str]) -> Floats | None:
-        """Displacements of a state that was written, shape (n, 3), m; None if its file is lost.
+    def find(self, number: int, sums: Mapping[str, str]) -> bool:
+        """Take up a state that was written; whether its file is there as it was.
 
         Args:
             number: Its number.
-            sums: Checksums of all files by their names.
+            sums: Checksums by the names of files.
         """
         file = self.file(number)
         try:
-            content = read_bytes(file)
+            found = checksum(read_bytes(file))
         except SceneError:
-            return None
-        if checksum(content) != sums.get(file.name):
-            return None
-        self._sums[number] = sums[file.name]
-        try:
-            array = read_grid(file).GetPointData().GetArray("displacement")
-        except SceneError:
-            return None
-        return None if array is None else numbers(array).copy()
+            return False
+        if found == sums.get(file.name):
+            self._sums[number] = found
+        return number in self._sums
 
     def has(self, number: int) -> bool:
         """Decide whether a state was written and is not lost."""
