@@ -2,21 +2,14 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from shellmb.barrier import first_found
 from shellmb.errors import SceneError
-from shellmb.files.checksums import as_list
-from shellmb.files.reading import read_bytes, unpacked
-from shellmb.files.writing import drafted
 from shellmb.observers.columns import StateColumns, path_columns, points_and_events
 from shellmb.observers.fields.reserves import Reserves
-from shellmb.observers.files.checkpoint import Saved, Written
+from shellmb.observers.files.checkpoint import Checkpoint, Saved, Written
 from shellmb.observers.files.described import describe
 from shellmb.observers.history import History, Measuring
 from shellmb.observers.probes import Probes
@@ -24,85 +17,12 @@ from shellmb.observers.summary import summarise, write_json
 from shellmb.running.directory import written
 from shellmb.running.execute import RunResult, take_up
 from shellmb.running.results import measured
-from shellmb.running.standard import HISTORY, SUMMARY, StandardObservers
+from shellmb.running.resuming.saved import read_saved
+from shellmb.running.standard import HISTORY, STATE, SUMMARY, StandardObservers
 from shellmb.scene import Scene
 from shellmb.scene.fingerprint import differences, fingerprint
 from shellmb.sensitivity.perturbed_run import PerturbedRun
 from shellmb.simulate.simulation import Observer, Simulation
-
-# entry of the file that holds numbers and observers; behind it come arrays of the simulation
-TABLE = "state"
-
-
-class SavedSide:
-    """The state of one of the two scenes beside a run.
-
-    Args:
-        folder: Folder of the scene.
-        simulation: Its simulation.
-        named: Its observers by name.
-    """
-
-    def __init__(self, folder: Path, simulation: Simulation, named: Mapping[str, Observer]) -> None:
-        self._simulation, self._named = simulation, dict(named)
-        self._file = folder / f"state-rank{simulation.model.comm.rank}.npz"
-
-    def remember(self) -> None:
-        """Take down the present state, that of an accepted step."""
-        observers = {name: o.state() for name, o in self._named.items()}
-        self._last = *self._simulation.saved(), observers
-
-    def write(self) -> None:
-        """Write the state that was taken down last, and before it the files that it counts on."""
-        arrays, simulation, observers = self._last
-        first = self._simulation.model.comm.rank == 0
-        for name, observer in self._named.items():
-            if isinstance(observer, Written):
-                observer.write()
-                if first:
-                    observers[name] = observer.sealed(observers[name])
-        scene = fingerprint(self._simulation.scene)
-        table = {"simulation": simulation, "observers": observers, "scene": scene}
-        with drafted(self._file) as part:
-            text = np.array(json.dumps(table, default=as_list))
-            np.savez(part, allow_pickle=False, **arrays, **{TABLE: text})
-
-    def take_up(self, run: Simulation) -> None:
-        """Go on from the state in the file; collective.
-
-        Args:
-            run: The run, which goes on, too.
-
-        Raises:
-            SceneError: If the state is damaged, of another scene, or of another step.
-        """
-        comm = run.model.comm
-        arrays, table, wrong = {}, {}, None
-        try:
-            arrays = unpacked(self._file, read_bytes(self._file))
-            table = json.loads(str(arrays.pop(TABLE)))
-        except SceneError as error:
-            wrong = str(error)
-        except (ValueError, KeyError) as error:
-            wrong = f"{self._file} cannot be read ({error})"
-        # observers of the first rank know the files
-        table = comm.bcast(table)
-        wrong = first_found(comm, wrong)
-        if wrong is None and table["simulation"]["step"] != run.step:
-            wrong = (
-                f"{self._file} is of step {table['simulation']['step']}, and the run goes on from "
-                f"step {run.step}"
-            )
-        if wrong is None:
-            others = differences(table["scene"], fingerprint(self._simulation.scene))
-            if others:
-                path, was, now = others[0]
-                wrong = f"{self._file} is of another scene: {path} was {was}, is {now}"
-        if wrong is not None:
-            raise SceneError(f"sensitivities: {wrong}; start again in another directory")
-        saved = Saved(arrays, table["simulation"], table["observers"])
-        take_up(self._simulation, self._named, saved)
-
 
 # observers that say whether to trust a run, or how to go on with it
 OF_THE_RUN = ("watch of ", "checkpoint", "stop")
@@ -120,6 +40,7 @@ class PerturbedScene:
 
     Attributes:
         shadow: Its simulation.
+        saved: Its state, which is written with that of the run.
 
     Raises:
         SceneError: If the state of the side is not of that step of the run, or of another scene.
@@ -147,9 +68,10 @@ class PerturbedScene:
             chosen = _only_probes(folder)
         if comm.rank == 0:
             describe(scene).write(folder)
-        self.saved = SavedSide(folder, simulation, chosen)
+        files = {name: o for name, o in chosen.items() if isinstance(o, Written)}
+        self.saved = Checkpoint(folder / STATE, chosen, files)
         if run.step:
-            self.saved.take_up(run)
+            take_up(simulation, chosen, _saved(folder, simulation, run))
         self.shadow = PerturbedRun(simulation, list(chosen.values()), forces=columns == "all")
         self.shadow.since = simulation.t - run.t
 
@@ -175,6 +97,25 @@ class PerturbedScene:
         if self._comm.rank == 0:
             with written(self._folder, self._comm):
                 write_json(self._folder / SUMMARY, own)
+
+
+def _saved(folder: Path, simulation: Simulation, run: Simulation) -> Saved:
+    """The state of a side, of the step of the run that goes on; collective."""
+    try:
+        saved = read_saved(folder, run.model.comm)
+        step = saved.simulation["step"]
+        others = differences(saved.scene, fingerprint(simulation.scene))
+        if step != run.step:
+            raise SceneError(f"it is of step {step}, and the run goes on from step {run.step}")
+        if others:
+            path, was, now = others[0]
+            raise SceneError(f"it is of another scene: {path} was {was}, is {now}")
+    except SceneError as error:
+        raise SceneError(
+            f"sensitivities: the state in {folder} cannot be read ({error}); start again in "
+            "another directory"
+        ) from None
+    return saved
 
 
 def _only_probes(folder: Path) -> dict[str, Observer]:

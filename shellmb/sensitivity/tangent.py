@@ -18,7 +18,7 @@ finitely; the difference is the derivative of that retraction.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Generator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -27,10 +27,10 @@ import numpy as np
 
 from shellmb.arrays import Floats
 from shellmb.errors import ConvergenceError
+from shellmb.observers.files.checkpoint import Checkpoint
 from shellmb.sensitivity.events import Corners, check_begun, ends
 from shellmb.sensitivity.parameters import STEP, Parameter
 from shellmb.sensitivity.perturbed_run import PerturbedRun, check_alike
-from shellmb.sensitivity.perturbed_scene import SavedSide
 from shellmb.sensitivity.sizes import Sizes
 from shellmb.simulate.simulation import BaseObserver, Simulation
 from shellmb.system.direct.linear import Linear
@@ -159,7 +159,7 @@ class Tangents(BaseObserver):
     """
 
     def __init__(
-        self, make: Callable[[Simulation], Sequence[Pair]], saved: Sequence[SavedSide] = ()
+        self, make: Callable[[Simulation], Sequence[Pair]], saved: Sequence[Checkpoint] = ()
     ) -> None:
         self._make, self._saved = make, saved
         self.pairs: list[Pair] = []
@@ -190,6 +190,13 @@ class Tangents(BaseObserver):
             pair.centre()
             for side in pair.sides:
                 side.start()
+        for saved, own in self._with_states():
+            saved.start(own)
+
+    def _with_states(self) -> Iterator[tuple[Checkpoint, Simulation]]:
+        """Saved states of both sides of all pairs, if they are saved, with their simulations."""
+        sides = (side.simulation for pair in self.pairs for side in pair.sides)
+        return zip(self._saved, sides, strict=False)
 
     def solved(self, simulation: Simulation) -> None:
         """Find the derivatives of the step that the run has just solved."""
@@ -336,8 +343,8 @@ class Tangents(BaseObserver):
 
     def state(self) -> dict[str, Any]:
         """Record the warnings so far; the sides take down their states, too."""
-        for saved in self._saved:
-            saved.remember()
+        for saved, own in self._with_states():
+            saved.remember(own)
         kinks = {pair.parameter.name: list(pair.kinks) for pair in self.pairs}
         return {"iterations": self.iterations, "kinks": kinks, "said": list(self.said)}
 

@@ -139,7 +139,10 @@ class Frames(BaseObserver):
         }
         if self._files:
             make_folder(self._folder)
-        self._lists = [*self._files.values(), Collection(self._folder / "all.pvd", self._files)]
+        self._lists: list[GridFiles | Collection] = [
+            *self._files.values(),
+            Collection(self._folder / "all.pvd", self._files),
+        ]
         requested = simulation.scene.output.frames
         self._interval = simulation.t_end / max((requested or USUAL) - 1, 1)
         self._follows = requested is None and simulation.scheme.dynamic
