@@ -51,10 +51,6 @@ class Solution(Protocol):
         """Number of the field of a body's stage in the system."""
         ...
 
-    def time(self, name: str) -> fem.Constant:
-        """Time at the middle of the step."""
-        ...
-
 
 class Relaxing(Solution, Protocol):
     """A problem whose bodies and springs may relax."""
