@@ -29,11 +29,10 @@ from shellmb.schemes.registry import make_scheme
 from shellmb.simulate.control.control import Control
 from shellmb.simulate.paths.arclength import ArcSize, PathSteps
 from shellmb.simulate.problem import Problem
-from shellmb.simulate.redundant_watch import DroppedConstraints
 from shellmb.simulate.scene_copy import SceneCopy
 from shellmb.simulate.start.redistribute import numbering, spread
 from shellmb.simulate.start.start import Start
-from shellmb.simulate.stepping import Arrays, Attempt, StepInfo, TimeSteps
+from shellmb.simulate.stepping import Arrays, Attempt, DroppedConstraints, StepInfo, TimeSteps
 from shellmb.simulate.stepsize.control import ErrorSize, LoadSize, StepSize
 from shellmb.simulate.stepsize.target_times import Count, Landing, near
 

@@ -189,7 +189,7 @@ NOTHING = 1e-10
 class ErrorSize(StepSize):
     """The step size that follows its error, by a proportional and integral controller.
 
-    With the ratio `r` of the error (`errors`) to the tolerance, which is of the order p of the
+    With the ratio `r` of the error (`StepErrors`) to the tolerance, which is of the order p of the
     scheme in the step, the next step is
 
         h_next = h (AIM/r)^(kI) (r_before/r)^(kP),   kI = 0.3/p,   kP = 0.4/p
