@@ -53,11 +53,20 @@ class Found:
 
     Args:
         directory: The directory.
-        computed: What was found in this process; None of what is read back.
+        computed: What was found in this process; None of what is read back. Of many results the
+            oldest ones let go of it, before MPI has no communicators for another simulation.
     """
 
     def __init__(self, directory: Path | str, computed: Any = None) -> None:
         self.directory, self.computed = Path(directory), computed
+        if computed is not None:
+            from shellmb.meshes.lifetime import count_holder
+
+            count_holder(self)
+
+    def release(self) -> None:
+        """Let go of the simulation: all else is read from the directory."""
+        self.computed = None
 
     @cached_property
     def summary(self) -> dict[str, Any]:
@@ -89,7 +98,7 @@ class Run(Found):
     Attributes:
         directory: The run directory.
         computed: Scene, simulation and observers of a run that was just computed; None of one that
-            was read back.
+            was read back, and of old ones where MPI has no communicators for more of them.
 
     Raises:
         SceneError: If the directory holds no run.
@@ -99,6 +108,7 @@ class Run(Found):
 
     def __init__(self, directory: Path | str, computed: RunResult | None = None) -> None:
         super().__init__(directory, computed)
+        self._scene = computed.scene if computed is not None else None
         self.described: Described = read_described(self.directory)
         if not (self.directory / "history.csv").is_file():
             raise SceneError(
@@ -118,8 +128,8 @@ class Run(Found):
         Raises:
             SceneError: If it was not made in this process, and is no bundled one.
         """
-        if self.computed is not None:
-            return self.computed.scene
+        if self._scene is not None:
+            return self._scene
         from shellmb.running.request import read_request
 
         return read_request(self.directory).trusted(None, False).build()[0]

@@ -3,20 +3,32 @@
 Each mesh has some communicators, and each function space on it: MPI has about 2000 for a process,
 which are those of thirty simulations of a mechanism, and ends the program when there are no more.
 A mesh of DOLFINx is freed only when Python looks for objects that hold one another, and it does so
-by the number of its own objects, of which few may be left over.
+by the number of its own objects, of which few may be left over. Results that a user keeps hold the
+simulations that computed them: the oldest ones let go of theirs.
 """
 
 import gc
 import weakref
-from collections.abc import Iterator
+from collections.abc import Iterator, Sized
 from contextlib import contextmanager
-from typing import Any
+from typing import Any, Protocol
 
 from mpi4py import MPI
 
-# meshes that may be there without a look, and how many more after it: each has eleven to
-# twenty-two communicators with what is built on it
+from shellmb.errors import RunError
+
+# meshes that may be there without a look, and how many more after it
 MOST, MORE = 40, 10
+# communicators of a mesh with what is built on it: eleven to twenty-two are there together
+EACH = 14
+
+
+class Holder(Protocol):
+    """A result that holds what computed it."""
+
+    def release(self) -> None:
+        """Let go of what computed it; what is in files stays."""
+        ...
 
 
 class _LiveMeshes(weakref.WeakSet[Any]):
@@ -30,6 +42,8 @@ class _LiveMeshes(weakref.WeakSet[Any]):
 
 
 _MESHES = _LiveMeshes()
+# the oldest one first
+_HOLDERS = list[weakref.ref[Holder]]()
 
 
 def count_in(mesh: Any) -> None:
@@ -37,16 +51,42 @@ def count_in(mesh: Any) -> None:
     _MESHES.add(mesh)
 
 
-def make_room(comm: MPI.Comm) -> None:
-    """Free meshes that nobody uses, if there are many; collective.
+def count_holder(result: Holder) -> None:
+    """Count a result that holds what computed it."""
+    _HOLDERS.append(weakref.ref(result))
+
+
+def make_room(comm: MPI.Comm, bodies: int = 1) -> None:
+    """Free meshes that nobody uses, if there are many, and then those of old results; collective.
 
     Args:
         comm: Communicator.
+        bodies: Number of meshes that will be made.
+
+    Raises:
+        RunError: If what is in use leaves too few communicators.
     """
-    if comm.allreduce(len(_MESHES), op=MPI.MAX) >= _MESHES.most:
-        gc.collect()
-        # those that are in use are no reason to look again for each new one
-        _MESHES.most = MORE + comm.allreduce(len(_MESHES), op=MPI.MAX)
+    if _most(comm, _MESHES) < _MESHES.most:
+        return
+    gc.collect()
+    while _most(comm, _MESHES) >= MOST and _most(comm, _HOLDERS):
+        oldest = _HOLDERS.pop(0)() if _HOLDERS else None
+        if oldest is not None:
+            oldest.release()
+            gc.collect()
+    # those that are in use are no reason to look again for each new one
+    used = _most(comm, _MESHES)
+    _MESHES.most = MORE + used
+    if used and not room_for(comm, EACH * bodies):
+        raise RunError(
+            f"MPI has about 2000 communicators for a program, and simulations with {used} meshes "
+            f"are in use: too few are left for one of {bodies}; delete simulations, matrices and "
+            "linear systems that are not needed any more"
+        )
+
+
+def _most(comm: MPI.Comm, items: Sized) -> int:
+    return int(comm.allreduce(len(items), op=MPI.MAX))
 
 
 def free(comm: MPI.Comm = MPI.COMM_WORLD) -> None:

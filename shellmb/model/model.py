@@ -186,7 +186,7 @@ def build_model(
     Raises:
         SceneError: If something the scene names does not exist on the meshes.
     """
-    make_room(comm)
+    make_room(comm, len(scene.shells) + len(scene.beams))
     described, (scene, rigid_meshes) = scene, rigidified(scene, comm)
     signals, dynamic = Signals(scene), not scene.static
 
