@@ -108,7 +108,9 @@ class Predictor(Restartable):
         self._back = np.argsort(self._order)
         # of all ranks alike
         self._has_pairs = bool(iteration.system.comm.allreduce(len(pairs.values)))
-        self._knots = KNOTS if self._has_pairs else PLAIN
+        every = KNOTS if self._has_pairs else PLAIN
+        # how many of these, by the number of states
+        self._possible = [sum(max(k) <= known for k in every) for known in range(STATES + 1)]
         self.clear()
 
     def clear(self) -> None:
@@ -148,19 +150,19 @@ class Predictor(Restartable):
             dt: Length of the step, s.
         """
         known = len(self._past)
-        rows = self._table[: sum(max(knots) <= known for knots in self._knots)]
+        rows = self._table[: self._possible[known]]
         if self._ahead == dt:
             return rows
         self._ahead, times = dt, tuple(t / dt for t in self._times)
-        of_values, of_slopes = knot_weights(times, dt, self._knots)
         if self._has_pairs:
             count = len(self._pairs.times)
             # of each state a row of values, and one of slopes
             past = self._past.reshape(2 * known, count)
+            of_values, of_slopes = knot_weights(times, dt)
             ahead = [of_values @ past, of_slopes @ past / self._pairs.times]
             np.take(np.concatenate(ahead, axis=1), self._back, axis=1, out=rows, mode="clip")
         else:
-            rows[:] = of_values[:, ::2] @ self._past
+            rows[:] = plain_weights(times) @ self._past
         return rows
 
     def accept(self, x: PETSc.Vec, key: Hashable, dt: float) -> None:
@@ -209,6 +211,19 @@ def hermite_weights(values: Times, slopes: Times, wanted: npt.NDArray[Any]) -> F
     at, along = (np.array(times, dtype=float)[:, None] for times in (values, slopes))
     rows = [at**powers, powers * along ** np.maximum(powers - 1, 0)]
     return np.asarray(np.linalg.solve(np.concatenate(rows).T, wanted))
+
+
+@lru_cache
+def plain_weights(times: tuple[float, ...]) -> Floats:
+    """Weights of known states in polynomials through the newest one, two, ... of them.
+
+    Args:
+        times: As of `knot_weights`, n of them.
+
+    Returns:
+        For the state a step ahead, row k for the polynomial of degree k, shape (n, n).
+    """
+    return np.ascontiguousarray(knot_weights(times, 1.0, PLAIN)[0][:, ::2])
 
 
 @lru_cache
