@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import copy
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -73,6 +74,19 @@ class Fields(Mapping[str, "xr.Dataset"]):
             sizes = f"{data.sizes[self.along]} states, {data.sizes['node']} nodes"
             lines.append(f"  {name!r}: {sizes}: {fields}")
         return "\n".join(lines)
+
+    def only(self, names: Iterable[str]) -> Fields:
+        """The fields of some bodies.
+
+        Args:
+            names: Their names.
+
+        Raises:
+            SceneError: If there is no such body.
+        """
+        some = copy.copy(self)
+        some._stems = {name: self.stem(name) for name in names}
+        return some
 
     def stem(self, name: str) -> str:
         """Beginning of the names of a body's files.

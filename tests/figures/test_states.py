@@ -113,8 +113,9 @@ def test_read_back(tmp_path: Path) -> None:
             moved = read_state(read.file(name, t), t).arrays["displacement"]
             np.testing.assert_allclose(moved, displacements[name], atol=1e-7)
     assert read.nearest(0.012) == pytest.approx(0.01)
+    assert list(read.only(["rib"])) == ["rib"]
     with pytest.raises(SceneError, match="there is no body 'rob'"):
-        read["rob"]
+        read.only(["rob"])
 
 
 def _cells(grid: Grid) -> dict[int, list[list[int]]]:
