@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -16,7 +16,7 @@ from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed
 from shellmb.meshes.spaces import reading_element
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.shells.shell import ShellModel
-from shellmb.native.expressions import values_in_cells
+from shellmb.native.expressions import compiled_expression
 from shellmb.schemes.base import Levels
 from shellmb.schemes.linearised import change
 from shellmb.simulate.simulation import Simulation
@@ -94,14 +94,16 @@ class Resultants:
         nodes = body.mixed.subspaces["u"]
         inner = reading_element(nodes)
         points = np.asarray(inner.points, dtype=np.float64)
+        self._mesh = nodes.mesh
         self.size = int(vectors[0].ufl_shape[0])
-        self._expressions = [values_in_cells(vector, points, nodes.mesh) for vector in vectors]
+        self._expressions = [compiled_expression(vector, points) for vector in vectors]
         # values at the nodes of an element from those at its points
         at = np.asarray(nodes.element.interpolation_points)
         table = np.asarray(inner.tabulate(0, at))
         self._continued: Floats = table[0, :, :, 0]
-        topology = nodes.mesh.topology
-        self._nodes = nodes.dofmap.list[: topology.index_map(topology.dim).size_local]
+        local = self._mesh.topology.index_map(self._mesh.topology.dim).size_local
+        self._cells = np.arange(local, dtype=np.int32)
+        self._nodes = nodes.dofmap.list[:local]
 
     def solved(self) -> None:
         """Keep the start of a step, while it is at hand."""
@@ -117,9 +119,11 @@ class Resultants:
             self._branches.follow()
         return self.at_nodes(self._expressions[0])
 
-    def at_nodes(self, at_points: Callable[[], Floats]) -> Floats:
+    def at_nodes(self, expression: fem.Expression) -> Floats:
         """Values of an expression at the nodes of each element of this rank."""
-        return np.asarray(np.einsum("np,epk->enk", self._continued, at_points()))
+        flat = np.asarray(expression.eval(self._mesh, self._cells), dtype=np.float64)
+        values = flat.reshape(len(self._cells), -1, self.size)
+        return np.asarray(np.einsum("np,epk->enk", self._continued, values))
 
     def sums(self, nodes: Int32s, quantity: str) -> Floats:
         """Sum of the elements' values at nodes, in N, N m or per m, and their number, shape (4,).
