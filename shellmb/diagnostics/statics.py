@@ -11,9 +11,9 @@ import math
 
 from shellmb.diagnostics.base import Cautions, Watch
 from shellmb.scene import Wrinkling
+from shellmb.simulate.eigenmodes import Stability, StabilityState
 from shellmb.simulate.paths.arclength import FARTHEST, ArcSize
 from shellmb.simulate.simulation import Simulation
-from shellmb.simulate.stability import Stability, StabilityState
 
 
 class PathEnd(Watch):

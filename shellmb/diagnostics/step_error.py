@@ -6,7 +6,7 @@ import numpy as np
 
 from shellmb.diagnostics.base import Cautions, Watch
 from shellmb.simulate.simulation import Simulation
-from shellmb.simulate.stepsize.tolerance import ErrorSize
+from shellmb.simulate.stepsize.control import ErrorSize
 
 # a motion smaller than so many step errors is not known to a tenth of it
 KNOWN = 10.0

@@ -17,7 +17,7 @@ from __future__ import annotations
 import numpy as np
 
 from shellmb.diagnostics.base import Cautions, Watch, remedies, said_of
-from shellmb.observers.account.sizes import stiffness_of
+from shellmb.observers.account.energy import stiffness_of
 from shellmb.simulate.simulation import Simulation
 
 

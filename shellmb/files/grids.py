@@ -4,6 +4,8 @@ VTK believes sizes and offsets, and a file that was cut or spoilt ends the proce
 a checksum of itself, in a comment behind its first line, and what VTK gets is compared with it.
 """
 
+from __future__ import annotations
+
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +15,7 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonDataModel import vtkUnstructuredGrid
 from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
 
+from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.files.checksums import checksum
 from shellmb.files.reading import read_bytes
@@ -76,3 +79,24 @@ def check_grid(file: Path) -> None:
         raise SceneError(
             f"{file} is damaged (it does not have its checksum); it must be as the run wrote it"
         )
+
+
+# name of the positions, which are the points of the grid
+POSITION = "position"
+
+
+def read_values(file: Path, name: str) -> Floats:
+    """One array at the nodes of a state, and no other one.
+
+    Args:
+        file: File of the state.
+        name: Name of the array, or `POSITION`.
+
+    Raises:
+        SceneError: If the file is damaged.
+    """
+    grid = read_grid(file, name)
+    array = grid.GetPoints().GetData() if name == POSITION else grid.GetPointData().GetArray(name)
+    if array is None:
+        raise SceneError(f"{file} is damaged (it has no {name})")
+    return numbers(array).astype(np.float64)

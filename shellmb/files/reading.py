@@ -86,6 +86,22 @@ def read_json(file: Path) -> dict[str, Any]:
     return values
 
 
+def read_series(file: Path) -> dict[Path, float]:
+    """Files of states with their times.
+
+    Args:
+        file: The list of them, which stands beside them.
+
+    Raises:
+        Damaged: If it is no such list.
+    """
+    try:
+        entries = read_json(file)["files"]
+        return {file.parent / Path(e["name"]).name: float(e["time"]) for e in entries}
+    except (TypeError, KeyError, ValueError) as error:
+        raise Damaged(f"{file} is damaged ({error})") from None
+
+
 def unpacked(file: Path, content: bytes) -> dict[str, Any]:
     """The arrays of a state, by name.
 

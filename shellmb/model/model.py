@@ -94,7 +94,7 @@ class Model:
         force: float | None = None,
         length: float | None = None,
     ) -> None:
-        make_room(comm, len(scene.shells) + len(scene.beams))
+        make_room(comm, len(described.shells) + len(described.beams))
         scene, self.rigid_meshes = rigidified(described, comm)
         self.scene, self.comm, self.modal = scene, comm, tuple(modal)
         self.signals = Signals(scene)

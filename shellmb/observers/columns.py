@@ -13,7 +13,7 @@ from weakref import proxy
 
 from shellmb.observers.deferred_observer import Row
 from shellmb.simulate.simulation import BaseObserver, Simulation
-from shellmb.simulate.stepsize.tolerance import ErrorSize
+from shellmb.simulate.stepsize.control import ErrorSize
 
 # what follows an event's name
 ON = ".on"

@@ -11,6 +11,7 @@ from typing import Any, Protocol, runtime_checkable
 
 from shellmb.errors import SceneError
 from shellmb.files.reading import read_bytes
+from shellmb.observers.deferred_observer import DeferredObserver
 from shellmb.observers.files.growingfile import Batches, GrowingFile
 from shellmb.simulate.simulation import BaseObserver, Simulation
 
@@ -29,40 +30,12 @@ class Measuring(Protocol):
         ...
 
 
-class _EachStep:
-    """Numbers of an observer that is measured in each step, for those of many steps together.
-
-    Args:
-        measuring: The observer.
-    """
-
-    def __init__(self, measuring: Measuring) -> None:
-        self._measuring, self._rows = measuring, list[dict[str, float]]()
-        self.has = True
-
-    def begin(self) -> None:
-        """See whether the observer has numbers at all."""
-        self.has = bool(self._measuring.measure())
-
-    def ask(self) -> None:
-        """Measure now, if it has numbers."""
-        numbers = self._measuring.measure()
-        self._rows.append({name: float(value) for name, value in numbers.items()})
-
-    def collect(self, count: int) -> list[dict[str, float]]:
-        """Hand over the numbers of so many steps."""
-        if not self.has:
-            return [{} for _ in range(count)]
-        found, self._rows = self._rows[:count], self._rows[count:]
-        return found
-
-
 class History(BaseObserver):
     """Collects the numbers of measuring observers after every step, and writes them to a CSV file.
 
-    It has to stand behind the observers it asks. Row 0 is the initial state. Rows of short steps
-    are collected (`DeferredObserver`) and written several at a time (`Batches`); all are there when
-    a run ends, however it ends.
+    It has to stand behind the observers it asks. Row 0 is the initial state. Columns of observers
+    that collect rows of short steps (`DeferredObserver`) come first. Rows are written several at a
+    time (`Batches`); all are there when a run ends, however it ends.
 
     Args:
         measuring: The observers to ask.
@@ -70,16 +43,12 @@ class History(BaseObserver):
     """
 
     def __init__(self, measuring: Sequence[Measuring], path: Path | None = None) -> None:
-        self._measuring, self._path = list(measuring), path
+        self._path = path
         self._rows: list[dict[str, float]] = []
-        # the beginnings of rows that are not complete yet, and their times
-        self._steps: list[tuple[tuple[float, ...], float]] = []
-        later = [hasattr(observer, "collect") for observer in measuring]
-        self._sources: list[Any] = [
-            observer if there else _EachStep(observer)
-            for observer, there in zip(measuring, later, strict=True)
-        ]
-        self._requested = [s for s, there in zip(self._sources, later, strict=True) if not there]
+        # the beginnings of rows that are not complete yet, and their ends
+        self._steps: list[tuple[tuple[float, ...], dict[str, float]]] = []
+        self._later = [o for o in measuring if isinstance(o, DeferredObserver)]
+        self._each_step = [o for o in measuring if o not in self._later]
         self._kept: int | None = None
         self._file: GrowingFile | None = None
         self._refused: OSError | None = None
@@ -92,12 +61,11 @@ class History(BaseObserver):
         """The rows so far; a number that a scheme does not have is NaN."""
         count = len(self._steps)
         if count:
-            columns = [source.collect(count) for source in self._sources]
-            for (first, wall), *found in zip(self._steps, *columns, strict=True):
+            columns = [observer.collect(count) for observer in self._later]
+            for (first, last), *found in zip(self._steps, *columns, strict=True):
                 row = dict(zip(STEP_COLUMNS, first, strict=True))
-                for each in found:
+                for each in (*found, last):
                     row |= each
-                row[WALL] = wall
                 self._rows.append(row)
             self._steps = []
         return self._rows
@@ -115,17 +83,15 @@ class History(BaseObserver):
             self._rows = simulation.model.comm.bcast(read)
             self._begin -= self._rows[-1][WALL]
         if not self._rows:
-            check_columns(self._measuring)
+            check_columns([*self._later, *self._each_step])
             row = dict(zip(STEP_COLUMNS, _first_columns(simulation), strict=True))
-            for observer in self._measuring:
+            for observer in self._later:
                 row |= {name: float(value) for name, value in observer.measure().items()}
-            self._rows.append(row | {WALL: self._wall()})
-        for source in self._requested:
-            source.begin()
-        self._requested = [source for source in self._requested if source.has]
-        for source in self._sources:
+            self._rows.append(row | self._measured())
+        self._each_step = [observer for observer in self._each_step if observer.measure()]
+        for observer in self._later:
             # it keeps from now on what is to be collected
-            source.collect(0)
+            observer.collect(0)
         if writes:
             assert self._path is not None
             # under its name only when complete: rows of an earlier run are not lost on the way
@@ -136,8 +102,10 @@ class History(BaseObserver):
             self.write()
             draft.replace(self._path)
 
-    def _wall(self) -> float:
-        return clock.perf_counter() - self._begin
+    def _measured(self) -> dict[str, float]:
+        """Numbers of observers that are measured in each step, and the time since the start."""
+        found = {k: float(v) for o in self._each_step for k, v in o.measure().items()}
+        return found | {WALL: clock.perf_counter() - self._begin}
 
     def write(self) -> None:
         """Write the rows that are not in the file yet.
@@ -169,9 +137,7 @@ class History(BaseObserver):
 
     def accepted(self, simulation: Simulation) -> None:
         """Add a row."""
-        for source in self._requested:
-            source.ask()
-        self._steps.append((_first_columns(simulation), self._wall()))
+        self._steps.append((_first_columns(simulation), self._measured()))
         if self._file is not None and self._batches.due():
             self.write()
 

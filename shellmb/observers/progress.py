@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 from shellmb.simulate.simulation import BaseObserver, Simulation
 
@@ -48,8 +48,17 @@ class ProgressReport(BaseObserver):
 
     def __init__(self, console: Console | None = None) -> None:
         self.console = console or _console()
-        self._bar: Progress | None = None
-        self._task: TaskID | None = None
+        # of what is no terminal it does nothing
+        self._bar = Progress(
+            TextColumn("{task.description}"),
+            BarColumn(),
+            TextColumn("{task.percentage:>3.0f} %"),
+            TimeRemainingColumn(),
+            console=self.console,
+            transient=True,
+            disable=not self.console.is_terminal,
+        )
+        self._task = self._bar.add_task("", total=None)
 
     @contextmanager
     def building(self, name: str, rank: int) -> Iterator[None]:
@@ -62,31 +71,13 @@ class ProgressReport(BaseObserver):
         if rank != 0:
             yield
             return
-        self._open(f"{name}: building")
+        self._bar.remove_task(self._task)
+        self._task = self._bar.add_task(f"{name}: building", total=None)
+        self._bar.start()
         try:
             yield
         finally:
-            self._close()
-
-    def _open(self, about: str) -> None:
-        """Show a bar, where there is none and there can be one."""
-        if self._bar is not None or not self.console.is_terminal:
-            return
-        self._bar = Progress(
-            TextColumn("{task.description}"),
-            BarColumn(),
-            TextColumn("{task.percentage:>3.0f} %"),
-            TimeRemainingColumn(),
-            console=self.console,
-            transient=True,
-        )
-        self._bar.start()
-        self._task = self._bar.add_task(about, total=None)
-
-    def _close(self) -> None:
-        if self._bar is not None:
             self._bar.stop()
-            self._bar = None
 
     def start(self, simulation: Simulation) -> None:
         """Say what is run."""
@@ -102,10 +93,9 @@ class ProgressReport(BaseObserver):
             f"{simulation.scheme.title}, {self._range(simulation)}, "
             f"forms in {problem.system.jit_seconds:.1f} s"
         )
-        self._open(simulation.scene.name)
-        if self._bar is not None and self._task is not None:
-            self._bar.reset(self._task, total=1.0, description=simulation.scene.name)
-            self._bar.update(self._task, completed=self._done)
+        self._bar.reset(self._task, total=1.0, description=simulation.scene.name)
+        self._bar.update(self._task, completed=self._done)
+        self._bar.start()
 
     def _line(self, text: str) -> None:
         self.console.print(text, highlight=False, markup=False, soft_wrap=True)
@@ -146,7 +136,7 @@ class ProgressReport(BaseObserver):
         """Move the bar, or write a line now and then."""
         if not self._shown:
             return
-        if self._bar is not None and self._task is not None:
+        if self.console.is_terminal:
             status, done = self._status(simulation), self._part(simulation)
             self._bar.update(self._task, completed=done, description=status)
             return
@@ -158,4 +148,5 @@ class ProgressReport(BaseObserver):
 
     def finish(self, simulation: Simulation, error: BaseException | None) -> None:
         """Take the bar away."""
-        self._close()
+        if self._shown:
+            self._bar.stop()

@@ -126,7 +126,7 @@ def _plain(value: Any) -> Any:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def jump_error(rows: Sequence[Mapping[str, float]], points: int = POINTS) -> dict[str, Any] | None:
+def jump_error(rows: Sequence[Mapping[str, float]]) -> dict[str, Any] | None:
     """The jumps at the starts of the steps of an energy-decaying run, a measure of its accuracy.
 
     ED lets the state jump from i to j at the start of a step (eqs. 28-31). In the exact motion
@@ -142,7 +142,6 @@ def jump_error(rows: Sequence[Mapping[str, float]], points: int = POINTS) -> dic
 
     Args:
         rows: Rows of the history.
-        points: Largest number of points of the series.
 
     Returns:
         `max` and `time_of_max` [s], `mean` over time, and a series: `t` [s] are the ends of the
@@ -155,7 +154,7 @@ def jump_error(rows: Sequence[Mapping[str, float]], points: int = POINTS) -> dic
         return None
     worst = max(steps, key=lambda row: row["jump"])
     span = sum(row["dt"] for row in steps)
-    count = min(points, len(steps))
+    count = min(POINTS, len(steps))
     bounds = [round(k * len(steps) / count) for k in range(count + 1)]
     series = [max(steps[a:b], key=lambda row: row["jump"]) for a, b in pairwise(bounds)]
     return {

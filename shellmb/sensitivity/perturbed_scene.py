@@ -6,19 +6,22 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
+from shellmb.errors import SceneError
 from shellmb.observers.columns import StateColumns, path_columns, points_and_events
 from shellmb.observers.fields.reserves import Reserves
+from shellmb.observers.files.checkpoint import Checkpoint, Saved, Written
 from shellmb.observers.files.described import describe
 from shellmb.observers.history import History, Measuring
 from shellmb.observers.probes import Probes
 from shellmb.observers.summary import summarise, write_json
 from shellmb.running.directory import written
-from shellmb.running.execute import RunResult
+from shellmb.running.execute import RunResult, take_up
 from shellmb.running.results import measured
-from shellmb.running.standard import HISTORY, SUMMARY, StandardObservers
+from shellmb.running.resuming.saved import read_saved
+from shellmb.running.standard import HISTORY, STATE, SUMMARY, StandardObservers
 from shellmb.scene import Scene
+from shellmb.scene.fingerprint import differences, fingerprint
 from shellmb.sensitivity.perturbed_run import PerturbedRun
-from shellmb.sensitivity.saved import SavedSide
 from shellmb.simulate.simulation import Observer, Simulation
 
 # observers that say whether to trust a run, or how to go on with it
@@ -37,6 +40,7 @@ class PerturbedScene:
 
     Attributes:
         shadow: Its simulation.
+        saved: Its state, which is written with that of the run.
 
     Raises:
         SceneError: If the state of the side is not of that step of the run, or of another scene.
@@ -64,9 +68,10 @@ class PerturbedScene:
             chosen = _only_probes(folder)
         if comm.rank == 0:
             describe(scene).write(folder)
-        self.saved = SavedSide(folder, simulation, chosen)
+        files = {name: o for name, o in chosen.items() if isinstance(o, Written)}
+        self.saved = Checkpoint(folder / STATE, chosen, files)
         if run.step:
-            self.saved.take_up(run)
+            take_up(simulation, chosen, _saved(folder, simulation, run))
         self.shadow = PerturbedRun(simulation, list(chosen.values()), forces=columns == "all")
         self.shadow.since = simulation.t - run.t
 
@@ -92,6 +97,25 @@ class PerturbedScene:
         if self._comm.rank == 0:
             with written(self._folder, self._comm):
                 write_json(self._folder / SUMMARY, own)
+
+
+def _saved(folder: Path, simulation: Simulation, run: Simulation) -> Saved:
+    """The state of a side, of the step of the run that goes on; collective."""
+    try:
+        saved = read_saved(folder, run.model.comm)
+        step = saved.simulation["step"]
+        others = differences(saved.scene, fingerprint(simulation.scene))
+        if step != run.step:
+            raise SceneError(f"it is of step {step}, and the run goes on from step {run.step}")
+        if others:
+            path, was, now = others[0]
+            raise SceneError(f"it is of another scene: {path} was {was}, is {now}")
+    except SceneError as error:
+        raise SceneError(
+            f"sensitivities: the state in {folder} cannot be read ({error}); start again in "
+            "another directory"
+        ) from None
+    return saved
 
 
 def _only_probes(folder: Path) -> dict[str, Observer]:

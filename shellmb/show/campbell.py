@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import math
 from pathlib import Path
 
@@ -28,12 +27,7 @@ def campbell_figure(table: Path) -> Figure:
     Args:
         table: The file `campbell.csv`.
     """
-    with table.open() as file:
-        rows = list(csv.DictReader(file))
-    columns = {
-        name: np.array([float(row[name]) for row in rows])
-        for name in ("rate_rad_per_s", "branch", "frequency_hz", "damping_ratio", "stable")
-    }
+    columns = np.genfromtxt(table, delimiter=",", names=True)
     rates, branches = columns["rate_rad_per_s"], columns["branch"]
     damped = bool(np.any(np.abs(columns["damping_ratio"]) > DAMPED))
     with mpl.rc_context(STYLE):

@@ -12,7 +12,7 @@ import numpy as np
 
 from shellmb.arrays import Floats
 from shellmb.errors import SceneError
-from shellmb.files.reading import read_json
+from shellmb.files.reading import read_series
 from shellmb.scene.fields import FIELDS, MANY, FieldKind
 from shellmb.scene.lookup import listed
 from shellmb.scene.units import Units
@@ -116,13 +116,7 @@ class Fields(Mapping[str, "xr.Dataset"]):
             ) from None
         if name not in self._listed or self._listed[name][0] != written:
             there = {file.name for file in os.scandir(self.folder)}
-            try:
-                entries = read_json(series)["files"]
-                found = {
-                    self.folder / e["name"]: float(e["time"]) for e in entries if e["name"] in there
-                }
-            except (TypeError, KeyError, ValueError) as error:
-                raise SceneError(f"{series} is damaged ({error})") from None
+            found = {f: t for f, t in read_series(series).items() if f.name in there}
             self._listed[name] = (written, found)
         return self._listed[name][1]
 
@@ -168,9 +162,8 @@ class Fields(Mapping[str, "xr.Dataset"]):
         import xarray as xr
         from xarray.core import indexing
 
-        from shellmb.files.grids import components, read_grid
+        from shellmb.files.grids import POSITION, components, read_grid
         from shellmb.show.lazy import OnFiles
-        from shellmb.show.values import POSITION
 
         name = next(n for n, s in self._stems.items() if s == stem)
         states = self.states(name)

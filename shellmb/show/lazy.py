@@ -10,7 +10,7 @@ import numpy as np
 from xarray.backends import BackendArray
 from xarray.core import indexing
 
-from shellmb.show.values import read_values
+from shellmb.files.grids import read_values
 
 
 class OnFiles(BackendArray):

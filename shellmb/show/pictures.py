@@ -162,7 +162,7 @@ def save(image: Image, file: Path) -> Path:
 
 def _largest(fields: Fields) -> float:
     """Time of the state of the largest displacement."""
-    from shellmb.show.values import read_values
+    from shellmb.files.grids import read_values
 
     sizes: dict[float, float] = defaultdict(float)
     for file, t in (state for name in fields for state in fields.states(name).items()):

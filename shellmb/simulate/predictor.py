@@ -10,13 +10,14 @@ tenth.
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable, Mapping
+from collections.abc import Hashable, Mapping, Sequence
 from functools import lru_cache
 from typing import Any, NamedTuple
 
 from petsc4py import PETSc
 
 import numpy as np
+import numpy.typing as npt
 
 from shellmb.arrays import Floats, Ints
 from shellmb.restart import Restartable, constant
@@ -24,15 +25,17 @@ from shellmb.system.newton.iteration import Iteration
 
 # so many states are kept: polynomials of degree 0, 1, 2, 3 in time
 STATES = 4
-# of how many of the newest states a polynomial has the values, and of how many the slopes
+# of how many of the newest states a polynomial has the values, and of how many the slopes; and
+# where there are no slopes
 KNOTS = ((1, 0), (1, 1), (1, 2), (2, 2), (3, 3))
-# of how many of these, by the number of states
-POSSIBLE = [sum(max(knots) <= known for knots in KNOTS) for known in range(STATES + 1)]
+PLAIN = ((1, 0), (2, 0), (3, 0), (4, 0))
 # error of guesses without slopes, relative to the size of bodies, from which on no motion is
 # continued: bodies turn by as much as a radian
 FAR = 0.5
 # share of the last error in the mean that tells which polynomial does best
 MEMORY = 0.5
+
+type Times = Sequence[float] | Floats
 
 
 class _Errors(Restartable):
@@ -105,6 +108,9 @@ class Predictor(Restartable):
         self._back = np.argsort(self._order)
         # of all ranks alike
         self._has_pairs = bool(iteration.system.comm.allreduce(len(pairs.values)))
+        every = KNOTS if self._has_pairs else PLAIN
+        # how many of these, by the number of states
+        self._possible = [sum(max(k) <= known for k in every) for known in range(STATES + 1)]
         self.clear()
 
     def clear(self) -> None:
@@ -144,7 +150,7 @@ class Predictor(Restartable):
             dt: Length of the step, s.
         """
         known = len(self._past)
-        rows = self._table[: POSSIBLE[known] if self._has_pairs else known]
+        rows = self._table[: self._possible[known]]
         if self._ahead == dt:
             return rows
         self._ahead, times = dt, tuple(t / dt for t in self._times)
@@ -156,7 +162,7 @@ class Predictor(Restartable):
             ahead = [of_values @ past, of_slopes @ past / self._pairs.times]
             np.take(np.concatenate(ahead, axis=1), self._back, axis=1, out=rows, mode="clip")
         else:
-            rows[:] = weights(times) @ self._past
+            rows[:] = plain_weights(times) @ self._past
         return rows
 
     def accept(self, x: PETSc.Vec, key: Hashable, dt: float) -> None:
@@ -189,46 +195,58 @@ class Predictor(Restartable):
         self._ahead = None
 
 
+def hermite_weights(values: Times, slopes: Times, wanted: npt.NDArray[Any]) -> Floats:
+    """Weights of values and of slopes at some times in what is wanted of their polynomial.
+
+    Args:
+        values: Times of the values.
+        slopes: Times of the slopes.
+        wanted: What the powers of time, from 0 on, contribute to it, shape (p, ...): as many as
+            there are values and slopes.
+
+    Returns:
+        Of the values, then of the slopes, shape (p, ...).
+    """
+    powers = np.arange(len(wanted))
+    at, along = (np.array(times, dtype=float)[:, None] for times in (values, slopes))
+    rows = [at**powers, powers * along ** np.maximum(powers - 1, 0)]
+    return np.asarray(np.linalg.solve(np.concatenate(rows).T, wanted))
+
+
 @lru_cache
-def weights(times: tuple[float, ...]) -> Floats:
+def plain_weights(times: tuple[float, ...]) -> Floats:
     """Weights of known states in polynomials through the newest one, two, ... of them.
 
     Args:
-        times: Their times from the newest, in steps to come, the newest first.
+        times: As of `knot_weights`, n of them.
 
     Returns:
         For the state a step ahead, row k for the polynomial of degree k, shape (n, n).
     """
-    found = np.zeros((len(times), len(times)))
-    for degree in range(len(times)):
-        through = times[: degree + 1]
-        for i, own in enumerate(through):
-            others = (s for k, s in enumerate(through) if k != i)
-            found[degree, i] = math.prod((1 - s) / (own - s) for s in others)
-    found.flags.writeable = False
-    return found
+    return np.ascontiguousarray(knot_weights(times, 1.0, PLAIN)[0][:, ::2])
 
 
 @lru_cache
-def knot_weights(times: tuple[float, ...], dt: float) -> tuple[Floats, Floats]:
+def knot_weights(
+    times: tuple[float, ...], dt: float, every: tuple[tuple[int, int], ...] = KNOTS
+) -> tuple[Floats, Floats]:
     """Weights of known states and their slopes in Hermite's polynomials.
 
     Args:
-        times: As of `weights`, n of them.
+        times: Times of n states from the newest, in steps to come, the newest first.
         dt: Length of the step to come, in the unit of time of the slopes.
+        every: Knots of the polynomials.
 
     Returns:
         For the state a step ahead and for its slope times the step, shape (p, 2 n) each: a row for
-        each of the first of `KNOTS`, as many as there are states for; of each state the weight of
-        its value, and of its slope.
+        each of the first knots, as many as there are states for; of each state the weight of its
+        value, and of its slope.
     """
     n, found = len(times), []
-    for values, slopes in (knots for knots in KNOTS if max(knots) <= n):
+    for values, slopes in (knots for knots in every if max(knots) <= n):
         powers = np.arange(values + slopes)
-        at, along = (np.array(times[:count])[:, None] for count in (values, slopes))
-        rows = [at**powers, powers * along ** np.maximum(powers - 1, 0)]
         ahead = np.stack([np.ones(len(powers)), powers], axis=1)
-        solved = np.linalg.solve(np.concatenate(rows).T, ahead)
+        solved = hermite_weights(times[:values], times[:slopes], ahead)
         wide: Any = np.zeros((n, 2, 2))
         wide[:values, 0], wide[:slopes, 1] = solved[:values], solved[values:] * dt
         found.append(wide.reshape(2 * n, 2))

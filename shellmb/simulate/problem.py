@@ -86,7 +86,6 @@ class Problem:
         self.controlled: dict[str, dict[str, Any]] = {}
         self.levels: dict[str, Levels] = {}
         self.forms: dict[str, dict[str, StageForms]] = {}
-        self._time: dict[str, fem.Constant] = {}
         self._dt_values, self._time_values = list[Floats](), list[Floats]()
         self.steps: dict[str, StepForms] = {}
         for body in model.bodies:
@@ -188,7 +187,6 @@ class Problem:
         if self.scheme.linear:
             levels = replace(levels, reference=at_reference(levels))
         dt, time = fem.Constant(space.mesh, 1.0), fem.Constant(space.mesh, 0.0)
-        self._time[body.name] = time
         self._dt_values.append(np.asarray(dt.value))
         self._time_values.append(np.asarray(time.value))
         self.levels[body.name] = levels
@@ -482,10 +480,6 @@ class Problem:
     def projection(self) -> VelocityProjection:
         """Makes velocities consistent with the constraints."""
         return VelocityProjection(self.model, self.levels)
-
-    def time(self, name: str) -> fem.Constant:
-        """Time at the middle of the step, as a constant on a body's mesh."""
-        return self._time[name]
 
     def half_chord(self, body: str) -> Floats:
         """Half of what the step just solved changes of a body's state, as a local array."""

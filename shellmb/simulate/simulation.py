@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import ExitStack
-from typing import Any, Protocol
+from typing import Any
 
 from mpi4py import MPI
 
@@ -29,64 +29,24 @@ from shellmb.schemes.registry import make_scheme
 from shellmb.simulate.control.control import Control
 from shellmb.simulate.paths.arclength import ArcSize, PathSteps
 from shellmb.simulate.problem import Problem
-from shellmb.simulate.redundant_watch import DroppedConstraints
 from shellmb.simulate.scene_copy import SceneCopy
 from shellmb.simulate.start.redistribute import numbering, spread
 from shellmb.simulate.start.start import Start
-from shellmb.simulate.stepping import Arrays, Attempt, StepInfo, TimeSteps
-from shellmb.simulate.stepsize.control import LoadSize, StepSize
+from shellmb.simulate.stepping import Arrays, Attempt, DroppedConstraints, StepInfo, TimeSteps
+from shellmb.simulate.stepsize.control import ErrorSize, LoadSize, StepSize
 from shellmb.simulate.stepsize.target_times import Count, Landing, near
-from shellmb.simulate.stepsize.tolerance import ErrorSize
 
 # what names of saved arrays of steps before the last one begin with
 PAST = "past/"
 
 
-class Observer(Protocol):
-    """Reads the state of a simulation and changes nothing.
-
-    `solved` is called when a step is solved but not yet accepted, so that both ends of the step are
-    available; `accepted` is called afterwards. `state` and `restore` save and restore an observer
-    when a run is stopped and resumed.
-    """
-
-    def start(self, simulation: Simulation) -> None:
-        """Before the first step (of the run, or of its continuation)."""
-        ...
-
-    def switched(self, simulation: Simulation) -> None:
-        """Before a step at whose start a joint or lock began to act and velocities jumped."""
-        ...
-
-    def solved(self, simulation: Simulation) -> None:
-        """A step is solved: `levels.q` is its start, `levels.unknown` its end."""
-        ...
-
-    def accepted(self, simulation: Simulation) -> None:
-        """A step is accepted: `levels.q` and `levels.rates` are the new state."""
-        ...
-
-    def finish(self, simulation: Simulation, error: BaseException | None) -> None:
-        """After the last step, or after the failure `error`."""
-        ...
-
-    def state(self) -> dict[str, Any]:
-        """State for a restart, as JSON; later steps must not change it."""
-        ...
-
-    def restore(self, state: dict[str, Any]) -> None:
-        """Continue from a saved state."""
-        ...
-
-
-def __getattr__(name: str) -> Any:
-    if name == "Silent":
-        raise ImportError("Silent is called BaseObserver now: derive from BaseObserver")
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-
-
 class BaseObserver(Restartable):
-    """An observer that does nothing: a base class.
+    """Reads the state of a simulation and changes nothing: the base class of observers.
+
+    It does nothing. `solved` is called when a step is solved but not yet accepted, so that both
+    ends of the step are available; `accepted` is called afterwards. `state` and `restore` save and
+    restore an observer when a run is stopped and resumed: the attributes that it names in
+    `remembered`, as JSON, which later steps must not change.
 
     Attributes:
         idle: Whether it has nothing to do in this run and need not be called in its steps; read
@@ -96,19 +56,22 @@ class BaseObserver(Restartable):
     idle = False
 
     def start(self, simulation: Simulation) -> None:
-        """Do nothing."""
+        """Before the first step (of the run, or of its continuation)."""
 
     def switched(self, simulation: Simulation) -> None:
-        """Do nothing."""
+        """Before a step at whose start a joint or lock began to act and velocities jumped."""
 
     def solved(self, simulation: Simulation) -> None:
-        """Do nothing."""
+        """A step is solved: `levels.q` is its start, `levels.unknown` its end."""
 
     def accepted(self, simulation: Simulation) -> None:
-        """Do nothing."""
+        """A step is accepted: `levels.q` and `levels.rates` are the new state."""
 
     def finish(self, simulation: Simulation, error: BaseException | None) -> None:
-        """Do nothing."""
+        """After the last step, or after the failure `error`."""
+
+
+Observer = BaseObserver
 
 
 class _Called:

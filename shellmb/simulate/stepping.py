@@ -1,24 +1,162 @@
-"""Stepping from one accepted state to the next, for the loop of a simulation."""
+"""Stepping from one accepted state to the next, for the loop of a simulation; errors of steps."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from shellmb.arrays import Floats
+from mpi4py import MPI
+
+import numpy as np
+from dolfinx import fem
+
+from shellmb.arrays import Floats, Int32s
+from shellmb.errors import ConvergenceError
+from shellmb.model.joints.joints import JointGroup
 from shellmb.model.rank_consistency import TimesAlike
-from shellmb.restart import Restartable
-from shellmb.simulate.predictor import Predictor
+from shellmb.preprocessing.constraint_analysis.redundancy import worst_of
+from shellmb.restart import Restartable, constant
+from shellmb.schemes.base import LocalError
+from shellmb.simulate.predictor import Predictor, hermite_weights
 from shellmb.simulate.problem import Problem
 from shellmb.simulate.rotation_per_step import RotationPerStep, turned
-from shellmb.simulate.stepsize.errors import StepErrors
 
-Arrays = dict[str, Floats]
-
+# parts of a body that tell where it is
+PLACES = ("u", "w")
 # angle by which a load turns a director [rad], and iterations that it takes, beyond which Newton's
 # method may have come to an equilibrium that the body does not come to: a strip that is rolled up
 # at once may leave its plane. Loads that end in the same one take up to 18
 SAFE_TURN, SAFE_ITERATIONS = 2.5, 24
+# a joint whose constraint is implied by others stays closed to round-off: positions relative to the
+# scene's length, directions by the sine of their angle
+OPENED = 1e-6
+
+
+class StepErrors(Restartable):
+    """Estimates the error of each step, relative to the size of bodies.
+
+    A scheme of order p is off in a step by `C h^(p+1) q^(p+1)` (`schemes.base.LocalError`). That
+    derivative is a divided difference of the last p + 2 states, the new one among them: what the
+    polynomial through the states before misses the new state by, up to a factor. A motion as large
+    as the body with this derivative turns by the *equivalent angle*
+
+        theta = (h^(p+1) |q^(p+1)| / L)^(1/(p+1))
+
+    in the step, and has gathered the error `C theta^p` when it has turned by one radian. This is
+    what is reported and controlled: all steps of a run with the same one are off by the same
+    amount, and the error of the run is proportional to it.
+
+    Only positions and directors enter. Velocities of stiff bodies, and of EP along constraints,
+    alternate; times the step they would count as errors that positions do not have. Directors count
+    as the positions of material points across the thickness.
+
+    After a start, or a jump of velocities, there are no states before. Then the velocity there is
+    known, and derivatives of lower degree k tell the angle, `(h^k q^(k) / L)^(1/k)`.
+
+    Args:
+        problem: The functions of all bodies.
+    """
+
+    remembered = ("_states", "_times", "_velocity")
+
+    def __init__(self, problem: Problem) -> None:
+        self._problem, self._comm = problem, problem.model.comm
+        self._law: LocalError = problem.scheme.local_error
+        self._where: list[tuple[str, Int32s]] = []
+        scales: list[Floats] = []
+        for body in problem.model.bodies:
+            for part in body.parts:
+                if part.name in PLACES and part.name in body.kinematic:
+                    dofs = body.mixed.dofs[part.name]
+                    self._where.append((body.name, dofs))
+                    thin = body.slenderness if part.name == "w" else 1.0
+                    scales.append(np.full(len(dofs), part.scale / thin))
+        self._scales = np.concatenate([*scales, np.zeros(0)])
+        self.forget()
+
+    def forget(self) -> None:
+        """Begin anew at the accepted state: velocities jumped, or forces."""
+        # states before the next one, shape (k, n), and their times from it [s], the newest first
+        self._states = constant(np.zeros((0, len(self._scales))))
+        self._times: list[float] = []
+        self._velocity: Floats | None = None
+
+    def _taken(self, kind: str) -> Floats:
+        """Entries of "q" or a rate at the accepted state, or of an unknown state."""
+        found = []
+        for name, dofs in self._where:
+            levels = self._problem.levels[name]
+            known = {"q": levels.q, **levels.rates}
+            function = known[kind] if kind in known else levels.unknown[kind]
+            found.append(function.x.array[dofs])
+        return np.concatenate([*found, np.zeros(0)])
+
+    def _begin(self) -> None:
+        """Take the accepted state as the first one."""
+        self._states, self._times = constant(self._taken("q")[None]), [0.0]
+        self._velocity = constant(self._taken("v")) if "v" in self._problem.scheme.rates else None
+
+    def estimate(self, dt: float) -> float:
+        """Error of the step just solved; collective.
+
+        Args:
+            dt: Its length, s.
+
+        Returns:
+            `C theta^p` of the node that moves worst.
+        """
+        if not self._times:
+            self._begin()
+        data = np.stack([self._taken(self._problem.last), *self._states])
+        times = np.array([0.0, *(t - dt for t in self._times)]) / dt
+        confluent = self._velocity is not None and len(data) <= self._law.degree
+        degree = min(len(data) - 1 + confluent, self._law.degree)
+        if degree < 1:
+            return 0.0
+        weights = difference(times, degree, confluent)
+        change = weights[: len(data)] @ data
+        if confluent:
+            change += weights[-1] * dt * self._velocity
+        here = float(np.max(np.abs(change) / self._scales, initial=0.0))
+        largest = float(self._comm.allreduce(here, op=MPI.MAX)) if self._comm.size > 1 else here
+        return self._law.per_radian(largest ** (1 / degree))
+
+    def accept(self, dt: float) -> None:
+        """Keep the accepted state; the functions hold it."""
+        if not self._times:
+            return
+        kept = self._law.degree
+        self._times = [0.0, *(t - dt for t in self._times)][:kept]
+        self._states = constant(np.stack([self._taken("q"), *self._states][:kept]))
+        if len(self._states) == kept:
+            self._velocity = None
+
+
+def difference(times: Floats, degree: int, confluent: bool) -> Floats:
+    """Weights of a derivative of the polynomial through values at some times.
+
+    Args:
+        times: The times, the newest first, shape (n,).
+        degree: Of the derivative, which is constant: as many data as it has coefficients.
+        confluent: Whether the last datum is the rate at the oldest time.
+
+    Returns:
+        Shape (n,), or (n + 1,) with the rate; zero where there are more values than it takes.
+    """
+    used = degree + 1 - confluent
+    # the last coefficient, times the factorial, is the derivative
+    unit = np.zeros(degree + 1)
+    unit[-1] = math.factorial(degree)
+    weights = hermite_weights(times[:used], times[used - confluent : used], unit)
+    full = np.zeros(len(times) + confluent)
+    full[:used] = weights[:used]
+    if confluent:
+        full[-1] = weights[-1]
+    return full
+
+
+Arrays = dict[str, Floats]
 
 
 @dataclass(frozen=True)
@@ -31,7 +169,7 @@ class StepInfo:
         iterations: Newton iterations.
         jump: Largest jump between the states j and i relative to the parts' scales; None where the
             scheme has none.
-        error: Estimate of its error (`errors`); None without a tolerance.
+        error: Estimate of its error (`StepErrors`); None without a tolerance.
     """
 
     t: float
@@ -47,8 +185,8 @@ class Attempt(NamedTuple):
     Args:
         iterations: Newton iterations.
         dt: Its length; shorter than requested if an event lies within it.
-        error: Estimate of its error (`errors`), where the scene has a tolerance for it; of a load
-            how far it is from where Newton's method is sure to end, one being safe.
+        error: Estimate of its error (`StepErrors`), where the scene has a tolerance for it; of a
+            load how far it is from where Newton's method is sure to end, one being safe.
     """
 
     iterations: int
@@ -127,3 +265,49 @@ class TimeSteps(Restartable):
         self._guesses.key = self._problem.switches
         if self._errors is not None and state["errors"] is not None:
             self._errors.restore(state["errors"])
+
+
+class DroppedConstraints:
+    """Watches constraints that were left out as redundant: they have to hold all the same.
+
+    Which constraints others imply follows from the velocities that they allow at the start. At a
+    singular position, the change point of a parallelogram say, that is more of them than anywhere
+    else: what was left out there is missing as soon as the bodies have moved.
+
+    Args:
+        problem: The functions of all bodies.
+    """
+
+    def __init__(self, problem: Problem) -> None:
+        self._problem, self._comm = problem, problem.model.comm
+        groups = problem.model.mechanism.groups
+        # in linear statics and dynamics positions close joints to first order only
+        self._watched = [
+            group for group in groups if not (problem.scheme.linear or np.all(group.allowed))
+        ]
+
+    def check(self, t: float) -> None:
+        """Look at the state at the end of the step just solved; collective.
+
+        Args:
+            t: Time at its start, s.
+
+        Raises:
+            ConvergenceError: If a joint opens; names it.
+        """
+        if not self._watched:
+            return
+        last, levels = self._problem.last, self._problem.levels
+        worst = max(_worst(group, levels[group.name].unknown[last]) for group in self._watched)
+        apart, joint, said = max(self._comm.allgather(worst)) if self._comm.size > 1 else worst
+        if apart > OPENED:
+            raise ConvergenceError(
+                f"t = {t:g}: joint '{joint}' opens by {said}: one of its constraints "
+                "was left out as redundant, which it is at the position of the start only, a "
+                "singular one; begin at another position, or use joints with fewer constraints"
+            )
+
+
+def _worst(group: JointGroup, q: fem.Function) -> tuple[float, str, str]:
+    """Largest violation of what was left out of the joints that act, on this rank."""
+    return worst_of(group, np.where(group.allowed[group.nodes.item], 0.0, group.apart(q)))

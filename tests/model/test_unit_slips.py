@@ -8,7 +8,7 @@ from mpi4py import MPI
 import pytest
 
 import shellmb as sm
-from shellmb.model.building import build_meshed
+from shellmb.model.model import Model
 from shellmb.scene.checks.ignored_settings import doubts
 
 FORCE = sm.EdgeForce("right", (0, 0, -10.0))
@@ -55,16 +55,16 @@ WRONG: dict[str, tuple[tuple[float, ...], dict[str, Any], str]] = {
 @pytest.mark.parametrize("loads", [(), sm.Gravity((0, 0, -1e-6))])
 def test_consistent_units_are_not_doubted(case: str, loads: Any) -> None:
     scene = plate(*RIGHT[case], loads=loads)
-    build_meshed(scene, MPI.COMM_WORLD)
+    Model(scene, MPI.COMM_WORLD)
     if ", " in case:
-        build_meshed(plate(*RIGHT[case], units=case), MPI.COMM_WORLD)
+        Model(plate(*RIGHT[case], units=case), MPI.COMM_WORLD)
 
 
 @pytest.mark.parametrize("case", WRONG)
 def test_slips_of_units_are_doubted(case: str) -> None:
     numbers, more, message = WRONG[case]
     with pytest.warns(sm.ShellmbWarning, match=f"shell 'plate': .*{message}.*check the units"):
-        build_meshed(plate(*numbers, **more), MPI.COMM_WORLD)
+        Model(plate(*numbers, **more), MPI.COMM_WORLD)
 
 
 BODY = {"name": "body", "mass": 1.0, "inertia": (1, 1, 1)}

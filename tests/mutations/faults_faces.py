@@ -15,7 +15,7 @@ FAULTS: tuple[Fault, ...] = (
     ),
     Fault(
         "damping of faces that pushes what leaves",
-        "shellmb/simulate/couplings/stresses.py",
+        "shellmb/simulate/couplings/contact_forces.py",
         "approach = (parts[0] - parts[-1]) * self._rate",
         "approach = (parts[-1] - parts[0]) * self._rate",
         (f"{RUBS}::test_damping_does_not_attract",),

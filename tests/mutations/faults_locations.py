@@ -38,7 +38,7 @@ FAULTS: tuple[Fault, ...] = (
     ),
     Fault(
         "velocities in a frame without its rotation",
-        "shellmb/observers/relative_motion.py",
+        "shellmb/observers/probes.py",
         "return np.asarray(d @ (point.v - frame.v) + frame.rate @ r)",
         "return np.asarray(d @ (point.v - frame.v))",
         ("tests/observers/test_frames_of_probes.py::test_rates_are_those_of_the_values",),

@@ -143,14 +143,14 @@ FAULTS: tuple[Fault, ...] = (
     ),
     Fault(
         "turns of probes that are counted one way only",
-        "shellmb/observers/unwrap.py",
+        "shellmb/observers/probes.py",
         "along = -1 if self._turns and way @ self._axis < 0 else 1",
         "along = 1",
         (f"{WHOLE}::test_turns_about_an_axis_that_stays[-0.7]",),
     ),
     Fault(
         "rotation vectors of what tumbles that are those of another rotation",
-        "shellmb/observers/unwrap.py",
+        "shellmb/observers/probes.py",
         "round(float(axis @ counted - size) / TURN) * axis",
         "self._turns * self._axis",
         (f"{WHOLE}::test_a_rotation_vector_is_that_of_three_points[ep4-turned0]",),

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from shellmb.observers.fields.node_sums import NodeSums
+from shellmb.observers.fields.nodal import NodeSums
 
 RANDOM = np.random.default_rng(0)
 

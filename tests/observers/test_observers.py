@@ -1,6 +1,7 @@
 """Observers: momenta with point forces, grids for files, the times of frames, names of columns."""
 
 from types import SimpleNamespace
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -89,10 +90,12 @@ def test_linear_statics_is_observed_where_it_is():
 
 
 @pytest.mark.parametrize(("count", "steps"), [(3, 10), (4, 10), (50, 10), (1, 10), (11, 10)])
-def test_frames_are_equally_spaced_and_include_both_ends(tmp_path, count, steps):
-    from shellmb.observers.files.frames import Frames
+def test_frames_are_equally_spaced_and_include_both_ends(tmp_path, monkeypatch, count, steps):
+    from shellmb.observers.files import frames as module
 
-    frames = Frames()
+    # what is in them does not matter here
+    monkeypatch.setattr(module, "RequestedFields", Mock())
+    frames = module.Frames(tmp_path)
     taken: list[float] = []
     frames._take = lambda simulation: (  # type: ignore[method-assign]
         taken.append(simulation.t),

@@ -40,13 +40,13 @@ def test_a_bar_stands_from_the_first_second_to_the_end() -> None:
     shown = io.StringIO()
     report = ProgressReport(Console(file=shown, force_terminal=True, width=100))
     with pytest.raises(ZeroDivisionError), report.building("strip", 0):
-        assert report._bar is not None
+        assert report._bar.live.is_started
         report._bar.refresh()
         raise ZeroDivisionError
-    assert report._bar is None
+    assert not report._bar.live.is_started
     assert "strip: building" in shown.getvalue()
     with report.building("strip", 1):
-        assert report._bar is None
+        assert not report._bar.live.is_started
 
 
 def test_a_notebook_has_a_bar_and_views(notebook: None, capfd: pytest.CaptureFixture[str]) -> None:

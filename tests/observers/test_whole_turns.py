@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from shellmb.observers.unwrap import WholeTurns
+from shellmb.observers.probes import WholeTurns
 from shellmb.running.execute import execute
 from shellmb.running.resuming.resume import resume
 from shellmb.scene import (

@@ -6,8 +6,7 @@ import pytest
 import shellmb as sm
 from shellmb.observers.drawing import figure
 from shellmb.observers.files.described import describe
-from shellmb.observers.files.grid import Grid
-from shellmb.observers.files.gridfiles import GridFiles
+from shellmb.observers.files.gridfiles import Grid, GridFiles
 from shellmb.show.fields import Fields
 from shellmb.show.plots import draw_curves
 from shellmb.show.space.colours import colouring

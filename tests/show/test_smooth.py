@@ -23,7 +23,7 @@ def shape(places: Floats, cells: Any, count: int) -> Shape:
     lines = np.asarray(cells) if places.shape[1] == 1 else NOTHING[:, :2]
     faces = NOTHING if places.shape[1] == 1 else np.asarray(cells)[:, :3]
     table = np.asarray(cells)
-    return Shape("it", reference, faces, NOTHING, lines, NOTHING[:, 0], (), table, places)
+    return Shape("it", reference, faces, NOTHING, lines, NOTHING[:, 0], table, places)
 
 
 @pytest.mark.parametrize(

@@ -36,8 +36,8 @@ from shellmb.scene import (
 from shellmb.scene.schemes import DISSIPATIVE
 from shellmb.schemes.registry import SCHEMES
 from shellmb.simulate.simulation import BaseObserver, Simulation
-from shellmb.simulate.stepsize.errors import difference
-from shellmb.simulate.stepsize.tolerance import AIM, ErrorSize
+from shellmb.simulate.stepping import difference
+from shellmb.simulate.stepsize.control import AIM, ErrorSize
 
 # with the most dissipation, where there is one
 # rivals are there to be compared with steps that are fixed

@@ -160,16 +160,16 @@ def _execute(
     at: str,
 ) -> RunResult:
     """Run the scene with those beside it, and write what there is of each."""
+    from shellmb.observers.files.checkpoint import Checkpoint
     from shellmb.running.execute import execute
     from shellmb.running.resuming.resume import resume
     from shellmb.sensitivity.paths.tangent import PathTangents
     from shellmb.sensitivity.perturbed_scene import PerturbedScene
-    from shellmb.sensitivity.saved import SavedSide
     from shellmb.sensitivity.tangent import Pair, Tangents
 
     begin = clock.perf_counter()
     sides: dict[Parameter, list[PerturbedScene]] = {}
-    saved: list[SavedSide] = []
+    saved: list[Checkpoint] = []
 
     def make(run: Simulation) -> list[Pair]:
         for p, both in scenes.items():

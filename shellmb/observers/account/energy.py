@@ -8,6 +8,7 @@ run.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 from mpi4py import MPI
@@ -19,14 +20,46 @@ from ufl import Form
 from shellmb.arrays import Floats
 from shellmb.model.body import Body, kinetic_energy
 from shellmb.model.body import strain_energy as stored_energy
+from shellmb.model.frames.beam import BeamModel
 from shellmb.model.sections.branches import MaxwellBranches
-from shellmb.observers.account.sizes import stiffness_of
+from shellmb.model.shells.shell import ShellModel
 from shellmb.observers.deferred_observer import STEPS, Booked, DeferredObserver, Row, SharedTable
 from shellmb.schemes.base import Levels
 from shellmb.schemes.linearised import change, strain_energy
 from shellmb.simulate.couplings.faces import FacesCoupling
 from shellmb.simulate.simulation import Simulation
 from shellmb.system.assembly.functionals import functionals, functionals_of_steps
+
+
+@dataclass(frozen=True)
+class Stiffness:
+    """Stiffness of a shell in its surface, or of a beam along its line.
+
+    Args:
+        wave_speed: Speed of longitudinal waves, m/s; infinite where nothing stretches, 0 without
+            mass.
+        unit_energy: Strain energy at a uniform strain of one, J, to an order of magnitude.
+    """
+
+    wave_speed: float
+    unit_energy: float
+
+
+def stiffness_of(body: ShellModel | BeamModel) -> Stiffness:
+    """Stiffness of a body with mass, in its stiffest direction."""
+    if isinstance(body, ShellModel):
+        sizes, area = body.section.sizes, body.domain.length**2
+        return _stiffness(sizes.stiffness, sizes.mass, body.shell.stretching, area)
+    axial = float(body.beam.section.stiffness[0, 0])
+    return _stiffness(axial, body.beam.section.mass[0], body.beam.stretching, body.domain.length)
+
+
+def _stiffness(stiffness: float, mass: float, stretching: bool, extent: float) -> Stiffness:
+    if not mass > 0:
+        return Stiffness(0.0, stiffness * extent)
+    speed = float(np.sqrt(stiffness / mass)) if stretching else np.inf
+    return Stiffness(speed, stiffness * extent)
+
 
 # work from outside that has columns of its own
 WORKS = ("loads", "terms")

@@ -108,10 +108,10 @@ class Checkpoint(BaseObserver):
         with drafted(numbers) as part:
             np.savez(part, allow_pickle=False, **simulation.numbering())
         self._cells = self._comm.gather(checksum(numbers.read_bytes()))
-        self._remember(simulation)
-        self._write()
+        self.remember(simulation)
+        self.write()
 
-    def _remember(self, simulation: Simulation) -> None:
+    def remember(self, simulation: Simulation) -> None:
         """A copy, as a failing step spoils the functions, and a failing observer others' states."""
         arrays = {name: array.copy() for name, array in self._live.items()}
         observers = self._still | {name: o.state() for name, o in self._acting.items()}
@@ -122,20 +122,21 @@ class Checkpoint(BaseObserver):
 
     def accepted(self, simulation: Simulation) -> None:
         """Remember the state and write it if the last writing is long ago."""
-        self._remember(simulation)
+        self.remember(simulation)
         due = clock.perf_counter() - self._written > self._interval
         # the first rank's clock decides for all
         if self._comm.bcast(due) if self._comm.size > 1 else due:
-            self._write()
+            self.write()
 
     def finish(self, simulation: Simulation, error: BaseException | None) -> None:
         """Write the last state, unless ranks may have failed one by one and would wait for ever."""
         known = error is None or isinstance(error, ConvergenceError | ControlError | Stopped)
         together = known or self._comm.size == 1
         if self._pending and together:
-            self._write()
+            self.write()
 
-    def _write(self) -> None:
+    def write(self) -> None:
+        """Write the state that was remembered last."""
         arrays, whole, observers, counts = self._last
         past, simulation = separated(whole)
         observers = observers | {n: self._later[n].state_at(c) for n, c in counts.items()}

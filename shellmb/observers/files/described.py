@@ -10,7 +10,7 @@ from typing import Any
 from pydantic import TypeAdapter, ValidationError
 
 from shellmb.errors import SceneError
-from shellmb.files.reading import read_json
+from shellmb.files.reading import first_error, read_json
 from shellmb.files.writing import write_text
 from shellmb.scene import Beam, Scene, Shell
 from shellmb.scene.units import Units, parse_units
@@ -126,6 +126,4 @@ def read_described(directory: Path) -> Described:
         parse_units(found.units)
         return found
     except ValidationError as error:
-        first = error.errors(include_url=False)[0]
-        where = ".".join(map(str, first["loc"]))
-        raise SceneError(f"{file} is damaged ({where}: {first['msg']})") from None
+        raise SceneError(f"{file} is damaged ({first_error(error)})") from None

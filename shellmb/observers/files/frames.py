@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +16,6 @@ from shellmb.errors import ConvergenceError
 from shellmb.files.writing import make_folder
 from shellmb.observers.fields.chosen import chosen_fields, wants
 from shellmb.observers.fields.nodal import nodal_values
-from shellmb.observers.files.grid import Grid
 from shellmb.observers.files.gridfiles import Collection, GridFiles
 from shellmb.observers.files.growingfile import Batches
 from shellmb.observers.files.output_parts import Drawn, DrawnJoints, DrawnMesh, drawn_parts
@@ -93,19 +91,6 @@ class RequestedFields:
         return kept
 
 
-@dataclass(frozen=True)
-class Frame:
-    """Displacements at one time, on rank 0.
-
-    Args:
-        t: Time, s.
-        displacement: By the name of the grid, shape (n, 3), m.
-    """
-
-    t: float
-    displacement: dict[str, Floats]
-
-
 class Frames(BaseObserver):
     """Takes snapshots, the first and the last state included.
 
@@ -118,20 +103,16 @@ class Frames(BaseObserver):
     are written several at a time (`Batches`).
 
     Args:
-        folder: Where the files go; None: frames are kept in memory only.
+        folder: Where the files go.
         forces: Forces of joints, if they are known.
 
     Attributes:
-        frames: The frames so far, on rank 0.
-        grids: What the frames show, by name, on rank 0.
         clock: Simulation whose frames these correspond to, one by one, at its times; None: the one
             that is observed.
     """
 
-    def __init__(self, folder: Path | None = None, forces: JointForces | None = None) -> None:
-        self.folder, self._forces = folder, forces
-        self.frames: list[Frame] = []
-        self.grids: dict[str, Grid] = {}
+    def __init__(self, folder: Path, forces: JointForces | None = None) -> None:
+        self._folder, self._forces = folder, forces
         self.clock: Simulation | None = None
         self._kept: list[float] = []
         self._finer = 1
@@ -141,41 +122,40 @@ class Frames(BaseObserver):
         self._batches = Batches()
 
     def start(self, simulation: Simulation) -> None:
-        """Gather the grids and take the first frame, or read those of the earlier run."""
+        """Gather the grids and take the first frame, or list those of the earlier run."""
         self._parts = drawn_parts(simulation.model)
-        self.grids = {n: g.grid for n, g in self._parts.items() if g.grid is not None}
-        self._files: dict[str, GridFiles] = {}
-        self._requested = (
-            RequestedFields(simulation, self._forces) if self.folder is not None else None
-        )
-        self._all: Collection | None = None
-        if self.folder is not None and self.grids:
-            make_folder(self.folder)
-            assert self._requested is not None
-            self._files = {
-                name: GridFiles(
-                    self.folder,
-                    grid,
-                    self._parts[name].cell_data(),
-                    self._requested.components(name),
-                )
-                for name, grid in self.grids.items()
-            }
-            self._all = Collection(self.folder / "all.pvd", self._files)
+        self._requested = RequestedFields(simulation, self._forces)
+        grids = {name: part.grid for name, part in self._parts.items()}
+        # on rank 0
+        self._files = {
+            name: GridFiles(
+                self._folder,
+                grid,
+                self._parts[name].cell_data(),
+                self._requested.components(name),
+            )
+            for name, grid in grids.items()
+            if grid is not None
+        }
+        if self._files:
+            make_folder(self._folder)
+        self._lists: list[GridFiles | Collection] = [
+            *self._files.values(),
+            Collection(self._folder / "all.pvd", self._files),
+        ]
         requested = simulation.scene.output.frames
         self._interval = simulation.t_end / max((requested or USUAL) - 1, 1)
         self._follows = requested is None and simulation.scheme.dynamic
         self._times = list(self._kept)
         if self._kept:
-            self._read_back()
+            self._go_on()
         else:
             self._take(simulation)
             self.write()
 
     def solved(self, simulation: Simulation) -> None:
         """Keep what means over the step need of its start."""
-        if self._requested is not None:
-            self._requested.solved()
+        self._requested.solved()
 
     def accepted(self, simulation: Simulation) -> None:
         """Take a frame if it is time, and at the end."""
@@ -199,10 +179,8 @@ class Frames(BaseObserver):
         finally:
             # what cannot be written is lost
             self._pending.clear()
-            for files in self._files.values():
-                files.close()
-            if self._all is not None:
-                self._all.close()
+            for listed in self._lists:
+                listed.close()
 
     def _take(self, simulation: Simulation) -> None:
         clock = self.clock or simulation
@@ -210,19 +188,12 @@ class Frames(BaseObserver):
         if self._follows:
             turned = self._interval * rotation_rate(clock)
             self._finer = int(min(max(np.ceil(turned / ANGLE), 1), FINEST))
-        displacement, written = {}, {}
-        for name, part in self._parts.items():
-            fields = part.fields(simulation)
-            if self._requested is not None:
-                fields = self._requested.of(name, part, fields)
-            if part.grid is None:
-                continue
-            displacement[name] = fields["displacement"]
-            written[name] = fields
-        if displacement:
-            self.frames.append(Frame(clock.t, displacement))
+        taken = {
+            name: self._requested.of(name, part, part.fields(simulation))
+            for name, part in self._parts.items()
+        }
         if self._files:
-            self._pending.append((len(self._times) - 1, written))
+            self._pending.append((len(self._times) - 1, taken))
 
     def write(self) -> None:
         """Write the frames that are not in files yet."""
@@ -230,35 +201,25 @@ class Frames(BaseObserver):
             for name, files in self._files.items():
                 for number, fields in self._pending:
                     files.write(number, fields[name])
-                files.list(self._times)
-            if self._all is not None:
-                self._all.list(self._times)
+            for listed in self._lists:
+                listed.list(self._times)
         self._pending.clear()
         self._batches.written()
 
-    def _read_back(self) -> None:
-        """Frames of the earlier run, for the pictures; a run does without those that are lost."""
-        if not self._files:
-            return
-        missing = []
-        for number, t in enumerate(self._times):
-            found = {}
-            for name, files in self._files.items():
-                shape = files.displacement(number, self._sums)
-                if shape is None:
-                    missing.append(files.file(number).name)
-                else:
-                    found[name] = shape
-            if len(found) == len(self._files):
-                self.frames.append(Frame(t, found))
-        for files in self._files.values():
-            files.list(self._times)
-        if self._all is not None:
-            self._all.list(self._times)
+    def _go_on(self) -> None:
+        """List the frames of the earlier run; a run does without those that are lost."""
+        missing = [
+            files.file(number).name
+            for number in range(len(self._times))
+            for files in self._files.values()
+            if not files.find(number, self._sums)
+        ]
+        for listed in self._lists:
+            listed.list(self._times)
         if missing:
             _log.warning(
                 "resume: lost or damaged in %s, and left out of the pictures: %s",
-                self.folder,
+                self._folder,
                 ", ".join(missing),
             )
 

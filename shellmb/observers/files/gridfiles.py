@@ -1,26 +1,34 @@
-"""Files of grids over time: `NAME_0000.vtu` and so on, `NAME.vtu.series`, and `all.pvd`."""
+"""Grids of bodies, gathered on rank 0, and their files over time.
+
+Files are `NAME_0000.vtu` and so on, `NAME.vtu.series`, and `all.pvd`.
+"""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 from xml.sax.saxutils import quoteattr
 
+from mpi4py import MPI
+
+import dolfinx.plot
 import numpy as np
+import numpy.typing as npt
 from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray
 from vtkmodules.vtkCommonCore import vtkPoints, vtkStringArray
 from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkDataSetAttributes, vtkUnstructuredGrid
 from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridWriter
 
-from shellmb.arrays import Floats
+from shellmb.arrays import Floats, Int32s, Ints
 from shellmb.errors import SceneError
 from shellmb.files.checksums import checksum
-from shellmb.files.grids import numbers, read_grid, seal_grid
+from shellmb.files.grids import numbers, seal_grid
 from shellmb.files.reading import read_bytes
 from shellmb.files.writing import write_bytes
-from shellmb.observers.files.grid import Grid
+from shellmb.model.locations.nodes import Meshed
 from shellmb.observers.files.growingfile import GrowingFile
 
 # what stands around the files of all grids in their list
@@ -31,6 +39,87 @@ COLLECTION = (
 COLLECTION_END = "\n</Collection>\n</VTKFile>\n"
 # what stands around the states in their list
 HEAD, END = '{"file-series-version": "1.0", "files": [\n', "\n]}\n"
+
+
+@dataclass(frozen=True)
+class Grid:
+    """All nodes and cells of a body; of shells and beams, of the degree of their displacement.
+
+    Args:
+        name: Name of the body, or of what is shown as one.
+        nodes: Reference positions of the nodes, shape (n, 3), m.
+        vtk_cells: Cells as VTK wants them: the number of nodes before the nodes of each.
+        vtk_types: VTK's type of each cell.
+        labels: Name of the body or joint of each node, or none.
+    """
+
+    name: str
+    nodes: Floats
+    vtk_cells: Ints
+    vtk_types: npt.NDArray[np.uint8]
+    labels: tuple[str, ...] = ()
+
+
+class Gatherer:
+    """Brings nodal values of a body with a mesh to rank 0.
+
+    Args:
+        body: The body; the call is collective.
+
+    Attributes:
+        grid: The whole grid on rank 0, None elsewhere; its nodes and cells are in the order in
+            which the mesh was made, on any number of ranks.
+    """
+
+    def __init__(self, body: Meshed) -> None:
+        space = body.mixed.subspaces["u"]
+        index_map = space.dofmap.index_map
+        self._comm: MPI.Comm = space.mesh.comm
+        self._owned = int(index_map.size_local)
+        cells, types, _ = dolfinx.plot.vtk_mesh(space)  # type: ignore[arg-type]
+        width = space.dofmap.list.shape[1] + 1
+        vtk = cells.reshape(-1, width).astype(np.int64)
+        vtk[:, 1:] = _numbers(index_map, vtk[:, 1:])
+        dim = space.mesh.topology.dim
+        local = space.mesh.topology.index_map(dim).size_local
+        own = _numbers(index_map, space.dofmap.list[:local])
+        made = np.asarray(space.mesh.topology.original_cell_index[:local], dtype=np.int64)
+        gathered = self._comm.gather((vtk, types, own, made))
+        # of the nodes of all ranks in a row those that come first when the mesh is made, and so on
+        self._order: Ints | None = None
+        nodes = self.gather(body.mixed.nodes("u"))
+        self.grid: Grid | None = None
+        if gathered is None or nodes is None:
+            return
+        vtk, types, own, made = (np.concatenate([part[k] for part in gathered]) for k in range(4))
+        cells = np.argsort(made)
+        vtk, types, own = vtk[cells], types[cells], own[cells]
+        there, first = np.unique(own, return_index=True)
+        self._order = there[np.argsort(first)]
+        number = np.empty(len(nodes), dtype=np.int64)
+        number[self._order] = np.arange(len(nodes))
+        nodes, vtk[:, 1:] = nodes[self._order], number[vtk[:, 1:]]
+        self.grid = Grid(body.name, nodes, vtk.ravel(), types.astype(np.uint8))
+
+    def gather(self, values: Floats) -> Floats | None:
+        """Values at all nodes on rank 0, None elsewhere.
+
+        Args:
+            values: Values at the nodes of this rank (owned and ghost), shape (n, k).
+        """
+        mine = np.asarray(values[: self._owned])
+        # the numbers of the nodes go from rank to rank, so the parts only have to be put in a row
+        gathered = self._comm.gather(mine) if self._comm.size > 1 else [mine]
+        if gathered is None:
+            return None
+        found = np.concatenate(gathered)
+        return found if self._order is None else found[self._order]
+
+
+def _numbers(index_map, local: Int32s) -> Ints:  # type: ignore[no-untyped-def]
+    """Global numbers of nodes, in the shape of the local ones."""
+    flat = index_map.local_to_global(np.ascontiguousarray(local, dtype=np.int32).ravel())
+    return np.asarray(flat, dtype=np.int64).reshape(local.shape)
 
 
 class GridFiles:
@@ -63,7 +152,9 @@ class GridFiles:
         self._writer.SetCompressorTypeToLZ4()
         # VTK's own way to a file takes four times as long as all the rest of its work
         self._writer.WriteToOutputStringOn()
-        self._series: GrowingFile | None = None
+        # added to: writing it anew takes longer than writing a state
+        self._series = GrowingFile(folder / f"{self._stem}.vtu.series", HEAD, ",\n", END)
+        self.close = self._series.close
         self._sums: dict[int, str] = {}
 
     def file(self, number: int) -> Path:
@@ -118,10 +209,6 @@ class GridFiles:
         Args:
             times: Times of all states so far, s; of lost ones, too.
         """
-        if self._series is None:
-            # added to: writing it anew takes longer than writing a state
-            path = self._folder / f"{self._stem}.vtu.series"
-            self._series = GrowingFile(path, HEAD, ",\n", END)
         known = [k for k in range(len(times)) if k in self._sums]
         new = known[self._series.count :]
         if new:
@@ -138,36 +225,25 @@ class GridFiles:
         """
         return {self.file(k).name: s for k, s in self._sums.items() if k < count}
 
-    def displacement(self, number: int, sums: Mapping[str, str]) -> Floats | None:
-        """Displacements of a state that was written, shape (n, 3), m; None if its file is lost.
+    def find(self, number: int, sums: Mapping[str, str]) -> bool:
+        """Take up a state that was written; whether its file is there as it was.
 
         Args:
             number: Its number.
-            sums: Checksums of all files by their names.
+            sums: Checksums by the names of files.
         """
         file = self.file(number)
         try:
-            content = read_bytes(file)
+            found = checksum(read_bytes(file))
         except SceneError:
-            return None
-        if checksum(content) != sums.get(file.name):
-            return None
-        self._sums[number] = sums[file.name]
-        try:
-            array = read_grid(file).GetPointData().GetArray("displacement")
-        except SceneError:
-            return None
-        return None if array is None else numbers(array).copy()
+            return False
+        if found == sums.get(file.name):
+            self._sums[number] = found
+        return number in self._sums
 
     def has(self, number: int) -> bool:
         """Decide whether a state was written and is not lost."""
         return number in self._sums
-
-    def close(self) -> None:
-        """Close the list."""
-        if self._series is not None:
-            self._series.close()
-            self._series = None
 
 
 def _grid(grid: Grid) -> vtkUnstructuredGrid:
@@ -216,8 +292,9 @@ class Collection:
     """
 
     def __init__(self, path: Path, files: Mapping[str, GridFiles]) -> None:
-        self._path, self._files = path, files
-        self._list: GrowingFile | None = None
+        self._files = files
+        self._list = GrowingFile(path, COLLECTION, "\n", COLLECTION_END)
+        self.close = self._list.close
         self._listed: set[int] = set()
 
     def list(self, times: Sequence[float]) -> None:
@@ -226,8 +303,6 @@ class Collection:
         Args:
             times: Times of all states so far.
         """
-        if self._list is None:
-            self._list = GrowingFile(self._path, COLLECTION, "\n", COLLECTION_END)
         new = [
             k
             for k in range(len(times))
@@ -242,9 +317,3 @@ class Collection:
         if items:
             self._list.add(items)
             self._listed |= set(new)
-
-    def close(self) -> None:
-        """Close it."""
-        if self._list is not None:
-            self._list.close()
-            self._list = None

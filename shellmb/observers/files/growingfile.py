@@ -5,6 +5,7 @@ import os
 import time as clock
 from collections.abc import Sequence
 from pathlib import Path
+from typing import BinaryIO
 
 from shellmb.files.writing import open_new
 
@@ -16,14 +17,15 @@ class GrowingFile:
     """Items with something between them, behind a head and before an end.
 
     Args:
-        path: The file; what it held is lost.
+        path: The file; what it held is lost when the first items are added.
         head: Text before the first item.
         between: Text between two items.
         end: Text behind the last one.
     """
 
     def __init__(self, path: Path, head: str, between: str, end: str) -> None:
-        self._path, self._file = path, open_new(path)
+        self._path = path
+        self._file: BinaryIO | None = None
         self._head, self._between, self._end = head, between, end
         # items, and bytes before the end: noted together
         self._written = (0, 0)
@@ -39,7 +41,11 @@ class GrowingFile:
         Args:
             items: At least one.
         """
-        self._check()
+        if self._file is None:
+            self._file = open_new(self._path)
+        elif os.fstat(self._file.fileno()).st_nlink == 0:
+            # it would take what nobody finds again
+            raise FileNotFoundError(errno.ENOENT, "it was removed during the run", str(self._path))
         count, size = self._written
         text = (self._between if count else self._head) + self._between.join(items)
         # at its place, over the end: Ctrl-C may come between this and the note of it
@@ -48,15 +54,10 @@ class GrowingFile:
         self._file.flush()
         self._written = (count + len(items), size + len(text.encode()))
 
-    def _check(self) -> None:
-        """A file that is not there any more would take what nobody finds again."""
-        own = os.fstat(self._file.fileno())
-        if own.st_nlink == 0:
-            raise FileNotFoundError(errno.ENOENT, "it was removed during the run", str(self._path))
-
     def close(self) -> None:
         """Close the file."""
-        self._file.close()
+        if self._file is not None:
+            self._file.close()
 
 
 class Batches:

@@ -16,7 +16,7 @@ from shellmb.model.model import Model
 from shellmb.model.shells.shell import ShellModel
 from shellmb.observers.fields.modal import ModalNodes, modal_members
 from shellmb.observers.fields.nodal import NodalValues, Nodes, nodal_values, state
-from shellmb.observers.files.grid import Gatherer, Grid
+from shellmb.observers.files.gridfiles import Gatherer, Grid
 from shellmb.observers.files.solids import Solid, body_solid, joined, obstacle_solid
 from shellmb.observers.forces.joints import joints_of
 from shellmb.observers.forces.locations import Places

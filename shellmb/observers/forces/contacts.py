@@ -3,37 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 from mpi4py import MPI
 
 import numpy as np
 
-from shellmb.arrays import Floats
-from shellmb.model.potentials.contact import ContactGroup, PotentialGroup
+from shellmb.model.potentials.contact import ContactGroup
 from shellmb.observers.columns import KeptColumns
 from shellmb.observers.forces.impulse import last_middle
 from shellmb.observers.forces.reactions import resistance
 from shellmb.simulate.simulation import Simulation
-from shellmb.system.assembly.residuals import Residuals
 
 AXES = ("Fx", "Fy", "Fz")
 CONTACT = ("normal", "friction")
 MOMENTS = ("Mx", "My", "Mz")
-
-
-class _Loop(NamedTuple):
-    """Assembly of the forces of a group at its points.
-
-    Args:
-        group: The group.
-        loop: The loop.
-        place: Place for what it assembles.
-    """
-
-    group: PotentialGroup
-    loop: Residuals
-    place: Floats
 
 
 class ContactForces(KeptColumns):
@@ -49,9 +33,8 @@ class ContactForces(KeptColumns):
     def start(self, simulation: Simulation) -> None:
         """Prepare the loops that assemble the forces, and list the columns."""
         problem = simulation.problem
-        self._loops = []
-        for group in simulation.model.potentials:
-            self._loops.append(_Loop(group, *resistance(problem, group.name)))
+        self._groups = [(g, resistance(problem, g.name)) for g in simulation.model.potentials]
+        for group, _ in self._groups:
             names = (*AXES, *(CONTACT if isinstance(group, ContactGroup) else ()))
             names += () if group.seen is None else MOMENTS
             self.values.update({f"{group.item.name}.{name}": float("nan") for name in names})
@@ -59,24 +42,21 @@ class ContactForces(KeptColumns):
         for faces in self._faces:
             names = (*AXES, *CONTACT)
             self.values.update({f"{faces.name}.{name}": float("nan") for name in names})
-        self.idle = not self._loops and not self._faces
+        self.idle = not self._groups and not self._faces
         self._depths(simulation)
 
     def solved(self, simulation: Simulation) -> None:
         """Take the forces of the step."""
-        for group, loop, place in self._loops:
-            middle = last_middle(simulation, group.name)
-            place[:] = 0.0
-            loop.refresh()
-            loop.add(place)
-            forces = -place[group.mixed.dofs["u1"]].reshape(-1, 3)
+        for group, works in self._groups:
+            middle, work = last_middle(simulation, group.name), works.find()
+            forces = -work[group.mixed.dofs["u1"]].reshape(-1, 3)
             sums = np.zeros(10)
             sums[:3] = forces.sum(axis=0)
             if isinstance(group, ContactGroup):
                 normal, across = group.by_normals(middle, forces)
                 sums[3], sums[4:7] = normal.sum(), across.sum(axis=0)
             if group.seen is not None:
-                sums[7:] = group.seen.moments(middle, -place, group.mixed).sum(axis=0)
+                sums[7:] = group.seen.moments(middle, -work, group.mixed).sum(axis=0)
             simulation.model.comm.Allreduce(MPI.IN_PLACE, sums)
             self._put(group.item.name, [*sums[:4], np.linalg.norm(sums[4:7]), *sums[7:]])
         for faces in self._faces:
@@ -97,7 +77,7 @@ class ContactForces(KeptColumns):
         self._depths(simulation)
 
     def _depths(self, simulation: Simulation) -> None:
-        for group, *_ in self._loops:
+        for group, _ in self._groups:
             if isinstance(group, ContactGroup):
                 x = group.seen_positions(simulation.problem.levels[group.name].q.x.array)
                 depth = float(np.max(group.penetrations(x), initial=0.0))

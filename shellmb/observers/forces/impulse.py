@@ -111,8 +111,7 @@ class _BalanceRow:
                 works = residuals_of_steps(self._system, number, compile_all(forms), STEPS)
                 where = self._system.numbering.slice(number)
                 self._acting.append((-1.0 if outside else 1.0, where, works))
-        self._held = HeldForces(problem, simulation.model, stage)
-        self._reactions = self._held.room(STEPS)
+        self._held = HeldForces(problem, simulation.model, stage, STEPS)
         self._arms = [
             problem.steps[c.name].middle if first else partial(problem.half_chord, c.name)
             for c in self._held.carriers
@@ -123,13 +122,13 @@ class _BalanceRow:
         """Take forces and where they act."""
         for _, _, works in self._acting:
             works.take(step)
-        self._held.take(self._reactions, step)
+        self._held.take(step)
         for states, arm in zip(self._states, self._arms, strict=True):
             states[step] = arm()
 
     def add(self, steps: slice, sums: Floats) -> None:
         """Add the resultants of this rank to those of `Impulse.of_steps`, by time."""
-        forces = [self._nodal(steps), self._held.nodal(self._reactions, steps)]
+        forces = [self._nodal(steps), self._held.nodal(steps)]
         there = [(k, f) for k, f in enumerate(forces) if f is not None]
         for carrier, states in zip(self._held.carriers, self._states, strict=True):
             arms = Arms(states[steps], whole=1.0 if self._first else 0.0)

@@ -18,9 +18,8 @@ from shellmb.model.joints.switches import TiedCoordinates
 from shellmb.model.massless import gathered
 from shellmb.model.model import Model
 from shellmb.observers.deferred_observer import STEPS, DeferredObserver, Row, SharedTable
-from shellmb.observers.forces.free_coordinates import FreeCoordinates
-from shellmb.observers.forces.locations import Places
-from shellmb.observers.forces.reactions import Assembled, resistance, resistance_of_steps
+from shellmb.observers.forces.locations import FreeCoordinates, Places
+from shellmb.observers.forces.reactions import Assembled, resistance
 from shellmb.schemes.base import END
 from shellmb.simulate.simulation import Simulation
 
@@ -75,7 +74,7 @@ class JointForces(DeferredObserver):
         columns |= self._freedoms.values
         # dampers have no forces in statics
         acting = [g for g in mechanism.element_groups if problem.forms[g.name][END].residual]
-        self._elements = [(g, *resistance(problem, g.name)) for g in acting]
+        self._elements = [(g, resistance(problem, g.name)) for g in acting]
         # terms of two rows at once are not in the row of a group alone
         self._branches = {
             name: branches
@@ -100,11 +99,8 @@ class JointForces(DeferredObserver):
                 states[row] = state
             loop.take(row)
         read: Row = {}
-        for group, residuals, r in self._elements:
-            r[:] = 0.0
-            residuals.refresh()
-            residuals.add(r)
-            acted = group.acted(r)
+        for group, works in self._elements:
+            acted = group.acted(works.find())
             if (branches := self._branches.get(group.name)) is not None:
                 acted = acted + gathered(group.nodes, branches.forces(mean=True))
             read |= element_columns(group, acted)
@@ -287,7 +283,7 @@ class GroupForces:
         balance: Sequence[str],
     ) -> None:
         self.name = group.name
-        self._works = [resistance_of_steps(problem, group.name, STEPS, s) for s in balance]
+        self._works = [resistance(problem, group.name, stage, STEPS) for stage in balance]
         self.size = problem.fields[problem.number(group.name, problem.last)].size_all
         self._parts = parts_of(group, joints, number)
 

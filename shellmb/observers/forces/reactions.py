@@ -15,8 +15,7 @@ from shellmb.observers.fields.nodal import NodalBody, Nodes, nodal_bodies
 from shellmb.system.assembly.blocks import BlockSystem
 from shellmb.system.assembly.deferred import DeferredValues
 from shellmb.system.assembly.fields import Field
-from shellmb.system.assembly.meshgroups import residuals_of, residuals_of_steps
-from shellmb.system.assembly.residuals import Residuals
+from shellmb.system.assembly.meshgroups import residuals_of_steps
 
 
 class Assembled(Protocol):
@@ -38,39 +37,20 @@ class Assembled(Protocol):
         ...
 
 
-# of some steps, reactions of fixed unknowns, and the work of each group of planes for its dofs
-type Taken = tuple[Floats, list[Floats]]
-
-
-def resistance(problem: Assembled, name: str, stage: str | None = None) -> tuple[Residuals, Floats]:
-    """Assembly of the virtual work of a group's forces in a row, and memory for it.
+def resistance(
+    problem: Assembled, name: str, stage: str | None = None, steps: int = 0
+) -> DeferredValues:
+    """Virtual work of a group's forces in a row.
 
     Args:
         problem: The system.
         name: Name of the group.
         stage: The row; None: that of the state at the end of a step.
-    """
-    number, forms = _row(problem, name, stage)
-    residuals = residuals_of(problem.system, number, forms)
-    return residuals, np.zeros(problem.fields[number].size_all)
-
-
-def resistance_of_steps(problem: Assembled, name: str, steps: int, stage: str) -> DeferredValues:
-    """Virtual work of a group's forces in a row, in many steps.
-
-    Args:
-        problem: The system.
-        name: Name of the group.
         steps: How many steps are kept.
-        stage: The row.
     """
-    return residuals_of_steps(problem.system, *_row(problem, name, stage), steps)
-
-
-def _row(problem: Assembled, name: str, stage: str | None = None) -> tuple[int, list[fem.Form]]:
-    """Number of a row of a group, and the forms in it."""
     number = problem.number(name, stage or problem.last)
-    return number, [form for form, rows in problem.system.residual_forms if rows == (number,)]
+    forms = [form for form, rows in problem.system.residual_forms if rows == (number,)]
+    return residuals_of_steps(problem.system, number, forms, steps)
 
 
 class Arms(NamedTuple):
@@ -105,12 +85,13 @@ class HeldForces:
         problem: The system that was solved.
         model: The bodies.
         stage: The row.
+        steps: How many steps are kept.
 
     Attributes:
         carriers: Bodies that forces arrive at.
     """
 
-    def __init__(self, problem: Assembled, model: Model, stage: str) -> None:
+    def __init__(self, problem: Assembled, model: Model, stage: str, steps: int = 1) -> None:
         self._system = problem.system
 
         def where(body: str) -> slice:
@@ -122,44 +103,35 @@ class HeldForces:
         on_arms = (body for body in model.bodies if isinstance(body, OnArms))
         self.carriers += [ArmCarrier(body, where(body.name)) for body in on_arms]
         self._planes = [
-            (problem.number(plane.name, stage), *resistance(problem, plane.name, stage))
+            (where(plane.name), resistance(problem, plane.name, stage, steps))
             for plane in model.planes
         ]
         self._supported = model.supported
+        # what is left of the equations of fixed unknowns is what holds them
+        self._reactions = np.zeros((steps, len(self._system.fixed)))
 
-    def room(self, steps: int) -> Taken:
-        """Allocate what so many steps leave of them."""
-        works = [np.zeros((steps, len(r))) for _, _, r in self._planes]
-        return np.zeros((steps, len(self._system.fixed))), works
-
-    def take(self, to: Taken, step: int) -> None:
+    def take(self, step: int) -> None:
         """Take what a step leaves of them."""
         if not self._supported:
             return
-        reactions, works = to
-        reactions[step] = self._system.reactions
-        for (_, residuals, r), work in zip(self._planes, works, strict=True):
-            r[:] = 0.0
-            residuals.refresh()
-            residuals.add(r)
-            work[step] = r
+        self._reactions[step] = self._system.reactions
+        for _, works in self._planes:
+            works.take(step)
 
-    def nodal(self, taken: Taken, steps: slice) -> Floats | None:
+    def nodal(self, steps: slice) -> Floats | None:
         """Nodal forces on this rank, shape (k, local dofs); None without any; collective.
 
         Args:
-            taken: What steps have left of them.
-            steps: Which of these.
+            steps: Which of those taken.
         """
         if not self._supported:
             return None
-        # what is left of the equations of fixed unknowns is what holds them
-        reactions, works = taken
-        local = np.zeros((len(reactions[steps]), len(self._system.numbering.local_to_global)))
-        for (k, *_), r in zip(self._planes, works, strict=True):
+        reactions = self._reactions[steps]
+        local = np.zeros((len(reactions), len(self._system.numbering.local_to_global)))
+        for place, works in self._planes:
             # on the left-hand side they resist
-            local[:, self._system.numbering.slice(k)] -= r[steps]
-        return gathered(self._system, local, reactions[steps])
+            local[:, place] -= works.of(steps)
+        return gathered(self._system, local, reactions)
 
 
 class Carrier:

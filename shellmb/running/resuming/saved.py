@@ -44,7 +44,8 @@ class _Frames(_Table):
 
 class _Observers(_Table):
     history: _History
-    frames: _Frames
+    # of a scene beside a run there may be none
+    frames: _Frames | None = None
 
 
 class _Counters(_Table):

@@ -24,9 +24,9 @@ import numpy as np
 
 from shellmb.arrays import Floats
 from shellmb.errors import ConvergenceError
+from shellmb.observers.files.checkpoint import Checkpoint
 from shellmb.sensitivity.parameters import STEP
 from shellmb.sensitivity.perturbed_run import PerturbedRun
-from shellmb.sensitivity.saved import SavedSide
 from shellmb.sensitivity.tangent import KINK, MOST, STALLED, TOLERANCE, USELESS, Pair, Tangents
 from shellmb.simulate.paths.arclength import PathSteps
 from shellmb.simulate.paths.branches import PathState
@@ -63,7 +63,7 @@ class PathTangents(Tangents):
     def __init__(
         self,
         make: Callable[[Simulation], Sequence[Pair]],
-        saved: Sequence[SavedSide] = (),
+        saved: Sequence[Checkpoint] = (),
         at_load: bool = False,
     ) -> None:
         super().__init__(make, saved)

@@ -15,9 +15,6 @@ from shellmb.errors import RunError
 # how VTK is told which kind of window to make
 KIND = "VTK_DEFAULT_OPENGL_WINDOW"
 EGL, X11, MESA = "vtkEGLRenderWindow", "vtkXOpenGLRenderWindow", "vtkOSOpenGLRenderWindow"
-# of EGL_EXT_platform_device
-PLATFORM_DEVICE = 0x313F
-MOST_DEVICES = 16
 
 
 @cache
@@ -86,27 +83,16 @@ def canvas(width: int, height: int) -> Iterator[Any]:
 
 
 def _egl_devices() -> bool:
-    """Decide whether EGL has a device that can be used; also a processor is one."""
-    pointer = ctypes.c_void_p
-    try:
-        egl = ctypes.CDLL("libEGL.so.1")
-    except OSError:
-        return False
-    egl.eglGetProcAddress.restype = pointer
-    egl.eglInitialize.argtypes = [pointer, pointer, pointer]
-    query = egl.eglGetProcAddress(b"eglQueryDevicesEXT")
-    display_of = egl.eglGetProcAddress(b"eglGetPlatformDisplayEXT")
-    if not (query and display_of):
-        return False
-    count, devices = ctypes.c_int(0), (pointer * MOST_DEVICES)()
-    ask = ctypes.CFUNCTYPE(
-        ctypes.c_uint, ctypes.c_int, ctypes.POINTER(pointer), ctypes.POINTER(ctypes.c_int)
-    )(query)
-    if not ask(MOST_DEVICES, devices, ctypes.byref(count)):
-        return False
-    get = ctypes.CFUNCTYPE(pointer, ctypes.c_uint, pointer, pointer)(display_of)
-    displays = [get(PLATFORM_DEVICE, devices[k], None) for k in range(count.value)]
-    return any(d and egl.eglInitialize(d, None, None) for d in displays)
+    """Decide whether EGL has a device; also a processor is one."""
+    from vtkmodules.vtkCommonCore import vtkLogger
+    from vtkmodules.vtkRenderingOpenGL2 import vtkEGLRenderWindow
+
+    said = vtkLogger.GetCurrentVerbosityCutoff()
+    # that there is none is nothing to warn of
+    vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_OFF)
+    count: int = vtkEGLRenderWindow().GetNumberOfDevices()
+    vtkLogger.SetStderrVerbosity(said)
+    return count > 0
 
 
 def _x_display() -> bool:

@@ -12,7 +12,7 @@ import numpy as np
 from shellmb.arrays import Floats, Ints
 from shellmb.errors import SceneError
 from shellmb.files.grids import components, numbers, read_grid
-from shellmb.show.fields import NAMES, REFERENCE, Fields
+from shellmb.show.fields import REFERENCE, Fields
 
 VERTEX, LINE = 1, 3
 # corners around each face of a solid cell, in VTK's order, by how many faces it has
@@ -35,7 +35,6 @@ class Shape:
         outlines: Nodes around each element, closed, shape (c, k).
         lines: Nodes along each line, shape (l, k).
         dots: Nodes that are marked, shape (d,).
-        labels: A name for each node, or none.
         cells: Nodes of each element, shape (c, k), of those that are drawn as faces or lines.
         places: Where these nodes are on the reference cell, shape (k, 1 or 2).
         thickness: Diameter of the lines, thickness of the faces; 0: not known.
@@ -47,7 +46,6 @@ class Shape:
     outlines: Ints
     lines: Ints
     dots: Ints
-    labels: tuple[str, ...] = ()
     cells: Ints = field(default_factory=lambda: np.zeros((0, 1), dtype=np.int64))
     places: Floats = field(default_factory=lambda: np.zeros((0, 1)))
     thickness: float = 0.0
@@ -103,14 +101,11 @@ def shape_of(fields: Fields, name: str) -> Shape:
             pieces, around = lattice(places)
             faces = table[:, pieces].reshape(-1, pieces.shape[1])
             outlines = table[:, around]
-    texts = point_data.GetAbstractArray(NAMES)
-    count = 0 if texts is None else texts.GetNumberOfValues()
-    labels = tuple(texts.GetValue(k) for k in range(count))
     data = grid.GetCellData()
     # of beams the diameter, of shells the thickness
     sizes = [a for a in map(data.GetArray, ("size", "thickness")) if a is not None]
     thickness = float(numbers(sizes[0]).max()) if sizes else 0.0
-    return Shape(name, reference, faces, outlines, lines, dots, labels, table, places, thickness)
+    return Shape(name, reference, faces, outlines, lines, dots, table, places, thickness)
 
 
 def lattice(points: Floats) -> tuple[Ints, Ints]:

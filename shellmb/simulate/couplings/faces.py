@@ -17,9 +17,16 @@ from shellmb.model.shell_contact.uncovered_contact import Meeting
 from shellmb.scene.lookup import said
 from shellmb.schemes.base import END, Levels
 from shellmb.schemes.pieces import START, START_RATE, Pieces
-from shellmb.simulate.couplings.contact_forces import Block, Force, blocks
-from shellmb.simulate.couplings.friction import Ends, FacetFriction
-from shellmb.simulate.couplings.stresses import PointForces, StepStresses, opposite
+from shellmb.simulate.couplings.contact_forces import (
+    Block,
+    Ends,
+    FacetFriction,
+    Force,
+    PointForces,
+    StepStresses,
+    blocks,
+    opposite,
+)
 from shellmb.system.couplings import Entries, SharedDofs, joined
 
 # times a motion that was larger than expected for which pairs are found anew

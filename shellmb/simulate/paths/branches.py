@@ -19,8 +19,8 @@ from shellmb.arrays import Floats
 from shellmb.errors import ConvergenceError
 from shellmb.restart import Restartable, constant
 from shellmb.scene import PathFollowing
+from shellmb.simulate.eigenmodes import Stability
 from shellmb.simulate.problem import Problem
-from shellmb.simulate.stability import Stability
 from shellmb.system.newton.bordered import Bordered
 
 # a bifurcation is located when the eigenvalue has fallen to this part of what it was; the last

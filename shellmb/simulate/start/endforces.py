@@ -66,7 +66,7 @@ class _Instant:
 
     def __init__(self, problem: Problem, unknown: dict[str, fem.Function]) -> None:
         self._problem, self.model, self.scheme = problem, problem.model, problem.scheme
-        self.levels, self.time, self._unknown = problem.levels, problem.time, unknown
+        self.levels, self._unknown = problem.levels, unknown
         self._numbers = {body.name: k for k, body in enumerate(self.model.bodies)}
 
     def number(self, body: str, stage: str) -> int:

@@ -27,9 +27,14 @@ from shellmb.scene.values.user_functions import values_at
 from shellmb.schemes.registry import SCHEMES
 from shellmb.simulate.eigenmodes import lowest
 from shellmb.simulate.problem import Problem
-from shellmb.simulate.start.controlled import taken_up
-from shellmb.simulate.start.frames import StoredFrame
-from shellmb.simulate.start.stored import HISTORY, Stored, counted, read_stored
+from shellmb.simulate.start.stored import (
+    HISTORY,
+    Stored,
+    StoredFrame,
+    counted,
+    read_stored,
+    taken_up,
+)
 
 # parts of a state that are resultants and assumed strains
 STRESSES = ("N", "S")

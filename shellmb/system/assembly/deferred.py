@@ -13,13 +13,13 @@ class DeferredValues:
     """Numbers of many steps.
 
     Args:
-        find: Finds them as they are now, shape (n,).
+        find: Finds them as they are now, shape (n,); collective.
         size: How many they are.
         steps: How many steps are kept.
     """
 
     def __init__(self, find: Callable[[], Floats], size: int, steps: int) -> None:
-        self._find, self._found = find, np.zeros((steps, size))
+        self.find, self._found = find, np.zeros((steps, size))
 
     def take(self, row: int) -> None:
         """Find what they are now; collective.
@@ -27,7 +27,7 @@ class DeferredValues:
         Args:
             row: Which of the steps.
         """
-        self._found[row] = self._find()
+        self._found[row] = self.find()
 
     def of(self, rows: slice) -> Floats:
         """Numbers of some steps that were taken, shape (k, n); not collective."""

@@ -71,24 +71,10 @@ def mesh_groups(system: BlockSystem) -> list[MeshGroup]:
     ]
 
 
-def residuals_of(system: BlockSystem, number: int, forms: Sequence[fem.Form]) -> Residuals:
-    """Make what assembles residuals of one field alone, with its own local dofs.
-
-    Args:
-        system: The system.
-        number: Number of the field.
-        forms: Compiled residuals.
-    """
-    if not is_native():
-        return DolfinxResiduals([(form, (0,)) for form in forms], [system.fields[number]], [0])
-    cells = MeshCells([system.fields[number]], [0], [system.held[number]])
-    return LoopResiduals([(cells, [(form, (0,), -1) for form in forms])])
-
-
 def residuals_of_steps(
     system: BlockSystem, number: int, forms: Sequence[fem.Form], steps: int
 ) -> DeferredValues:
-    """Make what assembles residuals of one field alone in many steps.
+    """Make what assembles residuals of one field alone, with its own local dofs, in many steps.
 
     Args:
         system: The system.
@@ -96,12 +82,18 @@ def residuals_of_steps(
         forms: Compiled residuals.
         steps: How many steps are kept.
     """
-    residuals, size = residuals_of(system, number, forms), system.fields[number].size_all
+    field = system.fields[number]
+    residuals: Residuals
+    if is_native():
+        cells = MeshCells([field], [0], [system.held[number]])
+        residuals = LoopResiduals([(cells, [(form, (0,), -1) for form in forms])])
+    else:
+        residuals = DolfinxResiduals([(form, (0,)) for form in forms], [field], [0])
 
     def find() -> Floats:
-        found = np.zeros(size)
+        found = np.zeros(field.size_all)
         residuals.refresh()
         residuals.add(found)
         return found
 
-    return DeferredValues(find, size, steps)
+    return DeferredValues(find, field.size_all, steps)

@@ -66,7 +66,9 @@ def test_files_and_locks_take_the_place_of_links(points: str, tmp_path: Path) ->
             lock.release()
             continue
         if write == "growing":
-            GrowingFile(place, "a", "b", "c").close()
+            file = GrowingFile(place, "a", "b", "c")
+            file.add(["x"])
+            file.close()
         else:
             with drafted(place) as draft:
                 draft.write_text("x")
