@@ -93,20 +93,17 @@ def modes(
     chosen.check()
     place = placed(out, comm)
     directory, world = place.directory, place.comm
-    measure = wanted.module.mode_results if wanted.module is not None else None
     draw = out is not None if pictures is None else pictures
     made: ModeShapes | RotatingModes | StateModes
     if accuracy is not None:
-        from shellmb.accuracy.request.directory import run_to_accuracy
-        from shellmb.accuracy.request.search import Running
         from shellmb.accuracy.request.target import wanted_of
 
         of = replace(wanted_of(accuracy), modes=True, loaded=loaded, count=count)
-        running = Running(world, request=wanted.request, mode_results=measure)
-        run_to_accuracy(wanted.scene, of, directory, running, draw)
+        wanted.run_to_accuracy(of, directory, world, draw)
         made = ModeShapes(directory)
     else:
         how: Any = {"comm": world, "pictures": draw}
+        measure = wanted.module.mode_results
         done = write_modes(wanted.scene, directory, count, chosen, measure, **how)
         made = done.reader(directory, done.found)
     world.Barrier()

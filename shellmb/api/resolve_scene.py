@@ -2,16 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from shellmb.errors import SceneError
 from shellmb.options.described import read
 from shellmb.options.run import Options
-from shellmb.running.loader import SceneModule
+from shellmb.running.loader import SceneModule, given
 from shellmb.running.request import Request
 from shellmb.scene import Scene
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
+
+    from shellmb.accuracy.request.search import Outcome
+    from shellmb.accuracy.request.target import Target
+    from shellmb.running.execute import RunResult
+    from shellmb.simulate.simulation import Observer
 
 
 @dataclass(frozen=True)
@@ -20,18 +29,51 @@ class Requested:
 
     Args:
         scene: The scene.
+        module: The module that defines it.
         request: How it can be built again; None for a scene that was given as it is.
-        module: The module that defines it, if one does.
     """
 
     scene: Scene
+    module: SceneModule
     request: Request | None = None
-    module: SceneModule | None = None
 
-    @property
-    def results(self) -> Callable[..., dict[str, float]] | None:
-        """Results that the scene measures."""
-        return self.scene.results if self.module is None else self.module.results
+    def run(
+        self, directory: Path, observers: Sequence[Observer], comm: MPI.Comm, pictures: bool
+    ) -> RunResult:
+        """Run it, with its errors where the scene asks for them; collective.
+
+        Args:
+            directory: Directory to write.
+            observers: Further observers.
+            comm: Communicator.
+            pictures: Whether pictures are drawn.
+        """
+        run_it: Any
+        if self.scene.errors:
+            from shellmb.accuracy.errors import execute_with_errors as run_it
+        else:
+            from shellmb.running.execute import execute as run_it
+        how = {"request": self.request, "results": self.module.results}
+        return run_it(self.scene, directory, observers, comm=comm, pictures=pictures, **how)
+
+    def run_to_accuracy(
+        self, target: Target, directory: Path, comm: MPI.Comm, pictures: bool, **how: Any
+    ) -> Outcome:
+        """Run it, or find its modes, with finer and finer meshes and steps; collective.
+
+        Args:
+            target: The accuracy that is requested.
+            directory: Directory to write; levels in it go on.
+            comm: Communicator.
+            pictures: Whether pictures are drawn.
+            how: Further settings of `Running`.
+        """
+        from shellmb.accuracy.request.directory import run_to_accuracy
+        from shellmb.accuracy.request.search import Running
+
+        own = self.module
+        running = Running(comm, own.results, self.request, mode_results=own.mode_results, **how)
+        return run_to_accuracy(self.scene, target, directory, running, pictures)
 
 
 def requested(
@@ -49,20 +91,15 @@ def requested(
     """
     chosen = Options(**read(Options, options))
     if isinstance(scene, Scene):
-        if parameters:
-            raise SceneError(
-                f"scene '{scene.name}': parameters are {', '.join(parameters)}; they must be left "
-                "out where the scene is made already"
-            )
-        return Requested(chosen.apply(scene))
+        module = given(scene, parameters or {})
+        return Requested(chosen.apply(scene), module)
     if not isinstance(scene, str):
         raise SceneError(
             f"scene is a {type(scene).__name__}; it must be a Scene, the name of a bundled one, or "
             "the path of a Python file"
         )
     request = Request(scene, as_text(parameters or {}), chosen)
-    made, module = request.build()
-    return Requested(made, request, module)
+    return Requested(*request.build(), request)
 
 
 def refuse_ranks(what: str) -> None:

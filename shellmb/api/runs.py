@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -75,16 +74,13 @@ def run(
         observers = [*observers, report]
     draw = out is not None if pictures is None else pictures
     if accuracy is not None:
-        from shellmb.accuracy.request.directory import run_to_accuracy
-        from shellmb.accuracy.request.search import Running
         from shellmb.accuracy.request.target import UnknownQuantity, frequency_number, wanted_of
 
-        how = Running(place.comm, wanted.results, wanted.request, observers, modes=False)
+        of, how = wanted_of(accuracy), {"observers": observers, "modes": False}
         if shown and place.comm.rank == 0:
-            how = replace(how, tell=print)
-        of = wanted_of(accuracy)
+            how["tell"] = print
         try:
-            outcome = run_to_accuracy(wanted.scene, of, place.directory, how, draw)
+            outcome = wanted.run_to_accuracy(of, place.directory, place.comm, draw, **how)
         except UnknownQuantity as error:
             if frequency_number(of.of) is None:
                 raise
@@ -92,21 +88,8 @@ def run(
                 f"{error}; natural frequencies come from modes(scene, accuracy=..., of='{of.of}')"
             ) from None
         return place.held_by(Run(place.directory, outcome.run))
-    run_it: Any
-    if wanted.scene.errors:
-        from shellmb.accuracy.errors import execute_with_errors as run_it
-    else:
-        from shellmb.running.execute import execute as run_it
     with report.building(wanted.scene.name, place.comm.rank) if shown else nullcontext():
-        computed = run_it(
-            wanted.scene,
-            place.directory,
-            observers,
-            comm=place.comm,
-            pictures=draw,
-            request=wanted.request,
-            results=wanted.results,
-        )
+        computed = wanted.run(place.directory, observers, place.comm, draw)
     place.comm.Barrier()
     return place.held_by(Run(computed.out or place.directory, computed))
 

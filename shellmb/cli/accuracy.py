@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,29 +10,17 @@ from shellmb.cli.report import announce, print_mode_errors, print_summary, say
 
 if TYPE_CHECKING:
     from shellmb.accuracy.request.target import Target
-    from shellmb.running.loader import SceneModule
-    from shellmb.running.request import Request
-    from shellmb.scene import Scene
+    from shellmb.api.resolve_scene import Requested
 
 
 def run_accurately(
-    scene: Scene,
-    module: SceneModule,
-    request: Request,
-    wanted: Target,
-    directory: Path,
-    *,
-    quiet: bool,
-    pictures: bool,
-    check: bool,
+    wanted: Requested, target: Target, directory: Path, *, quiet: bool, pictures: bool, check: bool
 ) -> Any:
     """Run levels of a scene until an error is met, and print what came of it.
 
     Args:
-        scene: The scene.
-        module: What defines it.
-        request: How it was requested.
-        wanted: The accuracy that is requested.
+        wanted: The scene.
+        target: The accuracy that is requested.
         directory: Directory to write; levels in it go on.
         quiet: Whether nothing is printed.
         pictures: Whether pictures are drawn.
@@ -41,21 +28,16 @@ def run_accurately(
     """
     from mpi4py import MPI
 
-    from shellmb.accuracy.request.directory import run_to_accuracy
-    from shellmb.accuracy.request.search import Running
-
-    how = Running(MPI.COMM_WORLD, module.results, request, mode_results=module.mode_results)
-    if not quiet:
-        how = replace(how, tell=tell)
-    announce(scene.name, quiet)
-    outcome = run_to_accuracy(scene, wanted, directory, how, pictures)
+    how = {} if quiet else {"tell": tell}
+    announce(wanted.scene.name, quiet)
+    outcome = wanted.run_to_accuracy(target, directory, MPI.COMM_WORLD, pictures, **how)
     if not quiet:
         print_accuracy(directory)
-    if check and module.check is not None:
+    if check and wanted.module.check is not None:
         from shellmb.files.reading import read_json
         from shellmb.running.results import plain_results
 
-        run_check(module.check, plain_results(read_json(directory / "summary.json")))
+        run_check(wanted.module.check, plain_results(read_json(directory / "summary.json")))
     return outcome
 
 

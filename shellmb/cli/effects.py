@@ -42,9 +42,9 @@ def effects(
     Costs are differences to the scene without the effect; times are medians of rounds in turn.
     """
     report = of_checkout("effects.command", "shellmb effects")
-    built, module = requested(scene, parameters, **options).build()
+    wanted = requested(scene, parameters, **options)
     said = {"without": without or [], "with": with_ or []}
     if without or with_:
-        report.tell_comparison(built, said, module.results, repeat or 1, json)
+        report.tell_comparison(wanted.scene, said, wanted.module.results, repeat or 1, json)
     else:
-        report.tell_survey(built, 0 if quick else steps, repeat or 3, json)
+        report.tell_survey(wanted.scene, 0 if quick else steps, repeat or 3, json)

@@ -140,37 +140,24 @@ def run(
     for name in ("end_forces", "errors"):
         options[name] = options[name] or None
     accuracy = take_accuracy(options)
-    request = requested(scene, parameters, **options)
-    built, module = request.build()
+    wanted = requested(scene, parameters, **options)
+    built, module = wanted.scene, wanted.module
     if check:
         module.require_check(module.results or built.results, "results(run)")
 
     from mpi4py import MPI
 
+    kind, world = built.scheme_name if accuracy is None else "accuracy", MPI.COMM_WORLD
+    directory = world.bcast(out or default_directory(f"{module.name}-{kind}"))
     if accuracy is not None:
         from shellmb.accuracy.request.target import wanted_of
         from shellmb.cli.accuracy import run_accurately
 
-        directory = MPI.COMM_WORLD.bcast(out or default_directory(f"{module.name}-accuracy"))
         how = {"quiet": quiet, "pictures": not no_pictures, "check": check}
-        return run_accurately(built, module, request, wanted_of(accuracy), directory, **how)
+        return run_accurately(wanted, wanted_of(accuracy), directory, **how)
 
-    run_it: Any
-    if built.errors:
-        from shellmb.accuracy.errors import execute_with_errors as run_it
-    else:
-        from shellmb.running.execute import execute as run_it
-
-    name = f"{module.name}-{built.scheme_name}"
     announce(built.name, quiet)
-    result = run_it(
-        built,
-        MPI.COMM_WORLD.bcast(out or default_directory(name)),
-        _observers(quiet),
-        pictures=not no_pictures,
-        request=request,
-        results=module.results,
-    )
+    result = wanted.run(directory, _observers(quiet), world, not no_pictures)
     if not quiet and first_rank():
         print_run(result)
     if check and module.check is not None:
@@ -209,28 +196,19 @@ def resume(
         from shellmb.cli.accuracy import print_accuracy
 
         announce(built.name, quiet)
-        how: dict[str, Any] = {} if quiet else {"tell": tell}
+        told: dict[str, Any] = {} if quiet else {"tell": tell}
         found = resume_request(
-            directory, None, scene, trust, MPI.COMM_WORLD, not no_pictures, **how
+            directory, None, scene, trust, MPI.COMM_WORLD, not no_pictures, **told
         )
         if not quiet:
             print_accuracy(directory)
         return found
 
-    from shellmb.running.resuming.resume import resume as go_on
+    from shellmb.api.runs import resume as go_on
 
     announce(built.name, quiet)
-    result = go_on(
-        directory,
-        _observers(quiet),
-        pictures=not no_pictures,
-        scene_file=scene,
-        trust=trust,
-    )
-    if result.scene.errors:
-        from shellmb.accuracy.errors import add_errors
-
-        add_errors(result)
+    how: dict[str, Any] = {"observers": _observers(quiet), "pictures": not no_pictures}
+    result: Any = go_on(directory, scene, trust=trust, **how).computed
     if not quiet and first_rank():
         print_run(result)
     return result
@@ -266,26 +244,10 @@ def modes(
     """
     chosen, accuracy = take(ModesOptions, elements), take_accuracy(elements)
     elements["errors"] = elements["errors"] or None
+    wanted, state = requested_run(scene, chosen.state, chosen.at is not None, parameters, elements)
+    chosen, module = replace(chosen, state=state), wanted.module
     if accuracy is not None or elements["errors"]:
         chosen.check_errors()
-    if accuracy is not None:
-        from mpi4py import MPI
-
-        from shellmb.accuracy.request.target import wanted_of
-        from shellmb.cli.accuracy import run_accurately
-
-        request = requested(scene, parameters, **elements)
-        built, module = request.build()
-        if check:
-            module.require_check(module.mode_results, "mode_results(modes)")
-        wanted = replace(wanted_of(accuracy), modes=True, loaded=chosen.loaded, count=count)
-        directory = MPI.COMM_WORLD.bcast(out or default_directory(f"{module.name}-modes-accuracy"))
-        how = {"quiet": quiet, "pictures": not no_pictures, "check": check}
-        return run_accurately(built, module, request, wanted, directory, **how)
-    built, module, state = requested_run(
-        scene, chosen.state, chosen.at is not None, parameters, elements
-    )
-    chosen = replace(chosen, state=state)
     chosen.check()
     if check and (chosen.moving or chosen.buckling):
         raise SceneError(
@@ -298,9 +260,17 @@ def modes(
 
     from shellmb.api.modal import write_modes
 
-    directory = MPI.COMM_WORLD.bcast(out or default_directory(f"{module.name}-modes"))
-    measure, drawn = module.mode_results, not no_pictures
-    made = write_modes(built, directory, count, chosen, measure, pictures=drawn)
+    kind, drawn = "modes" if accuracy is None else "modes-accuracy", not no_pictures
+    directory = MPI.COMM_WORLD.bcast(out or default_directory(f"{module.name}-{kind}"))
+    if accuracy is not None:
+        from shellmb.accuracy.request.target import wanted_of
+        from shellmb.cli.accuracy import run_accurately
+
+        target = replace(wanted_of(accuracy), modes=True, loaded=chosen.loaded, count=count)
+        how = {"quiet": quiet, "pictures": drawn, "check": check}
+        return run_accurately(wanted, target, directory, **how)
+    measure = module.mode_results
+    made = write_modes(wanted.scene, directory, count, chosen, measure, pictures=drawn)
     if not quiet and first_rank():
         if chosen.buckling:
             print_buckling(made.found, directory)

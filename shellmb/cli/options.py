@@ -12,13 +12,11 @@ import typer
 from typer.core import TyperCommand
 
 from shellmb.errors import SceneError
-from shellmb.options.described import Option, options_of, read
+from shellmb.options.described import Option, options_of
 from shellmb.options.run import Options
 
 if TYPE_CHECKING:
-    from shellmb.running.loader import SceneModule
-    from shellmb.running.request import Request
-    from shellmb.scene import Scene
+    from shellmb.api.resolve_scene import Requested
 
 
 # of the measured times
@@ -104,8 +102,8 @@ def _annotated(option: Option) -> Any:
     return Annotated[type_ | None, typer.Option(option.flag, **shown)]
 
 
-def requested(scene: str, parameters: list[str] | None, **options: Any) -> Request:
-    """The request of a command line.
+def requested(scene: str, parameters: list[str] | None, **options: Any) -> Requested:
+    """The scene that a command line requests.
 
     Args:
         scene: Name of a bundled scene, or path of a Python file.
@@ -113,11 +111,12 @@ def requested(scene: str, parameters: list[str] | None, **options: Any) -> Reque
         options: Of `Options`, as they were given; None: not given.
 
     Raises:
-        SceneError: If a mesh or a parameter is not of its form.
+        SceneError: If anything about it is wrong.
     """
-    from shellmb.running.request import Request, parse_parameters
+    from shellmb.api.resolve_scene import requested as resolved
+    from shellmb.running.request import parse_parameters
 
-    return Request(scene, parse_parameters(parameters or []), Options(**read(Options, options)))
+    return resolved(scene, parse_parameters(parameters or []), **options)
 
 
 def requested_run(
@@ -126,7 +125,7 @@ def requested_run(
     again: bool,
     parameters: list[str] | None,
     elements: dict[str, Any],
-) -> tuple[Scene, SceneModule, Path | str | None]:
+) -> tuple[Requested, Path | str | None]:
     """The request of a scene that may be that of a run, and the run's directory.
 
     Args:
@@ -142,12 +141,13 @@ def requested_run(
     run = Path(scene) if state is None and Path(scene).is_dir() else None
     given = run or (state if again else None)
     if given is None:
-        return *requested(scene, parameters, **elements).build(), state
+        return requested(scene, parameters, **elements), state
+    from shellmb.api.resolve_scene import Requested
     from shellmb.running.request import scene_of_run
 
     if parameters or any(elements.values()):
         raise SceneError(f"modes: {given} holds a run, which has its own mesh and parameters")
-    return *scene_of_run(given, "modes", None if run is not None else scene), given
+    return Requested(*scene_of_run(given, "modes", None if run is not None else scene)), given
 
 
 def default_directory(name: str) -> Path:

@@ -60,7 +60,7 @@ def test_texts_and_values_mean_the_same() -> None:
     """A mesh is a text on the command line, and may be one in Python."""
     from shellmb.api.resolve_scene import requested as in_python
 
-    scene, _ = requested("sudden_load", None, mesh="4x1", model="floating-frame").build()
+    scene = requested("sudden_load", None, mesh="4x1", model="floating-frame").scene
     for mesh in ("4x1", (4, 1)):
         assert in_python("sudden_load", None, mesh=mesh, model="floating-frame").scene == scene
     assert scene.shells[0].mesh == (4, 1) and scene.shells[0].linear
