@@ -10,9 +10,9 @@ from shellmb.accuracy.studies import runner
 from shellmb.accuracy.studies.records import RECORDS
 from shellmb.cli.main import app
 from shellmb.errors import ConvergenceError
+from shellmb.options.run import Options
 from shellmb.running.execute import execute
 from shellmb.running.loader import load
-from shellmb.running.request import Options
 
 from .conftest import SMALL
 

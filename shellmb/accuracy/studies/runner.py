@@ -12,7 +12,7 @@ from typing import Any
 
 from mpi4py import MPI
 
-from shellmb.accuracy.measuring.times import Stopwatch
+from shellmb.accuracy.repeat import Steps
 from shellmb.accuracy.studies.choice import Choice
 from shellmb.accuracy.studies.quantity import Quantity, default_quantity
 from shellmb.accuracy.studies.records import Record, Store
@@ -23,32 +23,12 @@ from shellmb.running.execute import RunResult, execute
 from shellmb.running.loader import SceneModule
 from shellmb.scene.fingerprint import fingerprint
 from shellmb.scene.probes import RESULTANTS
-from shellmb.simulate.simulation import BaseObserver, Simulation
 
 # what of a summary is in a record, and its name there
 TOLD = {name: name for name in ("setup_s", "jit_s", "steps", "unknowns")}
 TOLD |= {"rejected_steps": "rejected", "newton_iterations": "iterations", "jump_max": "jump"}
 
 type Tell = Callable[[str], None]
-
-
-class ProcessorTime(BaseObserver):
-    """Processor time between the start and the end of a run.
-
-    Attributes:
-        seconds: It, s.
-    """
-
-    def __init__(self) -> None:
-        self.seconds = 0.0
-
-    def start(self, simulation: Simulation) -> None:
-        """Before the first step."""
-        self._watch = Stopwatch()
-
-    def finish(self, simulation: Simulation, error: BaseException | None) -> None:
-        """After the last one."""
-        self.seconds = self._watch.cpu
 
 
 @dataclass(frozen=True)
@@ -148,7 +128,7 @@ def run_once(
     Raises:
         SceneError: If a quantity does not exist.
     """
-    clock = ProcessorTime()
+    clock = Steps()
     # what a scene measures may need the whole of its time: it is asked only where it is needed
     requested = module.results if any(q.norm is None for q in quantities) else _nothing
     scene = sweep.base.build(module, choice)
