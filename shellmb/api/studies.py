@@ -8,11 +8,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from shellmb.api.folders import path_of
-from shellmb.api.resolve_scene import as_text
+from shellmb.api.runs import as_text
 from shellmb.errors import SceneError
 from shellmb.options.described import options_of, takes
-from shellmb.options.run import Options
-from shellmb.options.study import StudyOptions
+from shellmb.options.run import Options, StudyOptions
 from shellmb.scene import Scene
 
 if TYPE_CHECKING:

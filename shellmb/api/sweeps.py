@@ -18,9 +18,8 @@ from typing import TYPE_CHECKING, Any
 from shellmb.api.folders import path_of
 from shellmb.errors import RunError, SceneError, ShellmbError
 from shellmb.files.writing import write_text
-from shellmb.options.accuracy import AccuracyOptions
 from shellmb.options.described import options_of, takes
-from shellmb.options.run import Options
+from shellmb.options.run import AccuracyOptions, Options
 from shellmb.running.error_origin import in_words
 from shellmb.running.loader import check_function, check_names, check_values, scene_of
 from shellmb.scene import Scene

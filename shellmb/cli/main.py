@@ -9,7 +9,6 @@ from typer.core import TyperGroup
 
 from shellmb import __version__
 from shellmb.cli.checkout import of_checkout
-from shellmb.cli.effects import effects
 from shellmb.cli.failures import App, failures_reported, first_rank, run_check, tell
 from shellmb.cli.options import (
     CheckOption,
@@ -37,14 +36,11 @@ from shellmb.cli.report import (
     print_state_modes,
     say,
 )
-from shellmb.cli.sensitivities import sensitivities
-from shellmb.cli.study import study
+from shellmb.cli.study import effects, sensitivities, study
 from shellmb.errors import SceneError
-from shellmb.options.accuracy import ACCURACY, AccuracyOptions, take_accuracy
 from shellmb.options.described import options_of, take
-from shellmb.options.modes import ModesOptions
-from shellmb.options.response import LinearOptions, ResponseOptions
-from shellmb.options.run import ELEMENTS, Options
+from shellmb.options.linear import LinearOptions, ModesOptions, ResponseOptions
+from shellmb.options.run import ACCURACY, ELEMENTS, AccuracyOptions, Options, take_accuracy
 
 HELP = """Geometrically exact shells in flexible multibody dynamics.
 
@@ -151,7 +147,7 @@ def run(
     directory = world.bcast(out or default_directory(f"{module.name}-{kind}"))
     if accuracy is not None:
         from shellmb.accuracy.request.target import wanted_of
-        from shellmb.cli.accuracy import run_accurately
+        from shellmb.cli.report import run_accurately
 
         how = {"quiet": quiet, "pictures": not no_pictures, "check": check}
         return run_accurately(wanted, wanted_of(accuracy), directory, **how)
@@ -193,7 +189,7 @@ def resume(
         from mpi4py import MPI
 
         from shellmb.accuracy.request.directory import resume_request
-        from shellmb.cli.accuracy import print_accuracy
+        from shellmb.cli.report import print_accuracy
 
         announce(built.name, quiet)
         told: dict[str, Any] = {} if quiet else {"tell": tell}
@@ -264,7 +260,7 @@ def modes(
     directory = MPI.COMM_WORLD.bcast(out or default_directory(f"{module.name}-{kind}"))
     if accuracy is not None:
         from shellmb.accuracy.request.target import wanted_of
-        from shellmb.cli.accuracy import run_accurately
+        from shellmb.cli.report import run_accurately
 
         target = replace(wanted_of(accuracy), modes=True, loaded=chosen.loaded, count=count)
         how = {"quiet": quiet, "pictures": drawn, "check": check}
@@ -308,7 +304,7 @@ def response(
     --psd: to random loads or accelerations of ground:
     `shellmb response damped_plate --frequencies 1:500:50 --modes 6 --psd base.z=1e-2`
     """
-    from shellmb.api.responding.respond import response as respond
+    from shellmb.api.responding.linearise import response as respond
     from shellmb.running.request import parse_parameters
 
     given = {k: v for k, v in options.items() if v is not None and v is not False}

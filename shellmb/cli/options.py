@@ -16,7 +16,7 @@ from shellmb.options.described import Option, options_of
 from shellmb.options.run import Options
 
 if TYPE_CHECKING:
-    from shellmb.api.resolve_scene import Requested
+    from shellmb.api.runs import Requested
 
 
 # of the measured times
@@ -113,7 +113,7 @@ def requested(scene: str, parameters: list[str] | None, **options: Any) -> Reque
     Raises:
         SceneError: If anything about it is wrong.
     """
-    from shellmb.api.resolve_scene import requested as resolved
+    from shellmb.api.runs import requested as resolved
     from shellmb.running.request import parse_parameters
 
     return resolved(scene, parse_parameters(parameters or []), **options)
@@ -142,7 +142,7 @@ def requested_run(
     given = run or (state if again else None)
     if given is None:
         return requested(scene, parameters, **elements), state
-    from shellmb.api.resolve_scene import Requested
+    from shellmb.api.runs import Requested
     from shellmb.running.request import scene_of_run
 
     if parameters or any(elements.values()):

@@ -21,9 +21,8 @@ from shellmb.scene.multibody.joints import Joint
 from shellmb.scene.probes import Probe
 from shellmb.scene.schemes import DISSIPATIVE, is_static
 from shellmb.scene.shells.shell import Shell, divided, refined_times
-from shellmb.scene.values.messages import error_of, listed
 from shellmb.scene.values.models import model_of
-from shellmb.scene.values.validate import extended, show
+from shellmb.scene.values.validate import error_of, extended, listed, show
 
 STATIC_STEPS = 10
 

@@ -7,7 +7,7 @@ from typer.testing import CliRunner
 
 import shellmb as sm
 from shellmb.accuracy.studies import runner
-from shellmb.accuracy.studies.records import RECORDS
+from shellmb.accuracy.studies.runner import RECORDS
 from shellmb.cli.main import app
 from shellmb.errors import ConvergenceError
 from shellmb.options.run import Options

@@ -13,9 +13,8 @@ from mpi4py import MPI
 
 from shellmb.accuracy.caveats import NO_LIMIT
 from shellmb.accuracy.companions import Change, degree_of
-from shellmb.accuracy.error_estimate import ErrorEstimate
 from shellmb.accuracy.errors import FEWEST, Companions, find_companions, judged, write_errors
-from shellmb.accuracy.estimates import RATIO, step_error
+from shellmb.accuracy.estimates import RATIO, ErrorEstimate, step_error
 from shellmb.accuracy.family import Family, is_large
 from shellmb.accuracy.measuring.times import slowest
 from shellmb.accuracy.modes import ModeResults

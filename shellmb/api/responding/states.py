@@ -17,14 +17,13 @@ from shellmb.api.responding.reduction import scipy_matrix, unknowns_of
 from shellmb.api.responding.system import GROUND, LinearSystem
 from shellmb.arrays import Floats
 from shellmb.errors import ConvergenceError, SceneError, warn
-from shellmb.options.response import LinearOptions
+from shellmb.options.linear import LinearOptions
 from shellmb.running.natural_modes.vibration import equilibrium
-from shellmb.running.resuming.reached import state_of_run
+from shellmb.running.resuming.resume import state_of_run
 from shellmb.running.rotating.axis import Axis, check_steady, find_axis
-from shellmb.running.rotating.linearised import Linearised
+from shellmb.running.rotating.linearised import Linearised, SteadyRotation
 from shellmb.running.rotating.quadratic import NEUTRAL
 from shellmb.running.rotating.state import STEADY, MovingState, check_state
-from shellmb.running.rotating.steady import SteadyRotation
 from shellmb.scene import Scene
 from shellmb.scene.values.validate import show
 

@@ -14,9 +14,8 @@ from shellmb.scene.multibody.elements import JointStop
 from shellmb.scene.multibody.rigid import RigidBody
 from shellmb.scene.schemes import COMPLETE
 from shellmb.scene.shells.shell import Shell
-from shellmb.scene.values.messages import kind_of, listed, said
 from shellmb.scene.values.models import Modal
-from shellmb.scene.values.validate import show
+from shellmb.scene.values.validate import kind_of, listed, said, show
 
 
 def check_potentials(scene: Description) -> None:

@@ -6,9 +6,8 @@ from typing import Any
 
 from shellmb.errors import SceneError
 from shellmb.scene.types import NONE, Finite, Listed, Name, Place, Positive, Vec3
-from shellmb.scene.values.messages import refused
 from shellmb.scene.values.times import TimeFunction
-from shellmb.scene.values.validate import described, show
+from shellmb.scene.values.validate import described, refused, show
 
 
 @described("potential")
