@@ -26,7 +26,7 @@ _WRITTEN_OUT = {
     "sensitivities": "shellmb.api.sensitivity.run",
     "adjoint": "shellmb.sensitivity.adjoint.run",
     "fit": "shellmb.api.fitting.fit",
-    "frequency_sensitivities": "shellmb.api.sensitivity.frequencies",
+    "frequency_sensitivities": "shellmb.api.sensitivity.run",
 }
 _PACKAGES = ("errors", "forms", "scene")
 

@@ -8,7 +8,6 @@ import typer
 from typer.core import TyperGroup
 
 from shellmb import __version__
-from shellmb.cli.checkout import of_checkout
 from shellmb.cli.failures import App, failures_reported, first_rank, run_check, tell
 from shellmb.cli.options import (
     CheckOption,
@@ -19,6 +18,7 @@ from shellmb.cli.options import (
     SceneArgument,
     SetOption,
     default_directory,
+    of_checkout,
     offers,
     requested,
     requested_run,

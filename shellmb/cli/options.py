@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import importlib
 import inspect
 from collections.abc import Callable
 from datetime import datetime
 from pathlib import Path
+from types import ModuleType
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
@@ -17,7 +19,6 @@ from shellmb.options.run import Options
 
 if TYPE_CHECKING:
     from shellmb.api.runs import Requested
-
 
 # of the measured times
 Clock = Literal["cpu", "wall"]
@@ -157,3 +158,24 @@ def default_directory(name: str) -> Path:
         name: What is run.
     """
     return Path("runs", f"{name}-{datetime.now():%Y%m%d-%H%M%S}")
+
+
+def of_checkout(name: str, command: str) -> ModuleType:
+    """A module that only a checkout has.
+
+    Args:
+        name: Its name in `demos/`, such as "studies.bundled".
+        command: The command that needs it.
+
+    Raises:
+        SceneError: If shellmb is installed without a checkout.
+    """
+    try:
+        return importlib.import_module(f"shellmb.demos.{name}")
+    except ModuleNotFoundError as error:
+        if not (error.name or "").startswith("shellmb.demos."):
+            raise
+        raise SceneError(
+            f"`{command}` belongs to a checkout of shellmb, run it there: `python3 -m uv run "
+            f"{command}`"
+        ) from None

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from shellmb.cli.checkout import of_checkout
 from shellmb.cli.failures import first_rank, tell
 from shellmb.cli.options import (
     Clock,
@@ -19,6 +18,7 @@ from shellmb.cli.options import (
     SceneArgument,
     SetOption,
     default_directory,
+    of_checkout,
     offers,
     requested,
 )

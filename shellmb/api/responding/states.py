@@ -11,8 +11,7 @@ from mpi4py import MPI
 
 import numpy as np
 
-from shellmb.api.responding.inputs import columns, with_inputs, without_commands
-from shellmb.api.responding.outputs import outputs
+from shellmb.api.responding.channels import columns, outputs, with_inputs, without_commands
 from shellmb.api.responding.reduction import scipy_matrix, unknowns_of
 from shellmb.api.responding.system import GROUND, LinearSystem
 from shellmb.arrays import Floats
