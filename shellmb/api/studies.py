@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import pandas as pd
+
 from shellmb.api.folders import path_of
 from shellmb.api.runs import as_text
 from shellmb.errors import SceneError
@@ -15,8 +17,6 @@ from shellmb.options.run import Options, StudyOptions
 from shellmb.scene import Scene
 
 if TYPE_CHECKING:
-    import pandas as pd
-
     from shellmb.accuracy.studies.report import Finding
 
 
@@ -33,8 +33,6 @@ class Study:
     @property
     def table(self) -> pd.DataFrame:
         """A row for each quantity and configuration: choices, error, time, steps, iterations."""
-        import pandas as pd
-
         rows = []
         for finding in self.findings:
             for p in finding.judged.points:
@@ -49,8 +47,6 @@ class Study:
     def orders(self) -> pd.DataFrame:
         """Observed orders."""
         from dataclasses import asdict
-
-        import pandas as pd
 
         rows = [
             {"quantity": str(f.judged.quantity), **asdict(o)}

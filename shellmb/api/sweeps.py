@@ -13,7 +13,9 @@ import shutil
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import BrokenExecutor, Executor, ProcessPoolExecutor, as_completed
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import pandas as pd
 
 from shellmb.api.folders import path_of
 from shellmb.errors import RunError, SceneError, ShellmbError
@@ -23,9 +25,6 @@ from shellmb.options.run import AccuracyOptions, Options
 from shellmb.running.error_origin import in_words
 from shellmb.running.loader import check_function, check_names, check_values, scene_of
 from shellmb.scene import Scene
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 # files of a sweep, and of one of its cases
 ABOUT, CASE = "sweep.json", "case.json"
@@ -73,8 +72,6 @@ def sweep(
             other processes cannot import `scene` or `measure`.
         RunError: If a process ends by itself, as in a script without `if __name__ == "__main__":`.
     """
-    import pandas as pd
-
     cases = _cases(scene, parameters)
     if not (measure is None or callable(measure)):
         raise SceneError(f"sweep: measure is {measure!r:.60}; it must be a function of a run")

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
+import pandas as pd
 
 from shellmb.api.folders import placed
 from shellmb.api.modal import modes
@@ -34,8 +35,6 @@ from shellmb.sensitivity.parameters import (
 
 if TYPE_CHECKING:
     from mpi4py import MPI
-
-    import pandas as pd
 
     from shellmb.running.execute import RunResult
     from shellmb.simulate.simulation import Simulation
@@ -273,8 +272,6 @@ def frequency_sensitivities(
     Raises:
         SceneError: If the scene or a parameter is impossible.
     """
-    import pandas as pd
-
     if count < 1:
         raise SceneError(f"sensitivities: count is {count}; it must be at least 1")
     made = differentiated(scene, values, **options)
