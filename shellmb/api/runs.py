@@ -14,7 +14,7 @@ from shellmb.api.record import Run
 from shellmb.errors import SceneError
 from shellmb.options.described import options_of, read, takes
 from shellmb.options.run import ACCURACY, AccuracyOptions, Options, take_accuracy
-from shellmb.running.loader import SceneModule, given
+from shellmb.running.loader import SceneModule, demos, given
 from shellmb.running.request import Request
 from shellmb.scene import Scene
 
@@ -289,8 +289,6 @@ def load(directory: Path | str) -> Run | ModeShapes | RotatingModes | Sensitivit
 
 def scenes() -> dict[str, str]:
     """Names of the bundled scenes, each with a one-line description."""
-    from shellmb.running.loader import demos
-
     return demos()
 
 

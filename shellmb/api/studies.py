@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -46,8 +46,6 @@ class Study:
     @property
     def orders(self) -> pd.DataFrame:
         """Observed orders."""
-        from dataclasses import asdict
-
         rows = [
             {"quantity": str(f.judged.quantity), **asdict(o)}
             for f in self.findings

@@ -23,7 +23,7 @@ from shellmb.files.writing import write_text
 from shellmb.options.described import options_of, takes
 from shellmb.options.run import AccuracyOptions, Options
 from shellmb.running.error_origin import in_words
-from shellmb.running.loader import check_function, check_names, check_values, scene_of
+from shellmb.running.loader import check_function, check_names, check_values, load, scene_of
 from shellmb.scene import Scene
 
 # files of a sweep, and of one of its cases
@@ -180,8 +180,6 @@ def _cases(scene: SceneFunction, parameters: Any) -> list[dict[str, Any]]:
             "{'force': [1, 2]}, or the cases themselves"
         )
     if isinstance(scene, str):
-        from shellmb.running.loader import load
-
         make: Callable[..., Scene] = load(scene).module.scene
     else:
         check_function(scene, "sweep")
@@ -218,8 +216,6 @@ def _name(case: Mapping[str, Any]) -> str:
 def _checksum(made: Callable[..., Any] | str) -> str:
     """Name and source of a scene or function: other code gives other numbers."""
     if isinstance(made, str):
-        from shellmb.running.loader import load
-
         source = Path(str(load(made).module.__file__)).read_text()
         name = made
     else:

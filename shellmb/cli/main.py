@@ -27,6 +27,7 @@ from shellmb.cli.options import (
 from shellmb.cli.pictures import plot, report, view
 from shellmb.cli.report import (
     announce,
+    print_accuracy,
     print_buckling,
     print_campbell,
     print_list,
@@ -34,6 +35,7 @@ from shellmb.cli.report import (
     print_numbers,
     print_run,
     print_state_modes,
+    run_accurately,
     say,
 )
 from shellmb.cli.study import effects, sensitivities, study
@@ -147,7 +149,6 @@ def run(
     directory = world.bcast(out or default_directory(f"{module.name}-{kind}"))
     if accuracy is not None:
         from shellmb.accuracy.request.target import wanted_of
-        from shellmb.cli.report import run_accurately
 
         how = {"quiet": quiet, "pictures": not no_pictures, "check": check}
         return run_accurately(wanted, wanted_of(accuracy), directory, **how)
@@ -189,7 +190,6 @@ def resume(
         from mpi4py import MPI
 
         from shellmb.accuracy.request.directory import resume_request
-        from shellmb.cli.report import print_accuracy
 
         announce(built.name, quiet)
         told: dict[str, Any] = {} if quiet else {"tell": tell}
@@ -260,7 +260,6 @@ def modes(
     directory = MPI.COMM_WORLD.bcast(out or default_directory(f"{module.name}-{kind}"))
     if accuracy is not None:
         from shellmb.accuracy.request.target import wanted_of
-        from shellmb.cli.report import run_accurately
 
         target = replace(wanted_of(accuracy), modes=True, loaded=chosen.loaded, count=count)
         how = {"quiet": quiet, "pictures": drawn, "check": check}

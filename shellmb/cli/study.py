@@ -241,8 +241,6 @@ def sensitivities(
 
 
 def _number(name: str, text: str) -> float:
-    from shellmb.errors import SceneError
-
     try:
         return float(text)
     except ValueError:
