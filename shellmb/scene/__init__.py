@@ -33,9 +33,12 @@ from shellmb.scene.initial import InitialVelocity as InitialVelocity
 from shellmb.scene.loads.contacts import Ball as Ball
 from shellmb.scene.loads.contacts import Box as Box
 from shellmb.scene.loads.contacts import Contact as Contact
+from shellmb.scene.loads.contacts import EnclosedVolume as EnclosedVolume
 from shellmb.scene.loads.contacts import Faces as Faces
+from shellmb.scene.loads.contacts import Gas as Gas
 from shellmb.scene.loads.contacts import Obstacle as Obstacle
 from shellmb.scene.loads.contacts import Plane as Plane
+from shellmb.scene.loads.contacts import Potential as Potential
 from shellmb.scene.loads.contacts import Rod as Rod
 from shellmb.scene.loads.loads import EdgeForce as EdgeForce
 from shellmb.scene.loads.loads import EdgeMoment as EdgeMoment
@@ -52,9 +55,6 @@ from shellmb.scene.loads.loads import PointForce as PointForce
 from shellmb.scene.loads.loads import PointMoment as PointMoment
 from shellmb.scene.loads.loads import Pressure as Pressure
 from shellmb.scene.loads.loads import SurfaceForce as SurfaceForce
-from shellmb.scene.loads.potentials import EnclosedVolume as EnclosedVolume
-from shellmb.scene.loads.potentials import Gas as Gas
-from shellmb.scene.loads.potentials import Potential as Potential
 from shellmb.scene.loads.supports import Clamped as Clamped
 from shellmb.scene.loads.supports import Diaphragm as Diaphragm
 from shellmb.scene.loads.supports import Driven as Driven
@@ -130,9 +130,9 @@ from shellmb.scene.values.damping import WLF as WLF
 from shellmb.scene.values.damping import BeamDamping as BeamDamping
 from shellmb.scene.values.damping import Prony as Prony
 from shellmb.scene.values.damping import ShellDamping as ShellDamping
+from shellmb.scene.values.models import BeamNaturalStrain as BeamNaturalStrain
 from shellmb.scene.values.models import Modal as Modal
-from shellmb.scene.values.natural import BeamNaturalStrain as BeamNaturalStrain
-from shellmb.scene.values.natural import NaturalStrain as NaturalStrain
+from shellmb.scene.values.models import NaturalStrain as NaturalStrain
 from shellmb.scene.values.times import Ramp as Ramp
 from shellmb.scene.values.times import Sine as Sine
 from shellmb.scene.values.times import Step as Step

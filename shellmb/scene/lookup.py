@@ -6,7 +6,7 @@ from shellmb.errors import SceneError
 from shellmb.scene.beams.beam import Beam
 from shellmb.scene.description import Body, Description
 from shellmb.scene.initial import InitialVelocity
-from shellmb.scene.loads import contacts, loads, potentials, supports
+from shellmb.scene.loads import contacts, loads, supports
 from shellmb.scene.multibody.elements import Coordinate, Driver, JointElement
 from shellmb.scene.multibody.joints import GROUND, Joint
 from shellmb.scene.multibody.own_bodies import UserBody
@@ -36,7 +36,7 @@ ACTS_ON: dict[type, tuple[type, ...]] = {
     supports.Fixed: (Shell, Beam, UserBody),
     supports.SymmetryPlane: (Shell, UserBody),
     supports.Driven: (Shell, UserBody),
-    potentials.Potential: OURS,
+    contacts.Potential: OURS,
     contacts.Contact: OURS,
     InitialVelocity: ANY,
     Probe: ANY,

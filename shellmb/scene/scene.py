@@ -12,9 +12,8 @@ from shellmb.scene.checks.fields import has_field
 from shellmb.scene.checks.whole import check
 from shellmb.scene.description import Body, Description
 from shellmb.scene.initial import FromRun, FromShape, InitialVelocity
-from shellmb.scene.loads.contacts import Contact
+from shellmb.scene.loads.contacts import Contact, Potential
 from shellmb.scene.loads.loads import Load
-from shellmb.scene.loads.potentials import Potential
 from shellmb.scene.loads.supports import Support
 from shellmb.scene.multibody.elements import Coordinate, Driver, Element, Lock
 from shellmb.scene.multibody.joints import Joint

@@ -10,8 +10,7 @@ from shellmb.errors import SceneError
 from shellmb.scene.beams.curves import Curve
 from shellmb.scene.beams.sections import BeamSection
 from shellmb.scene.types import NONE, Axis, Listed, Name, PositiveInt
-from shellmb.scene.values.models import BodyModel, Deforming
-from shellmb.scene.values.natural import BeamNaturalStrain
+from shellmb.scene.values.models import BeamNaturalStrain, BodyModel, Deforming
 from shellmb.scene.values.validate import described, error_of, refused, show, unit_vector
 
 

@@ -11,8 +11,7 @@ from shellmb.scene.shells.gmsh_surfaces import CAD, GmshFile, Meshed, OfFile
 from shellmb.scene.shells.sections import LinearSection, Section, Wrinkling
 from shellmb.scene.shells.surfaces import Surface
 from shellmb.scene.types import NONE, Edge, Listed, Name, PositiveInt, Untrue, Vec3
-from shellmb.scene.values.models import BodyModel, Deforming
-from shellmb.scene.values.natural import NaturalStrain
+from shellmb.scene.values.models import BodyModel, Deforming, NaturalStrain
 from shellmb.scene.values.user_functions import OfPosition
 from shellmb.scene.values.validate import (
     check_differ,
