@@ -7,8 +7,7 @@ from itertools import pairwise
 from math import isinf
 
 from shellmb.accuracy.companions import SHAPELESS, Change
-from shellmb.accuracy.error_estimate import ErrorEstimate
-from shellmb.accuracy.estimates import RATIO
+from shellmb.accuracy.estimates import RATIO, ErrorEstimate
 from shellmb.accuracy.run_record import RunRecord, difference
 from shellmb.accuracy.studies.quantity import Quantity, parse_quantity
 from shellmb.scene import Scene

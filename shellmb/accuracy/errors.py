@@ -27,22 +27,22 @@ from shellmb.accuracy.companions import (
     is_reduced,
     prefers_degree,
 )
-from shellmb.accuracy.error_estimate import ErrorEstimate, Errors, write_summary
 from shellmb.accuracy.estimates import (
     CAUTION,
     NONE,
     RATIO,
     UNKNOWN,
+    ErrorEstimate,
+    Errors,
     Estimate,
     mesh_error,
     model_error,
     step_error,
+    write_summary,
 )
-from shellmb.accuracy.family import Family
-from shellmb.accuracy.repeat import Beginning
-from shellmb.accuracy.run_record import RunRecord, difference
+from shellmb.accuracy.family import Beginning, Family
+from shellmb.accuracy.run_record import RunRecord, damped, difference
 from shellmb.accuracy.studies.quantity import Quantity
-from shellmb.accuracy.unresolved_vibration import damped
 from shellmb.barrier import arrive
 from shellmb.running.execute import RunResult, execute
 from shellmb.scene import Scene

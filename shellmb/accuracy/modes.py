@@ -11,8 +11,14 @@ from mpi4py import MPI
 
 from shellmb.accuracy.caveats import of_own
 from shellmb.accuracy.companions import Change, degree_of, is_reduced, prefers_degree
-from shellmb.accuracy.error_estimate import ErrorEstimate, write_summary
-from shellmb.accuracy.estimates import NONE, Estimate, mesh_error, model_error
+from shellmb.accuracy.estimates import (
+    NONE,
+    ErrorEstimate,
+    Estimate,
+    mesh_error,
+    model_error,
+    write_summary,
+)
 from shellmb.errors import ShellmbError, Stopped
 from shellmb.running.natural_modes.vibration import Modes
 from shellmb.running.results import measured

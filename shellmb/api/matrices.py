@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import scipy.sparse as sp
 
-from shellmb.api.resolve_scene import refuse_ranks, requested
 from shellmb.api.responding.poles import lowest_modes
 from shellmb.api.responding.reduction import unknowns_of
 from shellmb.api.responding.system import LinearSystem, StateSpace
+from shellmb.api.runs import refuse_ranks, requested
 from shellmb.arrays import Floats, Ints
 from shellmb.errors import SceneError
 from shellmb.options.described import options_of, takes
@@ -169,7 +169,7 @@ def matrices(
     from mpi4py import MPI
 
     from shellmb.running.rotating.axis import Axis
-    from shellmb.running.rotating.steady import SteadyRotation
+    from shellmb.running.rotating.linearised import SteadyRotation
 
     refuse_ranks("matrices")
     wanted = requested(scene, parameters, **elements).scene

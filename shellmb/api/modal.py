@@ -8,14 +8,12 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple, overload
 
-from shellmb.api.modeshapes import ModeShapes
+from shellmb.api.modeshapes import ModeShapes, RotatingModes, StateModes
 from shellmb.api.record import Run, scene_of
-from shellmb.api.resolve_scene import requested
-from shellmb.api.rotating import RotatingModes, StateModes
-from shellmb.options.accuracy import AccuracyOptions, take_accuracy
+from shellmb.api.runs import requested
 from shellmb.options.described import options_of, take, takes
-from shellmb.options.modes import ModesOptions
-from shellmb.options.run import ELEMENTS, Options
+from shellmb.options.linear import ModesOptions
+from shellmb.options.run import ELEMENTS, AccuracyOptions, Options, take_accuracy
 from shellmb.scene import Scene
 
 if TYPE_CHECKING:
@@ -93,20 +91,17 @@ def modes(
     chosen.check()
     place = placed(out, comm)
     directory, world = place.directory, place.comm
-    measure = wanted.module.mode_results if wanted.module is not None else None
     draw = out is not None if pictures is None else pictures
     made: ModeShapes | RotatingModes | StateModes
     if accuracy is not None:
-        from shellmb.accuracy.request.directory import run_to_accuracy
-        from shellmb.accuracy.request.search import Running
         from shellmb.accuracy.request.target import wanted_of
 
         of = replace(wanted_of(accuracy), modes=True, loaded=loaded, count=count)
-        running = Running(world, request=wanted.request, mode_results=measure)
-        run_to_accuracy(wanted.scene, of, directory, running, draw)
+        wanted.run_to_accuracy(of, directory, world, draw)
         made = ModeShapes(directory)
     else:
         how: Any = {"comm": world, "pictures": draw}
+        measure = wanted.module.mode_results
         done = write_modes(wanted.scene, directory, count, chosen, measure, **how)
         made = done.reader(directory, done.found)
     world.Barrier()
@@ -151,7 +146,6 @@ def write_modes(
         SceneError: If the scene or its state has no such modes.
         ConvergenceError: If the static state or the modes do not converge.
     """
-    frame = (chosen.axis, chosen.about)
     if chosen.buckling:
         from shellmb.running.natural_modes.run import find_buckling
 
@@ -159,14 +153,12 @@ def write_modes(
     if chosen.moving:
         from shellmb.running.rotating.files import find_state_modes
 
-        steady = (chosen.state, count, chosen.rates, *frame)
-        about = find_state_modes(scene, directory, *steady, at=chosen.at, **how)
-        return WrittenModes(StateModes, about)
+        return WrittenModes(StateModes, find_state_modes(scene, directory, count, chosen, **how))
     loaded, how = chosen.loaded, how | {"results": measure}
     if chosen.rates is not None:
         from shellmb.running.rotating.files import find_campbell
 
-        over = find_campbell(scene, directory, chosen.rates, count, loaded, *frame, **how)
+        over = find_campbell(scene, directory, count, chosen, **how)
         return WrittenModes(RotatingModes, *over)
     from shellmb.running.natural_modes.run import find_modes
 

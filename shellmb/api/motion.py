@@ -20,7 +20,7 @@ from shellmb.observers.account.energy import EnergyAccount, scalar
 from shellmb.options.described import takes
 from shellmb.scene import Solver
 from shellmb.scene.schemes import SIMPLEST, dissipation
-from shellmb.scene.values.messages import show
+from shellmb.scene.values.validate import show
 from shellmb.schemes.base import levels_arrays, live_arrays
 from shellmb.schemes.registry import make_scheme
 from shellmb.simulate.problem import Problem

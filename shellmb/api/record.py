@@ -13,7 +13,7 @@ from pydantic import TypeAdapter, ValidationError
 from shellmb.errors import SceneError
 from shellmb.files.reading import first_error, read_json
 from shellmb.observers.files.described import Described, read_described
-from shellmb.options.accuracy import ACCURACY
+from shellmb.options.run import ACCURACY
 from shellmb.running.results import plain_results
 from shellmb.scene import Scene
 from shellmb.scene.lookup import listed

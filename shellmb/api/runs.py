@@ -1,31 +1,138 @@
-"""Run a scene, go on with a run, read one back: a run, or a scene."""
+"""Scenes that calls request: run, gone on with, read back."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
-from dataclasses import replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from shellmb.api.folders import path_of, placed
-from shellmb.api.modeshapes import TABLE as MODES
-from shellmb.api.modeshapes import ModeShapes
+from shellmb.api.modeshapes import CAMPBELL, TABLE, ModeShapes, RotatingModes, StateModes
 from shellmb.api.record import Run
-from shellmb.api.resolve_scene import requested
-from shellmb.api.rotating import TABLE as CAMPBELL
-from shellmb.api.rotating import RotatingModes, StateModes
 from shellmb.errors import SceneError
-from shellmb.options.accuracy import ACCURACY, AccuracyOptions, take_accuracy
-from shellmb.options.described import options_of, takes
-from shellmb.options.run import Options
+from shellmb.options.described import options_of, read, takes
+from shellmb.options.run import ACCURACY, AccuracyOptions, Options, take_accuracy
+from shellmb.running.loader import SceneModule, demos, given
+from shellmb.running.request import Request
 from shellmb.scene import Scene
 
 if TYPE_CHECKING:
     from mpi4py import MPI
 
+    from shellmb.accuracy.request.search import Outcome
+    from shellmb.accuracy.request.target import Target
     from shellmb.api.sensitivity.record import Sensitivities
+    from shellmb.running.execute import RunResult
     from shellmb.simulate.simulation import Observer
+
+
+@dataclass(frozen=True)
+class Requested:
+    """A scene as it is to be run.
+
+    Args:
+        scene: The scene.
+        module: The module that defines it.
+        request: How it can be built again; None for a scene that was given as it is.
+    """
+
+    scene: Scene
+    module: SceneModule
+    request: Request | None = None
+
+    def run(
+        self, directory: Path, observers: Sequence[Observer], comm: MPI.Comm, pictures: bool
+    ) -> RunResult:
+        """Run it, with its errors where the scene asks for them; collective.
+
+        Args:
+            directory: Directory to write.
+            observers: Further observers.
+            comm: Communicator.
+            pictures: Whether pictures are drawn.
+        """
+        run_it: Any
+        if self.scene.errors:
+            from shellmb.accuracy.errors import execute_with_errors as run_it
+        else:
+            from shellmb.running.execute import execute as run_it
+        how = {"request": self.request, "results": self.module.results}
+        return run_it(self.scene, directory, observers, comm=comm, pictures=pictures, **how)
+
+    def run_to_accuracy(
+        self, target: Target, directory: Path, comm: MPI.Comm, pictures: bool, **how: Any
+    ) -> Outcome:
+        """Run it, or find its modes, with finer and finer meshes and steps; collective.
+
+        Args:
+            target: The accuracy that is requested.
+            directory: Directory to write; levels in it go on.
+            comm: Communicator.
+            pictures: Whether pictures are drawn.
+            how: Further settings of `Running`.
+        """
+        from shellmb.accuracy.request.directory import run_to_accuracy
+        from shellmb.accuracy.request.search import Running
+
+        own = self.module
+        running = Running(comm, own.results, self.request, mode_results=own.mode_results, **how)
+        return run_to_accuracy(self.scene, target, directory, running, pictures)
+
+
+def requested(
+    scene: Scene | str, parameters: Mapping[str, Any] | None, **options: Any
+) -> Requested:
+    """The scene that a call requests.
+
+    Args:
+        scene: A scene, or its name or file.
+        parameters: Values of the parameters of a scene that is named.
+        options: Of `Options`, what replaces choices of the scene; None: nothing.
+
+    Raises:
+        SceneError: If anything about it is wrong.
+    """
+    chosen = Options(**read(Options, options))
+    if isinstance(scene, Scene):
+        module = given(scene, parameters or {})
+        return Requested(chosen.apply(scene), module)
+    if not isinstance(scene, str):
+        raise SceneError(
+            f"scene is a {type(scene).__name__}; it must be a Scene, the name of a bundled one, or "
+            "the path of a Python file"
+        )
+    request = Request(scene, as_text(parameters or {}), chosen)
+    return Requested(*request.build(), request)
+
+
+def refuse_ranks(what: str) -> None:
+    """Refuse several ranks.
+
+    Args:
+        what: What is called, for the error.
+
+    Raises:
+        SceneError: If there are several.
+    """
+    from mpi4py import MPI
+
+    if (ranks := MPI.COMM_WORLD.size) > 1:
+        raise SceneError(f"{what}: there are {ranks} ranks; it must be called in one process")
+
+
+def as_text(parameters: Mapping[str, Any]) -> dict[str, str]:
+    """Values of parameters as on a command line.
+
+    Args:
+        parameters: Values by name.
+    """
+    return {
+        name: ",".join(map(str, value)) if isinstance(value, list | tuple) else str(value)
+        for name, value in parameters.items()
+    }
+
 
 # what a directory of sensitivities has
 SENSITIVITIES = "sensitivities.json"
@@ -75,16 +182,13 @@ def run(
         observers = [*observers, report]
     draw = out is not None if pictures is None else pictures
     if accuracy is not None:
-        from shellmb.accuracy.request.directory import run_to_accuracy
-        from shellmb.accuracy.request.search import Running
         from shellmb.accuracy.request.target import UnknownQuantity, frequency_number, wanted_of
 
-        how = Running(place.comm, wanted.results, wanted.request, observers, modes=False)
+        of, how = wanted_of(accuracy), {"observers": observers, "modes": False}
         if shown and place.comm.rank == 0:
-            how = replace(how, tell=print)
-        of = wanted_of(accuracy)
+            how["tell"] = print
         try:
-            outcome = run_to_accuracy(wanted.scene, of, place.directory, how, draw)
+            outcome = wanted.run_to_accuracy(of, place.directory, place.comm, draw, **how)
         except UnknownQuantity as error:
             if frequency_number(of.of) is None:
                 raise
@@ -92,21 +196,8 @@ def run(
                 f"{error}; natural frequencies come from modes(scene, accuracy=..., of='{of.of}')"
             ) from None
         return place.held_by(Run(place.directory, outcome.run))
-    run_it: Any
-    if wanted.scene.errors:
-        from shellmb.accuracy.errors import execute_with_errors as run_it
-    else:
-        from shellmb.running.execute import execute as run_it
     with report.building(wanted.scene.name, place.comm.rank) if shown else nullcontext():
-        computed = run_it(
-            wanted.scene,
-            place.directory,
-            observers,
-            comm=place.comm,
-            pictures=draw,
-            request=wanted.request,
-            results=wanted.results,
-        )
+        computed = wanted.run(place.directory, observers, place.comm, draw)
     place.comm.Barrier()
     return place.held_by(Run(computed.out or place.directory, computed))
 
@@ -189,7 +280,7 @@ def load(directory: Path | str) -> Run | ModeShapes | RotatingModes | Sensitivit
         return Sensitivities(folder)
     if (folder / CAMPBELL).is_file():
         return RotatingModes(folder)
-    if not (folder / MODES).is_file():
+    if not (folder / TABLE).is_file():
         return Run(folder)
     found = ModeShapes(folder)
     # only those about a state of a run tell how far it moves meanwhile
@@ -198,8 +289,6 @@ def load(directory: Path | str) -> Run | ModeShapes | RotatingModes | Sensitivit
 
 def scenes() -> dict[str, str]:
     """Names of the bundled scenes, each with a one-line description."""
-    from shellmb.running.loader import demos
-
     return demos()
 
 

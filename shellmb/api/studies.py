@@ -3,21 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import pandas as pd
+
 from shellmb.api.folders import path_of
-from shellmb.api.resolve_scene import as_text
+from shellmb.api.runs import as_text
 from shellmb.errors import SceneError
 from shellmb.options.described import options_of, takes
-from shellmb.options.run import Options
-from shellmb.options.study import StudyOptions
+from shellmb.options.run import Options, StudyOptions
 from shellmb.scene import Scene
 
 if TYPE_CHECKING:
-    import pandas as pd
-
     from shellmb.accuracy.studies.report import Finding
 
 
@@ -34,8 +33,6 @@ class Study:
     @property
     def table(self) -> pd.DataFrame:
         """A row for each quantity and configuration: choices, error, time, steps, iterations."""
-        import pandas as pd
-
         rows = []
         for finding in self.findings:
             for p in finding.judged.points:
@@ -49,10 +46,6 @@ class Study:
     @property
     def orders(self) -> pd.DataFrame:
         """Observed orders."""
-        from dataclasses import asdict
-
-        import pandas as pd
-
         rows = [
             {"quantity": str(f.judged.quantity), **asdict(o)}
             for f in self.findings

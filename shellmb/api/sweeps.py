@@ -13,20 +13,18 @@ import shutil
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import BrokenExecutor, Executor, ProcessPoolExecutor, as_completed
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import pandas as pd
 
 from shellmb.api.folders import path_of
 from shellmb.errors import RunError, SceneError, ShellmbError
 from shellmb.files.writing import write_text
-from shellmb.options.accuracy import AccuracyOptions
 from shellmb.options.described import options_of, takes
-from shellmb.options.run import Options
+from shellmb.options.run import AccuracyOptions, Options
 from shellmb.running.error_origin import in_words
-from shellmb.running.loader import check_function, check_names, check_values, scene_of
+from shellmb.running.loader import check_function, check_names, check_values, load, scene_of
 from shellmb.scene import Scene
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 # files of a sweep, and of one of its cases
 ABOUT, CASE = "sweep.json", "case.json"
@@ -74,8 +72,6 @@ def sweep(
             other processes cannot import `scene` or `measure`.
         RunError: If a process ends by itself, as in a script without `if __name__ == "__main__":`.
     """
-    import pandas as pd
-
     cases = _cases(scene, parameters)
     if not (measure is None or callable(measure)):
         raise SceneError(f"sweep: measure is {measure!r:.60}; it must be a function of a run")
@@ -184,8 +180,6 @@ def _cases(scene: SceneFunction, parameters: Any) -> list[dict[str, Any]]:
             "{'force': [1, 2]}, or the cases themselves"
         )
     if isinstance(scene, str):
-        from shellmb.running.loader import load
-
         make: Callable[..., Scene] = load(scene).module.scene
     else:
         check_function(scene, "sweep")
@@ -222,8 +216,6 @@ def _name(case: Mapping[str, Any]) -> str:
 def _checksum(made: Callable[..., Any] | str) -> str:
     """Name and source of a scene or function: other code gives other numbers."""
     if isinstance(made, str):
-        from shellmb.running.loader import load
-
         source = Path(str(load(made).module.__file__)).read_text()
         name = made
     else:

@@ -8,8 +8,6 @@ import typer
 from typer.core import TyperGroup
 
 from shellmb import __version__
-from shellmb.cli.checkout import of_checkout
-from shellmb.cli.effects import effects
 from shellmb.cli.failures import App, failures_reported, first_rank, run_check, tell
 from shellmb.cli.options import (
     CheckOption,
@@ -20,6 +18,7 @@ from shellmb.cli.options import (
     SceneArgument,
     SetOption,
     default_directory,
+    of_checkout,
     offers,
     requested,
     requested_run,
@@ -28,6 +27,7 @@ from shellmb.cli.options import (
 from shellmb.cli.pictures import plot, report, view
 from shellmb.cli.report import (
     announce,
+    print_accuracy,
     print_buckling,
     print_campbell,
     print_list,
@@ -35,16 +35,14 @@ from shellmb.cli.report import (
     print_numbers,
     print_run,
     print_state_modes,
+    run_accurately,
     say,
 )
-from shellmb.cli.sensitivities import sensitivities
-from shellmb.cli.study import study
+from shellmb.cli.study import effects, sensitivities, study
 from shellmb.errors import SceneError
-from shellmb.options.accuracy import ACCURACY, AccuracyOptions, take_accuracy
 from shellmb.options.described import options_of, take
-from shellmb.options.modes import ModesOptions
-from shellmb.options.response import LinearOptions, ResponseOptions
-from shellmb.options.run import ELEMENTS, Options
+from shellmb.options.linear import LinearOptions, ModesOptions, ResponseOptions
+from shellmb.options.run import ACCURACY, ELEMENTS, AccuracyOptions, Options, take_accuracy
 
 HELP = """Geometrically exact shells in flexible multibody dynamics.
 
@@ -140,37 +138,23 @@ def run(
     for name in ("end_forces", "errors"):
         options[name] = options[name] or None
     accuracy = take_accuracy(options)
-    request = requested(scene, parameters, **options)
-    built, module = request.build()
+    wanted = requested(scene, parameters, **options)
+    built, module = wanted.scene, wanted.module
     if check:
         module.require_check(module.results or built.results, "results(run)")
 
     from mpi4py import MPI
 
+    kind, world = built.scheme_name if accuracy is None else "accuracy", MPI.COMM_WORLD
+    directory = world.bcast(out or default_directory(f"{module.name}-{kind}"))
     if accuracy is not None:
         from shellmb.accuracy.request.target import wanted_of
-        from shellmb.cli.accuracy import run_accurately
 
-        directory = MPI.COMM_WORLD.bcast(out or default_directory(f"{module.name}-accuracy"))
         how = {"quiet": quiet, "pictures": not no_pictures, "check": check}
-        return run_accurately(built, module, request, wanted_of(accuracy), directory, **how)
+        return run_accurately(wanted, wanted_of(accuracy), directory, **how)
 
-    run_it: Any
-    if built.errors:
-        from shellmb.accuracy.errors import execute_with_errors as run_it
-    else:
-        from shellmb.running.execute import execute as run_it
-
-    name = f"{module.name}-{built.scheme_name}"
     announce(built.name, quiet)
-    result = run_it(
-        built,
-        MPI.COMM_WORLD.bcast(out or default_directory(name)),
-        _observers(quiet),
-        pictures=not no_pictures,
-        request=request,
-        results=module.results,
-    )
+    result = wanted.run(directory, _observers(quiet), world, not no_pictures)
     if not quiet and first_rank():
         print_run(result)
     if check and module.check is not None:
@@ -206,31 +190,21 @@ def resume(
         from mpi4py import MPI
 
         from shellmb.accuracy.request.directory import resume_request
-        from shellmb.cli.accuracy import print_accuracy
 
         announce(built.name, quiet)
-        how: dict[str, Any] = {} if quiet else {"tell": tell}
+        told: dict[str, Any] = {} if quiet else {"tell": tell}
         found = resume_request(
-            directory, None, scene, trust, MPI.COMM_WORLD, not no_pictures, **how
+            directory, None, scene, trust, MPI.COMM_WORLD, not no_pictures, **told
         )
         if not quiet:
             print_accuracy(directory)
         return found
 
-    from shellmb.running.resuming.resume import resume as go_on
+    from shellmb.api.runs import resume as go_on
 
     announce(built.name, quiet)
-    result = go_on(
-        directory,
-        _observers(quiet),
-        pictures=not no_pictures,
-        scene_file=scene,
-        trust=trust,
-    )
-    if result.scene.errors:
-        from shellmb.accuracy.errors import add_errors
-
-        add_errors(result)
+    how: dict[str, Any] = {"observers": _observers(quiet), "pictures": not no_pictures}
+    result: Any = go_on(directory, scene, trust=trust, **how).computed
     if not quiet and first_rank():
         print_run(result)
     return result
@@ -266,26 +240,10 @@ def modes(
     """
     chosen, accuracy = take(ModesOptions, elements), take_accuracy(elements)
     elements["errors"] = elements["errors"] or None
+    wanted, state = requested_run(scene, chosen.state, chosen.at is not None, parameters, elements)
+    chosen, module = replace(chosen, state=state), wanted.module
     if accuracy is not None or elements["errors"]:
         chosen.check_errors()
-    if accuracy is not None:
-        from mpi4py import MPI
-
-        from shellmb.accuracy.request.target import wanted_of
-        from shellmb.cli.accuracy import run_accurately
-
-        request = requested(scene, parameters, **elements)
-        built, module = request.build()
-        if check:
-            module.require_check(module.mode_results, "mode_results(modes)")
-        wanted = replace(wanted_of(accuracy), modes=True, loaded=chosen.loaded, count=count)
-        directory = MPI.COMM_WORLD.bcast(out or default_directory(f"{module.name}-modes-accuracy"))
-        how = {"quiet": quiet, "pictures": not no_pictures, "check": check}
-        return run_accurately(built, module, request, wanted, directory, **how)
-    built, module, state = requested_run(
-        scene, chosen.state, chosen.at is not None, parameters, elements
-    )
-    chosen = replace(chosen, state=state)
     chosen.check()
     if check and (chosen.moving or chosen.buckling):
         raise SceneError(
@@ -298,9 +256,16 @@ def modes(
 
     from shellmb.api.modal import write_modes
 
-    directory = MPI.COMM_WORLD.bcast(out or default_directory(f"{module.name}-modes"))
-    measure, drawn = module.mode_results, not no_pictures
-    made = write_modes(built, directory, count, chosen, measure, pictures=drawn)
+    kind, drawn = "modes" if accuracy is None else "modes-accuracy", not no_pictures
+    directory = MPI.COMM_WORLD.bcast(out or default_directory(f"{module.name}-{kind}"))
+    if accuracy is not None:
+        from shellmb.accuracy.request.target import wanted_of
+
+        target = replace(wanted_of(accuracy), modes=True, loaded=chosen.loaded, count=count)
+        how = {"quiet": quiet, "pictures": drawn, "check": check}
+        return run_accurately(wanted, target, directory, **how)
+    measure = module.mode_results
+    made = write_modes(wanted.scene, directory, count, chosen, measure, pictures=drawn)
     if not quiet and first_rank():
         if chosen.buckling:
             print_buckling(made.found, directory)
@@ -338,7 +303,7 @@ def response(
     --psd: to random loads or accelerations of ground:
     `shellmb response damped_plate --frequencies 1:500:50 --modes 6 --psd base.z=1e-2`
     """
-    from shellmb.api.responding.respond import response as respond
+    from shellmb.api.responding.linearise import response as respond
     from shellmb.running.request import parse_parameters
 
     given = {k: v for k, v in options.items() if v is not None and v is not False}

@@ -2,24 +2,23 @@
 
 from __future__ import annotations
 
+import importlib
 import inspect
 from collections.abc import Callable
 from datetime import datetime
 from pathlib import Path
+from types import ModuleType
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 from typer.core import TyperCommand
 
 from shellmb.errors import SceneError
-from shellmb.options.described import Option, options_of, read
+from shellmb.options.described import Option, options_of
 from shellmb.options.run import Options
 
 if TYPE_CHECKING:
-    from shellmb.running.loader import SceneModule
-    from shellmb.running.request import Request
-    from shellmb.scene import Scene
-
+    from shellmb.api.runs import Requested
 
 # of the measured times
 Clock = Literal["cpu", "wall"]
@@ -104,8 +103,8 @@ def _annotated(option: Option) -> Any:
     return Annotated[type_ | None, typer.Option(option.flag, **shown)]
 
 
-def requested(scene: str, parameters: list[str] | None, **options: Any) -> Request:
-    """The request of a command line.
+def requested(scene: str, parameters: list[str] | None, **options: Any) -> Requested:
+    """The scene that a command line requests.
 
     Args:
         scene: Name of a bundled scene, or path of a Python file.
@@ -113,11 +112,12 @@ def requested(scene: str, parameters: list[str] | None, **options: Any) -> Reque
         options: Of `Options`, as they were given; None: not given.
 
     Raises:
-        SceneError: If a mesh or a parameter is not of its form.
+        SceneError: If anything about it is wrong.
     """
-    from shellmb.running.request import Request, parse_parameters
+    from shellmb.api.runs import requested as resolved
+    from shellmb.running.request import parse_parameters
 
-    return Request(scene, parse_parameters(parameters or []), Options(**read(Options, options)))
+    return resolved(scene, parse_parameters(parameters or []), **options)
 
 
 def requested_run(
@@ -126,7 +126,7 @@ def requested_run(
     again: bool,
     parameters: list[str] | None,
     elements: dict[str, Any],
-) -> tuple[Scene, SceneModule, Path | str | None]:
+) -> tuple[Requested, Path | str | None]:
     """The request of a scene that may be that of a run, and the run's directory.
 
     Args:
@@ -142,12 +142,13 @@ def requested_run(
     run = Path(scene) if state is None and Path(scene).is_dir() else None
     given = run or (state if again else None)
     if given is None:
-        return *requested(scene, parameters, **elements).build(), state
+        return requested(scene, parameters, **elements), state
+    from shellmb.api.runs import Requested
     from shellmb.running.request import scene_of_run
 
     if parameters or any(elements.values()):
         raise SceneError(f"modes: {given} holds a run, which has its own mesh and parameters")
-    return *scene_of_run(given, "modes", None if run is not None else scene), given
+    return Requested(*scene_of_run(given, "modes", None if run is not None else scene)), given
 
 
 def default_directory(name: str) -> Path:
@@ -157,3 +158,24 @@ def default_directory(name: str) -> Path:
         name: What is run.
     """
     return Path("runs", f"{name}-{datetime.now():%Y%m%d-%H%M%S}")
+
+
+def of_checkout(name: str, command: str) -> ModuleType:
+    """A module that only a checkout has.
+
+    Args:
+        name: Its name in `demos/`, such as "studies.bundled".
+        command: The command that needs it.
+
+    Raises:
+        SceneError: If shellmb is installed without a checkout.
+    """
+    try:
+        return importlib.import_module(f"shellmb.demos.{name}")
+    except ModuleNotFoundError as error:
+        if not (error.name or "").startswith("shellmb.demos."):
+            raise
+        raise SceneError(
+            f"`{command}` belongs to a checkout of shellmb, run it there: `python3 -m uv run "
+            f"{command}`"
+        ) from None

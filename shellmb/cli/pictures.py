@@ -61,9 +61,8 @@ def plot(
     """
     if not first_rank():
         return
-    from shellmb.api.modeshapes import ModeShapes
+    from shellmb.api.modeshapes import CAMPBELL, ModeShapes, RotatingModes
     from shellmb.api.record import Run
-    from shellmb.api.rotating import TABLE, RotatingModes
     from shellmb.api.runs import load
     from shellmb.show.pictures import save
 
@@ -80,7 +79,7 @@ def plot(
     if isinstance(run, RotatingModes):
         from shellmb.show.campbell import draw_campbell
 
-        file = draw_campbell(directory / TABLE, folder / "campbell.png")
+        file = draw_campbell(directory / CAMPBELL, folder / "campbell.png")
     elif isinstance(run, ModeShapes):
         file = save(run.picture(), folder / "modes.png")
     else:

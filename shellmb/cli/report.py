@@ -1,4 +1,4 @@
-"""Texts printed at the end of a command."""
+"""Texts printed at the end of a command, and runs to an accuracy, which end with them."""
 
 from __future__ import annotations
 
@@ -8,10 +8,12 @@ from operator import itemgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from shellmb.cli.failures import tell
+from shellmb.cli.failures import first_rank, run_check, tell
 from shellmb.show.account import account, with_error
 
 if TYPE_CHECKING:
+    from shellmb.accuracy.request.target import Target
+    from shellmb.api.runs import Requested
     from shellmb.api.sensitivity.record import Sensitivities
     from shellmb.running.execute import RunResult
     from shellmb.running.natural_modes.run import BucklingModes
@@ -217,3 +219,54 @@ def print_numbers(
     for name, value in numbers.items():
         say(f"  {name:32s} {value:.6g}" + (f" +- {errors[name]:.2g}" if name in errors else ""))
     say(f"written: {directory}")
+
+
+def run_accurately(
+    wanted: Requested, target: Target, directory: Path, *, quiet: bool, pictures: bool, check: bool
+) -> Any:
+    """Run levels of a scene until an error is met, and print what came of it.
+
+    Args:
+        wanted: The scene.
+        target: The accuracy that is requested.
+        directory: Directory to write; levels in it go on.
+        quiet: Whether nothing is printed.
+        pictures: Whether pictures are drawn.
+        check: Whether the scene's reference values must be met.
+    """
+    from mpi4py import MPI
+
+    how = {} if quiet else {"tell": tell}
+    announce(wanted.scene.name, quiet)
+    outcome = wanted.run_to_accuracy(target, directory, MPI.COMM_WORLD, pictures, **how)
+    if not quiet:
+        print_accuracy(directory)
+    if check and wanted.module.check is not None:
+        from shellmb.files.reading import read_json
+        from shellmb.running.results import plain_results
+
+        run_check(wanted.module.check, plain_results(read_json(directory / "summary.json")))
+    return outcome
+
+
+def print_accuracy(directory: Path) -> None:
+    """The last run of a request, what accuracy costs, and why it ended.
+
+    Args:
+        directory: Its directory.
+    """
+    if not first_rank():
+        return
+    from shellmb.files.reading import read_json
+    from shellmb.options.run import ACCURACY
+
+    summary, about = read_json(directory / "summary.json"), read_json(directory / ACCURACY)
+    if about["modes"]:
+        print_mode_errors(summary)
+    else:
+        print_summary(summary)
+    say(f"error of {about['quantity']}, processor time of the run:")
+    for offer in about["offers"]:
+        say(f"  {offer['says']}")
+    say(about["says"])
+    say(f"written to {directory}")

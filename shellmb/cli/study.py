@@ -1,4 +1,4 @@
-"""The command `shellmb study`."""
+"""The commands that run a scene many times: `shellmb study`, `sensitivities` and `effects`."""
 
 from __future__ import annotations
 
@@ -9,14 +9,23 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from shellmb.cli.checkout import of_checkout
 from shellmb.cli.failures import first_rank, tell
-from shellmb.cli.options import Clock, JsonOption, PicturesOption, SetOption, offers
-from shellmb.cli.report import print_list, say
+from shellmb.cli.options import (
+    Clock,
+    JsonOption,
+    PicturesOption,
+    QuietOption,
+    SceneArgument,
+    SetOption,
+    default_directory,
+    of_checkout,
+    offers,
+    requested,
+)
+from shellmb.cli.report import announce, print_list, print_sensitivities, say
 from shellmb.errors import SceneError
 from shellmb.options.described import Option, options_of
-from shellmb.options.run import Options
-from shellmb.options.study import StudyOptions
+from shellmb.options.run import ELEMENTS, Options, StudyOptions
 
 if TYPE_CHECKING:
     from shellmb.accuracy.studies.report import Finding
@@ -166,3 +175,113 @@ def _values(option: Option, text: str) -> tuple[Any, ...]:
             f"study: {option.flag.removeprefix('--')} is '{text}'; it must be values of its kind "
             "with commas between them"
         ) from None
+
+
+@offers(*options_of(Options))
+def sensitivities(
+    scene: SceneArgument,
+    by: Annotated[
+        str, typer.Option(metavar="NAMES", help="Parameters of the scene, separated by commas.")
+    ],
+    parameters: SetOption = None,
+    scales: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--scale",
+            metavar="NAME=VALUE",
+            help="Size of a parameter that is zero or small; may be repeated.",
+        ),
+    ] = None,
+    probes: Annotated[
+        bool, typer.Option("--probes", help="Derivatives of probes only, which costs less.")
+    ] = False,
+    no_fields: Annotated[
+        bool, typer.Option("--no-fields", help="Omit derivatives of fields.")
+    ] = False,
+    at: Annotated[
+        str, typer.Option(help="Derivatives along a static path at the same 'length' or 'load'.")
+    ] = "length",
+    out: Annotated[
+        Path | None, typer.Option(help="Directory; default: runs/SCENE-sensitivities-TIME.")
+    ] = None,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Go on in the directory, where this run was stopped.")
+    ] = False,
+    quiet: QuietOption = False,
+    **options: Any,
+) -> None:
+    """Run a scene and differentiate its histories, results and fields by parameters.
+
+    Writes the run, and the derivatives of its history and results as CSV files.
+    `shellmb.load` reads all of it.
+    """
+    from shellmb.api.sensitivity.run import sensitivities as run
+    from shellmb.running.request import parse_parameters
+
+    options["end_forces"] = options["end_forces"] or None
+    sizes = parse_parameters(scales or [], "--scale")
+    from mpi4py import MPI
+
+    folder = out or default_directory(f"{Path(scene).stem}-sensitivities")
+    announce(scene, quiet)
+    found = run(
+        scene,
+        tuple(name.strip() for name in by.split(",") if name.strip()),
+        MPI.COMM_WORLD.bcast(folder),
+        values=parse_parameters(parameters or []),
+        scales={name: _number(name, text) for name, text in sizes.items()},
+        columns="probes" if probes else "all",
+        fields=not no_fields,
+        at=at,
+        resume=resume,
+        **options,
+    )
+    if not quiet and first_rank():
+        print_sensitivities(found)
+
+
+def _number(name: str, text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise SceneError(f"--scale gives {name} the size '{text}'; it must be a number") from None
+
+
+@offers(*options_of(Options, "scheme", "alpha", "dt", "t_end", *ELEMENTS))
+def effects(
+    scene: SceneArgument,
+    without: Annotated[
+        list[str] | None,
+        typer.Option(metavar="EFFECT[:PART]", help="Run again without it; may be repeated."),
+    ] = None,
+    with_: Annotated[
+        list[str] | None,
+        typer.Option("--with", metavar="EFFECT[:PART]", help="Run again with it."),
+    ] = None,
+    parameters: SetOption = None,
+    steps: Annotated[int, typer.Option(min=1, help="Steps per round of the table.")] = 10,
+    repeat: Annotated[
+        int | None,
+        typer.Option(
+            min=1, help="Rounds of the table (default 3), or of compared runs (default 1)."
+        ),
+    ] = None,
+    quick: Annotated[
+        bool, typer.Option("--quick", help="List effects and reasons only; build nothing.")
+    ] = False,
+    json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
+    **options: Any,
+) -> None:
+    """Show which effects a scene simulates, omits, why, and what each costs; from a checkout.
+
+    With `--without` or `--with` the scene is run as it is and with that changed: the change of its
+    results beside that of its time. PART is one body, joint or element: `--without stretching:arm`.
+    Costs are differences to the scene without the effect; times are medians of rounds in turn.
+    """
+    report = of_checkout("effects.command", "shellmb effects")
+    wanted = requested(scene, parameters, **options)
+    said = {"without": without or [], "with": with_ or []}
+    if without or with_:
+        report.tell_comparison(wanted.scene, said, wanted.module.results, repeat or 1, json)
+    else:
+        report.tell_survey(wanted.scene, 0 if quick else steps, repeat or 3, json)

@@ -235,7 +235,7 @@ def takes[F: Callable[..., Any]](*options: Option) -> Callable[[F], F]:
             for name, value in given.arguments.items():
                 if wrong := _wrong(kinds.get(name), value):
                     # a command that only lists its options is there at once
-                    from shellmb.scene.values.messages import show
+                    from shellmb.scene.values.validate import show
 
                     raise SceneError(f"{called}: {name} is {show(value)}; it must be {wrong}")
             return function(*args, **kwargs)

@@ -12,20 +12,10 @@ from pydantic import TypeAdapter, ValidationError
 from shellmb.errors import SceneError
 from shellmb.files.checksums import add_checksum, checksum, is_intact
 from shellmb.files.reading import Damaged, first_error, read_json
-from shellmb.options.described import of_today, parse_mesh
+from shellmb.options.described import of_today
 from shellmb.options.run import Options
 from shellmb.running.loader import SceneModule, demos, is_file_name, load
 from shellmb.scene import Scene
-
-__all__ = [
-    "Options",
-    "Request",
-    "StoredRequest",
-    "parse_mesh",
-    "parse_parameters",
-    "read_request",
-    "scene_of_run",
-]
 
 # name in a run directory
 REQUEST = "request.json"

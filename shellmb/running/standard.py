@@ -1,4 +1,4 @@
-"""The observers that every run has: what the command line and the bench attach to a simulation."""
+"""The observers that every run has, and the one that ends it when a signal asks for it."""
 
 from __future__ import annotations
 
@@ -6,7 +6,10 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from mpi4py import MPI
+
 from shellmb.diagnostics.registry import WATCHES
+from shellmb.errors import Stopped
 from shellmb.observers.account.constraints import Constraints
 from shellmb.observers.account.energy import EnergyAccount
 from shellmb.observers.account.momentum import Momentum
@@ -27,11 +30,28 @@ from shellmb.observers.forces.joints import JointForces
 from shellmb.observers.history import History, Measuring
 from shellmb.observers.probes import Probes
 from shellmb.observers.summary import Sources
-from shellmb.running.stop import Stop
-from shellmb.simulate.simulation import Observer
+from shellmb.simulate.simulation import BaseObserver, Observer, Simulation
+from shellmb.stopping import STOPPING
 
 if TYPE_CHECKING:
     from shellmb.observers.files.frames import Frames
+
+
+class Stop(BaseObserver):
+    """Raises `Stopped` on all ranks behind the step in which a signal came to one of them.
+
+    It has to stand behind the observer that keeps the state.
+    """
+
+    def accepted(self, simulation: Simulation) -> None:
+        """Look for signals, also for those that came while the run was built."""
+        requested = STOPPING.requested or 0
+        comm = simulation.model.comm
+        if comm.size > 1:
+            requested = comm.allreduce(requested, op=MPI.MAX)
+        if requested:
+            raise Stopped(requested)
+
 
 # what is measured where only probes, paths and controllers count
 BARE = ("probes", "reserves", "path", "control")

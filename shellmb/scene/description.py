@@ -10,9 +10,8 @@ from shellmb.scene.beams.beam import Beam, Glue
 from shellmb.scene.control.controllers import Law
 from shellmb.scene.control.sensors import Event, Sensor, sensors_of
 from shellmb.scene.initial import InitialVelocity, Starts
-from shellmb.scene.loads.contacts import Contact
+from shellmb.scene.loads.contacts import Contact, EnclosedVolume, Potential
 from shellmb.scene.loads.loads import Load
-from shellmb.scene.loads.potentials import EnclosedVolume, Potential
 from shellmb.scene.loads.supports import Support
 from shellmb.scene.multibody.couplings import Relation
 from shellmb.scene.multibody.elements import Driver, Element, Lock

@@ -6,17 +6,17 @@ from shellmb.errors import SceneError
 from shellmb.scene.beams.beam import Beam
 from shellmb.scene.description import Body, Description
 from shellmb.scene.initial import InitialVelocity
-from shellmb.scene.loads import body_loads, contacts, loads, potentials, supports
+from shellmb.scene.loads import contacts, loads, supports
 from shellmb.scene.multibody.elements import Coordinate, Driver, JointElement
 from shellmb.scene.multibody.joints import GROUND, Joint
 from shellmb.scene.multibody.own_bodies import UserBody
 from shellmb.scene.multibody.rigid import RigidBody
 from shellmb.scene.probes import Probe
 from shellmb.scene.shells.shell import Shell
-from shellmb.scene.values.messages import kind_of as kind_of
-from shellmb.scene.values.messages import listed as listed
-from shellmb.scene.values.messages import said as said
 from shellmb.scene.values.models import Modal
+from shellmb.scene.values.validate import kind_of as kind_of
+from shellmb.scene.values.validate import listed as listed
+from shellmb.scene.values.validate import said as said
 
 OURS = (Shell, Beam, RigidBody)
 FRAMES = (Beam, RigidBody)
@@ -25,18 +25,18 @@ ANY = (*OURS, UserBody)
 ACTS_ON: dict[type, tuple[type, ...]] = {
     loads.Gravity: ANY,
     loads.PointForce: ANY,
-    body_loads.LineForce: (Beam,),
-    body_loads.FollowerLineForce: (Beam,),
-    body_loads.LineMoment: (Beam,),
-    body_loads.PointMoment: OURS,
-    body_loads.FollowerForce: FRAMES,
-    body_loads.FollowerMoment: FRAMES,
+    loads.LineForce: (Beam,),
+    loads.FollowerLineForce: (Beam,),
+    loads.LineMoment: (Beam,),
+    loads.PointMoment: OURS,
+    loads.FollowerForce: FRAMES,
+    loads.FollowerMoment: FRAMES,
     supports.Clamped: (Shell, Beam, UserBody),
     supports.Hinged: (Shell, Beam, UserBody),
     supports.Fixed: (Shell, Beam, UserBody),
     supports.SymmetryPlane: (Shell, UserBody),
     supports.Driven: (Shell, UserBody),
-    potentials.Potential: OURS,
+    contacts.Potential: OURS,
     contacts.Contact: OURS,
     InitialVelocity: ANY,
     Probe: ANY,

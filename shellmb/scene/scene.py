@@ -12,18 +12,16 @@ from shellmb.scene.checks.fields import has_field
 from shellmb.scene.checks.whole import check
 from shellmb.scene.description import Body, Description
 from shellmb.scene.initial import FromRun, FromShape, InitialVelocity
-from shellmb.scene.loads.contacts import Contact
+from shellmb.scene.loads.contacts import Contact, Potential
 from shellmb.scene.loads.loads import Load
-from shellmb.scene.loads.potentials import Potential
 from shellmb.scene.loads.supports import Support
 from shellmb.scene.multibody.elements import Coordinate, Driver, Element, Lock
 from shellmb.scene.multibody.joints import Joint
 from shellmb.scene.probes import Probe
 from shellmb.scene.schemes import DISSIPATIVE, is_static
 from shellmb.scene.shells.shell import Shell, divided, refined_times
-from shellmb.scene.values.messages import error_of, listed
 from shellmb.scene.values.models import model_of
-from shellmb.scene.values.validate import extended, show
+from shellmb.scene.values.validate import error_of, extended, listed, show
 
 STATIC_STEPS = 10
 

@@ -8,8 +8,7 @@ from pydantic import BeforeValidator, Field
 from shellmb.errors import SceneError
 from shellmb.scene.fields import DEFAULT, FIELDS
 from shellmb.scene.types import NONE, Finite, Listed, Positive, PositiveInt, Untrue
-from shellmb.scene.values.messages import refused
-from shellmb.scene.values.validate import described, show
+from shellmb.scene.values.validate import described, refused, show
 
 Angle = Annotated[float, Field(gt=0, lt=90, allow_inf_nan=False)]
 Fraction = Annotated[float, Field(gt=0, lt=1, allow_inf_nan=False)]

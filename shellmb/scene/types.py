@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import AfterValidator, BeforeValidator, Field, InstanceOf
 
-from shellmb.scene.values.messages import plain
+from shellmb.scene.values.validate import plain
 
 
 def number(value: Any) -> float:

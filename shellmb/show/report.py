@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 from shellmb.errors import RunError, SceneError
 from shellmb.files.reading import read_bytes, read_json
 from shellmb.files.writing import write_text
-from shellmb.options.accuracy import ACCURACY
+from shellmb.options.run import ACCURACY
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -12,9 +12,9 @@ import pytest
 
 import shellmb as sm
 from shellmb.accuracy.companions import Change
-from shellmb.accuracy.error_estimate import Errors
 from shellmb.accuracy.errors import estimate_errors, execute_with_errors
-from shellmb.accuracy.repeat import Beginning, Steps, kept, run_again
+from shellmb.accuracy.estimates import Errors
+from shellmb.accuracy.family import Beginning, Steps, kept, run_again
 from shellmb.accuracy.studies.quantity import Quantity
 from shellmb.cli.main import app
 from shellmb.running.execute import Companion, RunResult, execute

@@ -17,8 +17,8 @@ from shellmb.accuracy.caveats import remarks
 from shellmb.accuracy.companions import Change
 from shellmb.accuracy.family import Family
 from shellmb.accuracy.request.choose import choose, mesh_order, work
-from shellmb.accuracy.request.curve import offers
 from shellmb.accuracy.request.levels import Level
+from shellmb.accuracy.request.messages import offers
 from shellmb.accuracy.run_record import RunRecord
 from shellmb.api.modeshapes import ModeShapes
 from shellmb.cli.main import app

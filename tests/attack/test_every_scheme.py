@@ -10,9 +10,9 @@ import pytest
 
 from shellmb.demos import tumbling_plate
 from shellmb.errors import SceneError, ShellmbError
+from shellmb.options.run import Options
 from shellmb.running.execute import execute
 from shellmb.running.loader import demos, load
-from shellmb.running.request import Options
 from shellmb.running.results import measured
 from shellmb.scene import Scene
 from shellmb.schemes.registry import SCHEMES

@@ -30,7 +30,7 @@ NEEDED: dict[str, tuple[Any, ...]] = {
 OPTIONS: dict[str, dict[str, Any]] = {"response": {"frequencies": [1.0]}}
 TAKING = [
     name
-    for name in sm._API
+    for name in sm._modules()
     if not inspect.isclass(getattr(sm, name))
     and next(iter(inspect.signature(getattr(sm, name)).parameters), None) == "scene"
 ]

@@ -84,7 +84,7 @@ def bench(
     """
     if context.invoked_subcommand is not None:
         return
-    from shellmb.running.request import parse_mesh
+    from shellmb.options.described import parse_mesh
 
     if effects or effect:
         from tests.bench.effects.report import effect_plan_of, run_effects

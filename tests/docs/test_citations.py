@@ -30,7 +30,8 @@ def missing(name: str) -> bool:
     if rest and (place / f"{rest[0]}.py").is_file():
         module, rest = place / f"{rest[0]}.py", rest[1:]
     else:
-        module = place / "__init__.py"
+        # names of the package itself are in its stub
+        module = place / ("__init__.pyi" if place == ROOT / "shellmb" else "__init__.py")
     return bool(rest) and not re.search(rf"\b{rest[0]}\b", module.read_text())
 
 

@@ -21,8 +21,9 @@ import numpy as np
 
 import shellmb.running.standard as standard
 from shellmb.observers.files.checkpoint import Checkpoint
+from shellmb.options.run import Options
 from shellmb.running.execute import execute
-from shellmb.running.request import Options, Request
+from shellmb.running.request import Request
 from shellmb.simulate.simulation import BaseObserver, Simulation
 
 EVENTS = {"open": "open", "os.rename": "rename", "os.remove": "remove"}

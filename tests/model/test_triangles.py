@@ -13,10 +13,10 @@ from shellmb.forms.materials import isotropic_quadratic
 from shellmb.meshes.mesh import build_surface
 from shellmb.model.shells.shell import ShellModel
 from shellmb.native.kernels import compiled
+from shellmb.options.run import Options
 from shellmb.running.execute import execute
 from shellmb.running.loader import load
 from shellmb.running.natural_modes.vibration import natural_modes
-from shellmb.running.request import Options
 from shellmb.scene import (
     Fixed,
     HardSupport,

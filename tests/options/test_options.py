@@ -14,8 +14,7 @@ from shellmb.cli.main import app
 from shellmb.cli.options import requested
 from shellmb.errors import SceneError
 from shellmb.options.described import options_of
-from shellmb.options.run import ELEMENTS, Options
-from shellmb.options.study import StudyOptions
+from shellmb.options.run import ELEMENTS, Options, StudyOptions
 from shellmb.scene.schemes import SCHEMES
 
 COMMANDS = typer.main.get_command(app).commands
@@ -58,9 +57,9 @@ def test_another_name_is_refused_before_anything_runs() -> None:
 
 def test_texts_and_values_mean_the_same() -> None:
     """A mesh is a text on the command line, and may be one in Python."""
-    from shellmb.api.resolve_scene import requested as in_python
+    from shellmb.api.runs import requested as in_python
 
-    scene, _ = requested("sudden_load", None, mesh="4x1", model="floating-frame").build()
+    scene = requested("sudden_load", None, mesh="4x1", model="floating-frame").scene
     for mesh in ("4x1", (4, 1)):
         assert in_python("sudden_load", None, mesh=mesh, model="floating-frame").scene == scene
     assert scene.shells[0].mesh == (4, 1) and scene.shells[0].linear

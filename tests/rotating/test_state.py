@@ -18,9 +18,9 @@ from shellmb.demos.campbell import scene as bladed
 from shellmb.errors import SceneError
 from shellmb.running.rotating.axis import find_axis
 from shellmb.running.rotating.campbell import campbell
+from shellmb.running.rotating.linearised import SteadyRotation
 from shellmb.running.rotating.modes import modes_at, modes_of
 from shellmb.running.rotating.state import MovingState, check_state
-from shellmb.running.rotating.steady import SteadyRotation
 from shellmb.scene import (
     Beam,
     Clamped,

@@ -11,9 +11,10 @@ import pyvista
 
 import shellmb as sm
 from shellmb.errors import ConvergenceError, SceneError
+from shellmb.options.run import Options
 from shellmb.running.execute import execute
 from shellmb.running.loader import load
-from shellmb.running.request import Options, Request
+from shellmb.running.request import Request
 from shellmb.running.resuming.resume import resume
 from shellmb.scene import Solver, StepControl
 from shellmb.simulate.simulation import BaseObserver

@@ -6,8 +6,10 @@ from types import SimpleNamespace
 import pytest
 
 from shellmb.errors import SceneError
+from shellmb.options.described import parse_mesh
+from shellmb.options.run import Options
 from shellmb.running.loader import KINDS, SceneModule, demos, kinds, load
-from shellmb.running.request import Options, Request, parse_mesh, parse_parameters
+from shellmb.running.request import Request, parse_parameters
 
 SMALL = str(Path(__file__).with_name("scene_small.py"))
 

@@ -7,8 +7,9 @@ from typing import Any
 
 import pytest
 
+from shellmb.options.run import Options
 from shellmb.running.execute import execute
-from shellmb.running.request import Options, Request
+from shellmb.running.request import Request
 from shellmb.running.resuming.resume import resume
 from shellmb.simulate.simulation import BaseObserver
 

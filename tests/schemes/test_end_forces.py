@@ -10,8 +10,8 @@ from shellmb.demos import slider_crank
 from shellmb.demos.verification.chains import chain
 from shellmb.demos.verification.problems.mechanisms import ANGLES, LINKS, double_pendulum
 from shellmb.errors import SceneError
+from shellmb.options.run import Options
 from shellmb.running.execute import RunResult, execute
-from shellmb.running.request import Options
 from shellmb.scene import Clamped, Gravity, Output, Scene
 from shellmb.schemes.base import end_acceleration
 

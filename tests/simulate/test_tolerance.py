@@ -15,8 +15,8 @@ from shellmb.demos.verification.problems.mechanisms import (
 )
 from shellmb.diagnostics.step_error import ADDED
 from shellmb.errors import SceneError
+from shellmb.options.run import Options
 from shellmb.running.execute import execute
-from shellmb.running.request import Options
 from shellmb.scene import (
     Beam,
     CircularSection,

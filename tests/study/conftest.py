@@ -5,9 +5,8 @@ from pathlib import Path
 import pytest
 
 from shellmb.accuracy.studies.choice import Choice
-from shellmb.accuracy.studies.points import Judged, Point
+from shellmb.accuracy.studies.points import Judged, Point, Reference
 from shellmb.accuracy.studies.quantity import Quantity
-from shellmb.accuracy.studies.reference import Reference
 
 SMALL = str(Path(__file__).parents[1] / "run" / "scene_small.py")
 

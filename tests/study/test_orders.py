@@ -2,8 +2,8 @@
 
 import pytest
 
-from shellmb.accuracy.studies.orders import find_orders
-from shellmb.accuracy.studies.reference import judge
+from shellmb.accuracy.studies.advice import find_orders
+from shellmb.accuracy.studies.points import judge
 
 from .conftest import judged, point
 

@@ -7,7 +7,7 @@ from mpi4py import MPI
 import pytest
 
 from shellmb.accuracy.studies.choice import Choice
-from shellmb.accuracy.studies.records import RECORDS, Record, Store
+from shellmb.accuracy.studies.runner import RECORDS, Record, Store
 from shellmb.errors import SceneError
 
 ABOUT = {"scene": "small", "quantities": ["tip_z:l2"]}

@@ -7,12 +7,12 @@ from typer.testing import CliRunner
 
 import shellmb as sm
 from shellmb.accuracy.studies import runner
-from shellmb.accuracy.studies.records import RECORDS
+from shellmb.accuracy.studies.runner import RECORDS
 from shellmb.cli.main import app
 from shellmb.errors import ConvergenceError
+from shellmb.options.run import Options
 from shellmb.running.execute import execute
 from shellmb.running.loader import load
-from shellmb.running.request import Options
 
 from .conftest import SMALL
 

@@ -12,7 +12,7 @@ from shellmb.api.responding.states import about_state
 from shellmb.api.responding.system import LinearSystem
 from shellmb.demos.verification.cases import Check, case
 from shellmb.demos.verification.setups import ALL
-from shellmb.options.response import LinearOptions
+from shellmb.options.linear import LinearOptions
 from shellmb.scene import (
     Beam,
     Fixed,

@@ -11,8 +11,8 @@ from shellmb.api.responding.states import about_state
 from shellmb.arrays import Floats
 from shellmb.demos.references.rotating import flapping, lagging, sleeping_top, spinning_membrane
 from shellmb.demos.verification.cases import Check, case
-from shellmb.options.response import LinearOptions
-from shellmb.running.resuming.reached import StateOfRun
+from shellmb.options.linear import LinearOptions
+from shellmb.running.resuming.resume import StateOfRun
 from shellmb.running.rotating.campbell import campbell
 from shellmb.running.rotating.modes import RotatingModes, modes_of
 from shellmb.running.rotating.state import MovingState

@@ -15,16 +15,15 @@ from typing import Any
 from mpi4py import MPI
 
 from shellmb.accuracy.companions import sides_of, with_fewer
-from shellmb.accuracy.request.curve import draw, offers
-from shellmb.accuracy.request.frequencies import ModeSearch
 from shellmb.accuracy.request.levels import KEPT, LEVELS, Store
-from shellmb.accuracy.request.search import Outcome, Running, Search
+from shellmb.accuracy.request.messages import draw, offers
+from shellmb.accuracy.request.search import ModeSearch, Outcome, Running, Search
 from shellmb.accuracy.request.target import Target, UnknownQuantity, frequency_number
 from shellmb.errors import SceneError, Stopped
 from shellmb.files.locks import is_temporary
 from shellmb.files.reading import read_json
 from shellmb.observers.summary import write_json
-from shellmb.options.accuracy import ACCURACY
+from shellmb.options.run import ACCURACY
 from shellmb.running.directory import LOCK, claimed, refuse_used, written
 from shellmb.running.loader import is_file_name
 from shellmb.running.request import REQUEST, read_request

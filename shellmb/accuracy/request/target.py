@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from shellmb.accuracy.run_record import RunRecord
 from shellmb.accuracy.studies.quantity import NORMS, Quantity, default_quantity, parse_quantity
 from shellmb.errors import SceneError
-from shellmb.options.accuracy import AccuracyOptions
+from shellmb.options.run import AccuracyOptions
 from shellmb.scene import Scene
 
 

@@ -9,10 +9,8 @@ from typing import Any
 from rich.console import Console
 
 from shellmb.accuracy.measuring.tables import Column, line, print_table
-from shellmb.accuracy.studies.advice import Target, find_targets, sentence
-from shellmb.accuracy.studies.orders import Order, find_orders
-from shellmb.accuracy.studies.points import Judged, Point, judge_points
-from shellmb.accuracy.studies.reference import find_reference
+from shellmb.accuracy.studies.advice import Order, Target, find_orders, find_targets, sentence
+from shellmb.accuracy.studies.points import Judged, Point, find_reference, judge_points
 from shellmb.accuracy.studies.runner import Measured
 
 # version of the JSON

@@ -1,54 +1,139 @@
-"""Runs the configurations of a study in turn, and keeps what they leave."""
+"""Runs the configurations of a study in turn, and keeps records in a file that survives a stop."""
 
 from __future__ import annotations
 
 import hashlib
 import json
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
 from mpi4py import MPI
 
-from shellmb.accuracy.measuring.times import Stopwatch
+from shellmb.accuracy.family import Steps
+from shellmb.accuracy.measuring.records import plain
+from shellmb.accuracy.run_record import means_of
 from shellmb.accuracy.studies.choice import Choice
 from shellmb.accuracy.studies.quantity import Quantity, default_quantity
-from shellmb.accuracy.studies.records import Record, Store
 from shellmb.accuracy.studies.sweep import Grid, Sweep, chain, make_grid
 from shellmb.errors import SceneError, ShellmbError
+from shellmb.files.writing import write_text
 from shellmb.meshes.lifetime import free
 from shellmb.running.execute import RunResult, execute
 from shellmb.running.loader import SceneModule
 from shellmb.scene.fingerprint import fingerprint
-from shellmb.scene.probes import RESULTANTS
-from shellmb.simulate.simulation import BaseObserver, Simulation
+
+RECORDS = "records.jsonl"
+
+
+@dataclass(frozen=True)
+class Record:
+    """One run.
+
+    Args:
+        choice: What was chosen.
+        round: Which repetition, from 0.
+        wall_s: Wall time of the steps with the observers of every run, nothing written, s.
+        cpu_s: Processor time of the same, s.
+        setup_s: Time to build everything before the first step, s.
+        jit_s: Time spent on making forms ready, s.
+        steps: Accepted steps.
+        rejected: Rejected ones.
+        iterations: Newton iterations.
+        unknowns: Unknowns of the system.
+        jump: Largest jump of ED (its error estimate, see `observers.summary`); None for others.
+        taken: What `Quantity.take` kept, by the name of the quantity.
+        failed: Why the run ended early; "" if it did not.
+    """
+
+    choice: Choice
+    round: int
+    wall_s: float = 0.0
+    cpu_s: float = 0.0
+    setup_s: float = 0.0
+    jit_s: float = 0.0
+    steps: int = 0
+    rejected: int = 0
+    iterations: int = 0
+    unknowns: int = 0
+    jump: float | None = None
+    taken: dict[str, dict[str, Any]] | None = None
+    failed: str = ""
+
+    @classmethod
+    def from_dict(cls, values: Mapping[str, Any]) -> Record:
+        """The record from its plain values."""
+        return cls(**{**values, "choice": Choice.from_dict(values["choice"])})
+
+
+class Store:
+    """The records of a study, read by the first rank and known to all.
+
+    Args:
+        folder: Where `records.jsonl` is; None: nothing is kept beyond this process.
+        about: What the records belong to: they are never mixed with those of something else.
+        comm: Communicator.
+
+    Raises:
+        SceneError: If the folder holds the records of something else, or no records at all.
+    """
+
+    def __init__(self, folder: Path | None, about: Mapping[str, Any], comm: MPI.Comm) -> None:
+        self._path = None if folder is None or comm.rank else folder / RECORDS
+        self._lines = [json.dumps({"study": dict(about)}, sort_keys=True)]
+        read = comm.bcast(self._lines if self._path is None else self._read(self._path))
+        if isinstance(read, str):
+            raise SceneError(read)
+        self._lines = read
+        self._found: dict[tuple[Choice, int], Record] = {}
+        for line in self._lines[1:]:
+            self._keep(Record.from_dict(json.loads(line)))
+
+    def _read(self, path: Path) -> list[str] | str:
+        """Lines of the file; a sentence if they do not belong here."""
+        if not path.is_file():
+            folder = path.parent
+            if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+                return f"study: out is {folder}, which holds something else; give another directory"
+            return self._lines
+        lines = path.read_text().splitlines()
+        if lines[:1] != self._lines:
+            return (
+                f"study: out is {path.parent}, which holds the records of another scene, other "
+                "parameters or quantities; give another directory, or delete it"
+            )
+        return lines
+
+    def _keep(self, record: Record) -> None:
+        self._found[record.choice, record.round] = record
+
+    def find(self, choice: Choice, round_: int = 0) -> Record | None:
+        """The record of a run, if it is finished."""
+        return self._found.get((choice, round_))
+
+    def rounds(self, choice: Choice) -> list[Record]:
+        """All records of a choice."""
+        found = [key for key in self._found if key[0] == choice]
+        return [self._found[key] for key in sorted(found, key=itemgetter(1))]
+
+    def add(self, record: Record) -> None:
+        """Keep a finished run; the file is whole before and after."""
+        self._keep(record)
+        self._lines.append(json.dumps(plain(record), allow_nan=False))
+        if self._path is None:
+            return
+        self._path.parent.mkdir(parents=True, exist_ok=True)
+        write_text(self._path, "\n".join(self._lines) + "\n")
+
 
 # what of a summary is in a record, and its name there
 TOLD = {name: name for name in ("setup_s", "jit_s", "steps", "unknowns")}
 TOLD |= {"rejected_steps": "rejected", "newton_iterations": "iterations", "jump_max": "jump"}
 
 type Tell = Callable[[str], None]
-
-
-class ProcessorTime(BaseObserver):
-    """Processor time between the start and the end of a run.
-
-    Attributes:
-        seconds: It, s.
-    """
-
-    def __init__(self) -> None:
-        self.seconds = 0.0
-
-    def start(self, simulation: Simulation) -> None:
-        """Before the first step."""
-        self._watch = Stopwatch()
-
-    def finish(self, simulation: Simulation, error: BaseException | None) -> None:
-        """After the last one."""
-        self.seconds = self._watch.cpu
 
 
 @dataclass(frozen=True)
@@ -148,7 +233,7 @@ def run_once(
     Raises:
         SceneError: If a quantity does not exist.
     """
-    clock = ProcessorTime()
+    clock = Steps()
     # what a scene measures may need the whole of its time: it is asked only where it is needed
     requested = module.results if any(q.norm is None for q in quantities) else _nothing
     scene = sweep.base.build(module, choice)
@@ -179,23 +264,6 @@ def _record(
     failed = f"{' and '.join(bad)} is not finite" if bad else ""
     wall_s, told = result.simulation.step_seconds, {name: summary[k] for k, name in TOLD.items()}
     return Record(choice, round_, wall_s, cpu_s, taken=taken, failed=failed, **told)
-
-
-def means_of(result: RunResult) -> set[str]:
-    """Names of columns that are means over a step: those of sections, and all without a start.
-
-    Args:
-        result: A run.
-    """
-    forms = result.simulation.problem.forms.values()
-    stages = [made.stage for rows in forms for made in rows.values()]
-    # schemes with a single state have forces at the ends of steps, and no means
-    if all(stage is not None and stage.single for stage in stages):
-        return set()
-    history, scene = result.history, result.simulation.scene
-    sections = {probe.name for probe in scene.probes if probe.quantity in RESULTANTS}
-    sections |= {reserve.name for reserve in scene.reserves}
-    return sections | {str(name) for name in history if math.isnan(history[name].iloc[0])}
 
 
 def known_quantity(record: Record, quantity: Quantity) -> dict[str, Any]:

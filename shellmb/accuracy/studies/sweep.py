@@ -16,7 +16,7 @@ from shellmb.accuracy.studies.quantity import Quantity, parse_quantity
 from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.options.described import read
-from shellmb.options.study import StudyOptions
+from shellmb.options.run import StudyOptions
 from shellmb.running.loader import SceneModule
 from shellmb.scene.schemes import SCHEMES, Traits
 

@@ -7,13 +7,13 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
+import pandas as pd
 
 from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.scene.lookup import listed
 
 if TYPE_CHECKING:
-    import pandas as pd
     from matplotlib.figure import Figure
 
     from shellmb.api.record import Run
@@ -65,8 +65,6 @@ class Band:
     @cached_property
     def history(self) -> pd.DataFrame:
         """Standard deviation of each column over time."""
-        import pandas as pd
-
         table, names = self._found.history, [p.name for p in self._found.parameters]
         columns = list(table[names[0]].columns)
         found = self._deviations([table[name][columns].to_numpy(dtype=float) for name in names])
@@ -75,8 +73,6 @@ class Band:
     @cached_property
     def results(self) -> pd.Series:
         """Standard deviation of each result."""
-        import pandas as pd
-
         table = self._found.results
         found = self._deviations([table[name].to_numpy(dtype=float) for name in table])
         return pd.Series(found, index=table.index)

@@ -5,19 +5,17 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+import pandas as pd
 
 from shellmb.api.sensitivity.record import OF_STEPS
 from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.scene import Scene
 from shellmb.scene.lookup import listed
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 # a time beyond the end of the run by less, relative to it, is the end
 END = 1e-9

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import pandas as pd
 
 from shellmb.api.fitting.data import END, Data, data_of
 from shellmb.api.fitting.fitted import Fit
@@ -20,8 +21,6 @@ from shellmb.scene.lookup import listed
 from shellmb.sensitivity.parameters import Parameter, differentiated, parameters_of
 
 if TYPE_CHECKING:
-    import pandas as pd
-
     from shellmb.api.sensitivity.record import Sensitivities
 
 # change of the sum of squares, or of parameters, relative to them, at which a fit ends

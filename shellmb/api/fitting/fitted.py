@@ -7,12 +7,12 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
+import pandas as pd
 
 from shellmb.api.fitting.data import Data
 from shellmb.arrays import Floats
 
 if TYPE_CHECKING:
-    import pandas as pd
     from matplotlib.figure import Figure
 
     from shellmb.api.fitting.band import Band
@@ -98,8 +98,6 @@ class Fit:
     @property
     def covariance(self) -> pd.DataFrame:
         """Covariance of the values; infinite for combinations that the data do not determine."""
-        import pandas as pd
-
         names = list(self.values)
         with np.errstate(divide="ignore", invalid="ignore"):
             scaled = self._directions.T / self._singular
@@ -125,16 +123,12 @@ class Fit:
     @property
     def table(self) -> pd.DataFrame:
         """Values, standard deviations and starts, a row for each parameter."""
-        import pandas as pd
-
         rows = {"value": self.values, "deviation": self.deviations, "start": self._start}
         return pd.DataFrame(rows)
 
     @property
     def residuals(self) -> pd.DataFrame:
         """Run minus data, in the units of the data, over their times; NaN where there are none."""
-        import pandas as pd
-
         found = {name: rest * self._data.noise[name] for name, rest in self._over_noise.items()}
         return pd.DataFrame(found, index=pd.Index(self._data.times, name="t"))
 

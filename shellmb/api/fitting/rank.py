@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+import pandas as pd
 
 from shellmb.api.sensitivity.record import Sensitivities
 from shellmb.errors import SceneError
@@ -14,7 +15,6 @@ from shellmb.options.described import takes
 from shellmb.scene.lookup import listed
 
 if TYPE_CHECKING:
-    import pandas as pd
     from matplotlib.figure import Figure
 
 
@@ -58,8 +58,6 @@ def rank(found: Sensitivities, of: str | Sequence[str] | None = None) -> Ranking
     Raises:
         SceneError: If there is no such result or column.
     """
-    import pandas as pd
-
     if not isinstance(found, Sensitivities):
         raise SceneError(
             f"rank: found is a {type(found).__name__}; it must be what `sensitivities` returns"

@@ -10,7 +10,7 @@ import numpy as np
 from shellmb.api.responding.system import GROUND
 from shellmb.arrays import Floats
 from shellmb.errors import SceneError
-from shellmb.options.response import Quantity, ResponseOptions
+from shellmb.options.linear import Quantity, ResponseOptions
 from shellmb.scene.lookup import listed
 from shellmb.scene.values.validate import show
 

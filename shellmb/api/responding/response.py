@@ -18,7 +18,7 @@ from shellmb.api.responding.poles import Complex
 from shellmb.api.responding.system import GROUND, LinearSystem
 from shellmb.arrays import Floats
 from shellmb.errors import SceneError, warn
-from shellmb.options.response import ResponseOptions
+from shellmb.options.linear import ResponseOptions
 
 if TYPE_CHECKING:
     import pandas as pd

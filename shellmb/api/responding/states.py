@@ -11,20 +11,18 @@ from mpi4py import MPI
 
 import numpy as np
 
-from shellmb.api.responding.inputs import columns, with_inputs, without_commands
-from shellmb.api.responding.outputs import outputs
+from shellmb.api.responding.channels import columns, outputs, with_inputs, without_commands
 from shellmb.api.responding.reduction import scipy_matrix, unknowns_of
 from shellmb.api.responding.system import GROUND, LinearSystem
 from shellmb.arrays import Floats
 from shellmb.errors import ConvergenceError, SceneError, warn
-from shellmb.options.response import LinearOptions
+from shellmb.options.linear import LinearOptions
 from shellmb.running.natural_modes.vibration import equilibrium
-from shellmb.running.resuming.reached import state_of_run
+from shellmb.running.resuming.resume import state_of_run
 from shellmb.running.rotating.axis import Axis, check_steady, find_axis
-from shellmb.running.rotating.linearised import Linearised
+from shellmb.running.rotating.linearised import Linearised, SteadyRotation
 from shellmb.running.rotating.quadratic import NEUTRAL
 from shellmb.running.rotating.state import STEADY, MovingState, check_state
-from shellmb.running.rotating.steady import SteadyRotation
 from shellmb.scene import Scene
 from shellmb.scene.values.validate import show
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+import pandas as pd
 
 from shellmb.api.record import Run
 from shellmb.errors import SceneError
@@ -16,7 +17,6 @@ from shellmb.files.writing import write_text
 from shellmb.sensitivity.parameters import Parameter
 
 if TYPE_CHECKING:
-    import pandas as pd
     import xarray as xr
 
     from shellmb.api.fitting.band import Band
@@ -105,8 +105,6 @@ class Sensitivities:
         `history["thickness"]["tip_z"]` is that of the column `tip_z` by the thickness. All rows are
         at fixed times, but those of events: their column `t` has the derivative of the time.
         """
-        import pandas as pd
-
         found, left = {}, set(OF_STEPS)
         if self.run.summary.get("events"):
             left.remove("t")
@@ -133,8 +131,6 @@ class Sensitivities:
     @cached_property
     def results(self) -> pd.DataFrame:
         """Derivatives of the results, a row for each result and a column for each parameter."""
-        import pandas as pd
-
         found = {}
         for p in self.parameters:
             above, below = (side.results for side in self._sides[p.name])
@@ -165,8 +161,6 @@ class Sensitivities:
         Columns are its kind, its load factor, and the derivative of that by each parameter. It is
         NaN where there is none, for which `warnings` has the reason.
         """
-        import pandas as pd
-
         points = self.run.summary.get("path", [])
         table = {key: [point[key] for point in points] for key in ("kind", "load_factor")}
         slopes = {name: np.array(found, float) for name, found in self._points.items()}
@@ -179,7 +173,6 @@ class Sensitivities:
         Columns are the event, whether it went "on" or "off", its time in s, and the derivative of
         that by each parameter.
         """
-        import pandas as pd
 
         def times(run: Run) -> list[tuple[str, str, float]]:
             named = run.summary.get("events", {}).items()

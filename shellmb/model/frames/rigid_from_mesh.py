@@ -27,8 +27,7 @@ from shellmb.model.shells.joins import line_along
 from shellmb.model.shells.shell import ShellModel
 from shellmb.native.kernels import compiled
 from shellmb.scene import Beam, Gravity, RigidBody, Scene
-from shellmb.scene.loads.body_loads import FollowerForce, FollowerMoment, PointMoment
-from shellmb.scene.loads.loads import Load, PointForce
+from shellmb.scene.loads.loads import FollowerForce, FollowerMoment, Load, PointForce, PointMoment
 from shellmb.scene.lookup import said
 from shellmb.scene.multibody.joints import (
     EdgeHinge,

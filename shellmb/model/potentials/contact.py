@@ -30,8 +30,7 @@ from shellmb.model.potentials.obstacles import shape_of
 from shellmb.model.potentials.points import MeshedBody, Points, acting_points
 from shellmb.model.user_forms import written
 from shellmb.scene import Scene
-from shellmb.scene.loads.contacts import Contact, Faces
-from shellmb.scene.loads.potentials import Potential
+from shellmb.scene.loads.contacts import Contact, Faces, Potential
 from shellmb.scene.lookup import said
 
 

@@ -46,7 +46,7 @@ from shellmb.model.shells.shell import ShellModel
 from shellmb.model.supports.prescribed import Prescribed
 from shellmb.native.kernels import compiled
 from shellmb.scene import Scene
-from shellmb.scene.loads.potentials import EnclosedVolume
+from shellmb.scene.loads.contacts import EnclosedVolume
 from shellmb.scene.lookup import said
 from shellmb.scene.schemes import SCHEMES, Traits
 from shellmb.scene.values.user_functions import numbers_at

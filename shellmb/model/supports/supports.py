@@ -22,8 +22,15 @@ from shellmb.model.supports.prescribed import (
 )
 from shellmb.scene import Scene
 from shellmb.scene.loads import supports as scene_supports
-from shellmb.scene.loads.body_loads import FollowerForce, FollowerMoment, PointMoment
-from shellmb.scene.loads.loads import EdgeForce, EdgeMoment, FollowerEdgeForce, PointForce
+from shellmb.scene.loads.loads import (
+    EdgeForce,
+    EdgeMoment,
+    FollowerEdgeForce,
+    FollowerForce,
+    FollowerMoment,
+    PointForce,
+    PointMoment,
+)
 from shellmb.scene.loads.supports import Support
 from shellmb.scene.lookup import said
 from shellmb.scene.multibody.offsets import Offset, arm_components, node_of

@@ -28,8 +28,14 @@ from shellmb.native.derivatives import derivative
 from shellmb.native.kernels import compiled
 from shellmb.preprocessing.modal.isolated import Arrays, IsolatedBody
 from shellmb.preprocessing.modal.tangent import Blocks
-from shellmb.scene.loads.body_loads import LineForce, LineMoment
-from shellmb.scene.loads.loads import EdgeForce, EdgeMoment, Gravity, SurfaceForce
+from shellmb.scene.loads.loads import (
+    EdgeForce,
+    EdgeMoment,
+    Gravity,
+    LineForce,
+    LineMoment,
+    SurfaceForce,
+)
 
 DEAD = (SurfaceForce, EdgeForce, LineForce, Gravity)
 MOMENTS = (EdgeMoment, LineMoment)

@@ -18,9 +18,9 @@ from shellmb.errors import SceneError
 from shellmb.native.assembler import assembled_as
 from shellmb.running.natural_modes.vibration import check_count
 from shellmb.running.rotating.axis import Axis, check_steady, find_axis
+from shellmb.running.rotating.linearised import SteadyRotation
 from shellmb.running.rotating.modes import SPARE, RotatingModes, modes_at
 from shellmb.running.rotating.quadratic import Pair, product
-from shellmb.running.rotating.steady import SteadyRotation
 from shellmb.scene import Scene
 from shellmb.scene.values.validate import show
 

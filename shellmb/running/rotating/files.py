@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -13,9 +13,10 @@ from shellmb.barrier import arrive
 from shellmb.errors import SceneError
 from shellmb.files.writing import write_text
 from shellmb.observers.summary import write_json
+from shellmb.options.linear import ModesOptions
 from shellmb.running.natural_modes.run import ModesDirectory, modes_directory, write_shapes
 from shellmb.running.natural_modes.vibration import check_count
-from shellmb.running.resuming.reached import state_of_run
+from shellmb.running.resuming.resume import state_of_run
 from shellmb.running.rotating.axis import Axis
 from shellmb.running.rotating.campbell import Campbell, campbell
 from shellmb.running.rotating.modes import RotatingModes, modes_of
@@ -31,39 +32,23 @@ OF_RATES = ("scene", "loaded", "axis", "about", "unknowns", "ranks", "versions",
 HEADER = "mode,frequency_hz,omega_rad_per_s,growth_per_s,damping_ratio,whirl,direction,stable"
 
 
-def folder(directory: Path, number: int) -> Path:
-    """Folder of the shapes at a rate, which is a directory of modes itself.
-
-    Args:
-        directory: That of the diagram.
-        number: Number of the rate, from 1.
-    """
-    return directory / f"rate_{number}"
-
-
 def find_campbell(
     scene: Scene,
     out: Path | str,
-    rates: Sequence[float],
-    count: int = 6,
-    loaded: bool = False,
-    axis: Sequence[float] | None = None,
-    about: Sequence[float] | None = None,
+    count: int,
+    chosen: ModesOptions,
     *,
     results: Callable[[Any], dict[str, float]] | None = None,
     comm: MPI.Comm = MPI.COMM_WORLD,
     pictures: bool = True,
 ) -> tuple[Campbell, dict[str, float]]:
-    """Find modes at several rates of rotation and write them; arguments as of `campbell`.
+    """Find modes at several rates of rotation and write them.
 
     Args:
         scene: The scene.
         out: Directory to write.
-        rates: Rates of rotation, rad/s.
         count: Number of modes.
-        loaded: Whether the loads act.
-        axis: Direction of the axis.
-        about: A point of it.
+        chosen: The rates, the axis, and whether the loads act.
         results: Gives the `results` of the summary.
         comm: Communicator.
         pictures: Whether the diagram and the modes are drawn.
@@ -77,8 +62,9 @@ def find_campbell(
         RunError: If the function `results` raises, or the disk is full.
     """
     with modes_directory(scene, out, comm) as run:
-        found = campbell(scene, rates, comm, count, loaded, axis, about)
-        summary = _head(run, loaded, found.axis, found.modes[0]) | {
+        turning = chosen.loaded, chosen.axis, chosen.about
+        found = campbell(scene, chosen.rates or (), comm, count, *turning)
+        summary = _head(run, chosen.loaded, found.axis, found.modes[0]) | {
             "rates_rad_per_s": found.rates,
             "stable": not found.unstable,
             "verdict": found.verdict,
@@ -86,7 +72,8 @@ def find_campbell(
         }
         head = {name: summary[name] for name in OF_RATES}
         for number, modes in enumerate(found.modes, start=1):
-            _write_rate(folder(run.directory, number), modes, head)
+            # a directory of modes itself
+            _write_rate(run.directory / f"rate_{number}", modes, head)
         if comm.rank == 0:
             write_text(run.directory / TABLE, "\n".join(_table(found)) + "\n")
             write_json(run.directory / SUMMARY, summary)
@@ -102,13 +89,9 @@ def find_campbell(
 def find_state_modes(
     scene: Scene,
     out: Path | str,
-    state: Path | str | None,
-    count: int = 6,
-    rates: Sequence[float] | None = None,
-    axis: Sequence[float] | None = None,
-    about: Sequence[float] | None = None,
+    count: int,
+    chosen: ModesOptions,
     *,
-    at: float | None = None,
     comm: MPI.Comm = MPI.COMM_WORLD,
     pictures: bool = True,
 ) -> StateModes:
@@ -118,13 +101,9 @@ def find_state_modes(
         scene: The scene of the run; for its last state the scheme, steps and end in time do not
             matter.
         out: Directory to write.
-        state: Directory of the run; None: there is none, and `at` is given.
         count: Number of modes.
-        rates: The one rate of the frame, rad/s; None: that of the rigid rotation nearest to the
-            state.
-        axis: Its axis; None: that of this rotation.
-        about: A point of it.
-        at: Time of the state, s, up to which the scene is run; None: the last state of the run.
+        chosen: The run or the time of the state, and the frame, which has one rate at most; by
+            itself it turns as the rigid rotation that is nearest to the state.
         comm: Communicator, of as many ranks as the run's.
         pictures: Whether the modes are drawn.
 
@@ -134,22 +113,24 @@ def find_state_modes(
         RunError: If the disk is full.
     """
     check_count(count)
+    rates, state = chosen.rates, None if chosen.state is None else Path(chosen.state)
     if rates is not None and not (len(rates) == 1 and math.isfinite(rates[0])):
         raise SceneError(
             f"modes: rates are {show(list(rates))}; a state has one finite rate in rad/s, or none"
         )
     rate = None if rates is None else float(rates[0])
     try:
-        meant = state_of_run(scene, None if state is None else Path(state), at, comm)
+        meant = state_of_run(scene, state, chosen.at, comm)
     except SceneError as error:
         raise SceneError(f"modes: {str(error).removeprefix('resume: ')}") from None
     check_state(scene, meant.scheme)
     with modes_directory(scene, out, comm) as run:
-        moving = MovingState(scene, *meant.reach(comm), comm, rate, axis, about)
+        reached = meant.reach(comm)
+        moving = MovingState(scene, *reached, comm, rate, chosen.axis, chosen.about)
         found = StateModes(modes_of(moving, count), moving)
         unsteady = moving.unsteady
         summary = _head(run, True, moving.axis, found.modes) | {
-            "run": None if state is None else str(state),
+            "run": None if chosen.state is None else str(chosen.state),
             "t": moving.time,
             "run_again_from": meant.begin,
             "frame_stands_because": moving.standing,

@@ -1,25 +1,97 @@
-"""Equations of motion in a frame that turns, linearised about a state: their matrices."""
+"""Frames that turn, and equations of motion in them, linearised about a state: their matrices.
+
+In a frame that turns with the angular velocity `omega` about an axis through `c` positions and
+directors are vectors, and the velocity of a state at rest in the frame is `W y` with
+`W = omega x` for `x - c` and for each director. Absolute velocities and accelerations are
+`y' + W y` and `y'' + 2 W y' + W^2 y`. Mass matrices are constant and know no direction, so that
+`M (y'' + 2 W y' + W^2 y)` are the inertia forces along the axes of the frame.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
+from mpi4py import MPI
+from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
 from petsc4py import PETSc
 
+import numpy as np
 import ufl
 from dolfinx import fem
+from ufl.core.expr import Expr
 
-from shellmb.model.body import added
+from shellmb.errors import ConvergenceError, SceneError
+from shellmb.model.body import Body, Rates, added, rigid_rate
 from shellmb.model.model import Model
 from shellmb.model.sections.branches import branches_of
 from shellmb.native.derivatives import derivative
+from shellmb.preprocessing.checked_model import checked_model
+from shellmb.preprocessing.constraint_analysis.redundancy import largest_gap
 from shellmb.preprocessing.modal.tangent import Blocks
-from shellmb.running.rotating.axis import Axis
-from shellmb.running.rotating.frame import RotatingFrame
+from shellmb.running.natural_modes.vibration import in_motion
+from shellmb.running.rotating.axis import Axis, held
+from shellmb.scene import Scene
 from shellmb.schemes.base import Levels
 from shellmb.simulate.eigenmodes import shift_below
 from shellmb.simulate.start.relaxation import Relaxation
+from shellmb.simulate.start.start import OPEN
+
+
+class RotatingFrame:
+    """The frame as one body sees it.
+
+    Args:
+        body: The body.
+        axis: The axis about which the frame turns.
+    """
+
+    def __init__(self, body: Body, axis: Axis) -> None:
+        domain = body.mixed.space.mesh
+        self.body, self._axis = body, axis
+        self._omega = fem.Constant(domain, np.zeros(3))
+        self._about = fem.Constant(domain, np.array(axis.about))
+        self.still = fem.Function(body.mixed.space, name=f"velocity_in_frame_{body.name}")
+
+    def turn(self, rate: float) -> None:
+        """Let it turn with another rate, rad/s."""
+        self._omega.value[:] = rate * self._axis.unit
+
+    def motion(self, q: Expr) -> Expr:
+        """Velocities in the frame at a state, which contain `still`."""
+        return self.still
+
+    def turned(self, q: Expr, of: Callable[[Expr], Expr] | None = None) -> Expr:
+        """Velocities of all that is at rest in the frame, as a rate of the state.
+
+        Args:
+            q: State.
+            of: Linear map of the vectors; None: `omega x`.
+        """
+        mapped = of or (lambda vector: ufl.cross(self._omega, vector))
+        return rigid_rate(self.body, q, mapped, about=self._about)
+
+    def rates(self, q: Expr) -> Rates:
+        """Absolute velocities along the axes of the frame, `still` being those in it."""
+        velocity = self.motion(q) + self.turned(q)
+        return Rates(velocity, velocity)
+
+    def carried(self, q: Expr, dq: Expr) -> ufl.Form | None:
+        """Virtual work `M W^2 y` of the inertia forces of what is at rest in the frame."""
+        return self.body.inertia(self.centripetal(q), dq)
+
+    def centripetal(self, q: Expr) -> Expr:
+        """Accelerations `W^2 y` of what is at rest in the frame."""
+        omega = self._omega
+        return self.turned(q, lambda vector: ufl.cross(omega, ufl.cross(omega, vector)))
+
+    def gyroscopic(self, q: Expr, dq: Expr) -> ufl.Form | None:
+        """`M W y`, whose derivative by the state is half of the matrix of Coriolis' forces."""
+        return self.body.inertia(self.turned(q), dq)
+
+    def spun(self, q: Expr, dq: Expr) -> ufl.Form | None:
+        """`M` times the velocities in the frame, whose derivative by the state acts as that."""
+        return None
 
 
 class Linearised:
@@ -129,3 +201,102 @@ class Linearised:
     def shift(self) -> float:
         """A positive real number of the size of the lowest eigenvalues, rad/s."""
         return math.hypot(math.sqrt(abs(self._shift)), self.rate / 2)
+
+
+# a step to the next rate that fails is halved this many times
+HALVINGS = 8
+
+# Steps of the relaxation at one rate, and how far the last one moves, in scales of the bodies;
+# where it moves no less than this before, round-off moves it. It has a longer `tau` where a step
+# moves more than a tenth of what the one before did, and no other: forces hold no free motions, and
+# their round-off moves bodies by its square.
+STEPS, AT_REST, NEARLY = 60, 1e-10, 1e-7
+SLOW, GROWTH = 0.1, 4.0
+
+
+class SteadyRotation(Linearised):
+    """A scene in a frame that turns about an axis.
+
+    Args:
+        scene: The scene; its scheme and its initial velocities do not matter, and all of it turns
+            along (`check_steady`).
+        axis: The axis.
+        comm: Communicator.
+        loaded: Whether its loads act, those of the time `t_end`.
+
+    Raises:
+        SceneError: If it cannot be built, or a joint is open.
+
+    Attributes:
+        model: Bodies.
+        system: Block system, whose functions hold the relative equilibrium.
+        rate: Rate of that equilibrium, rad/s.
+    """
+
+    def __init__(self, scene: Scene, axis: Axis, comm: MPI.Comm, loaded: bool) -> None:
+        still = in_motion(held(scene))
+        self.loaded, self.scene = loaded, scene
+        model, _ = checked_model(still, comm)
+        frames = {body.name: RotatingFrame(body, axis) for body in model.bodies}
+        levels = {
+            body.name: Levels(fem.Function(body.mixed.space), {}, {}, body.manifold.tangent)
+            for body in model.bodies
+        }
+        _check_closed(model, levels)
+        super().__init__(
+            model, axis, frames, levels, float(still.t_end or 1.0) if loaded else 0.0, loaded
+        )
+
+    def go(self, rate: float) -> None:
+        """Find the relative equilibrium at a rate, from that at the last one.
+
+        Args:
+            rate: Rate, rad/s.
+
+        Raises:
+            ConvergenceError: If there is none, or none is reached.
+        """
+        begin = 0.0 if math.isnan(self.rate) else self.rate
+        done, part = 0.0, 1.0
+        kept = {name: levels.q.x.array.copy() for name, levels in self.levels.items()}
+        while done < 1.0:
+            now = min(1.0, done + part)
+            # forces grow with the square of the rate
+            square = begin**2 + now * (rate**2 - begin**2)
+            self.turn(math.copysign(math.sqrt(square), rate))
+            try:
+                self._settle()
+            except ConvergenceError as error:
+                part /= 2
+                if part < 0.5**HALVINGS:
+                    raise error.reworded(
+                        f"modes: no relative equilibrium at {math.sqrt(square):.6g} rad/s: {error}"
+                    ) from error
+                for name, levels in self.levels.items():
+                    levels.q.x.array[:] = kept[name]
+                continue
+            done = now
+            for name, levels in self.levels.items():
+                kept[name][:] = levels.q.x.array
+        self.rate = rate
+        self.turn(rate)
+
+    def _settle(self) -> None:
+        """Relax at the rate of the frames."""
+        tau, before = self.relaxation.tau, math.inf
+        for _ in range(STEPS):
+            moved = self.relaxation.step(tau, float(self.loaded))
+            if moved < AT_REST or before <= moved < NEARLY:
+                return
+            tau *= GROWTH if moved > SLOW * before else 1.0
+            before = moved
+        raise ConvergenceError(f"nothing came to rest in {STEPS} steps")
+
+
+def _check_closed(model: Model, levels: dict[str, Levels]) -> None:
+    q = {name: own.q for name, own in levels.items()}
+    gap, name, said = largest_gap(model, q) if model.mechanism.joints else (0.0, "", "")
+    if gap > OPEN:
+        raise SceneError(
+            f"joint '{name}': it is open by {said} in the given positions; move its bodies"
+        )

@@ -16,7 +16,7 @@ from shellmb.errors import TooFewModesError, petsc_in_words
 from shellmb.model.model import Model
 from shellmb.native.assembler import assembled_as
 from shellmb.running.natural_modes.vibration import Shape, nodal_shape, parts_of, scaled
-from shellmb.running.rotating.linearised import Linearised
+from shellmb.running.rotating.linearised import Linearised, SteadyRotation
 from shellmb.running.rotating.quadratic import (
     NEUTRAL,
     STILL,
@@ -27,7 +27,6 @@ from shellmb.running.rotating.quadratic import (
     turned,
 )
 from shellmb.running.rotating.rigid import FreeMotions
-from shellmb.running.rotating.steady import SteadyRotation
 
 # real parts above this part of the shift and of the eigenvalue are no round-off
 UNSTABLE = 1e-5

@@ -25,8 +25,7 @@ from shellmb.preprocessing.bodyfields import kinematic_dofs
 from shellmb.preprocessing.checked_model import checked_model
 from shellmb.running.natural_modes.vibration import in_motion
 from shellmb.running.rotating.axis import Axis, bearing, check_steady
-from shellmb.running.rotating.frame import RotatingFrame
-from shellmb.running.rotating.linearised import Linearised
+from shellmb.running.rotating.linearised import Linearised, RotatingFrame
 from shellmb.running.rotating.modes import RotatingModes
 from shellmb.running.rotating.rigid import (
     NOTHING,

@@ -10,10 +10,8 @@ from shellmb.errors import SceneError
 from shellmb.scene.beams.curves import Curve
 from shellmb.scene.beams.sections import BeamSection
 from shellmb.scene.types import NONE, Axis, Listed, Name, PositiveInt
-from shellmb.scene.values.messages import error_of, refused
-from shellmb.scene.values.models import BodyModel, Deforming
-from shellmb.scene.values.natural import BeamNaturalStrain
-from shellmb.scene.values.validate import described, show, unit_vector
+from shellmb.scene.values.models import BeamNaturalStrain, BodyModel, Deforming
+from shellmb.scene.values.validate import described, error_of, refused, show, unit_vector
 
 
 @described("beam")

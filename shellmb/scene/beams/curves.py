@@ -15,9 +15,8 @@ from numpy.typing import NDArray
 
 from shellmb.errors import SceneError
 from shellmb.scene.types import Axis, Finite, Name, Spot, Vec3
-from shellmb.scene.values.messages import check_differ, refused
 from shellmb.scene.values.user_functions import points_by
-from shellmb.scene.values.validate import described, show, unit_vector
+from shellmb.scene.values.validate import check_differ, described, refused, show, unit_vector
 
 type Points = NDArray[np.float64]
 

@@ -9,7 +9,7 @@ from shellmb.scene.shells.laminate import Laminate
 from shellmb.scene.shells.sections import LinearSection
 from shellmb.scene.shells.shell import Shell
 from shellmb.scene.shells.strength import CRITERIA
-from shellmb.scene.values.messages import error_of, listed, said
+from shellmb.scene.values.validate import error_of, listed, said
 
 # what there has to be for a field, in words
 OWNERS = {

@@ -15,9 +15,8 @@ from shellmb.scene.lookup import bodies_of, coordinates_of
 from shellmb.scene.multibody.own_bodies import UserBody
 from shellmb.scene.multibody.rigid import RigidBody
 from shellmb.scene.schemes import DISSIPATIVE
-from shellmb.scene.values.messages import error_of, listed, refused, said
 from shellmb.scene.values.user_functions import on_trial
-from shellmb.scene.values.validate import show
+from shellmb.scene.values.validate import error_of, listed, refused, said, show
 
 # a step longer than the whole run by less than this fraction of it is round-off
 ROUND_OFF = 1e-9

@@ -9,8 +9,7 @@ from shellmb.scene.multibody.offsets import Offset
 from shellmb.scene.multibody.own_bodies import UserBody
 from shellmb.scene.multibody.rigid import RigidBody
 from shellmb.scene.shells.shell import Shell
-from shellmb.scene.values.messages import listed, said
-from shellmb.scene.values.validate import edge_names, show
+from shellmb.scene.values.validate import edge_names, listed, said, show
 
 
 def edges_of(body: Body) -> tuple[str, ...] | None:

@@ -39,9 +39,8 @@ from shellmb.scene.multibody.rolling import Contact, Rolling
 from shellmb.scene.probes import MOTIONS
 from shellmb.scene.shells.sections import LinearSection
 from shellmb.scene.shells.shell import Shell
-from shellmb.scene.values.messages import error_of, listed, said
 from shellmb.scene.values.user_functions import finite_in_time
-from shellmb.scene.values.validate import show
+from shellmb.scene.values.validate import error_of, listed, said, show
 
 # joints whose second body has no motion of its own where all of their coordinates are driven
 DRIVEN = (Revolute, Prismatic, Cylindrical, Screw)

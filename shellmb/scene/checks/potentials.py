@@ -7,16 +7,14 @@ from typing import Any
 from shellmb.errors import SceneError
 from shellmb.scene.checks.locations import areas_of, check_point, edges_of, points_of
 from shellmb.scene.description import Description
-from shellmb.scene.loads.contacts import Contact, Faces
-from shellmb.scene.loads.potentials import EnclosedVolume
+from shellmb.scene.loads.contacts import Contact, EnclosedVolume, Faces
 from shellmb.scene.lookup import bodies_of, find_body, find_shell, model_of
 from shellmb.scene.multibody.elements import JointStop
 from shellmb.scene.multibody.rigid import RigidBody
 from shellmb.scene.schemes import COMPLETE
 from shellmb.scene.shells.shell import Shell
-from shellmb.scene.values.messages import kind_of, listed, said
 from shellmb.scene.values.models import Modal
-from shellmb.scene.values.validate import show
+from shellmb.scene.values.validate import kind_of, listed, said, show
 
 
 def check_potentials(scene: Description) -> None:

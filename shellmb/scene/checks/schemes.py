@@ -11,9 +11,8 @@ from shellmb.scene.description import Description
 from shellmb.scene.loads.supports import Driven, Fixed, at_rest, moves
 from shellmb.scene.multibody.rolling import Contact
 from shellmb.scene.schemes import DISSIPATIVE, SCHEMES, Traits
-from shellmb.scene.values.messages import error_of, listed, refused, said
 from shellmb.scene.values.renamed import choice_of_today
-from shellmb.scene.values.validate import show
+from shellmb.scene.values.validate import error_of, listed, refused, said, show
 
 # relative difference of values before and after a time from which on it is a jump, no round-off
 LEAP = 1e-9

@@ -18,8 +18,7 @@ from shellmb.scene.description import Description
 from shellmb.scene.lookup import coordinates_of, find_joint
 from shellmb.scene.multibody.elements import JointElement, Motor, PointElement
 from shellmb.scene.schemes import SCHEMES
-from shellmb.scene.values.messages import listed, refused, said
-from shellmb.scene.values.validate import show
+from shellmb.scene.values.validate import listed, refused, said, show
 
 # a period is a multiple of the step to this part of it
 MULTIPLE = 1e-9

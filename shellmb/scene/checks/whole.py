@@ -17,8 +17,7 @@ from shellmb.scene.checks.locations import areas_of, check_edges, check_point, e
 from shellmb.scene.checks.potentials import check_potentials
 from shellmb.scene.checks.signals import check_signals
 from shellmb.scene.description import Body, Description
-from shellmb.scene.loads.body_loads import LineForce
-from shellmb.scene.loads.loads import EdgeLoad, PointLoad
+from shellmb.scene.loads.loads import EdgeLoad, LineForce, PointLoad
 from shellmb.scene.loads.supports import Fixed, HardSupport, Support, at_rest
 from shellmb.scene.lookup import bodies_of, find_shell
 from shellmb.scene.multibody.joints import GROUND
@@ -27,10 +26,9 @@ from shellmb.scene.multibody.rolling import Contact
 from shellmb.scene.probes import Probe
 from shellmb.scene.shells.sections import LinearSection
 from shellmb.scene.shells.shell import Join, Shell
-from shellmb.scene.values.messages import error_of, kind_of, listed, said
 from shellmb.scene.values.models import Modal
 from shellmb.scene.values.user_functions import finite_in_time, values_at
-from shellmb.scene.values.validate import edge_names, show
+from shellmb.scene.values.validate import edge_names, error_of, kind_of, listed, said, show
 
 # parts of a scene whose names differ within each of them, and others with names
 RECORDED = ("probes", "reserves", "controllers")

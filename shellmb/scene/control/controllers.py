@@ -11,9 +11,8 @@ from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.scene.control.sensors import Sensor
 from shellmb.scene.types import Finite, Name, NonNegative, Positive, Several
-from shellmb.scene.values.messages import refused
 from shellmb.scene.values.times import TimeFunction
-from shellmb.scene.values.validate import described, show
+from shellmb.scene.values.validate import described, refused, show
 
 
 def _names(value: Any) -> Any:

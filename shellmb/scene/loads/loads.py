@@ -1,4 +1,4 @@
-"""Loads, on shells and on any body; see ``body_loads`` for those on beams and rigid bodies.
+"""Loads on shells, beams and rigid bodies.
 
 ``body`` names the body and may be left out where the scene has one only that can carry the load.
 Where a load may be a function of the position, it is vectorised: of reference positions (3, n), and
@@ -6,7 +6,8 @@ gives an array (3, n), or (n,) for a pressure; it is interpolated once. ``time``
 load; without it a load grows as t / t_end in statics, and is sudden and constant in dynamics.
 Forces are per unit area or length of the reference surface. A dead load keeps its direction; a
 follower load turns with the convected basis E1, E2, E3 of the deformed shell, which begins as the
-material 1-direction, the one across it, and the normal.
+material 1-direction, the one across it, and the normal; or with the directors d1, d2, d3 of a
+beam's section, d1 along it, or of a rigid body's axes.
 """
 
 from typing import Any, ClassVar
@@ -177,5 +178,105 @@ class Gravity(Load):
     """
 
     acceleration: Vec3 = (0.0, 0.0, -9.81)
+    body: Name | None = None
+    time: TimeFunction | None = None
+
+
+@described("line force")
+class LineForce(Load):
+    """A dead force per unit length of a beam.
+
+    Args:
+        force: Its components [N/m], or a vectorised function of positions (3, n) that gives (3, n).
+            Between nodes it is interpolated, which spreads a jump over an element.
+        body: Name of the beam.
+        time: Function of time.
+    """
+
+    force: Vec3 | OfPosition
+    body: Name | None = None
+    time: TimeFunction | None = None
+
+
+@described("follower line force")
+class FollowerLineForce(Load):
+    """A force per unit length of a beam that turns with it.
+
+    Args:
+        components: Along d1, d2, d3 [N/m].
+        body: Name of the beam.
+        time: Function of time.
+    """
+
+    components: Vec3
+    body: Name | None = None
+    time: TimeFunction | None = None
+
+
+@described("line moment")
+class LineMoment(Load):
+    """A moment per unit length of a beam.
+
+    Args:
+        moment: Its components, the axis fixed in space [N m/m].
+        body: Name of the beam.
+        time: Function of time.
+    """
+
+    moment: Vec3
+    body: Name | None = None
+    time: TimeFunction | None = None
+
+
+@described("point moment")
+class PointMoment(PointLoad):
+    """A moment at a node of a shell or beam, or on a rigid body.
+
+    A shell carries none about its director: at the start the moment must be across it; what is
+    about it later, when the shell has turned, does no work.
+
+    Args:
+        at: A named point, or coordinates (x, y, z) [m].
+        moment: Its components, the axis fixed in space [N m].
+        body: Name of the body.
+        time: Function of time.
+    """
+
+    at: Point
+    moment: Vec3
+    body: Name | None = None
+    time: TimeFunction | None = None
+
+
+@described("follower force")
+class FollowerForce(PointLoad):
+    """A force at a node of a beam or a point of a rigid body that turns with it.
+
+    Args:
+        at: A named point, or coordinates (x, y, z) [m].
+        components: Along d1, d2, d3 [N].
+        body: Name of the body.
+        time: Function of time.
+    """
+
+    at: Point
+    components: Vec3
+    body: Name | None = None
+    time: TimeFunction | None = None
+
+
+@described("follower moment")
+class FollowerMoment(PointLoad):
+    """A moment at a node of a beam, or on a rigid body, that turns with it.
+
+    Args:
+        at: A named point, or coordinates (x, y, z) [m].
+        components: Along d1, d2, d3 [N m].
+        body: Name of the body.
+        time: Function of time.
+    """
+
+    at: Point
+    components: Vec3
     body: Name | None = None
     time: TimeFunction | None = None

@@ -7,9 +7,8 @@ from typing import Any, ClassVar
 from shellmb.errors import SceneError
 from shellmb.scene.multibody.elements import Coordinate, JointElement
 from shellmb.scene.types import Finite, Name, Positive
-from shellmb.scene.values.messages import error_of
 from shellmb.scene.values.times import TimeFunction
-from shellmb.scene.values.validate import described, show
+from shellmb.scene.values.validate import described, error_of, show
 
 # name of a joint with one coordinate, or of any joint and a coordinate
 Which = Name | tuple[Name, Coordinate]

@@ -18,9 +18,8 @@ from shellmb.scene.control.signals import Command, Input
 from shellmb.scene.multibody.offsets import Point
 from shellmb.scene.types import NOTHING, Finite, Name, NonNegative, OneWindowOrMore, Positive
 from shellmb.scene.values.damping import Prony
-from shellmb.scene.values.messages import check_differ, error_of, said
 from shellmb.scene.values.times import TimeFunction
-from shellmb.scene.values.validate import described, show
+from shellmb.scene.values.validate import check_differ, described, error_of, said, show
 
 Coordinate = Literal["rotation", "translation"]
 

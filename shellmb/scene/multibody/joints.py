@@ -16,9 +16,8 @@ from typing import Any, ClassVar
 from shellmb.errors import SceneError
 from shellmb.scene.multibody.offsets import Point
 from shellmb.scene.types import NONE, Axis, Finite, Listed, Name, NonNegative, Positive, Windows
-from shellmb.scene.values.messages import check_differ, refused
 from shellmb.scene.values.times import TimeFunction
-from shellmb.scene.values.validate import described, frame, show
+from shellmb.scene.values.validate import check_differ, described, frame, refused, show
 
 GROUND = "ground"
 

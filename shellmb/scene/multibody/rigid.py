@@ -12,8 +12,7 @@ from pydantic import BeforeValidator
 
 from shellmb.errors import SceneError
 from shellmb.scene.types import NONE, Listed, Matrix3, Name, NonNegative, Vec3, numbers, vector
-from shellmb.scene.values.messages import error_of, refused
-from shellmb.scene.values.validate import described, show
+from shellmb.scene.values.validate import described, error_of, refused, show
 
 type Matrix = NDArray[np.float64]
 

@@ -7,8 +7,7 @@ import numpy as np
 from shellmb.errors import SceneError
 from shellmb.scene.multibody.joints import GROUND, Joint
 from shellmb.scene.types import Axis, Positive
-from shellmb.scene.values.messages import refused
-from shellmb.scene.values.validate import described, show, unit_vector
+from shellmb.scene.values.validate import described, refused, show, unit_vector
 
 # sine of the angle between a wheel's axis (a blade) and the normal below which it lies flat
 # (stands up): the direction it heads in is lost

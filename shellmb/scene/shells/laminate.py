@@ -17,7 +17,7 @@ from shellmb.scene.shells.sections import FiniteAt, LinearSection, PositiveAt, V
 from shellmb.scene.shells.strength import Strength
 from shellmb.scene.types import Finite, Listed, NonNegative, Positive, number_or_nan
 from shellmb.scene.values.damping import Prony, ShellTimes
-from shellmb.scene.values.natural import NaturalStrain
+from shellmb.scene.values.models import NaturalStrain
 from shellmb.scene.values.validate import described, show
 
 # usual laminates of carbon fibres are up to 1.4 times too stiff by the factor 5/6, sandwiches from

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import KW_ONLY
 from functools import cached_property
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Protocol
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,21 +33,9 @@ if TYPE_CHECKING:
 else:
     PositiveAt = Positive | OfPosition
     FiniteAt = Finite | OfPosition
-
-
-class Value(Protocol):
-    """Gives the value of a parameter that may be a function of the position."""
-
-    def __call__(self, name: str, given: Any, least: Least | None) -> Any:
-        """Value of the parameter.
-
-        Args:
-            name: What messages call it.
-            given: A number or a function.
-            least: What values of a function have to be.
-        """
-        ...
-
+# value of a parameter that may be a function of the position, from its name in messages, what is
+# given, and what values of a function have to be
+type Value = Callable[[str, Any, Least | None], Any]
 
 PoissonRatio = Annotated[float, Field(gt=-1, lt=0.5, allow_inf_nan=False)]
 

@@ -11,11 +11,16 @@ from shellmb.scene.shells.gmsh_surfaces import CAD, GmshFile, Meshed, OfFile
 from shellmb.scene.shells.sections import LinearSection, Section, Wrinkling
 from shellmb.scene.shells.surfaces import Surface
 from shellmb.scene.types import NONE, Edge, Listed, Name, PositiveInt, Untrue, Vec3
-from shellmb.scene.values.messages import check_differ, error_of, refused
-from shellmb.scene.values.models import BodyModel, Deforming
-from shellmb.scene.values.natural import NaturalStrain
+from shellmb.scene.values.models import BodyModel, Deforming, NaturalStrain
 from shellmb.scene.values.user_functions import OfPosition
-from shellmb.scene.values.validate import described, show, unit_vector
+from shellmb.scene.values.validate import (
+    check_differ,
+    described,
+    error_of,
+    refused,
+    show,
+    unit_vector,
+)
 
 Distortion = Annotated[float, Field(ge=0, le=0.3, allow_inf_nan=False)]
 

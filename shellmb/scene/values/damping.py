@@ -7,8 +7,7 @@ from pydantic import BeforeValidator
 
 from shellmb.errors import SceneError
 from shellmb.scene.types import Finite, NonNegative, Positive, number, number_or_nan
-from shellmb.scene.values.messages import plain
-from shellmb.scene.values.validate import described, show
+from shellmb.scene.values.validate import described, plain, show
 
 
 @described("shell damping")

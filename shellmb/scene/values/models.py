@@ -1,12 +1,14 @@
-"""Models of a body: exact, in few modes about a moving frame, or rigid."""
+"""Models of a body, and strains that it has without stress: of heat, swelling, prestress."""
 
-from typing import Annotated, Literal
+from collections.abc import Callable
+from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator
 
 from shellmb.errors import SceneError
-from shellmb.scene.types import PositiveInt
+from shellmb.scene.types import Finite, PositiveInt, Vec3, vector
 from shellmb.scene.values.renamed import choice_of_today
+from shellmb.scene.values.user_functions import OfPosition
 from shellmb.scene.values.validate import described
 
 WORDS = ("exact", "floating-frame", "rigid")
@@ -94,3 +96,46 @@ class Deforming:
     def holds_strains(self) -> bool:
         """Decide whether some strain is kept at zero by forces that are multipliers."""
         return self.nodal and not (self.transverse_shear and self.stretching)
+
+
+def _given(value: Any) -> Any:
+    return value if callable(value) else vector(value)
+
+
+Strains = Annotated[Vec3 | OfPosition, BeforeValidator(_given)]
+
+
+@described("natural strain")
+class NaturalStrain:
+    """Strains of a shell without stress, in its material axes.
+
+    Stresses follow from the difference between the strains of eq. (9) and these. A plate that is
+    heated by ``T`` has ``membrane=(alpha T, alpha T, 0)``; one whose temperature grows by ``G`` per
+    length along the normal has ``curvature=(alpha G, alpha G, 0)``. ``thermal_strain`` finds both,
+    also of laminates.
+
+    Args:
+        membrane: Membrane strains (11, 22, 2*12) [-]; or a vectorised function of positions (3, n)
+            that gives (3, n).
+        curvature: Changes of curvature (11, 22, 2*12) [1/m]; or such a function.
+        time: Factor over time; None: 1, and in statics the share of the load.
+    """
+
+    membrane: Strains = (0.0, 0.0, 0.0)
+    curvature: Strains = (0.0, 0.0, 0.0)
+    time: Callable[[float], float] | None = None
+
+
+@described("natural strain of a beam")
+class BeamNaturalStrain:
+    """Strains of a beam without stress, along its directors.
+
+    Args:
+        extension: Strain along the line [-].
+        curvature: Twist, and curvatures about d2 and d3 [1/m].
+        time: Factor over time; None: 1, and in statics the share of the load.
+    """
+
+    extension: Finite = 0.0
+    curvature: Vec3 = (0.0, 0.0, 0.0)
+    time: Callable[[float], float] | None = None

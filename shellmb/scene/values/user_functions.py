@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shellmb.errors import SceneError
-from shellmb.scene.values.messages import in_words, show
+from shellmb.scene.values.validate import in_words, show
 
 # functions that are called with more than numbers, or do more than to give some
 OTHERS = {"results", "build", "energy", "strains", "terms"}

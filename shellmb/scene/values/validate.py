@@ -1,19 +1,209 @@
-"""Checked frozen dataclasses, and checks of directions."""
+"""Checked frozen dataclasses, checks of directions, and errors as one plain sentence.
+
+A sentence says who, which parameter, its value, and what would be right.
+"""
 
 import functools
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import field, fields
-from typing import Any, dataclass_transform
+from typing import Any, dataclass_transform, get_args
 
 import numpy as np
 from pydantic import ConfigDict, ValidationError
 from pydantic.dataclasses import dataclass as pydantic_dataclass
 
 from shellmb.errors import SceneError
-from shellmb.scene.values.messages import in_words as in_words
-from shellmb.scene.values.messages import plain, sentence, with_name
-from shellmb.scene.values.messages import show as show
-from shellmb.scene.values.renamed import still_read
+from shellmb.scene.values.renamed import name_of_today, still_read
+
+
+def plain(value: Any) -> Any:
+    """NumPy scalars and arrays as Python numbers and lists, anything else as it is."""
+    return value.tolist() if isinstance(value, np.generic | np.ndarray) else value
+
+
+def show(value: Any) -> str:
+    """``value`` for an error message: short, and without NumPy's type names."""
+    value = plain(value)
+    text = getattr(value, "__name__", None) or repr(value)
+    return text if len(text) <= 60 else text[:57] + "..."
+
+
+def listed(names: Iterable[str]) -> str:
+    """Names for a message."""
+    return ", ".join(f"'{n}'" for n in names)
+
+
+def kind_of(body: Any) -> str:
+    """Name that messages use for this kind of body."""
+    return str(body.label)
+
+
+def said(item: Any) -> str:
+    """Name that messages use for a part of a scene."""
+    return f"{item.label} '{item.name}'" if hasattr(item, "name") else str(item.label)
+
+
+def in_words(error: BaseException) -> str:
+    """Text of an error in a user's function, with its type where the text alone says little."""
+    text = str(error)
+    return text if isinstance(error, TypeError | ValueError) else f"{type(error).__name__}: {text}"
+
+
+def error_of(part: Any, text: str) -> SceneError:
+    """Error about a part of a scene, which it names first.
+
+    Args:
+        part: The part.
+        text: Says what is wrong, and what would be right.
+    """
+    return SceneError(f"{said(part)}: {text}")
+
+
+def refused(part: Any, name: str, right: str) -> SceneError:
+    """Error about one parameter of a part of a scene, with its value.
+
+    Args:
+        part: The part.
+        name: Name of the parameter.
+        right: Says what would be right.
+    """
+    return error_of(part, f"{name} is {show(getattr(part, name))}; {right}")
+
+
+def check_differ(part: Any, first: str, second: str, right: str = "they must differ") -> None:
+    """Refuse two equal parameters of a part of a scene.
+
+    Args:
+        part: The part.
+        first: Name of one parameter.
+        second: Name of the other.
+        right: Says what would be right.
+
+    Raises:
+        SceneError: If they are equal.
+    """
+    if getattr(part, first) == getattr(part, second):
+        both = f"{first} and {second} are both {show(getattr(part, first))}"
+        raise error_of(part, f"{both}; {right}")
+
+
+UNKNOWN = "unexpected_keyword_argument"
+_BOUNDS = {
+    "greater_than": ("greater than", "gt"),
+    "greater_than_equal": ("at least", "ge"),
+    "less_than": ("less than", "lt"),
+    "less_than_equal": ("at most", "le"),
+}
+_KINDS = {
+    "finite_number": "it must be a finite number",
+    "float_type": "it must be a number",
+    "float_parsing": "it must be a number",
+    "int_type": "it must be a whole number",
+    "int_parsing": "it must be a whole number",
+    "int_from_float": "it must be a whole number",
+    "string_type": "it must be a text",
+    "tuple_type": "it must be a tuple",
+    "string_too_short": "it must not be empty",
+    "callable_type": "it must be a function",
+    "bool_type": "it must be True or False",
+    "bool_parsing": "it must be True or False",
+}
+
+
+def _requirement(error: Any) -> str:
+    """Say what would be right, from one entry of ``ValidationError.errors()``."""
+    kind, context = error["type"], error.get("ctx", {})
+    if kind in _BOUNDS:
+        words, key = _BOUNDS[kind]
+        return f"it must be {words} {context[key]:g}"
+    if kind == "value_error":
+        return str(context["error"])
+    if kind == "literal_error":
+        return f"it must be {context['expected']}"
+    if kind in ("is_instance_of", "dataclass_type", "dataclass_exact_type"):
+        words = context.get("class") or context.get("class_name")
+        return f"it must be {'an' if words[0] in 'AEIOU' else 'a'} {words.lower()}"
+    return str(_KINDS.get(kind, error["msg"].replace("Input should", "it should")))
+
+
+def _too_many(label: str, cls: Any) -> str:
+    """Of a class that is given more than it takes without names."""
+    first = [f.name for f in fields(cls) if not f.kw_only]
+    others = [f.name for f in fields(cls) if f.kw_only]
+    if not others:
+        return f"{label}: it has {len(first)} parameters, and more are given: {', '.join(first)}"
+    return (
+        f"{label}: more than {', '.join(first)} are given without their names; the others must "
+        f"have theirs: {'=, '.join(others)}="
+    )
+
+
+def _field(place: Any, names: list[str]) -> str:
+    """Name of a parameter that pydantic gives by name or by position."""
+    return names[place] if isinstance(place, int) and place < len(names) else str(place)
+
+
+def sentence(label: str, cls: type, failure: ValidationError) -> str:
+    """The first error of a construction.
+
+    Args:
+        label: Who, as `with_name` has it.
+        cls: The class.
+        failure: What pydantic says.
+    """
+    names = [f.name for f in fields(cls)]
+    errors = failure.errors(include_url=False)
+    for error in errors:
+        former = str(error["loc"][0]) if error["loc"] else ""
+        if error["type"] == UNKNOWN and (today := name_of_today(former, names)):
+            return f"{label}: {former} is now called {today}; write {today}=..."
+        if error["type"] == "unexpected_positional_argument":
+            # before what seems to be missing, because it has no name
+            return _too_many(label, cls)
+        if error["type"] == "multiple_argument_values":
+            placed = [f.name for f in fields(cls) if not f.kw_only]
+            return (
+                f"{label}: {former} is given twice, with and without its name; the order of those "
+                f"without a name is {', '.join(placed)}"
+            )
+    error = errors[0]
+    loc, kind = error["loc"], error["type"]
+    first = loc[0] if loc else ""
+    where = _field(first, names)
+    where += "".join(f"[{i}]" for i in loc[1:] if isinstance(i, int))
+    if kind in ("missing", "too_long") and len(loc) > int(kind == "missing"):
+        return f"{label}: {_field(first, names)} has the wrong number of entries"
+    if kind in ("missing", "missing_argument"):
+        return f"{label}: {where} is missing; its parameters are {', '.join(names)}"
+    if kind == UNKNOWN:
+        return f"{label}: there is no parameter {where}; its parameters are {', '.join(names)}"
+    right = _requirement(error)
+    if not loc:
+        # of the object as a whole: its arguments are no value to show
+        return f"{label}: {right}"
+    if kind == "is_instance_of" and (home := _home(cls, error["input"])):
+        right += f"; what this is, belongs into {home}="
+    return f"{label}: {where} is {show(error['input'])}; {right}"
+
+
+def _home(cls: Any, value: Any) -> str | None:
+    """The parameter of a class that takes several objects of the kind of a value."""
+    for name, one in cls.__pydantic_fields__.items():
+        kinds = get_args(one.annotation)
+        kind = get_args(kinds[0])[0] if kinds and get_args(kinds[0]) else None
+        if kinds[1:] == (...,) and isinstance(kind, type) and isinstance(value, kind):
+            return str(name)
+    return None
+
+
+def with_name(label: str, cls: type, args: tuple[Any, ...], kwargs: dict[str, Any]) -> str:
+    """``shell 'roof'`` rather than ``shell`` where a name was given."""
+    names = [f.name for f in fields(cls)]
+    if "name" not in names:
+        return label
+    position = names.index("name")
+    name = kwargs.get("name", args[position] if len(args) > position else None)
+    return f"{label} {name!r}" if isinstance(name, str) and name else label
 
 
 def _tuples(value: Any) -> Any:
