@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -42,24 +43,15 @@ class Requested:
     module: SceneModule
     request: Request | None = None
 
-    def run(
-        self, directory: Path, observers: Sequence[Observer], comm: MPI.Comm, pictures: bool
-    ) -> RunResult:
-        """Run it, with its errors where the scene asks for them; collective.
-
-        Args:
-            directory: Directory to write.
-            observers: Further observers.
-            comm: Communicator.
-            pictures: Whether pictures are drawn.
-        """
+    @property
+    def runner(self) -> Callable[..., RunResult]:
+        """What runs it, with its errors where the scene asks for them: `execute` from `out` on."""
         run_it: Any
         if self.scene.errors:
             from shellmb.accuracy.errors import execute_with_errors as run_it
         else:
             from shellmb.running.execute import execute as run_it
-        how = {"request": self.request, "results": self.module.results}
-        return run_it(self.scene, directory, observers, comm=comm, pictures=pictures, **how)
+        return partial(run_it, self.scene, request=self.request, results=self.module.results)
 
     def run_to_accuracy(
         self, target: Target, directory: Path, comm: MPI.Comm, pictures: bool, **how: Any
@@ -196,8 +188,9 @@ def run(
                 f"{error}; natural frequencies come from modes(scene, accuracy=..., of='{of.of}')"
             ) from None
         return place.held_by(Run(place.directory, outcome.run))
+    run_it = wanted.runner
     with report.building(wanted.scene.name, place.comm.rank) if shown else nullcontext():
-        computed = wanted.run(place.directory, observers, place.comm, draw)
+        computed = run_it(place.directory, observers, comm=place.comm, pictures=draw)
     place.comm.Barrier()
     return place.held_by(Run(computed.out or place.directory, computed))
 

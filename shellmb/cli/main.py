@@ -153,8 +153,9 @@ def run(
         how = {"quiet": quiet, "pictures": not no_pictures, "check": check}
         return run_accurately(wanted, wanted_of(accuracy), directory, **how)
 
+    run_it = wanted.runner
     announce(built.name, quiet)
-    result = wanted.run(directory, _observers(quiet), world, not no_pictures)
+    result = run_it(directory, _observers(quiet), comm=world, pictures=not no_pictures)
     if not quiet and first_rank():
         print_run(result)
     if check and module.check is not None:
