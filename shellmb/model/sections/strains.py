@@ -50,10 +50,15 @@ def path_terms(
         trial: Trial function of the space of an unknown state.
         integrate: Integral of densities, one for each quadrature rule.
     """
-    common = section, layout, strain, rows.states[: rows.moving]
-    residual = _stress_work(*common, rows.stresses, tuple(tests), integrate)
+    states, stresses, single = rows.states[: rows.moving], rows.stresses, (_single(trial),)
+    # strains once for all forms: most of the time to write these down is theirs
+    strains = [moment_of(strain, stress.moment, states) for stress in stresses]
+    common = section, layout, strain, states, strains
+    residual = _stress_work(*common, stresses, tuple(tests), integrate)
+    if tuple(tests) == single:
+        return Term(residual, rows.numbers, (residual,))
     alone = tuple(
-        _stress_work(*common, [s.in_row(k) for s in rows.stresses], (_single(trial),), integrate)
+        _stress_work(*common, [s.in_row(k) for s in stresses], single, integrate)
         for k in range(len(rows.numbers))
     )
     return Term(residual, rows.numbers, alone)
@@ -64,12 +69,14 @@ def _stress_work(
     layout: Layout,
     strain: Measure,
     states: Sequence[Expr],
+    strains: Sequence[Expr],
     stresses: Sequence[Stress],
     tests: Sequence[Expr],
     integrate: Callable[[list[Expr]], Form],
 ) -> Form:
-    """Work of some stresses, with what remains of their compatibility."""
-    works = [stress_work(section, layout, strain, states, s, tests) for s in stresses]
+    """Work of some stresses of strains, with what remains of their compatibility."""
+    pairs = zip(stresses, strains, strict=True)
+    works = [stress_work(section, layout, strain, states, s, e, tests) for s, e in pairs]
     return integrate([sum(densities) for densities in zip(*works, strict=True)])
 
 
@@ -271,7 +278,8 @@ class SeparateRows(Strains):
     def row(self, step: Step, k: int, dq: Expr) -> Form:
         """Virtual work in one row of a step that is quadratic in time, eq. (Q2)."""
         stresses = [s.in_row(k) for s in step.rows.stresses]
-        return _stress_work(*self._common, step.rows.states, stresses, (dq,), self.integrate)
+        strains = [moment_of(self.strain, s.moment, step.states) for s in stresses]
+        return _stress_work(*self._common, step.states, strains, stresses, (dq,), self.integrate)
 
 
 @dataclass(frozen=True)
