@@ -87,21 +87,6 @@ void collect(int count, const int64_t *wanted, const double *local, int owned, d
         b[wanted[i]] += local[i];
 }
 
-/* Sums of what local dofs add to their unknowns, and of more that comes to some of these, as local
- * dofs see them, (states, local) from (states, local) and (states, some); `sums` (owned,) to work
- * with. */
-void shared_sums(int states, int local, const int64_t *wanted, const double *values, int some,
-                 const int64_t *unknowns, const double *more, int owned, double *sums, double *out)
-{
-    for (int state = 0; state < states; ++state, values += local, more += some, out += local) {
-        collect(local, wanted, values, owned, sums);
-        for (int i = 0; i < some; ++i)
-            sums[unknowns[i]] += more[i];
-        for (int i = 0; i < local; ++i)
-            out[i] = sums[wanted[i]];
-    }
-}
-
 /* Rows of fixed unknowns: what holds them is kept in `reactions`, `x - values` takes its place. */
 static void hold(int count, const int64_t *fixed, const double *x, const double *values, double *b,
           double *reactions)
