@@ -11,7 +11,7 @@ from shellmb.forms.state import Layout
 from shellmb.forms.steps.discrete import stress_average
 from shellmb.forms.steps.general_strains import GeneralRow, GeneralStrain
 from shellmb.forms.steps.mixed import Interval
-from shellmb.forms.steps.path import Stress, across, moment_of, slope_at
+from shellmb.forms.steps.path import Stress, across, slope_at
 
 
 class MixedSection(Protocol):
@@ -43,6 +43,7 @@ def stress_work(
     strain: Measure,
     states: Sequence[Expr],
     stress: Stress,
+    e: Expr,
     tests: Sequence[Expr],
 ) -> list[Expr]:
     """Densities of the work of a stress, with its compatibility, one for each quadrature rule.
@@ -53,9 +54,10 @@ def stress_work(
         strain: Its strains.
         states: Mean, chord, bow and mean velocity of the path, or the first few of them.
         stress: The stress.
+        e: The strain that it is of, `moment_of` its moment.
         tests: Virtual displacement of each row.
     """
-    e, N = moment_of(strain, stress.moment, states), section.forces(layout, stress.moment.held)
+    N = section.forces(layout, stress.moment.held)
     de = across(strain, stress.slopes, states, tests)
     mean = _mean(section, layout, states, N, stress.ahead)
     found = [ufl.dot(s, de) for s in section.stress(e, mean)]

@@ -52,16 +52,13 @@ def cells(comm: MPI.Comm = MPI.COMM_WORLD) -> Any:
             failure = error
     raise_together(failure, "the loops over cells could not be compiled", comm)
     module = _build()
-    library = module.lib
-    pointers = [_address(_of_scipy("cython_blas"), "dgemm")]
+    functions = [_address(_of_scipy("cython_blas"), "dgemm")]
     lapack = _of_scipy("cython_lapack")
-    pointers += [_address(lapack, name) for name in ("dgetrf", "dgetri")]
-    library.use_libraries(*(module.ffi.cast("void *", p) for p in pointers))
+    functions += [_address(lapack, name) for name in ("dgetrf", "dgetri")]
     petsc = ctypes.CDLL(PETSc.__file__)
-    arrays = (f"Vec{do}Array{kind}" for kind in ("", "Read") for do in ("Get", "Restore"))
-    names = ("MatSolve", *arrays)
-    functions = (ctypes.cast(petsc[name], ctypes.c_void_p).value for name in names)
-    library.use_petsc(*(module.ffi.cast("void *", function) for function in functions))
+    arrays = (f"Vec{do}Array{kind}" for kind in ("Read", "") for do in ("Get", "Restore"))
+    own = [ctypes.cast(petsc[name], ctypes.c_void_p).value for name in ("MatSolve", *arrays)]
+    module.lib.use_libraries([module.ffi.cast("void *", f) for f in (*functions, *own)])
     return module
 
 

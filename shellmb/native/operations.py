@@ -73,7 +73,7 @@ class LoopPartSizes:
         """
         count, size = (1, len(values)) if values.ndim == 1 else values.shape
         pointers = native.doubles(values), native.doubles(out)
-        self._lib.largest_of_each(count, size, *self._where, *pointers)
+        self._lib.largest(count, size, *self._where, *pointers)
 
     def judge(self, x: PETSc.Vec, dx: PETSc.Vec) -> None:
         """Fill table and `found` from unknowns and their changes, all in one process."""

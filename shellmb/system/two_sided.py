@@ -37,7 +37,7 @@ class Side(Protocol):
     @property
     def at_once(self) -> bool: ...  # noqa: D102
     @property
-    def members(self) -> tuple[Any, list[dict[str, Any]]]: ...  # noqa: D102
+    def members(self) -> tuple[Any, list[Any]]: ...  # noqa: D102
 
     def project(self, unknowns: Floats) -> Floats:
         """Unknowns near given ones that keep constraints of directors, and fixed values."""
@@ -167,7 +167,7 @@ class SerialTwoSided(TwoSided):
             members = {
                 "evaluation": evaluation,
                 "sets": len(turnings),
-                "set": pointer.many("Turning", turnings),
+                "set": pointer.many("Turning *", turnings),
                 "x": pointer(system.x.array),
                 "b": pointer(system.b.array),
             }

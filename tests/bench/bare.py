@@ -76,7 +76,7 @@ class BareWork:
 
     def _kernels(self) -> None:
         for loop, struct, K in self._loops:
-            self._lib.all_matrices(struct, loop.kernels, loop.count, K)
+            self._lib.all_matrices(struct, loop.kernels, loop.count, K, loop.pointer(None))
 
     def measure(self) -> Bare:
         """Time each part."""

@@ -114,15 +114,16 @@ def test_directors_turn_alike(directors: int) -> None:
     change = 0.05 * RANDOM.normal(size=d.shape)
     change[3] *= 10
     lib, zero, places = library.cells().lib, np.zeros(d.shape), np.arange(d.size)
-    given = 20, directors, library.longs(places), library.doubles(zero)
+    members = library.longs(places), library.cells().ffi.NULL, library.doubles(zero)
+    given = library.CArrays().many("Turning", [(20, directors, *members)])
     x, dx = d.copy(), -change
-    far = lib.turn_nodes(*given, library.doubles(x), library.doubles(dx), 0.3)
+    far = lib.turn_nodes(given, library.doubles(x), library.doubles(dx), 0.3)
     found, any_far = rotated(d, change, 0.3)
     assert far > 0 and any_far
     np.testing.assert_allclose(x - dx, found, atol=1e-14)
     x = d + 0.01 * change
     expected = orthonormal(x)
-    lib.normalise_nodes(*given, library.doubles(x))
+    lib.normalise_nodes(given, library.doubles(x))
     np.testing.assert_allclose(x, expected, atol=1e-14)
 
 

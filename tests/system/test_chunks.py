@@ -81,14 +81,14 @@ def test_elimination_by_runs_is_that_of_the_whole() -> None:
         E = members["chunk_start"][s] + np.arange(members["chunk_width"][s])
         sides = {}
         for side in ("left", "right"):
-            runs = range(members[f"{side}_runs"][s], members[f"{side}_runs"][s + 1])
-            pieces = [
-                members[f"{side}_start"][r] + np.arange(members[f"{side}_width"][r]) for r in runs
-            ]
+            runs = members[side]
+            here = range(runs["first"][s], runs["first"][s + 1])
+            pieces = [runs["start"][r] + np.arange(runs["width"][r]) for r in here]
             sides[side] = np.concatenate(pieces)
         x, y = np.ix_(sides["left"], E), np.ix_(E, sides["right"])
         K[np.ix_(sides["left"], sides["right"])] -= K[x] @ np.linalg.inv(K[np.ix_(E, E)]) @ K[y]
     assert np.allclose(K[:5, :5], wanted, rtol=1e-12, atol=1e-12)
     # what nothing of the first chunk sees is in none of its runs
-    first = range(members["right_runs"][0], members["right_runs"][1])
-    assert {members["right_start"][r] for r in first} == {0, 7}
+    runs = members["right"]
+    first = range(runs["first"][0], runs["first"][1])
+    assert {runs["start"][r] for r in first} == {0, 7}

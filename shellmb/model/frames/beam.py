@@ -45,8 +45,7 @@ from shellmb.model.sections.strains import Integrate, Strains
 from shellmb.model.shells.positions import field_of
 from shellmb.model.user_forms import virtual_work
 from shellmb.scene import Beam, BeamNaturalStrain, BeamSection
-from shellmb.scene.loads import body_loads
-from shellmb.scene.loads.loads import Gravity
+from shellmb.scene.loads.loads import FollowerLineForce, Gravity, LineForce, LineMoment
 
 _ADVICE_MOTION = "a smaller step, a finer mesh, or a smaller load step"
 _ADVICE_FORCE = "a smaller step, or check the stiffness of the section"
@@ -359,13 +358,13 @@ class BeamModel(FrameBody):
             case BeamNaturalStrain():
                 assert self.natural is not None
                 return self.natural.work(mid, dq)
-            case body_loads.LineForce():
+            case LineForce():
                 force = field_of(load.force, self.mixed, 3, f"{load.label}: force")
                 return load_forms.dead_force(force, du) * rules.full
-            case body_loads.FollowerLineForce():
+            case FollowerLineForce():
                 components = constant(load.components)
                 return load_forms.follower_frame_force(components, d, du) * rules.full
-            case body_loads.LineMoment():
+            case LineMoment():
                 return load_forms.frame_moment(constant(load.moment), d, dw) * rules.nodes
             case Gravity():
                 moved, _ = momenta(du, dw, self.weight)

@@ -81,8 +81,9 @@ def over_surface(rules: Rules, densities: Sequence[Expr]) -> Form:
         rules: The rules.
         densities: The densities, of the first rules if they are fewer.
     """
-    first, *others = densities
-    return sum((d * dx for d, dx in zip(others, rules.taken, strict=False)), first * rules.full)
+    forms = [d * dx for d, dx in zip(densities, (rules.full, *rules.taken), strict=False)]
+    # added one by one, UFL looks through those before again and again
+    return Form([integral for form in forms for integral in form.integrals()])
 
 
 def over_line(rule: ufl.Measure, densities: Sequence[Expr]) -> Form:

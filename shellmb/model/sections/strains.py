@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -50,21 +50,34 @@ def path_terms(
         trial: Trial function of the space of an unknown state.
         integrate: Integral of densities, one for each quadrature rule.
     """
-    common = section, layout, strain, rows.states[: rows.moving]
-
-    def work(stresses: Sequence[Stress], tests: Sequence[Expr]) -> Form:
-        return integrate(summed(stress_work(*common, s, tests) for s in stresses))
-
+    states, stresses, single = rows.states[: rows.moving], rows.stresses, (_single(trial),)
+    # strains once for all forms: most of the time to write these down is theirs
+    strains = [moment_of(strain, stress.moment, states) for stress in stresses]
+    common = section, layout, strain, states, strains
+    residual = _stress_work(*common, stresses, tuple(tests), integrate)
+    if tuple(tests) == single:
+        return Term(residual, rows.numbers, (residual,))
     alone = tuple(
-        work([s.in_row(k) for s in rows.stresses], [_single(trial)])
+        _stress_work(*common, [s.in_row(k) for s in stresses], single, integrate)
         for k in range(len(rows.numbers))
     )
     return Term(work(rows.stresses, tests), rows.numbers, alone)
 
 
-def summed(works: Iterable[Sequence[Expr]]) -> list[Expr]:
-    """Densities of several works added up, rule by rule."""
-    return [sum(densities) for densities in zip(*works, strict=True)]
+def _stress_work(
+    section: MixedSection,
+    layout: Layout,
+    strain: Measure,
+    states: Sequence[Expr],
+    strains: Sequence[Expr],
+    stresses: Sequence[Stress],
+    tests: Sequence[Expr],
+    integrate: Callable[[list[Expr]], Form],
+) -> Form:
+    """Work of some stresses of strains, with what remains of their compatibility."""
+    pairs = zip(stresses, strains, strict=True)
+    works = [stress_work(section, layout, strain, states, s, e, tests) for s, e in pairs]
+    return integrate([sum(densities) for densities in zip(*works, strict=True)])
 
 
 def _single(trial: Any) -> Expr:
@@ -194,9 +207,9 @@ class SeparateRows(SectionStrains):
 
     def row(self, step: Step, k: int, dq: Expr) -> Form:
         """Virtual work in one row of a step that is quadratic in time, eq. (Q2)."""
-        common = *self._common, step.rows.states
-        works = (stress_work(*common, s.in_row(k), (dq,)) for s in step.rows.stresses)
-        return self.integrate(summed(works))
+        stresses = [s.in_row(k) for s in step.rows.stresses]
+        strains = [moment_of(self.strain, s.moment, step.states) for s in stresses]
+        return _stress_work(*self._common, step.states, strains, stresses, (dq,), self.integrate)
 
 
 @dataclass(frozen=True)

@@ -8,20 +8,23 @@
  * and what is left is projected, L^T K R, with a few coefficients per unknown (reduction.py).
  * All matrices are row-major.
  */
-typedef void (*blas_gemm)(char *, char *, int *, int *, int *, double *, double *, int *, double *,
-                          int *, double *, double *, int *);
-typedef void (*lapack_getrf)(int *, int *, double *, int *, int *, int *);
-typedef void (*lapack_getri)(int *, double *, int *, int *, double *, int *, int *);
 
-static blas_gemm gemm;
-static lapack_getrf getrf;
-static lapack_getri getri;
+/* Functions of BLAS and LAPACK, and of PETSc: one that solves with factors, and those that lend the
+ * numbers of vectors and take them back, to be read and to be changed. */
+static void (*gemm)(char *, char *, int *, int *, int *, double *, double *, int *, double *, int *,
+                    double *, double *, int *);
+static void (*getrf)(int *, int *, double *, int *, int *, int *);
+static void (*getri)(int *, double *, int *, int *, double *, int *, int *);
+static int (*mat_solve)(void *, void *, void *);
+static int (*array_of[2][2])(void *, double **);
 
-void use_libraries(void *f, void *g, void *h)
+void use_libraries(void **functions)
 {
-    gemm = (blas_gemm)f;
-    getrf = (lapack_getrf)g;
-    getri = (lapack_getri)h;
+    gemm = functions[0];
+    getrf = functions[1];
+    getri = functions[2];
+    mat_solve = functions[3];
+    memcpy(array_of, functions + 4, sizeof(array_of));
 }
 
 /* C = beta C + alpha A B, of shapes (m, k) and (k, n), with leading dimensions */
@@ -63,19 +66,18 @@ static int eliminate(const Cells *g, double *K, int n, double *blocks, double *k
             }
         }
         memcpy(kept + g->inverse_place[s], inverse, sizeof(double) * e * e);
-        int first = g->right_runs[s], last = g->right_runs[s + 1];
+        const Runs *right = &g->right, *left = &g->left;
+        int first = right->first[s], last = right->first[s + 1];
         for (int y = first; y < last; ++y)
-            multiply(e, g->right_width[y], e, 1.0, inverse, e,
-                     K + (size_t)E * n + g->right_start[y], n, 0.0, kept + g->right_place[y],
-                     g->right_width[y]);
-        for (int x = g->left_runs[s]; x < g->left_runs[s + 1]; ++x) {
-            int rows = g->left_width[x];
-            double *at = K + (size_t)g->left_start[x] * n, *left = kept + g->left_place[x];
-            for (int i = 0; i < rows; ++i)
-                memcpy(left + i * e, at + (size_t)i * n + E, sizeof(double) * e);
+            multiply(e, right->width[y], e, 1.0, inverse, e, K + (size_t)E * n + right->start[y], n,
+                     0.0, kept + right->place[y], right->width[y]);
+        for (int x = left->first[s]; x < left->first[s + 1]; ++x) {
+            double *at = K + (size_t)left->start[x] * n;
+            for (int i = 0; i < left->width[x]; ++i)
+                memcpy(kept + left->place[x] + i * e, at + (size_t)i * n + E, sizeof(double) * e);
             for (int y = first; y < last; ++y)
-                multiply(rows, g->right_width[y], e, -1.0, at + E, n, kept + g->right_place[y],
-                         g->right_width[y], 1.0, at + g->right_start[y], n);
+                multiply(left->width[x], right->width[y], e, -1.0, at + E, n,
+                         kept + right->place[y], right->width[y], 1.0, at + right->start[y], n);
         }
     }
     return 0;
@@ -236,8 +238,7 @@ static int larger(int a, int b)
 
 /* Jacobian of all cells, reduced.
  *
- * values: of the reduced matrix, put and added together by `p->runs`; or entries in the order of
- * `p->emitted`; or, without both (to find the pattern), all of them, cell after cell.
+ * values: of the reduced matrix, put and added together by `p->runs`.
  * blocks: of all cells, for `eliminate`; first, last: which cells, the first one of a group.
  * shift: given change of the local unknowns, or NULL; `load` gets K shift.
  * Returns 1 + the number of a cell whose element-wise block is singular, or 0.
@@ -259,7 +260,6 @@ int jacobian(const Cells *g, const Kernel *kernels, int count, const Projection 
                                        LANES * (kept_size + inner_size));
     double *all = work.more, *LK = all + square * g->lanes, *LKR = LK + product;
     double *scratch = LKR + result, *kept = scratch + some, *kept_inner = kept + LANES * kept_size;
-    double *to = values;
     for (int cell = first; cell < last; ++cell) {
         int lane = cell % g->lanes, start = cell - lane;
         if (lane == 0 || cell == first)
@@ -299,26 +299,15 @@ int jacobian(const Cells *g, const Kernel *kernels, int count, const Projection 
             bad = cell + 1;
             break;
         }
-        if (p->runs) {
-            const int *run = p->runs + 3 * (size_t)p->run_offsets[2 * cell];
-            const int *added = p->runs + 3 * (size_t)p->run_offsets[2 * cell + 1];
-            const int *end = p->runs + 3 * (size_t)p->run_offsets[2 * cell + 2];
-            for (; run < added; run += 3)
-                for (int q = 0; q < run[2]; ++q)
-                    values[run[1] + q] = LKR[run[0] + q];
-            for (; run < end; run += 3)
-                for (int q = 0; q < run[2]; ++q)
-                    values[run[1] + q] += LKR[run[0] + q];
-        } else if (p->emitted) {
-            int list = p->list[cell], length = p->emitted_offsets[list + 1];
-            length -= p->emitted_offsets[list];
-            const int *emitted = p->emitted + p->emitted_offsets[list];
-            for (int q = 0; q < length; ++q)
-                *to++ = LKR[emitted[q]];
-        } else {
-            memcpy(to, LKR, sizeof(double) * result);
-            to += result;
-        }
+        const int *run = p->runs + 3 * (size_t)p->run_offsets[2 * cell];
+        const int *added = p->runs + 3 * (size_t)p->run_offsets[2 * cell + 1];
+        const int *end = p->runs + 3 * (size_t)p->run_offsets[2 * cell + 2];
+        for (; run < added; run += 3)
+            for (int q = 0; q < run[2]; ++q)
+                values[run[1] + q] = LKR[run[0] + q];
+        for (; run < end; run += 3)
+            for (int q = 0; q < run[2]; ++q)
+                values[run[1] + q] += LKR[run[0] + q];
         /* rows of the multipliers at the nodes */
         combine_rows(&p->multiplier, cell, P, K, n, mine + g->multiplier_place, scratch);
         if (p->kept && (cell % LANES == LANES - 1 || cell == last - 1)) {

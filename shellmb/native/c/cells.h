@@ -21,8 +21,13 @@ typedef struct {
     int64_t store_size;
 } Kernel;
 
-/* The cells of one mesh with the fields on it. Element-wise unknowns are eliminated chunk by chunk;
- * a run is a piece of a row or column of blocks that is not zero behind a chunk. */
+/* Pieces of a row or column of blocks that are not zero behind a chunk of unknowns. */
+typedef struct {
+    const int *first;          /* of each chunk, (chunks + 1,) */
+    const int *start, *width, *place;
+} Runs;
+
+/* The cells of one mesh with the fields on it. Element-wise unknowns are eliminated chunk by chunk. */
 typedef struct {
     int cells;
     int size;                  /* unknowns of a cell */
@@ -39,10 +44,7 @@ typedef struct {
     const int *block_place;    /* where the K_EE^-1 and K_EE of a cell are, (chunks,) */
     int block_size;            /* what all of them take */
     const int *inverse_place;  /* where its K_EE^-1 is in what is kept, (chunks,) */
-    const int *right_runs;     /* first run of each chunk, (chunks + 1,) */
-    const int *right_start, *right_width, *right_place; /* K_EE^-1 K_Ey */
-    const int *left_runs;
-    const int *left_start, *left_width, *left_place;    /* K_xE */
+    Runs right, left;          /* K_EE^-1 K_Ey, and K_xE */
     int multiplier_place;      /* rows of the multipliers at the nodes */
     int kept_size;             /* what is kept of a cell */
 } Cells;
@@ -69,11 +71,10 @@ typedef struct {
 /* What is reduced of a cell: rows and columns of its reduced matrix, and multipliers at its nodes. */
 typedef struct {
     Terms left, right, multiplier;
-    /* entries that are not always zero, one of two ways: in their order, cells that have the same
-     * sharing a list; or as runs (from, to, length) that follow one another in a cell's matrix and
-     * among all values, for each cell those that are the first there, then those to be added */
-    const int *list, *emitted_offsets, *emitted; /* (cells,), (lists + 1,); NULL: the other way */
-    const int *runs, *run_offsets;           /* (runs, 3), (2 cells + 1,); NULL: the other way */
+    /* entries that are not always zero, as runs (from, to, length) that follow one another in a
+     * cell's matrix and among all values, for each cell those that are the first there, then those to
+     * be added */
+    const int *runs, *run_offsets;           /* (runs, 3), (2 cells + 1,) */
     const int *inner_size, *outer_rows, *outer_columns; /* (cells,) */
     const Inner *inner;                      /* NULL: nothing */
     double *kept;                            /* of all cells, LANES side by side if they have
@@ -193,10 +194,10 @@ typedef struct {
     double *reactions;
 } Evaluation;
 
-/* Directors that keep their constraints, as of normalise_nodes or, with `rates`, normalise_path. */
+/* Directors that keep their constraints: `reference` + unknown. */
 typedef struct {
     int nodes, directors;
-    const int64_t *rows, *rates;
+    const int64_t *rows, *rates; /* their unknowns, (nodes, 3 directors); of rates, or NULL */
     const double *reference;
 } Turning;
 
@@ -204,7 +205,7 @@ typedef struct {
 typedef struct {
     const Evaluation *evaluation;
     int sets;
-    const Turning *set;
+    const Turning **set;
     double *x, *b;
 } OneSide;
 
@@ -225,68 +226,3 @@ typedef struct {
     double *one, *central;     /* residual above, and the difference of both */
     double *rest, *solution;   /* right-hand side of an update, and what solves for it */
 } BothSides;
-
-void use_libraries(void *, void *, void *);
-int band_factorise(const Band *, const double *);
-void band_solve(const Band *, int, const double *, double *);
-void residual(const Cells *, const Kernel *, int, double *);
-void functionals(const Cells *, const Kernel *, int, double *);
-void all_matrices(const Cells *, const Kernel *, int, double *);
-void products(const Cells *, const Kernel *, int, const double *, double *);
-void largest_entries(const Cells *, const Kernel *, int, double *);
-int jacobian(const Cells *, const Kernel *, int, const Projection *, int, int, double *, double *,
-             const double *, double *);
-void reduce(const Part *, const double *, double *);
-void expand(const Part *, double *, double *);
-void reduce_inner(const Part *, double *, double *);
-void expand_inner(const Part *, const double *, double *);
-void reduce_transposed(const Part *, const double *, double *);
-void expand_transposed(const Part *, double *);
-void reduce_inner_transposed(const Part *, const double *, double *);
-void expand_inner_transposed(const Part *, const double *, double *);
-void combine(const Rows *, const double *, double *);
-void distribute(const Rows *, const double *, double *);
-void tangents(int, int, const double *, double *);
-void bases(int, int, const int64_t *, const double *, const double *, const double *,
-           const unsigned char *, double *, double *, double *);
-void path_bases(int, int, const PathNodes *, const unsigned char *, double **);
-void copy_pieces(int, double **, const int *, double **);
-int jacobians(int, const Jacobian *, const double *, double *);
-void follow(int count, const int *sizes, const int *terms, double **from,
-             const double *weights, double **to);
-void put_rows(int, const RowsToPut *);
-double violation(int, int, const int64_t *, const double *, const double *, const unsigned char *);
-int turn_nodes(int, int, const int64_t *, const double *, const double *, double *, double);
-void normalise_nodes(int, int, const int64_t *, const double *, double *);
-int turn_path(int nodes, int directors, const int64_t *rows, const int64_t *rates,
-              const double *reference, const double *x, double *dx, double most);
-void normalise_path(int nodes, int directors, const int64_t *rows, const int64_t *rates,
-                    const double *reference, double *x);
-void spread(int, const int64_t *, double **, const int64_t *, const double *);
-void collect(int, const int64_t *, const double *, int, double *);
-void shared_sums(int, int, const int64_t *, const double *, int, const int64_t *, const double *,
-                 int, double *, double *);
-void evaluate(const Evaluation *, uintptr_t, uintptr_t);
-void to_values(int, int, const int64_t *, const int64_t *, const double *, const double *,
-               double *);
-void largest(int, const int64_t *, const int64_t *, const double *, double *);
-void largest_of_each(int, int64_t, int, const int64_t *, const int64_t *, const double *, double *);
-void judge(int, const int64_t *, const int64_t *, const double *, const double *, const double *,
-           double *, double *, uintptr_t, uintptr_t);
-void relate_each(int, int, const double *, const double *, const double *, const double *,
-                 double *);
-void use_petsc(void *, void *, void *, void *, void *);
-double *entries(uintptr_t, int);
-int solve(const Solution *, Reduced *, uintptr_t, const Band *, uintptr_t, const double *,
-          const double *, uintptr_t);
-void before(const Solution *, const double *, const double *, double *);
-void after(const Solution *, const double *, const double *, double *);
-void relate(int, const double *, const double *, const double *, double *, double *);
-void fill_shares(const Shares *, const double *, const double *);
-double largest_share(const Shares *);
-void keep_both(const BothSides *, const double *);
-void rest_of(const BothSides *, int, const double *, double, double *);
-double move_both(const BothSides *, const Shares *, int, double, const double *);
-double update_both(const BothSides *, const Shares *, int, int, const double *, double, double,
-                   const Solution *, Reduced *, uintptr_t, const Band *, const double *);
-void hold_both(const BothSides *, const double *);

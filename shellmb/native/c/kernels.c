@@ -120,28 +120,17 @@ static int taken(const Cells *g, int cell)
     return g->cells - cell < g->lanes ? g->cells - cell : g->lanes;
 }
 
-/* Matrices of all cells, `g->lanes` at a time; `K` has those of the last ones in the end. */
-void all_matrices(const Cells *g, const Kernel *kernels, int count, double *K)
-{
-    Work work = work_of(g, (size_t)g->size * g->size, 0);
-    for (int cell = 0; cell < g->cells; cell += g->lanes)
-        matrices(g, kernels, count, cell, taken(g, cell), work, K, g->size);
-}
-
-/* Largest entries of the matrices of all cells, shape (size, size). */
-void largest_entries(const Cells *g, const Kernel *kernels, int count, double *found)
+/* Matrices of all cells, `g->lanes` at a time; `K` has those of the last ones in the end, and `found`,
+ * if it is not NULL, the largest entries of all, shape (size, size). */
+void all_matrices(const Cells *g, const Kernel *kernels, int count, double *K, double *found)
 {
     size_t square = (size_t)g->size * g->size;
-    Work work = work_of(g, square, square * g->lanes);
-    double *K = work.more;
+    Work work = work_of(g, square, 0);
     for (int cell = 0; cell < g->cells; cell += g->lanes) {
         int some = taken(g, cell);
         matrices(g, kernels, count, cell, some, work, K, g->size);
-        for (size_t i = 0; i < square * some; ++i) {
-            double size = K[i] < 0 ? -K[i] : K[i];
-            if (size > found[i % square])
-                found[i % square] = size;
-        }
+        for (size_t i = 0; found && i < square * some; ++i)
+            found[i % square] = fmax(found[i % square], fabs(K[i]));
     }
 }
 

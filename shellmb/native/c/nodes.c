@@ -69,21 +69,49 @@ static int turn(int directors, double *d, const double *change, double most)
     return far;
 }
 
-/* The same of nodes in vectors of unknowns: they have theirs at `rows` (nodes, 3 directors), directors are
- * `reference` + unknown. What is to be subtracted from `x`, `dx`, becomes one that turns them. */
-int turn_nodes(int nodes, int directors, const int64_t *rows, const double *reference,
-               const double *x, double *dx, double most)
+/* Rates of orthonormal directors without what changes lengths and angles, in place. */
+static void keep_constraints(int directors, const double *d, double *v)
 {
-    int far = 0, n = 3 * directors;
+    double part[9];
+    for (int k = 0; k < directors; ++k)
+        for (int l = 0; l < directors; ++l) {
+            double sum = 0.0, size = 0.0;
+            for (int i = 0; i < 3; ++i) {
+                sum += d[3 * l + i] * v[3 * k + i] + d[3 * k + i] * v[3 * l + i];
+                size += d[3 * l + i] * d[3 * l + i];
+            }
+            part[3 * k + l] = sum / 2 / size;
+        }
+    for (int k = 0; k < directors; ++k)
+        for (int l = 0; l < directors; ++l)
+            for (int i = 0; i < 3; ++i)
+                v[3 * k + i] -= part[3 * k + l] * d[3 * l + i];
+}
+
+/* The same of nodes in vectors of unknowns, whose rates, if they are among them, keep the constraints
+ * of the directors that are turned. What is to be subtracted from `x`, `dx`, becomes one that turns them. */
+int turn_nodes(const Turning *t, const double *x, double *dx, double most)
+{
+    int far = 0, n = 3 * t->directors;
     double d[9], change[9];
-    for (int node = 0; node < nodes; ++node, rows += n, reference += n) {
+    for (int k = 0; k < t->nodes * n; k += n) {
+        const int64_t *rows = t->rows + k, *rates = t->rates + k;
+        const double *reference = t->reference + k;
         for (int i = 0; i < n; ++i) {
             d[i] = reference[i] + x[rows[i]];
             change[i] = -dx[rows[i]];
         }
-        far += turn(directors, d, change, most);
+        far += turn(t->directors, d, change, most);
         for (int i = 0; i < n; ++i)
             dx[rows[i]] = x[rows[i]] - (d[i] - reference[i]);
+        for (int i = 0; t->rates && i < n; ++i) {
+            d[i] = reference[i] + x[rows[i]] - dx[rows[i]];
+            change[i] = x[rates[i]] - dx[rates[i]];
+        }
+        if (t->rates)
+            keep_constraints(t->directors, d, change);
+        for (int i = 0; t->rates && i < n; ++i)
+            dx[rates[i]] = x[rates[i]] - change[i];
     }
     return far;
 }
@@ -105,17 +133,25 @@ static void normalise(int directors, double *d)
 }
 
 /* The same in a vector of unknowns, as of turn_nodes. */
-void normalise_nodes(int nodes, int directors, const int64_t *rows, const double *reference,
-                     double *x)
+void normalise_nodes(const Turning *t, double *x)
 {
-    int n = 3 * directors;
-    double d[9];
-    for (int node = 0; node < nodes; ++node, rows += n, reference += n) {
+    int n = 3 * t->directors;
+    double d[9], v[9];
+    for (int k = 0; k < t->nodes * n; k += n) {
+        const int64_t *rows = t->rows + k, *rates = t->rates + k;
         for (int i = 0; i < n; ++i)
-            d[i] = reference[i] + x[rows[i]];
-        normalise(directors, d);
-        for (int i = 0; i < n; ++i)
-            x[rows[i]] = d[i] - reference[i];
+            d[i] = t->reference[k + i] + x[rows[i]];
+        normalise(t->directors, d);
+        for (int i = 0; i < n; ++i) {
+            x[rows[i]] = d[i] - t->reference[k + i];
+            d[i] = t->reference[k + i] + x[rows[i]];
+        }
+        for (int i = 0; t->rates && i < n; ++i)
+            v[i] = x[rates[i]];
+        if (t->rates)
+            keep_constraints(t->directors, d, v);
+        for (int i = 0; t->rates && i < n; ++i)
+            x[rates[i]] = v[i];
     }
 }
 
@@ -138,59 +174,4 @@ double violation(int nodes, int directors, const int64_t *dofs, const double *re
             }
     }
     return most;
-}
-
-/* Rates of orthonormal directors without what changes lengths and angles, in place. */
-static void keep_constraints(int directors, const double *d, double *v)
-{
-    double part[9];
-    for (int k = 0; k < directors; ++k)
-        for (int l = 0; l < directors; ++l) {
-            double sum = 0.0, size = 0.0;
-            for (int i = 0; i < 3; ++i) {
-                sum += d[3 * l + i] * v[3 * k + i] + d[3 * k + i] * v[3 * l + i];
-                size += d[3 * l + i] * d[3 * l + i];
-            }
-            part[3 * k + l] = sum / 2 / size;
-        }
-    for (int k = 0; k < directors; ++k)
-        for (int l = 0; l < directors; ++l)
-            for (int i = 0; i < 3; ++i)
-                v[3 * k + i] -= part[3 * k + l] * d[3 * l + i];
-}
-
-/* As turn_nodes, of directors and their rates at `rates` (nodes, 3 directors). */
-int turn_path(int nodes, int directors, const int64_t *rows, const int64_t *rates,
-              const double *reference, const double *x, double *dx, double most)
-{
-    int far = turn_nodes(nodes, directors, rows, reference, x, dx, most), n = 3 * directors;
-    double d[9], v[9];
-    for (int node = 0; node < nodes; ++node, rows += n, rates += n, reference += n) {
-        for (int i = 0; i < n; ++i) {
-            d[i] = reference[i] + x[rows[i]] - dx[rows[i]];
-            v[i] = x[rates[i]] - dx[rates[i]];
-        }
-        keep_constraints(directors, d, v);
-        for (int i = 0; i < n; ++i)
-            dx[rates[i]] = x[rates[i]] - v[i];
-    }
-    return far;
-}
-
-/* As normalise_nodes, of directors and their rates. */
-void normalise_path(int nodes, int directors, const int64_t *rows, const int64_t *rates,
-                    const double *reference, double *x)
-{
-    int n = 3 * directors;
-    double d[9], v[9];
-    normalise_nodes(nodes, directors, rows, reference, x);
-    for (int node = 0; node < nodes; ++node, rows += n, rates += n, reference += n) {
-        for (int i = 0; i < n; ++i) {
-            d[i] = reference[i] + x[rows[i]];
-            v[i] = x[rates[i]];
-        }
-        keep_constraints(directors, d, v);
-        for (int i = 0; i < n; ++i)
-            x[rates[i]] = v[i];
-    }
 }

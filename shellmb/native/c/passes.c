@@ -1,6 +1,7 @@
 /* The passes of a solution over the cells of one mesh: from a right-hand side to that of the
- * reduced system, and from its solution back. Numbers of LANES cells stand side by side, in what is
- * kept of them and in all that is computed. */
+ * reduced system, and from its solution back. Of the transposed system, they are the same with rows
+ * and columns exchanged. Numbers of LANES cells stand side by side, in what is kept of them and in all
+ * that is computed. */
 
 /* y += sign A x, of shape (m, n); four sums at a time, each by its name, or gcc would not keep them
  * in registers: of one alone each product would wait for the one before */
@@ -30,14 +31,30 @@ static void product(int m, int n, const lanes *A, const lanes *x, double sign, l
     }
 }
 
+/* The same of A^T, A of shape (n, m), if it is `transposed`. */
+static void multiply_by(int transposed, int m, int n, const lanes *A, const lanes *x, double sign,
+                        lanes *y)
+{
+    if (!transposed) {
+        product(m, n, A, x, sign, y);
+        return;
+    }
+    for (int j = 0; j < n; ++j, A += m) {
+        lanes s = sign * x[j];
+        for (int i = 0; i < m; ++i)
+            y[i] += A[i] * s;
+    }
+}
+
 /* Right-hand side without element-wise unknowns: to the local vector `b`, which holds those of
  * the element-wise ones, add what they do to the others. */
-void reduce(const Part *part, const double *b, double *change)
+void reduce(const Part *part, int transposed, const double *b, double *change)
 {
     const Cells *g = part->cells;
     int n = g->size, P = g->shared;
     if (n == P)
         return;
+    const Runs *runs = transposed ? &g->right : &g->left;
     lanes *r = many_lanes(n), *t = (lanes *)part->eliminated;
     const lanes *kept = (const lanes *)part->projection->kept;
     for (int cell = 0; cell < g->cells; cell += LANES, kept += g->kept_size, t += n - P) {
@@ -47,10 +64,13 @@ void reduce(const Part *part, const double *b, double *change)
         gather(n - P, dofs + P * LANES, b, r + P);
         for (int s = 0; s < g->chunks; ++s) {
             int E = g->chunk_start[s], e = g->chunk_width[s];
-            product(e, e, kept + g->inverse_place[s], r + E, 1.0, t + E - P);
-            for (int x = g->left_runs[s]; x < g->left_runs[s + 1]; ++x)
-                product(g->left_width[x], e, kept + g->left_place[x], t + E - P, -1.0,
-                        r + g->left_start[x]);
+            if (transposed)
+                memcpy(t + E - P, r + E, sizeof(lanes) * e);
+            else
+                product(e, e, kept + g->inverse_place[s], r + E, 1.0, t + E - P);
+            for (int x = runs->first[s]; x < runs->first[s + 1]; ++x)
+                multiply_by(transposed, runs->width[x], e, kept + runs->place[x], t + E - P, -1.0,
+                           r + runs->start[x]);
         }
         add(P, dofs, r, change);
     }
@@ -93,26 +113,35 @@ static void expand_alone(const Part *part, const double *x, double *rows)
 }
 
 /* The rest of a solution: element-wise unknowns into the local vector `x`, which holds the others,
- * and the rows of the multipliers times `x` added to `rows`. */
-void expand(const Part *part, double *x, double *rows)
+ * and the rows of the multipliers times `x` added to `rows`, none of a transposed system. */
+void expand(const Part *part, int transposed, double *x, double *rows)
 {
     const Cells *g = part->cells;
-    int n = g->size, P = g->shared, count = part->projection->multiplier.rows;
+    int n = g->size, P = g->shared, count = transposed ? 0 : part->projection->multiplier.rows;
     if (n == P) {
-        expand_alone(part, x, rows);
+        if (count)
+            expand_alone(part, x, rows);
         return;
     }
-    lanes *v = many_lanes(n + count), *out = v + n;
+    const Runs *runs = transposed ? &g->left : &g->right;
+    lanes *v = many_lanes(2 * n + count), *out = v + n;
     const lanes *t = (const lanes *)part->eliminated;
     const lanes *kept = (const lanes *)part->projection->kept;
     for (int cell = 0; cell < g->cells; cell += LANES, kept += g->kept_size, t += n - P) {
         const int *dofs = part->dofs + (size_t)cell * n;
         gather(P, dofs, x, v);
         memcpy(v + P, t, sizeof(lanes) * (n - P));
-        for (int s = g->chunks - 1; s >= 0; --s)
-            for (int y = g->right_runs[s]; y < g->right_runs[s + 1]; ++y)
-                product(g->chunk_width[s], g->right_width[y], kept + g->right_place[y],
-                        v + g->right_start[y], -1.0, v + g->chunk_start[s]);
+        for (int s = g->chunks - 1; s >= 0; --s) {
+            int E = g->chunk_start[s], e = g->chunk_width[s];
+            for (int y = runs->first[s]; y < runs->first[s + 1]; ++y)
+                multiply_by(transposed, e, runs->width[y], kept + runs->place[y],
+                           v + runs->start[y], -1.0, v + E);
+            if (transposed) {
+                memcpy(out, v + E, sizeof(lanes) * e);
+                memset(v + E, 0, sizeof(lanes) * e);
+                multiply_by(1, e, e, kept + g->inverse_place[s], out, 1.0, v + E);
+            }
+        }
         put(n - P, dofs + P * LANES, v + P, x);
         memset(out, 0, sizeof(lanes) * count);
         product(count, P, kept + g->multiplier_place, v, 1.0, out);
@@ -121,43 +150,66 @@ void expand(const Part *part, double *x, double *rows)
     free(v);
 }
 
+/* What no other cell shares in a group of cells: numbers of the others' equations and unknowns, and
+ * own ones behind these. */
+typedef struct {
+    Widths of;
+    const int *equations, *unknowns;
+    const lanes *inverse, *right, *left;
+} Group;
+
+static Group group_of(const Inner *inner, int group, int transposed)
+{
+    Widths w = widths_of(inner, group);
+    const int *rows = inner->row_numbers + inner->row_place[group];
+    const int *columns = inner->column_numbers + inner->column_place[group];
+    const lanes *inverse = (const lanes *)inner->kept + inner->place[group];
+    const lanes *right = inverse + w.own * w.own, *left = right + w.own * w.columns;
+    if (transposed)
+        return (Group){{w.columns, w.rows, w.own}, columns, rows, inverse, left, right};
+    return (Group){w, rows, columns, inverse, right, left};
+}
+
 /* Reduced right-hand side without what no other cell shares: in `r`, what this rank sees of it,
- * theirs become K_II^-1 r_I; `change` gets what that does to the others. */
-void reduce_inner(const Part *part, double *r, double *change)
+ * theirs become K_II^-1 r_I, and stay as they are in a transposed system; `change` gets what that does
+ * to the others. */
+void reduce_inner(const Part *part, int transposed, double *r, double *change)
 {
     const Inner *inner = part->projection->inner;
-    lanes *b = many_lanes(2 * inner->most + inner->most_rows), *t = b + inner->most;
-    lanes *out = t + inner->most;
-    for (int group = 0; group < inner->groups; ++group) {
-        Widths w = widths_of(inner, group);
-        const int *outer = inner->row_numbers + inner->row_place[group];
-        const int *own = outer + w.rows * LANES;
-        const lanes *inverse = (const lanes *)inner->kept + inner->place[group];
-        memset(t, 0, sizeof(lanes) * w.own);
-        memset(out, 0, sizeof(lanes) * w.rows);
-        gather(w.own, own, r, b);
-        product(w.own, w.own, inverse, b, 1.0, t);
-        put(w.own, own, t, r);
-        product(w.rows, w.own, inverse + w.own * (w.own + w.columns), t, -1.0, out);
-        add(w.rows, outer, out, change);
+    lanes *b = many_lanes(2 * inner->most + inner->most_rows + inner->most_columns);
+    lanes *t = b + inner->most, *out = t + inner->most;
+    for (int k = 0; k < inner->groups; ++k) {
+        Group g = group_of(inner, k, transposed);
+        const int *own = g.equations + g.of.rows * LANES;
+        gather(g.of.own, own, r, b);
+        if (!transposed) {
+            memset(t, 0, sizeof(lanes) * g.of.own);
+            product(g.of.own, g.of.own, g.inverse, b, 1.0, t);
+            put(g.of.own, own, t, r);
+        }
+        memset(out, 0, sizeof(lanes) * g.of.rows);
+        multiply_by(transposed, g.of.rows, g.of.own, g.left, transposed ? b : t, -1.0, out);
+        add(g.of.rows, g.equations, out, change);
     }
     free(b);
 }
 
 /* Their values, into the reduced solution `x` that this rank sees, from `r` of reduce_inner. */
-void expand_inner(const Part *part, const double *r, double *x)
+void expand_inner(const Part *part, int transposed, const double *r, double *x)
 {
     const Inner *inner = part->projection->inner;
-    lanes *v = many_lanes(inner->most + inner->most_columns), *seen = v + inner->most;
-    for (int group = 0; group < inner->groups; ++group) {
-        Widths w = widths_of(inner, group);
-        const int *from = inner->row_numbers + inner->row_place[group] + w.rows * LANES;
-        const int *outer = inner->column_numbers + inner->column_place[group];
-        const lanes *inverse = (const lanes *)inner->kept + inner->place[group];
-        gather(w.own, from, r, v);
-        gather(w.columns, outer, x, seen);
-        product(w.own, w.columns, inverse + w.own * w.own, seen, -1.0, v);
-        put(w.own, outer + w.columns * LANES, v, x);
+    lanes *v = many_lanes(2 * inner->most + inner->most_rows + inner->most_columns);
+    lanes *found = v + inner->most, *seen = found + inner->most;
+    for (int k = 0; k < inner->groups; ++k) {
+        Group g = group_of(inner, k, transposed);
+        gather(g.of.own, g.equations + g.of.rows * LANES, r, v);
+        gather(g.of.columns, g.unknowns, x, seen);
+        multiply_by(transposed, g.of.own, g.of.columns, g.right, seen, -1.0, v);
+        if (transposed) {
+            memset(found, 0, sizeof(lanes) * g.of.own);
+            multiply_by(1, g.of.own, g.of.own, g.inverse, v, 1.0, found);
+        }
+        put(g.of.own, g.unknowns + g.of.columns * LANES, transposed ? found : v, x);
     }
     free(v);
 }

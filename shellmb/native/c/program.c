@@ -58,6 +58,9 @@ static void NAME(load)(const Rule *r, const Loads *l, int entity, int from, int 
         o[i] = expression;                                                                         \
     break;
 
+#define ENTRY(code, f) case code: ENTRIES(f(x[i]))
+#define PAIR(code, holds) case code: ENTRIES(x[i] holds y[i])
+
 /* Functions, comparisons and choices, number by number. */
 static __attribute__((noinline)) void NAME(apply)(const Instruction *k, V *const *base, int n)
 {
@@ -69,27 +72,9 @@ static __attribute__((noinline)) void NAME(apply)(const Instruction *k, V *const
     case ATAN2: ENTRIES(atan2(x[i], y[i]))
     case MIN: ENTRIES(y[i] < x[i] ? y[i] : x[i])
     case MAX: ENTRIES(y[i] > x[i] ? y[i] : x[i])
-    case SQRT: ENTRIES(sqrt(x[i]))
-    case ABS: ENTRIES(fabs(x[i]))
     case SIGN: ENTRIES((x[i] > 0) - (x[i] < 0))
-    case EXP: ENTRIES(exp(x[i]))
-    case LOG: ENTRIES(log(x[i]))
-    case SIN: ENTRIES(sin(x[i]))
-    case COS: ENTRIES(cos(x[i]))
-    case TAN: ENTRIES(tan(x[i]))
-    case ASIN: ENTRIES(asin(x[i]))
-    case ACOS: ENTRIES(acos(x[i]))
-    case ATAN: ENTRIES(atan(x[i]))
-    case SINH: ENTRIES(sinh(x[i]))
-    case COSH: ENTRIES(cosh(x[i]))
-    case TANH: ENTRIES(tanh(x[i]))
-    case ERF: ENTRIES(erf(x[i]))
-    case LT: ENTRIES(x[i] < y[i])
-    case LE: ENTRIES(x[i] <= y[i])
-    case GT: ENTRIES(x[i] > y[i])
-    case GE: ENTRIES(x[i] >= y[i])
-    case EQ: ENTRIES(x[i] == y[i])
-    case NE: ENTRIES(x[i] != y[i])
+    FUNCTIONS(ENTRY)
+    COMPARISONS(PAIR)
     case AND: ENTRIES(x[i] != 0 && y[i] != 0)
     case OR: ENTRIES(x[i] != 0 || y[i] != 0)
     case NOT: ENTRIES(x[i] == 0)
@@ -97,39 +82,33 @@ static __attribute__((noinline)) void NAME(apply)(const Instruction *k, V *const
     }
 }
 
-/* Sums of so few products, which are a constant for the compiler. */
-static INLINED void NAME(dot)(int some, const int *terms, V *const *base, V *restrict to, int n)
+/* Sums of so few products, which are a constant for the compiler, of values or of numbers that all points
+ * have with values. */
+static INLINED void NAME(dot)(int some, int uniform, const int *terms, V *const *base, V *restrict to,
+                              const double *u, int n)
 {
     const V *x[6], *y[6];
-    _Pragma("GCC unroll 6") for (int k = 0; k < some; ++k)
-        x[k] = AT(terms[2 * k]), y[k] = AT(terms[2 * k + 1]);
+    V same[6];
+    _Pragma("GCC unroll 6") for (int k = 0; k < some; ++k) {
+        x[k] = uniform ? NULL : AT(terms[2 * k]), y[k] = AT(terms[2 * k + 1]);
+        same[k] = (V){0} + (uniform ? u[terms[2 * k]] : 0.0);
+    }
     FEW(i)
     {
-        V sum = x[0][i] * y[0][i];
+        V sum = (uniform ? same[0] : x[0][i]) * y[0][i];
         _Pragma("GCC unroll 6") for (int k = 1; k < some; ++k)
-            sum += x[k][i] * y[k][i];
+            sum += (uniform ? same[k] : x[k][i]) * y[k][i];
         to[i] = sum;
     }
 }
 
-/* Of products with numbers that all points have. */
-static INLINED void NAME(u_dot)(int some, const int *terms, V *const *base, V *restrict to, const double *u, int n)
-{
-    const V *y[6];
-    double x[6];
-    _Pragma("GCC unroll 6") for (int k = 0; k < some; ++k)
-        x[k] = u[terms[2 * k]], y[k] = AT(terms[2 * k + 1]);
-    FEW(i)
-    {
-        V sum = x[0] * y[0][i];
-        _Pragma("GCC unroll 6") for (int k = 1; k < some; ++k)
-            sum += x[k] * y[k][i];
-        to[i] = sum;
+#define DOT(some) case DOT##some: NAME(dot)(some, 0, terms + k->a, base, to, u, n); break;
+#define U_DOT(some) case U_DOT##some: NAME(dot)(some, 1, terms + k->a, base, to, u, n); break;
+#define TERMS(count, adds, factor)                                                                 \
+    for (int j = count; j > 0; --j, t += 2) {                                                      \
+        const V *y = AT(t[1]);                                                                     \
+        FEW(i) sum[i] adds factor * y[i];                                                          \
     }
-}
-
-#define DOT(some) case DOT##some: NAME(dot)(some, terms + k->a, base, to, n); break;
-#define U_DOT(some) case U_DOT##some: NAME(u_dot)(some, terms + k->a, base, to, u, n); break;
 
 static INLINED void NAME(operate_on)(int count, const Instruction *code, const int *terms,
                                       V *const *base, const double *u, int n)
@@ -152,22 +131,10 @@ static INLINED void NAME(operate_on)(int count, const Instruction *code, const i
             const int *t = terms + k->a;
             V sum[4];
             FEW(i) sum[i] = zero + u[k->d];
-            for (int j = k->b & 0xffff; j > 0; --j, t += 2) {
-                const V *x = AT(t[0]), *y = AT(t[1]);
-                FEW(i) sum[i] += x[i] * y[i];
-            }
-            for (int j = k->b >> 16; j > 0; --j, t += 2) {
-                const V *x = AT(t[0]), *y = AT(t[1]);
-                FEW(i) sum[i] -= x[i] * y[i];
-            }
-            for (int j = k->c & 0xffff; j > 0; --j, t += 2) {
-                const V *y = AT(t[1]);
-                FEW(i) sum[i] += u[t[0]] * y[i];
-            }
-            for (int j = k->c >> 16; j > 0; --j, t += 2) {
-                const V *y = AT(t[1]);
-                FEW(i) sum[i] -= u[t[0]] * y[i];
-            }
+            TERMS(k->b & 0xffff, +=, AT(t[0])[i])
+            TERMS(k->b >> 16, -=, AT(t[0])[i])
+            TERMS(k->c & 0xffff, +=, u[t[0]])
+            TERMS(k->c >> 16, -=, u[t[0]])
             FEW(i) to[i] = sum[i];
             break;
         }
@@ -310,6 +277,18 @@ static INLINED void NAME(tile)(int m, int n, int K, const double *left, int lda,
         j += wide;                                                                                 \
     }
 
+/* Sums of so few values times those of functions. */
+static INLINED void NAME(sum_up)(int some, int functions, const double *const *t, const V *value,
+                                 V *restrict to)
+{
+    for (int m = 0; m < functions; ++m) {
+        V sum = {0};
+        _Pragma("GCC unroll 3") for (int k = 0; k < some; ++k)
+            sum += t[k][m] * value[k];
+        to[m] = sum;
+    }
+}
+
 /* Values of products with trial functions, for each test function's value. */
 static void NAME(beside)(const Rule *r, const Dense *g, int entity, int from, int count, V *const *base, V *right)
 {
@@ -331,21 +310,10 @@ static void NAME(beside)(const Rule *r, const Dense *g, int entity, int from, in
                         t[found++] = r->tables[g->column[c]].dense + (size_t)at * M;
                     }
                 switch (found) {
-                case 0:
-                    for (int m = 0; m < M; ++m)
-                        to[m] = (V){0};
-                    break;
-                case 1:
-                    for (int m = 0; m < M; ++m)
-                        to[m] = t[0][m] * value[0];
-                    break;
-                case 2:
-                    for (int m = 0; m < M; ++m)
-                        to[m] = t[0][m] * value[0] + t[1][m] * value[1];
-                    break;
-                default:
-                    for (int m = 0; m < M; ++m)
-                        to[m] = t[0][m] * value[0] + t[1][m] * value[1] + t[2][m] * value[2];
+                case 0: NAME(sum_up)(0, M, t, value, to); break;
+                case 1: NAME(sum_up)(1, M, t, value, to); break;
+                case 2: NAME(sum_up)(2, M, t, value, to); break;
+                default: NAME(sum_up)(3, M, t, value, to);
                 }
                 /* more derivatives than three of one component */
                 for (; c < last; ++c)
@@ -495,3 +463,6 @@ static void NAME(interpret)(V *restrict A, const V *restrict w, const double *c,
 #undef ENTRIES
 #undef TILES
 #undef FEW
+#undef ENTRY
+#undef PAIR
+#undef TERMS

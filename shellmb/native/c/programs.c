@@ -1,7 +1,6 @@
-/* What integrands as programs have of both types of numbers. */
-enum {
-    ADD, ADD_U, SUB, SUB_U, U_SUB, MUL, U_MUL, DIV, U_DIV,
-    SUM, DOT2, DOT3, DOT4, DOT5, DOT6, U_DOT2, U_DOT3, U_DOT4, U_DOT5, FILL,
-    POW, ATAN2, MIN, MAX, SQRT, ABS, SIGN, EXP, LOG, SIN, COS, TAN, ASIN, ACOS, ATAN, SINH, COSH,
-    TANH, ERF, LT, LE, GT, GE, EQ, NE, AND, OR, NOT, CHOOSE
-};
+/* What integrands as programs have of both types of numbers: functions of one number, and comparisons. */
+#define FUNCTIONS(of)                                                                              \
+    of(SQRT, sqrt) of(ABS, fabs) of(EXP, exp) of(LOG, log) of(SIN, sin) of(COS, cos) of(TAN, tan)  \
+    of(ASIN, asin) of(ACOS, acos) of(ATAN, atan) of(SINH, sinh) of(COSH, cosh) of(TANH, tanh)      \
+    of(ERF, erf)
+#define COMPARISONS(of) of(LT, <) of(LE, <=) of(GT, >) of(GE, >=) of(EQ, ==) of(NE, !=)

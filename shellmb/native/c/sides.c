@@ -4,8 +4,8 @@
 /* Sizes of parts of a change and of what changes. */
 void fill_shares(const Shares *s, const double *change, const double *whole)
 {
-    largest(s->parts, s->starts, s->entries, change, s->table);
-    largest(s->parts, s->starts, s->entries, whole, s->table + s->parts);
+    largest(1, 0, s->parts, s->starts, s->entries, change, s->table);
+    largest(1, 0, s->parts, s->starts, s->entries, whole, s->table + s->parts);
 }
 
 /* Largest share of changes of parts in their sizes, each in its unit; infinite where one of both is
@@ -40,13 +40,8 @@ static void put_side(const OneSide *side, const BothSides *both, const double *u
 static void keep(const OneSide *side)
 {
     const Evaluation *e = side->evaluation;
-    for (int k = 0; k < side->sets; ++k) {
-        const Turning *t = side->set + k;
-        if (t->rates)
-            normalise_path(t->nodes, t->directors, t->rows, t->rates, t->reference, side->x);
-        else
-            normalise_nodes(t->nodes, t->directors, t->rows, t->reference, side->x);
-    }
+    for (int k = 0; k < side->sets; ++k)
+        normalise_nodes(side->set[k], side->x);
     for (int i = 0; i < e->held; ++i)
         side->x[e->fixed[i]] = e->values[e->fixed[i]];
 }

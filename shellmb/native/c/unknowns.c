@@ -87,21 +87,6 @@ void collect(int count, const int64_t *wanted, const double *local, int owned, d
         b[wanted[i]] += local[i];
 }
 
-/* Sums of what local dofs add to their unknowns, and of more that comes to some of these, as local
- * dofs see them, (states, local) from (states, local) and (states, some); `sums` (owned,) to work
- * with. */
-void shared_sums(int states, int local, const int64_t *wanted, const double *values, int some,
-                 const int64_t *unknowns, const double *more, int owned, double *sums, double *out)
-{
-    for (int state = 0; state < states; ++state, values += local, more += some, out += local) {
-        collect(local, wanted, values, owned, sums);
-        for (int i = 0; i < some; ++i)
-            sums[unknowns[i]] += more[i];
-        for (int i = 0; i < local; ++i)
-            out[i] = sums[wanted[i]];
-    }
-}
-
 /* Rows of fixed unknowns: what holds them is kept in `reactions`, `x - values` takes its place. */
 static void hold(int count, const int64_t *fixed, const double *x, const double *values, double *b,
           double *reactions)
@@ -145,19 +130,21 @@ void to_values(int local, int count, const int64_t *dofs, const int64_t *unknown
         change[dofs[i]] = values[unknowns[i]] - x[unknowns[i]];
 }
 
-/* Largest absolute value of each part, infinite if it has one that is not a number. */
-void largest(int parts, const int64_t *starts, const int64_t *entries, const double *values,
-             double *out)
+/* Largest absolute values of parts of vectors, (count, size), infinite where one is not a number; for
+ * each (parts,). */
+void largest(int count, int64_t size, int parts, const int64_t *starts, const int64_t *entries,
+             const double *values, double *out)
 {
-    for (int part = 0; part < parts; ++part) {
-        double most = 0.0;
-        for (int64_t i = starts[part]; i < starts[part + 1]; ++i) {
-            double size = fabs(values[entries[i]]);
-            if (!(size <= most))
-                most = size == size ? size : INFINITY;
+    for (int k = 0; k < count; ++k, values += size)
+        for (int part = 0; part < parts; ++part) {
+            double most = 0.0;
+            for (int64_t i = starts[part]; i < starts[part + 1]; ++i) {
+                double found = fabs(values[entries[i]]);
+                if (!(found <= most))
+                    most = found == found ? found : INFINITY;
+            }
+            *out++ = most;
         }
-        out[part] = most;
-    }
 }
 
 /* Values of the local dofs from those of the columns. */
@@ -206,14 +193,6 @@ void relate(int parts, const double *scales, const double *bounds, const double 
     }
 }
 
-/* Largest absolute values of parts of several vectors, (count, size), for each (parts,). */
-void largest_of_each(int count, int64_t size, int parts, const int64_t *starts,
-                     const int64_t *entries, const double *values, double *out)
-{
-    for (int k = 0; k < count; ++k)
-        largest(parts, starts, entries, values + k * size, out + k * parts);
-}
-
 /* Largest relative changes of bounded parts and of others, (count, 2), of several changes, (count,
  * parts); `sizes` (parts,). */
 void relate_each(int count, int parts, const double *scales, const double *bounds,
@@ -234,8 +213,8 @@ void judge(int parts, const int64_t *starts, const int64_t *places, const double
            const double *bounds, const double *weights, double *table, double *found, uintptr_t x,
            uintptr_t dx)
 {
-    largest(parts, starts, places, entries(dx, 0), table);
-    largest(parts, starts, places, entries(x, 0), table + parts);
+    largest(1, 0, parts, starts, places, entries(dx, 0), table);
+    largest(1, 0, parts, starts, places, entries(x, 0), table + parts);
     relate(parts, scales, bounds, weights, table, found);
 }
 
@@ -248,7 +227,7 @@ void before(const Solution *s, const double *b, const double *load, double *rhs)
         s->change[i] = 0.0;
     }
     for (int k = 0; k < s->parts; ++k)
-        reduce(s->part + k, s->b, s->change);
+        reduce(s->part + k, 0, s->b, s->change);
     memcpy(s->reaction, b, sizeof(double) * s->owned);
     for (int i = 0; i < s->local; ++i)
         s->reaction[s->wanted[i]] += s->change[i];
@@ -261,7 +240,7 @@ void before(const Solution *s, const double *b, const double *load, double *rhs)
     memset(s->rest, 0, size);
     for (int k = 0; k < s->parts; ++k)
         if (s->part[k].projection->inner)
-            reduce_inner(s->part + k, s->r, s->rest);
+            reduce_inner(s->part + k, 0, s->r, s->rest);
     for (int i = 0; i < s->outer; ++i)
         rhs[i] = s->seen[s->outer_numbers[i]] + s->rest[s->outer_numbers[i]];
 }
@@ -275,34 +254,19 @@ void after(const Solution *s, const double *solution, const double *given, doubl
         s->seen[s->outer_numbers[i]] = solution[i];
     for (int k = 0; k < s->parts; ++k)
         if (s->part[k].projection->inner)
-            expand_inner(s->part + k, s->r, s->seen);
+            expand_inner(s->part + k, 0, s->r, s->seen);
     double *x = s->b;
     combine(&s->right, s->seen, x);
     for (int i = 0; i < s->local; ++i)
         x[i] -= given[i];
     memset(s->rows, 0, sizeof(double) * s->multipliers);
     for (int k = 0; k < s->parts; ++k)
-        expand(s->part + k, x, s->rows);
+        expand(s->part + k, 0, x, s->rows);
     for (int i = 0; i < s->multipliers; ++i)
         s->forces[i] -= s->rows[i];
     combine(&s->multiplier, s->forces, s->change);
     for (int i = 0; i < s->owned; ++i)
         dx[i] = x[s->own[i]] + s->change[s->own[i]];
-}
-
-static int (*mat_solve)(void *, void *, void *);
-typedef int (*of_array)(void *, double **);
-static of_array array_of[2][2];
-
-/* PETSc's functions that solve with factors, and that lend the numbers of vectors and take them
- * back: to be changed, and to be read. */
-void use_petsc(void *solve, void *get, void *restore, void *get_read, void *restore_read)
-{
-    mat_solve = (int (*)(void *, void *, void *))solve;
-    array_of[1][0] = (of_array)get;
-    array_of[1][1] = (of_array)restore;
-    array_of[0][0] = (of_array)get_read;
-    array_of[0][1] = (of_array)restore_read;
 }
 
 /* Numbers of a vector of PETSc, which is told if they are `changed`; NULL if there are none. */

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+import re
 import sys
 import sysconfig
 from pathlib import Path
@@ -16,10 +17,13 @@ import cffi  # type: ignore[import-untyped]
 from shellmb.native.compiling.compiler import run_compiler
 from shellmb.native.compiling.flags import COMPILER_FLAGS
 from shellmb.native.compiling.store import writing
+from shellmb.native.programs.translation import CODES
 
 NATIVE = Path(__file__).parents[1]
 # integrals of a form at most, and functions that interpret the program of each
 INTEGRALS, INTERPRETERS = 8, ("interpret_one", "interpret_lanes")
+# the head of a function that is not static
+EXPORTED = re.compile(r"^(?:void|int|double)\b[^;{}]*\)(?=\n\{)", re.MULTILINE)
 # where the installation puts the library
 INSTALLED = NATIVE / f"loops{sysconfig.get_config_var('EXT_SUFFIX')}"
 
@@ -28,13 +32,16 @@ def named_source() -> tuple[str, str, str]:
     """The library's name, which tells what it is made of and for, its declarations, and its C."""
     here = NATIVE / "c"
     first = ("cells.h", "apart.c", "kernels.c", "cells.c", "passes.c")
-    last = ("bases.c", "nodes.c", "banded.c", "unknowns.c", "transposed.c", "sides.c")
+    last = ("bases.c", "nodes.c", "banded.c", "unknowns.c", "sides.c")
     header, *others = ((here / name).read_text() for name in (*first, *last))
     header += (here / "programs.h").read_text()
+    # what is not static is for Python, and for what stands before it
+    header += "".join(f"{found};\n" for found in re.findall(EXPORTED, "\n".join(others)))
     kinds = "const double *, const double *, const double *, const int *, const uint8_t *, void *"
     for k in range(INTEGRALS):
         header += "".join(f"void {f}_{k}(double *, {kinds});\n" for f in INTERPRETERS)
     common, both = ((here / name).read_text() for name in ("programs.c", "program.c"))
+    common += f"enum {{ {', '.join(CODES).upper()} }};\n"
     ends = "#undef V\n#undef NAME\n#undef FIXED\n#undef INLINED"
     inlined = "inline __attribute__((always_inline))"
     for kind, name, fixed, how in (("double", "one", 0, ""), ("lanes", "lanes", 1, inlined)):

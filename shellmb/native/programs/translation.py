@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 from shellmb.native.programs.graph import BINARY, COMPARED, LEAVES, UNARY, Graph, Input, Key
 
-# operations of C, in the order of its list
+# operations, of which C has a list
 CODES = (
     "add", "add_u", "sub", "sub_u", "u_sub", "mul", "u_mul", "div", "u_div", "sum", "dot2",
     "dot3", "dot4", "dot5", "dot6", "u_dot2", "u_dot3", "u_dot4", "u_dot5", "fill",

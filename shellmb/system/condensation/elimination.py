@@ -87,8 +87,9 @@ def _pattern(cells: MeshCells, jacobian: list[PlacedForm]) -> Bools:
     """Entries that are not zero in the matrix of some cell."""
     loop = FormLoop(cells, jacobian)
     found = np.zeros((cells.size, cells.size))
-    arguments = cells.struct(loop), loop.kernels, loop.count, native.doubles(found)
-    native.cells().lib.largest_entries(*arguments)
+    some = np.empty((loop.lanes, *found.shape))
+    arguments = cells.struct(loop), loop.kernels, loop.count, *map(native.doubles, (some, found))
+    native.cells().lib.all_matrices(*arguments)
     return found != 0.0
 
 
@@ -132,13 +133,16 @@ def elimination(chunks: EliminationBlocks, pointer: CArrays) -> tuple[dict[str, 
         "inverse_place": inverses,
         "block_place": blocks,
     }
+    members |= _pointers(pointer, tables)
     for side in runs:
         begins, counts, places = zip(*runs[side] or [(0, 0, 0)], strict=True)
-        tables |= {f"{side}_runs": ends[side], f"{side}_start": begins}
-        tables |= {f"{side}_width": counts, f"{side}_place": places}
-    for name, table in tables.items():
-        members[name] = pointer(np.array([*table, 0], dtype=np.int32))
+        tables = {"first": ends[side], "start": begins, "width": counts, "place": places}
+        members[side] = _pointers(pointer, tables)
     return members, size
+
+
+def _pointers(pointer: CArrays, tables: dict[str, Iterable[int]]) -> dict[str, Any]:
+    return {name: pointer(np.array([*t, 0], dtype=np.int32)) for name, t in tables.items()}
 
 
 def _runs(mask: Bools) -> list[tuple[int, int]]:

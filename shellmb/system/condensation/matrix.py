@@ -64,8 +64,9 @@ class CooMatrix:
         self._columns = int(self.A.getSize()[1])
         keys = [self._keys(*some) for some in list(zip(*pattern[1:], strict=True))[len(parts) : -1]]
         self._places = np.unique(np.concatenate([*keys, np.zeros(0, np.int64)]), return_index=True)
-        for part in parts:
-            part.emit()
+        for part, own in zip(parts, self.targets, strict=True):
+            # entries in their order
+            part.add_at(np.arange(len(own), dtype=np.int32), np.ones(len(own), dtype=bool))
 
     def end(self) -> None:
         """Add them up."""

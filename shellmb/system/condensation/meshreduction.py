@@ -93,7 +93,12 @@ class MeshReduction:
         self._layout()
         width = self.column_numbers.shape[1]
         size = self.row_numbers.shape[1] * width
-        projection = self.pointer.many("Projection", [self._projection])
+        # of some cells after the other all entries
+        p, count = CArrays(), self.cells.count
+        runs = np.array([(0, cell % CHUNK * size, size) for cell in range(count)], dtype=np.int32)
+        ends = np.repeat(np.arange(count + 1, dtype=np.int32), 2)[1:].copy()
+        every = {"runs": p(runs.reshape(-1, 3)), "run_offsets": p(ends)}
+        projection = p.many("Projection", [self._projection | every])
         loop, doubles, blocks = self.loop, native.doubles, native.doubles(self._blocks)
         # short integers, and one list for cells that have the same entries: of 64x64 elements there
         # are 26 million entries in ED
@@ -114,15 +119,6 @@ class MeshReduction:
         self._emitted = lists
         return np.concatenate(rows), np.concatenate(columns)
 
-    def emit(self) -> None:
-        """From now on assemblies give its entries in their order."""
-        p, lists = self.pointer, self._emitted
-        self._projection["list"] = p(np.array([*lists.of_cell, 0], dtype=np.int32))
-        self._projection["emitted_offsets"] = p(np.array(lists.offsets, dtype=np.int32))
-        none = np.zeros(0, dtype=np.int32)
-        self._projection["emitted"] = p(np.concatenate([none, *lists.entries]))
-        self._complete()
-
     def add_at(self, places: Int32s, first: Bools) -> None:
         """From now on assemblies add its entries up.
 
@@ -132,10 +128,6 @@ class MeshReduction:
         """
         runs, offsets = find_runs(self._emitted, places, first)
         self._projection |= {"runs": self.pointer(runs), "run_offsets": self.pointer(offsets)}
-        self._complete()
-
-    def _complete(self) -> None:
-        """All is known."""
         del self._emitted
         self._projection["kept"] = self._kept
         self.projection = self.pointer.many("Projection", [self._projection])
@@ -183,41 +175,34 @@ class MeshReduction:
         eliminated = place_for(self._eliminated_size, self.pointer)
         return self.pointer.many("Part", [{**self._members, "eliminated": eliminated}])
 
-    def reduce(self, b: Floats, change: Floats) -> None:
-        """Add to `change` what the element-wise equations of `b` do to the others."""
-        self.lib.reduce(self._part, *map(native.doubles, (b, change)))
+    def reduce(self, b: Floats, change: Floats, transposed: bool = False) -> None:
+        """Add to `change` what the element-wise equations of `b` do to the others.
 
-    def reduce_inner(self, r: Floats, change: Floats) -> None:
+        Args:
+            b: Right-hand side.
+            change: What is added to.
+            transposed: Whether it is of the transposed system, as below.
+        """
+        self.lib.reduce(self._part, transposed, *map(native.doubles, (b, change)))
+
+    def reduce_inner(self, r: Floats, change: Floats, transposed: bool = False) -> None:
         """Reduce what cells do not share after the projection: `r` gets parts of it."""
         if self.inner:
-            self.lib.reduce_inner(self._part, *map(native.doubles, (r, change)))
+            self.lib.reduce_inner(self._part, transposed, *map(native.doubles, (r, change)))
 
-    def expand_inner(self, r: Floats, x: Floats) -> None:
+    def expand_inner(self, r: Floats, x: Floats, transposed: bool = False) -> None:
         """Fill in what cells do not share, from `r` of `reduce_inner`."""
         if self.inner:
-            self.lib.expand_inner(self._part, *map(native.doubles, (r, x)))
+            self.lib.expand_inner(self._part, transposed, *map(native.doubles, (r, x)))
 
-    def expand(self, x: Floats, rows: Floats) -> None:
-        """Fill in the element-wise unknowns of `x`; add the multipliers' rows times `x`."""
-        self.lib.expand(self._part, *map(native.doubles, (x, rows)))
+    def expand(self, x: Floats, rows: Floats | None) -> None:
+        """Fill in the element-wise unknowns of `x`; add the multipliers' rows times `x`.
 
-    def reduce_transposed(self, b: Floats, change: Floats) -> None:
-        """Apply `reduce` to the transposed system."""
-        self.lib.reduce_transposed(self._part, *map(native.doubles, (b, change)))
-
-    def expand_transposed(self, x: Floats) -> None:
-        """Fill in the element-wise unknowns of a transposed solution."""
-        self.lib.expand_transposed(self._part, native.doubles(x))
-
-    def reduce_inner_transposed(self, r: Floats, change: Floats) -> None:
-        """Apply `reduce_inner` to the transposed system; `r` stays as it is."""
-        if self.inner:
-            self.lib.reduce_inner_transposed(self._part, *map(native.doubles, (r, change)))
-
-    def expand_inner_transposed(self, r: Floats, x: Floats) -> None:
-        """Apply `expand_inner` to the transposed system."""
-        if self.inner:
-            self.lib.expand_inner_transposed(self._part, *map(native.doubles, (r, x)))
+        Args:
+            x: The other unknowns.
+            rows: What is added to; None: the system is transposed, which has none of these.
+        """
+        self.lib.expand(self._part, rows is None, *map(native.doubles, (x, rows)))
 
 
 class SingularCell(Exception):

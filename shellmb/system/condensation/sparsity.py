@@ -16,13 +16,11 @@ class Lists:
     Attributes:
         of_cell: Number of the list of each cell so far.
         entries: The lists.
-        offsets: Where each begins, and where the last one ends.
     """
 
     def __init__(self) -> None:
         self.of_cell: list[int] = []
         self.entries: list[Int32s] = []
-        self.offsets = [0]
         self._known: dict[bytes, int] = {}
 
     def add(self, found: Bools) -> None:
@@ -35,7 +33,6 @@ class Lists:
             number = self._known.setdefault(np.packbits(row).tobytes(), len(self.entries))
             if number == len(self.entries):
                 self.entries.append(np.flatnonzero(row).astype(np.int32))
-                self.offsets.append(self.offsets[-1] + len(self.entries[-1]))
             self.of_cell.append(number)
 
     def of(self, first: int, last: int) -> list[Int32s]:

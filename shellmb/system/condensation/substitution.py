@@ -83,12 +83,12 @@ class ParallelPasses:
         local = numbers.full.seen(b)
         change = np.zeros_like(local)
         for part in self.parts:
-            part.reduce_transposed(local, change)
+            part.reduce(local, change, transposed=True)
         reduced = numbers.right.transposed(b + numbers.full.summed(change))
         self._r = numbers.right.numbers.seen(reduced)
         rest = np.zeros_like(self._r)
         for part in self.parts:
-            part.reduce_inner_transposed(self._r, rest)
+            part.reduce_inner(self._r, rest, transposed=True)
         rhs[:] = (reduced + numbers.right.numbers.summed(rest))[numbers.outer]
 
     def after_transposed(self, solution: Floats) -> Floats:
@@ -102,10 +102,10 @@ class ParallelPasses:
         reduced[numbers.outer] = solution
         seen = numbers.left.seen(reduced)
         for part in self.parts:
-            part.expand_inner_transposed(self._r, seen)
+            part.expand_inner(self._r, seen, transposed=True)
         values = numbers.left.times(seen)
         for part in self.parts:
-            part.expand_transposed(values)
+            part.expand(values, None)
         return values
 
 

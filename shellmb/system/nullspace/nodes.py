@@ -79,9 +79,9 @@ class SystemNodes:
             nodes.settled = False
 
     @property
-    def turnings(self) -> list[dict[str, Any]] | None:
-        """For C, how directors among unknowns are normalised; None: no call of C does all."""
-        return None if self._loops is None else [loops.members for loops in self._loops]
+    def turnings(self) -> list[Any] | None:
+        """For C, directors among unknowns that are normalised; None: no call of C does all."""
+        return None if self._loops is None else [loops.struct for loops in self._loops]
 
     def multipliers(self, k: int) -> Ints:
         """Unknowns of the multipliers of a field's nodes, shape (n, c)."""
@@ -154,33 +154,26 @@ class NodeLoops:
         rates: Those of their velocities over a path, of the same shape; None: there are none.
 
     Attributes:
-        members: For C, how they are normalised.
+        struct: For C, where they are.
     """
 
     def __init__(self, nodes: DirectorNodes, rows: Ints, rates: Ints | None) -> None:
-        self._nodes, self._lib = nodes, native.cells().lib
-        self._rows = np.ascontiguousarray(rows)
-        self._reference = np.ascontiguousarray(nodes.reference[nodes.regular])
-        places = [native.longs(self._rows)]
-        turn, normalise = self._lib.turn_nodes, self._lib.normalise_nodes
-        if rates is not None:
-            self._rates = np.ascontiguousarray(rates)
-            places.append(native.longs(self._rates))
-            turn, normalise = self._lib.turn_path, self._lib.normalise_path
-        self._turn, self._normalise = turn, normalise
-        reference = native.doubles(self._reference)
-        self._where = (len(rows), rows.shape[1] // 3, *places, reference)
-        self.members = {
-            **dict(zip(("nodes", "directors"), self._where[:2], strict=True)),
-            **dict(zip(("rows", "rates"), places, strict=False)),
-            "reference": reference,
+        self._nodes, self._lib, self._pointer = nodes, native.cells().lib, native.CArrays()
+        pointer = self._pointer
+        members = {
+            "nodes": len(rows),
+            "directors": rows.shape[1] // 3,
+            "rows": pointer(np.ascontiguousarray(rows)),
+            "rates": pointer(None if rates is None else np.ascontiguousarray(rates)),
+            "reference": pointer(np.ascontiguousarray(nodes.reference[nodes.regular])),
         }
+        self.struct = pointer.many("Turning", [members])
 
     def turn(self, x: Any, dx: Any) -> None:
         """Make the update `-dx` of unknowns one by finite rotations; pointers for C."""
-        if self._turn(*self._where, x, dx, TURN):
+        if self._lib.turn_nodes(self.struct, x, dx, TURN):
             self._nodes.settled = False
 
     def normalise(self, x: Any) -> None:
         """Bring directors among the unknowns to unit length and right angles; pointer for C."""
-        self._normalise(*self._where, x)
+        self._lib.normalise_nodes(self.struct, x)
