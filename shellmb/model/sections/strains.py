@@ -61,7 +61,7 @@ def path_terms(
         _stress_work(*common, [s.in_row(k) for s in stresses], single, integrate)
         for k in range(len(rows.numbers))
     )
-    return Term(work(rows.stresses, tests), rows.numbers, alone)
+    return Term(residual, rows.numbers, alone)
 
 
 def _stress_work(
