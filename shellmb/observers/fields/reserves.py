@@ -15,15 +15,12 @@ from shellmb.model.locations.nodes import local_point
 from shellmb.model.shells.shell import ShellModel
 from shellmb.observers.fields.by_section import layup
 from shellmb.observers.fields.modal import readable, resultants_of
-from shellmb.observers.fields.through import SIDES, NodalResultants, ply_rows, stresses
+from shellmb.observers.fields.through import SIDES, NodalResultants, PlyState, ply_rows, ply_state
 from shellmb.scene import Reserve, Shell
 from shellmb.scene.loads.loads import PointLoad
 from shellmb.scene.lookup import find_shell, said
-from shellmb.scene.shells.strength import CRITERIA
+from shellmb.scene.shells.strength import CRITERIA, MOST
 from shellmb.simulate.simulation import BaseObserver, Simulation
-
-# reserve factor in fields of what is hardly loaded, or not at all
-MOST = 1000.0
 
 
 @dataclass(frozen=True)
@@ -45,27 +42,30 @@ class Judged:
         """Decide whether stresses 13 and 23 are needed."""
         return CRITERIA[self.reserve.criterion].across
 
-    def utilisations(self, stress: Floats, strain: Floats) -> Floats:
+    def utilisations(self, state: PlyState, nodes: Any = np.s_[:]) -> Floats:
         """Utilisations by ply, side and mode, shape (n, plies, 3, modes).
 
         Args:
-            stress: Stresses of all plies at their sides, shape (n, plies, 3, 5).
-            strain: Strains likewise.
+            state: Stresses and strains.
+            nodes: Which nodes.
         """
-        criterion = CRITERIA[self.reserve.criterion]
-        found = np.zeros((*stress.shape[:3], len(criterion.modes)))
+        criterion, total = CRITERIA[self.reserve.criterion], state.total[:, nodes]
+        found = np.zeros((*total.shape[1:4], len(criterion.modes)))
         for k, strength in self.strengths.items():
-            found[:, k] = criterion.utilisations(stress[:, k], strain[:, k], strength)
+            if state.held is None:
+                found[:, k] = criterion.utilisations(total[0, :, k], total[1, :, k], strength)
+            else:
+                held = state.held[:, nodes, k]
+                found[:, k] = criterion.beside(total[:, :, k] - held, held, strength)
         return found
 
-    def fields(self, stress: Floats, strain: Floats) -> dict[str, Floats]:
+    def fields(self, state: PlyState) -> dict[str, Floats]:
         """Utilisation, reserve factor (at most `MOST`) and critical ply, each of shape (n,).
 
         Args:
-            stress: As of `utilisations`.
-            strain: As of `utilisations`.
+            state: Stresses and strains.
         """
-        by_ply = self.utilisations(stress, strain).max(axis=(2, 3))
+        by_ply = self.utilisations(state).max(axis=(2, 3))
         largest = by_ply.max(axis=1)
         return {
             "utilisation": largest,
@@ -176,10 +176,9 @@ class Reserves(BaseObserver):
         self._take(simulation)
 
     def _take(self, simulation: Simulation) -> None:
-        now = {n: stresses(self._rows[n], each.now()) for n, each in self._resultants.items()}
+        now = {n: ply_state(self._rows[n], each.now()) for n, each in self._resultants.items()}
         for each, nodes, places in self._judged:
-            stress, strain = now[each.shell.name]
-            found = each.utilisations(stress[nodes], strain[nodes])
+            found = each.utilisations(now[each.shell.name], nodes)
             mine: Critical | None = None
             if found.size:
                 node, ply, side, mode = np.unravel_index(found.argmax(), found.shape)
