@@ -99,7 +99,10 @@ def stresses(table: pd.DataFrame, *parts: str) -> Any:
 def test_a_cured_cross_ply_has_the_stresses_of_a_sum_of_springs() -> None:
     """Without lateral contraction plies are springs side by side: in a line."""
     section = laminate(nu=0.0)
-    table = sm.run(sheet(section, cooled(section))).plies(at=(0.1, 0.05, 0))
+    run = sm.run(sheet(section, cooled(section)))
+    table = run.plies(at=(0.1, 0.05, 0))
+    with pytest.raises(sm.SceneError, match="t is 3; it must be from 0 to 1, as the states in"):
+        run.plies(at=(0.1, 0.05, 0), t=3)
     common = COOLED * (E1 * ALPHA[0] + E2 * ALPHA[1]) / (E1 + E2)
     wanted = [E1 * (common - COOLED * ALPHA[0]), E2 * (common - COOLED * ALPHA[1]), 0.0]
     assert wanted[0] < 0 < wanted[1] and wanted[0] == pytest.approx(-wanted[1])
