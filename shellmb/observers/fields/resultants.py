@@ -53,7 +53,10 @@ class Resultants:
 
     Attributes:
         size: Number of components.
+        vectors: What is read, of a state, and in motion as a mean over a step.
     """
+
+    vectors: tuple[Expr, ...] = ()
 
     def __init__(self, simulation: Simulation, body: ShellModel | BeamModel) -> None:
         self._simulation, problem = simulation, simulation.problem
@@ -72,6 +75,7 @@ class Resultants:
             at = state if levels.reference else step.mean_state()
         pairs = zip(found, (state, at), ("now", "mean"), strict=False)
         found = [self._whole(body, r, q, when) for r, q, when in pairs]
+        self.vectors = tuple(found)
         if self._start is not None:
             found[1] = ufl.replace(found[1], {levels.q: self._start})
         self._prepare(body, found)
@@ -126,6 +130,10 @@ class Resultants:
         flat = np.asarray(expression.eval(self._mesh, self._cells), dtype=np.float64)
         values = flat.reshape(len(self._cells), -1, self.size)
         return np.asarray(np.einsum("np,epk->enk", self._continued, values))
+
+    def back(self, slopes: Floats) -> Floats:
+        """Derivatives of a number by values at points, from those by `elements`, alike shaped."""
+        return np.asarray(np.einsum("np,enk->epk", self._continued, slopes))
 
     def sums(self, nodes: Int32s, quantity: str) -> Floats:
         """Sum of the elements' values at nodes, in N, N m or per m, and their number, shape (4,).

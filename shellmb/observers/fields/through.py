@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import ufl
+from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats
 from shellmb.meshes.shared import sums_at_nodes
@@ -172,6 +173,15 @@ class Slopes:
         found = np.einsum("cpaf,cfk->cpak", self._weights, values[self._nodes])
         return np.asarray(found.reshape(*found.shape[:2], -1))
 
+    def back(self, slopes: Floats) -> Floats:
+        """Derivatives of a number by values at nodes of elements, shape (cells, nodes, k).
+
+        Args:
+            slopes: Its derivatives by what `elements` has, shape (cells, nodes, 2 k).
+        """
+        by = slopes.reshape(*slopes.shape[:2], 2, -1)
+        return np.asarray(np.einsum("cpaf,cpak->cfk", self._weights, by))
+
 
 class NodalMeans:
     """Means at each node of what the elements around it have there.
@@ -194,6 +204,20 @@ class NodalMeans:
             values: Values of the cells of this rank at their nodes, shape (c, nodes, k).
         """
         return sums_at_nodes(self._space, values) / self._count
+
+    def back(self, slopes: Floats) -> Floats:
+        """Derivatives of a number by what elements have at their nodes, (cells, nodes, k).
+
+        Args:
+            slopes: Its derivatives by means at the nodes of this rank, ghosts too, shape (n, k).
+        """
+        topology = self._space.mesh.topology
+        cells = topology.index_map(topology.dim).size_local
+        return np.asarray((slopes / self._count)[self._space.dofmap.list[:cells]])
+
+    def sums(self, values: Floats) -> Floats:
+        """Sums at the nodes of this rank of what elements have there; collective."""
+        return sums_at_nodes(self._space, values)
 
 
 class NodalResultants:
@@ -231,6 +255,31 @@ class NodalResultants:
             return R
         apart = R[:, : max(6, R.shape[1] - 8)]
         return np.concatenate([R, self._nodes.mean(self._slopes.elements(apart))], axis=1)
+
+    def back(self, slopes: Floats) -> Floats:
+        """Derivatives of a number by resultants at points of elements, (cells, points, size).
+
+        Args:
+            slopes: Its derivatives by `now`, shape (n, columns), ghosts included; collective.
+        """
+        by_node = slopes[:, : self.size].copy()
+        if self._slopes is not None:
+            by = self._slopes.back(self._nodes.back(slopes[:, self.size :]))
+            by_node[:, : by.shape[-1]] += self._nodes.sums(by)
+        return self._resultants.back(self._nodes.back(by_node))
+
+    def shares(self, values: Floats) -> Floats:
+        """Sums in each element of its shares in means at its nodes, shape (cells,).
+
+        Args:
+            values: Values at the nodes, shape (n,).
+        """
+        return np.asarray(self._nodes.back(values[:, None]).sum(axis=(1, 2)))
+
+    @property
+    def vectors(self) -> tuple[Expr, ...]:
+        """Resultants, of a state and perhaps as a mean over a step."""
+        return self._resultants.vectors
 
 
 def interlaminar(rows: PlyRows, both: Floats) -> Floats:
