@@ -1,4 +1,4 @@
-"""The number that is differentiated: a function of the histories of probes."""
+"""The number that is differentiated: a function of histories of probes and reserves."""
 
 from __future__ import annotations
 

@@ -7,6 +7,7 @@ sum of resultants `R`, whose derivatives by the states of a step are those of th
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
@@ -78,11 +79,8 @@ class Watch(Reserves):
         self.noted.append({})
         for each, *_ in self.judged:
             name, values = each.reserve.name, both[each.shell.name]
-            place, slope, by = (
-                self.places[name],
-                np.zeros(values.shape[1]),
-                len(self._fields) * [0.0],
-            )
+            place, slope = self.places[name], np.zeros(values.shape[1])
+            by = [0.0] * len(self._fields)
             if place.rank == simulation.model.comm.rank:
                 body, there = readable(simulation.model)[each.shell.name], values[place.node]
                 read = _Node(each, body, place, simulation.scheme.dynamic)
@@ -137,14 +135,13 @@ class _Node:
         # slips of plies that relax are NaN, and in no criterion
         linear = np.nan_to_num(ply_state(rows, np.eye(len(there))).total)
         found, (ply, side) = np.zeros(len(there)), self._place[2:4]
-        for kind in range(2):
-            for part in range(5):
-                alike = total[kind, 0, ply, side, :3] if part < 3 else total[kind, 0, ply, side, 3:]
-                size = APART * (np.nan_to_num(np.abs(alike)).max() or 1.0)
-                beside = total.copy()
-                beside[kind, :, ply, side, part] += size * OFFSETS
-                if by := float(self._values(PlyState(beside, held)) @ WEIGHTS) / size:
-                    found += by * linear[kind, :, ply, side, part]
+        for kind, part in np.ndindex(2, 5):
+            alike = np.s_[:3] if part < 3 else np.s_[3:]
+            size = APART * (np.nan_to_num(np.abs(total[kind, 0, ply, side, alike])).max() or 1.0)
+            beside = total.copy()
+            beside[kind, :, ply, side, part] += size * OFFSETS
+            by = float(self._values(PlyState(beside, held)) @ WEIGHTS) / size
+            found += by * linear[kind, :, ply, side, part]
         return found
 
 
@@ -220,15 +217,11 @@ class Utilisations:
 
     def __init__(self, simulation: Simulation, watch: Watch, slopes: Mapping[str, Floats]) -> None:
         self._run, self._watch, self._slopes = simulation, watch, slopes
-        self._reads = (
-            []
-            if watch.idle
-            else [
-                _Read(simulation, resultants, name) for name, resultants in watch.resultants.items()
-            ]
-        )
-        shells = {each.reserve.name: each.shell.name for each, *_ in getattr(watch, "judged", ())}
-        self._names = {r.name: [n for n, of in shells.items() if of == r.name] for r in self._reads}
+        self._names = defaultdict[str, list[str]](list)
+        for each, *_ in watch.judged:
+            if np.any(slopes[each.reserve.name]):
+                self._names[each.shell.name].append(each.reserve.name)
+        self._reads = [_Read(simulation, watch.resultants[name], name) for name in self._names]
 
     @property
     def forms(self) -> list[tuple[Form, fem.Function]]:
@@ -262,15 +255,17 @@ class Utilisations:
         Returns:
             Their sum at the start, and as a function of steps; of this rank, collective.
         """
+        if not self._reads:
+            return 0.0, lambda step: 0.0
         reserves, simulation, problem = Reserves(), side.simulation, side.problem
-        live, dynamic = starts(problem), simulation.scheme.dynamic
-        put(first, live)
+        dynamic = simulation.scheme.dynamic
+        put(first, starts(problem))
         reserves.start(simulation)
 
         def now(row: int) -> float:
             found = 0.0
             both = {name: each.now() for name, each in reserves.resultants.items()}
-            for each, *_ in reserves.judged if both else ():
+            for each, *_ in reserves.judged:
                 name, body = each.reserve.name, readable(simulation.model)[each.shell.name]
                 place = self._watch.noted[row][name].place
                 if place.rank == simulation.model.comm.rank:
@@ -280,8 +275,6 @@ class Utilisations:
             return found
 
         def of_step(step: StoredSteps) -> float:
-            if not self._reads:
-                return 0.0
             side.hold(step.unknowns)
             if dynamic:
                 reserves.solved(simulation)
