@@ -159,6 +159,17 @@ def reading_element(nodes: fem.FunctionSpace) -> basix.finite_element.FiniteElem
     return _local(element.cell_type, element.degree - 1, 1).basix_element
 
 
+def reading_space(nodes: fem.FunctionSpace, size: int) -> fem.FunctionSpace:
+    """Space of values at these points, a vector at each.
+
+    Args:
+        nodes: Space of displacements.
+        size: Number of components.
+    """
+    element = nodes.element.basix_element
+    return space_on(nodes.mesh, _local(element.cell_type, element.degree - 1, size))
+
+
 def _constants(cell: Any, sizes: Mapping[str, int]) -> dict[str, Element]:
     return {p: basix.ufl.element("DG", cell, 0, shape=(size,)) for p, size in sizes.items()}
 

@@ -66,6 +66,7 @@ FIELDS: dict[str, FieldKind] = {
     "branch_strains": _kind(
         "strains of Maxwell branches", "strain or curvature", SPRINGS, "branch", "relaxing"
     ),
+    "natural_factor": _kind("factor of natural strains", "number", (), "", "held"),
     "energy_density": _kind("strain energy density", "energy per area", (), "", "shell beam"),
     "surface_stress": _kind("stresses at both faces", "stress", LOWER_UPPER, "face", "linear"),
     "von_mises": _kind(

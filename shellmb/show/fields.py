@@ -15,6 +15,7 @@ from shellmb.errors import SceneError
 from shellmb.files.reading import read_series
 from shellmb.scene.fields import FIELDS, MANY, FieldKind
 from shellmb.scene.lookup import listed
+from shellmb.scene.types import number_or_nan
 from shellmb.scene.units import Units
 
 if TYPE_CHECKING:
@@ -25,6 +26,8 @@ if TYPE_CHECKING:
 SERIES = ".vtu.series"
 REFERENCE, NAMES = "reference", "name"
 XYZ = ("x", "y", "z")
+# round-off of times, over that between the first and the last state
+OUTSIDE = 1e-6
 
 
 class Fields(Mapping[str, "xr.Dataset"]):
@@ -130,12 +133,18 @@ class Fields(Mapping[str, "xr.Dataset"]):
         """The time of a state nearest to a time; None: the last one.
 
         Raises:
-            SceneError: If there are no states.
+            SceneError: If there are no states, or the time is outside of theirs.
         """
         times = self.times
         if not len(times):
             raise SceneError(f"fields: there are no states in {self.folder}; the run wrote none")
-        return float(times[-1] if t is None else times[np.argmin(np.abs(times - t))])
+        at, first, last = number_or_nan(times[-1] if t is None else t), times.min(), times.max()
+        if not first - OUTSIDE * (last - first) <= at <= last + OUTSIDE * (last - first):
+            raise SceneError(
+                f"fields: {self.along} is {t!r:.40}; it must be from {first:g} to {last:g}, as the "
+                f"states in {self.folder} are"
+            )
+        return float(times[np.argmin(np.abs(times - at))])
 
     def file(self, name: str, t: float) -> Path:
         """The file of a body's state nearest to a time."""

@@ -36,7 +36,7 @@ def plies(
     """
     import pandas as pd
 
-    from shellmb.observers.fields.by_section import shell_stiffness
+    from shellmb.observers.fields.by_section import held_plies, shell_stiffness
     from shellmb.observers.fields.through import SIDES, ply_rows
 
     shell = find_shell(scene, body, "plies")
@@ -48,8 +48,7 @@ def plies(
     if missing or not isinstance(shell.section, LinearSection):
         raise SceneError(
             f"{who} has no field {missing[0] if missing else 'interlaminar_1'}; the scene must "
-            "have Output(fields=('N', 'M', 'interlaminar')), and the section must be linear, and "
-            "without natural strains where it has plies"
+            "have Output(fields=('N', 'M', 'interlaminar')), and the section must be linear"
         )
     state = data.sel({fields.along: fields.nearest(t)}, method="nearest")
     place, nodes, weights = _surrounding(fields, shell.name, at, who)
@@ -59,14 +58,16 @@ def plies(
 
     layup = shell.section.at(place, said(shell))
     layup = layup.at_rest if scene.static else layup
-    R, springs = np.concatenate([read("N"), read("M")]), []
+    R, beside = np.concatenate([read("N"), read("M")]), []
     for k, shares in enumerate(layup.branches, start=1):
         strain = read(f"branch_strains_{k}")
-        springs.append(shell_stiffness(shell, layup)[:6, :6] @ strain)
+        beside.append(shell_stiffness(shell, layup)[:6, :6] @ strain)
         R -= shell_stiffness(shell, layup.scaled(shares))[:6, :6] @ strain
-    found = []
+    if held_plies(shell):
+        beside.append(read("natural_factor")[None])
+    found, given = [], np.concatenate([R, *beside])
     for k, rows in enumerate(ply_rows(shell, layup), start=1):
-        stress, strain = rows.stress @ np.concatenate([R, *springs]), rows.strain @ R
+        stress, strain = rows.stress @ given, rows.strain @ given
         across = read(f"interlaminar_{k}").reshape(3, 2)
         slip = across @ rows.slip.T
         if axes == "shell":

@@ -70,6 +70,16 @@ def test_frames_and_columns_by_name(computed) -> None:
         computed.fields["wing"]
 
 
+@pytest.mark.parametrize("t", [0.006, -1e-3, float("nan"), "end"])
+def test_times_outside_of_the_run_are_said(computed, t) -> None:
+    """Not answered by the state at its end, in any reader of states."""
+    for read in (computed.frame, computed.picture, computed.view):
+        with pytest.raises(sm.SceneError, match=f"t is {t!r}; it must be from 0 to 0.005, as"):
+            read(t=t)
+    # round-off of the last time is none
+    assert computed.frame(0.005 * (1 + 1e-12)).field_data["t"][0] == 0.005
+
+
 def test_what_it_shows_in_a_notebook(computed) -> None:
     page = computed._repr_html_()
     assert "<img" in page and "energy balance error" in page

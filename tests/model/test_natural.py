@@ -303,14 +303,6 @@ def glued(model: Any) -> sm.Scene:
 
 
 BAD = {
-    "output: fields has 'ply_stress'; it must be left out, as there is no shell with plies": (
-        lambda: sm.Scene(
-            "s",
-            sm.Shell("s", sm.Rectangle(1, 1), BIMETAL, natural=HEAT),
-            supports=sm.Clamped("left"),
-            output=sm.Output(fields=("ply_stress",)),
-        )
-    ),
     "natural is given; its section must be linear": lambda: sm.Shell(
         "s",
         sm.Rectangle(1, 1),

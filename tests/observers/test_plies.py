@@ -10,7 +10,7 @@ import shellmb as sm
 from shellmb.demos.references.pagano import Solid, Wave, pagano
 from shellmb.demos.verification.laminates import Stiffness, wave_stiffness
 from shellmb.observers.fields.by_section import ply_stress
-from shellmb.observers.fields.through import interlaminar, ply_rows, stresses
+from shellmb.observers.fields.through import interlaminar, ply_rows, ply_state
 
 SOLID = Solid((25.0, 1.0, 1.0), (0.25, 0.25, 0.25), (0.5, 0.5, 0.2))
 MATERIAL = sm.PlyMaterial(25.0, 1.0, nu12=0.25, G12=0.5, G13=0.5, G23=0.2)
@@ -108,7 +108,7 @@ def wave(slenderness: float, correction):
     both[1, [11, 12]] = both[1, [17, 18]] = turn * M[:2]
     both[1, [13, 19]] = -turn * M[2]
     shell = sm.Shell("s", sm.Rectangle(1, 1), section)
-    stress = stresses(ply_rows(shell, section.generic), both)[0]
+    stress = ply_state(ply_rows(shell, section.generic), both).total[0]
     # plies across have their 1-axis along y
     found = stress[0, 3, 2, 0], stress[1, 1, 2, 4], stress[1, 1, 2, 3]
     exact = waves(LAYUP, h, 1.0)
@@ -173,7 +173,7 @@ def test_stresses_across_are_in_equilibrium() -> None:
             total = total + h * (back[:, 0] + 4 * back[:, 1] + back[:, 2]) / 6
         np.testing.assert_allclose(total, both[:, 6:8], atol=1e-12)
         # as the field of faces has them
-        stress, _ = stresses(rows, both)
+        stress, _ = ply_state(rows, both).total
         for k in (0, 1, 3):
             plain = ply_stress(shell, at, k)(both[:, :8])
             np.testing.assert_allclose(plain[:, :3], stress[:, k, 0, :3], atol=1e-12)

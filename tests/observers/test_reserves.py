@@ -257,7 +257,6 @@ def test_what_is_missing_is_said() -> None:
         ({"section": odd}, "tsai-hill", r"ply 1 has a strength 3e\+09 across and 1.1e\+09 along"),
         ({"section": steep}, "puck", r"has p12t Yt = 9e\+07, and S12 = 8e\+07"),
         ({"model": "rigid"}, "tsai-wu", "shell 'blade' has no stresses of plies; it must be a"),
-        ({"natural": sm.NaturalStrain((1e-3, 0, 0))}, "tsai-wu", "without natural strains"),
     ):
         with pytest.raises(sm.SceneError, match=f"reserve 'r': .*{says}"):
             blade(shells=replace(shell, **change), reserves=sm.Reserve("r", criterion))

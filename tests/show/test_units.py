@@ -100,6 +100,7 @@ FIELD_UNITS = {
     # strains and curvatures are in one field
     "strains": "-, 1/m",
     "branch_strains": "-, 1/m",
+    "natural_factor": "-",
     "energy_density": "N/m",
     "surface_stress": "Pa",
     "von_mises": "Pa",

@@ -174,8 +174,31 @@ def ply_stress(shell: Shell, at: Layup, number: int) -> Derived:
 
 
 def stress_at(shell: Shell, at: Layup, number: int, z: Any) -> Floats:
-    """Stresses of a layer at a height from `N` and `M`, shape (..., 3, 6), or of `Layup.among`."""
+    """Stresses of a layer at a height from `N` and `M`, shape (..., 3, 6), or of `Layup.among`.
+
+    Where plies have natural strains, a last column has what is left of these in the layer.
+    """
     compliance = shell_compliance(shell, at, held=False)[..., :6]
     height = np.asarray(z)[..., None, None]
     strain = compliance[..., :3, :] + height * compliance[..., 3:6, :]
-    return at.among(at.layers[number].plane @ strain, number)
+    plane = at.layers[number].plane
+    found = at.among(plane @ strain, number)
+    if held_plies(shell):
+        found = np.concatenate([found, plane @ held_strain(shell, at, number, z)], axis=-1)
+    return found
+
+
+def held_plies(shell: Shell) -> bool:
+    """Decide whether plies of a shell hold each other from strains that they would have alone."""
+    return bool(shell.natural and shell.natural.plies)
+
+
+def held_strain(shell: Shell, at: Layup, number: int, z: Any) -> Floats:
+    """Natural strains of the section less those of a layer at a height, shape (3, 1).
+
+    The layer's stress follows from them, for a factor of one, beside what it has of resultants.
+    """
+    natural: Any = shell.natural
+    own, slope = at.layers[number].from_own(natural.plies[number])
+    found = natural.membrane - own + float(z) * (natural.curvature - slope)
+    return np.asarray(found)[:, None]

@@ -18,7 +18,7 @@ from shellmb.observers.fields import by_section as section
 from shellmb.observers.fields.modal import ModalStrained, modal_members, readable, resultants_of
 from shellmb.observers.fields.reserves import judged
 from shellmb.observers.fields.resultants import Strained
-from shellmb.observers.fields.through import NodalResultants, interlaminar, ply_rows, stresses
+from shellmb.observers.fields.through import NodalResultants, interlaminar, ply_rows, ply_state
 from shellmb.scene import LinearSection, Scene, Shell
 from shellmb.scene.checks.fields import kinds_of, wanted_fields
 from shellmb.scene.fields import FIELDS, JUDGED, SPRINGS, STATE
@@ -105,6 +105,9 @@ class ChosenFields:
             if name in FACES:
                 self.components[name], self._derived[name] = known, FACES[name](shell, at)
                 return
+            if name == "natural_factor":
+                self._add_factor(at)
+                return
             if name == "branch_strains":
                 self._add_springs(shell, at)
                 return
@@ -115,8 +118,15 @@ class ChosenFields:
                 to = self._steep
                 each = [partial(interlaminar, rows) for rows in ply_rows(shell, at)]
                 self._add_springs(shell, at)
+                if section.held_plies(shell):
+                    self._add_factor(at)
             for k, read in enumerate(each, start=1):
                 self.components[f"{name}_{k}"], to[f"{name}_{k}"] = known, read
+
+    def _add_factor(self, at: Layup) -> None:
+        """Factor of natural strains of plies, which `Run.plies` needs, too."""
+        self.components["natural_factor"] = ()
+        self._derived["natural_factor"] = itemgetter(np.s_[:, 6 * (1 + len(at.branches))])
 
     def _add_springs(self, shell: Shell, at: Layup) -> None:
         """Strains of branches, which `Run.plies` needs beside resultants."""
@@ -136,13 +146,14 @@ class ChosenFields:
             self._own[name] = itemgetter(np.s_[:, :size] if strains else np.s_[:, size])
             return
         make = section.strains_by if strains else section.energy_by
+        # of the resultants that are conjugate to strains, which stand last
         if beam:
-            # of the resultants that are conjugate to strains
-            read = make(section.beam_compliance(described))
-            self._derived[name] = lambda R: read(R[:, 6:])
+            compliance, count = section.beam_compliance(described), 6
         else:
             at = section.layup(body, self._dynamic)
-            self._derived[name] = make(section.shell_compliance(described, at))
+            compliance, count = section.shell_compliance(described, at), 8
+        read = make(compliance)
+        self._derived[name] = lambda R: read(R[:, -count:])
 
     def _judge(
         self, scene: Scene, body: ShellModel | BeamModel, names: tuple[str, ...]
@@ -157,9 +168,9 @@ class ChosenFields:
         self.components |= {f"{name}_{reserve}": () for reserve in each for name in names}
 
         def read(both: Floats) -> dict[str, Floats]:
-            state, found = stresses(rows, both), dict[str, Floats]()
+            state, found = ply_state(rows, both), dict[str, Floats]()
             for reserve, judge in each.items():
-                fields = judge.fields(*state)
+                fields = judge.fields(state)
                 found |= {f"{name}_{reserve}": fields[name] for name in names}
             return found
 

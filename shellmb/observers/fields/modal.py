@@ -24,6 +24,7 @@ from shellmb.model.reduced.data import ModalBody, amplitudes
 from shellmb.model.reduced.floating_body import Modes
 from shellmb.model.shells.shell import ShellModel
 from shellmb.native.expressions import MIDDLE, values_in_cells
+from shellmb.observers.fields.by_section import held_plies
 from shellmb.observers.fields.nodal import NodalValues, NodeGroup
 from shellmb.observers.fields.resultants import LayerResultants, Resultants
 from shellmb.simulate.simulation import Simulation
@@ -201,7 +202,8 @@ def resultants_of(
     """
     if body.name in modal_members(simulation.model):
         return ModalResultants(simulation, body.name)
-    if layers and body.name in simulation.problem.branches:
+    relaxes = body.name in simulation.problem.branches
+    if layers and isinstance(body, ShellModel) and (relaxes or held_plies(body.shell)):
         return LayerResultants(simulation, body)
     return Resultants(simulation, body)
 

@@ -15,15 +15,12 @@ from shellmb.model.locations.nodes import local_point
 from shellmb.model.shells.shell import ShellModel
 from shellmb.observers.fields.by_section import layup
 from shellmb.observers.fields.modal import readable, resultants_of
-from shellmb.observers.fields.through import SIDES, NodalResultants, ply_rows, stresses
+from shellmb.observers.fields.through import SIDES, NodalResultants, PlyState, ply_rows, ply_state
 from shellmb.scene import Reserve, Shell
 from shellmb.scene.loads.loads import PointLoad
 from shellmb.scene.lookup import find_shell, said
-from shellmb.scene.shells.strength import CRITERIA
+from shellmb.scene.shells.strength import CRITERIA, MOST
 from shellmb.simulate.simulation import BaseObserver, Simulation
-
-# reserve factor in fields of what is hardly loaded, or not at all
-MOST = 1000.0
 
 
 @dataclass(frozen=True)
@@ -45,27 +42,30 @@ class Judged:
         """Decide whether stresses 13 and 23 are needed."""
         return CRITERIA[self.reserve.criterion].across
 
-    def utilisations(self, stress: Floats, strain: Floats) -> Floats:
+    def utilisations(self, state: PlyState, nodes: Any = np.s_[:]) -> Floats:
         """Utilisations by ply, side and mode, shape (n, plies, 3, modes).
 
         Args:
-            stress: Stresses of all plies at their sides, shape (n, plies, 3, 5).
-            strain: Strains likewise.
+            state: Stresses and strains.
+            nodes: Which nodes.
         """
-        criterion = CRITERIA[self.reserve.criterion]
-        found = np.zeros((*stress.shape[:3], len(criterion.modes)))
+        criterion, total = CRITERIA[self.reserve.criterion], state.total[:, nodes]
+        found = np.zeros((*total.shape[1:4], len(criterion.modes)))
         for k, strength in self.strengths.items():
-            found[:, k] = criterion.utilisations(stress[:, k], strain[:, k], strength)
+            if state.held is None:
+                found[:, k] = criterion.utilisations(total[0, :, k], total[1, :, k], strength)
+            else:
+                held = state.held[:, nodes, k]
+                found[:, k] = criterion.beside(total[:, :, k] - held, held, strength)
         return found
 
-    def fields(self, stress: Floats, strain: Floats) -> dict[str, Floats]:
+    def fields(self, state: PlyState) -> dict[str, Floats]:
         """Utilisation, reserve factor (at most `MOST`) and critical ply, each of shape (n,).
 
         Args:
-            stress: As of `utilisations`.
-            strain: As of `utilisations`.
+            state: Stresses and strains.
         """
-        by_ply = self.utilisations(stress, strain).max(axis=(2, 3))
+        by_ply = self.utilisations(state).max(axis=(2, 3))
         largest = by_ply.max(axis=1)
         return {
             "utilisation": largest,
@@ -111,10 +111,34 @@ class Critical(NamedTuple):
     mode: str
 
 
+class Place(NamedTuple):
+    """Place of a utilisation among those that were found.
+
+    Args:
+        rank: Rank that owns the node.
+        node: Number of the node there.
+        ply: Number of the ply from 0.
+        side: Number of its side.
+        mode: Number of the mode of failure.
+    """
+
+    rank: int
+    node: int
+    ply: int
+    side: int
+    mode: int
+
+
 class Reserves(BaseObserver):
     """Records the largest utilisation of each reserve factor of the scene; the same on all ranks.
 
     Stresses are means over the step, in statics values, as probes of resultants have them.
+
+    Attributes:
+        judged: Utilisations, the nodes of this rank that are looked at, and their places.
+        resultants: Resultants of each shell by its name.
+        rows: Rows of its plies.
+        places: Places of the largest ones of the present step, by name.
     """
 
     remembered = ("_least", "_now")
@@ -122,7 +146,8 @@ class Reserves(BaseObserver):
     def __init__(self) -> None:
         self._least: dict[str, Any] = {}
         self._now: dict[str, float] = {}
-        self._resultants: dict[str, NodalResultants] = {}
+        self.resultants: dict[str, NodalResultants] = {}
+        self.places: dict[str, Place] = {}
 
     def start(self, simulation: Simulation) -> None:
         """Find the nodes and take the values at the start.
@@ -133,7 +158,7 @@ class Reserves(BaseObserver):
         scene, model = simulation.scene, simulation.model
         self.idle = not scene.reserves
         self._comm = model.comm
-        self._judged: list[tuple[Judged, Ints, Floats]] = []
+        self.judged: list[tuple[Judged, Ints, Floats]] = []
         bodies: dict[str, tuple[ShellModel, bool]] = {}
         # labels of point loads on a shell, and the nodes of elements that they act on
         self._loads: dict[str, list[tuple[str, Floats]]] = defaultdict(list)
@@ -152,13 +177,13 @@ class Reserves(BaseObserver):
                     f"{said(reserve)}: where is true at no node of {said(shell)}; it must be true "
                     "at some"
                 )
-            self._judged.append((each, chosen, nodes[chosen] + 0.0))
+            self.judged.append((each, chosen, nodes[chosen] + 0.0))
             for load in scene.loads:
                 if isinstance(load, PointLoad) and shell in scene.bodies_of(load):
                     self._loads[shell.name].append((load.label, _places(body, load)))
         dynamic = simulation.scheme.dynamic
-        self._rows = {n: ply_rows(b.shell, layup(b, dynamic)) for n, (b, _) in bodies.items()}
-        self._resultants = {
+        self.rows = {n: ply_rows(b.shell, layup(b, dynamic)) for n, (b, _) in bodies.items()}
+        self.resultants = {
             name: NodalResultants(body, resultants_of(simulation, body, layers=True), across)
             for name, (body, across) in bodies.items()
         }
@@ -168,7 +193,7 @@ class Reserves(BaseObserver):
 
     def solved(self, simulation: Simulation) -> None:
         """Keep what means over the step need of its start."""
-        for each in self._resultants.values():
+        for each in self.resultants.values():
             each.solved()
 
     def accepted(self, simulation: Simulation) -> None:
@@ -176,20 +201,25 @@ class Reserves(BaseObserver):
         self._take(simulation)
 
     def _take(self, simulation: Simulation) -> None:
-        now = {n: stresses(self._rows[n], each.now()) for n, each in self._resultants.items()}
-        for each, nodes, places in self._judged:
-            stress, strain = now[each.shell.name]
-            found = each.utilisations(stress[nodes], strain[nodes])
-            mine: Critical | None = None
+        self._judge(simulation, {name: each.now() for name, each in self.resultants.items()})
+
+    def _judge(self, simulation: Simulation, both: dict[str, Floats]) -> None:
+        """Take the largest utilisations from resultants at the nodes."""
+        now = {name: ply_state(self.rows[name], values) for name, values in both.items()}
+        for each, nodes, places in self.judged:
+            found = each.utilisations(now[each.shell.name], nodes)
+            mine: tuple[Critical, Place] | None = None
             if found.size:
-                node, ply, side, mode = np.unravel_index(found.argmax(), found.shape)
+                node, ply, side, mode = map(int, np.unravel_index(found.argmax(), found.shape))
                 who = each.reserve.criterion, each.shell.name
                 names = SIDES[side], CRITERIA[who[0]].modes[mode]
                 x, y, z = places[node].tolist()
                 when = simulation.step, float(simulation.t)
-                mine = Critical(float(found.max()), *when, *who, x, y, z, int(ply) + 1, *names)
+                at = Critical(float(found.max()), *when, *who, x, y, z, ply + 1, *names)
+                mine = at, Place(self._comm.rank, int(nodes[node]), ply, side, mode)
             every = [one for one in self._comm.allgather(mine) if one is not None]
-            largest, name = max(every), each.reserve.name
+            name = each.reserve.name
+            largest, self.places[name] = max(every)
             self._now[name] = largest.utilisation
             if name not in self._least or largest.utilisation > self._least[name][0]:
                 self._least[name] = tuple(largest)

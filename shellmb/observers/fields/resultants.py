@@ -17,6 +17,7 @@ from shellmb.meshes.spaces import reading_element
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.shells.shell import ShellModel
 from shellmb.native.expressions import compiled_expression
+from shellmb.observers.fields.by_section import held_plies
 from shellmb.schemes.base import Levels
 from shellmb.schemes.linearised import change
 from shellmb.simulate.simulation import Simulation
@@ -52,7 +53,10 @@ class Resultants:
 
     Attributes:
         size: Number of components.
+        vectors: What is read, of a state, and in motion as a mean over a step.
     """
+
+    vectors: tuple[Expr, ...] = ()
 
     def __init__(self, simulation: Simulation, body: ShellModel | BeamModel) -> None:
         self._simulation, problem = simulation, simulation.problem
@@ -62,32 +66,34 @@ class Resultants:
         at = state
         found = [_linear(body.resultants(state), levels, natural)]
         self._start: fem.Function | None = None
-        self._branches = branches = problem.branches.get(body.name)
+        self._branches = problem.branches.get(body.name)
         if simulation.scheme.dynamic:
             step = problem.steps[body.name]
             # looked at when the step is accepted, and its start is overwritten
             self._start = fem.Function(body.mixed.space, name="start")
             found.append(_linear(step.mean_resultants(body), levels, natural))
             at = state if levels.reference else step.mean_state()
-        if branches is not None:
-            pairs = zip(found, (state, at), (False, True), strict=True)
-            found = [self._relaxing(body, r, q, branches.springs(mean)) for r, q, mean in pairs]
+        pairs = zip(found, (state, at), ("now", "mean"), strict=False)
+        found = [self._whole(body, r, q, when) for r, q, when in pairs]
+        self.vectors = tuple(found)
         if self._start is not None:
             found[1] = ufl.replace(found[1], {levels.q: self._start})
         self._prepare(body, found)
 
-    def _relaxing(
-        self, body: Any, elastic: Expr, q: Expr, springs: Sequence[tuple[Expr, Expr]]
-    ) -> Expr:
-        """Vector that is read of a body whose branches act.
+    def _springs(self, when: str) -> Sequence[tuple[Expr, Expr]]:
+        """Strains and stresses of the branches, if there are any."""
+        return () if self._branches is None else self._branches.springs(when == "mean")
+
+    def _whole(self, body: Any, elastic: Expr, q: Expr, when: str) -> Expr:
+        """Vector that is read, with branches.
 
         Args:
             body: The body.
             elastic: Resultants of the long-term section.
             q: State at which the stresses of the branches act.
-            springs: Strains and stresses of the branches.
+            when: Of a state "now", or as a "mean" over a step.
         """
-        return sum((body.of_stress(stress, q) for _, stress in springs), elastic)
+        return sum((body.of_stress(stress, q) for _, stress in self._springs(when)), elastic)
 
     def _prepare(self, body: ShellModel | BeamModel, vectors: list[Expr]) -> None:
         """Make what is read, of states and perhaps as means."""
@@ -125,6 +131,10 @@ class Resultants:
         values = flat.reshape(len(self._cells), -1, self.size)
         return np.asarray(np.einsum("np,epk->enk", self._continued, values))
 
+    def back(self, slopes: Floats) -> Floats:
+        """Derivatives of a number by values at points, from those by `elements`, alike shaped."""
+        return np.asarray(np.einsum("np,enk->epk", self._continued, slopes))
+
     def sums(self, nodes: Int32s, quantity: str) -> Floats:
         """Sum of the elements' values at nodes, in N, N m or per m, and their number, shape (4,).
 
@@ -141,20 +151,20 @@ class Resultants:
 
 
 class LayerResultants(Resultants):
-    """Resultants that stresses of layers follow from where branches act, shape (6 n + 8,).
+    """Resultants that stresses of layers follow from where no resultant has all, shape (m + 8,).
 
     N and M that the long-term section has of its strain, and would have of those of the springs of
-    each set of branches (`Layup.among`); its resultants stand behind.
+    each set of branches (`Layup.among`), and the factor of natural strains of plies
+    (`stress_at`); the resultants of the section stand behind.
     """
 
-    def _relaxing(
-        self, body: Any, elastic: Expr, q: Expr, springs: Sequence[tuple[Expr, Expr]]
-    ) -> Expr:
-        whole = super()._relaxing(body, elastic, q, springs)
+    def _whole(self, body: Any, elastic: Expr, q: Expr, when: str) -> Expr:
+        whole, springs = super()._whole(body, elastic, q, when), self._springs(when)
         # triangles have a second group of each set, of shear alone
-        sets = springs[:: len(springs) // len(body.shell.section.generic.branches)]
+        sets = springs[:: max(1, len(springs) // max(1, len(body.shell.section.generic.branches)))]
         every = [elastic, *(body.section.formulation.stress(strain) for strain, _ in sets)]
-        return ufl.as_vector([*(r[k] for r in every for k in range(6)), *whole])
+        factor = [getattr(body.natural, when)] if held_plies(body.shell) else []
+        return ufl.as_vector([*(r[k] for r in every for k in range(6)), *factor, *whole])
 
 
 class Strained(Resultants):

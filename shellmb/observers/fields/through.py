@@ -12,17 +12,23 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import ufl
+from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats
 from shellmb.meshes.shared import sums_at_nodes
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.shells.shell import ShellModel
 from shellmb.native.expressions import values_in_cells
-from shellmb.observers.fields.by_section import shell_compliance, stress_at
+from shellmb.observers.fields.by_section import (
+    held_plies,
+    held_strain,
+    shell_compliance,
+    stress_at,
+)
 from shellmb.observers.fields.resultants import Resultants
 from shellmb.scene import Shell
 from shellmb.scene.shells.lamination import Layup, shear_step, strain_turn, vector_turn
@@ -38,12 +44,13 @@ class PlyRows:
         angle: From the shell's 1-direction to the fibres, shape (...) [degrees].
         heights: Above the reference surface, shape (..., 3) [m].
         stress: Stresses 11, 22, 12 in the ply's axes from N and M, shape (..., 3, 3, m): m is 6,
-            and more where branches act (`Layup.among`).
-        strain: Strains 11, 22, 2*12 in the ply's axes from N and M, shape (..., 3, 3, 6).
+            and more where branches act (`Layup.among`) or plies have natural strains (`stress_at`).
+        strain: Strains 11, 22, 2*12 likewise, those that stresses follow from.
         shear: Stresses 13, 23 in the ply's axes from Q and the derivatives of these N and M along 1
             and along 2, shape (..., 3, 2, 2 + 2 m).
         slip: Shear strains from the stresses 13, 23, shape (..., 2, 2); NaN in a ply whose branches
             act, where they follow from the stresses of all times before.
+        held: Whether the last column is that of natural strains.
     """
 
     angle: Any
@@ -52,6 +59,7 @@ class PlyRows:
     strain: Floats
     shear: Floats
     slip: Floats
+    held: bool
 
 
 def ply_rows(shell: Shell, at: Layup) -> tuple[PlyRows, ...]:
@@ -63,7 +71,7 @@ def ply_rows(shell: Shell, at: Layup) -> tuple[PlyRows, ...]:
     """
     free, held = shell_compliance(shell, at, held=False), shell_compliance(shell, at)
     found = []
-    shears = _shears(free[..., :6, :6], at)
+    shears = _shears(free[..., :6, :6], at, held_plies(shell))
     for k, (layer, shear) in enumerate(zip(at.layers, shears, strict=True)):
         low, high = (np.asarray(z, dtype=float) for z in at.heights[k : k + 2])
         heights = np.stack([low, (low + high) / 2, high], axis=-1)
@@ -80,28 +88,39 @@ def ply_rows(shell: Shell, at: Layup) -> tuple[PlyRows, ...]:
                 layer.angle,
                 heights,
                 there * (stress_into @ stress),
-                there * (into @ _strain(held, heights)),
+                there * (into @ _strain(shell, at, k, held, heights, stress.shape[-1])),
                 there * (across[..., None, :, :] @ shear),
                 np.linalg.inv(turned) * (1.0 if layer.relaxation is None else np.nan),
+                held_plies(shell),
             )
         )
     return tuple(found)
 
 
-def _strain(compliance: Floats, heights: Floats) -> Floats:
-    """Strains at three heights from N and M, shape (..., 3, 3, 6)."""
+def _strain(
+    shell: Shell, at: Layup, k: int, compliance: Floats, heights: Floats, columns: int
+) -> Floats:
+    """Strains of a layer at three heights from what its stresses follow from, (..., 3, 3, m)."""
     z, every = heights[..., None, None], compliance[..., None, :, :6]
-    return np.asarray(every[..., :3, :] + z * every[..., 3:6, :])
+    of_resultants = every[..., :3, :] + z * every[..., 3:6, :]
+    found = np.zeros((*of_resultants.shape[:-1], columns))
+    found[..., :6] = of_resultants
+    if held_plies(shell):
+        found[..., -1:] = [held_strain(shell, at, k, height) for height in heights]
+    return found
 
 
-def _shears(compliance: Floats, at: Layup) -> list[Floats]:
+def _shears(compliance: Floats, at: Layup, held: bool) -> list[Floats]:
     """Stresses 13, 23 of each layer at three heights in the shell's axes, (..., 3, 2, 2 + 2 m)."""
-    m = 6 * (1 + len(at.branches))
+    # the factor of natural strains is the same all over the shell
+    m = 6 * (1 + len(at.branches)) + held
     face, sides = np.zeros((2, 2 * m)), []
 
     def step(k: int, to: Any) -> Floats:
         both = shear_step(at.layers[k], compliance, at.heights[k], to)
-        return np.concatenate([at.among(both[..., :6], k), at.among(both[..., 6:], k)], axis=-1)
+        alone = np.zeros((*both.shape[:-1], int(held)))
+        parts = at.among(both[..., :6], k), alone, at.among(both[..., 6:], k), alone
+        return np.concatenate(parts, axis=-1)
 
     for k, (low, high) in enumerate(zip(at.heights, at.heights[1:], strict=False)):
         inner, upper = face + step(k, (low + high) / 2), face + step(k, high)
@@ -154,6 +173,15 @@ class Slopes:
         found = np.einsum("cpaf,cfk->cpak", self._weights, values[self._nodes])
         return np.asarray(found.reshape(*found.shape[:2], -1))
 
+    def back(self, slopes: Floats) -> Floats:
+        """Derivatives of a number by values at nodes of elements, shape (cells, nodes, k).
+
+        Args:
+            slopes: Its derivatives by what `elements` has, shape (cells, nodes, 2 k).
+        """
+        by = slopes.reshape(*slopes.shape[:2], 2, -1)
+        return np.asarray(np.einsum("cpaf,cpak->cfk", self._weights, by))
+
 
 class NodalMeans:
     """Means at each node of what the elements around it have there.
@@ -176,6 +204,20 @@ class NodalMeans:
             values: Values of the cells of this rank at their nodes, shape (c, nodes, k).
         """
         return sums_at_nodes(self._space, values) / self._count
+
+    def back(self, slopes: Floats) -> Floats:
+        """Derivatives of a number by what elements have at their nodes, (cells, nodes, k).
+
+        Args:
+            slopes: Its derivatives by means at the nodes of this rank, ghosts too, shape (n, k).
+        """
+        topology = self._space.mesh.topology
+        cells = topology.index_map(topology.dim).size_local
+        return np.asarray((slopes / self._count)[self._space.dofmap.list[:cells]])
+
+    def sums(self, values: Floats) -> Floats:
+        """Sums at the nodes of this rank of what elements have there; collective."""
+        return sums_at_nodes(self._space, values)
 
 
 class NodalResultants:
@@ -206,13 +248,38 @@ class NodalResultants:
         """Resultants, shape (n, k), of a shell (n, 8), or with the derivatives (n, 20).
 
         Of a shell whose branches act (n, m + 8), or (n, 3 m + 8), with N and M of `Layup.among`
-        before its resultants.
+        before its resultants; and with the factor of natural strains of plies behind these.
         """
         R = self._nodes.mean(self._resultants.elements())
         if self._slopes is None:
             return R
         apart = R[:, : max(6, R.shape[1] - 8)]
         return np.concatenate([R, self._nodes.mean(self._slopes.elements(apart))], axis=1)
+
+    def back(self, slopes: Floats) -> Floats:
+        """Derivatives of a number by resultants at points of elements, (cells, points, size).
+
+        Args:
+            slopes: Its derivatives by `now`, shape (n, columns), ghosts included; collective.
+        """
+        by_node = slopes[:, : self.size].copy()
+        if self._slopes is not None:
+            by = self._slopes.back(self._nodes.back(slopes[:, self.size :]))
+            by_node[:, : by.shape[-1]] += self._nodes.sums(by)
+        return self._resultants.back(self._nodes.back(by_node))
+
+    def shares(self, values: Floats) -> Floats:
+        """Sums in each element of its shares in means at its nodes, shape (cells,).
+
+        Args:
+            values: Values at the nodes, shape (n,).
+        """
+        return np.asarray(self._nodes.back(values[:, None]).sum(axis=(1, 2)))
+
+    @property
+    def vectors(self) -> tuple[Expr, ...]:
+        """Resultants, of a state and perhaps as a mean over a step."""
+        return self._resultants.vectors
 
 
 def interlaminar(rows: PlyRows, both: Floats) -> Floats:
@@ -226,21 +293,42 @@ def interlaminar(rows: PlyRows, both: Floats) -> Floats:
     return np.asarray(found.reshape(len(both), -1))
 
 
-def stresses(rows: Sequence[PlyRows], both: Floats) -> tuple[Floats, Floats]:
-    """Stresses 11, 22, 12, 13, 23 and strains of all plies at their sides, (n, plies, 3, 5).
+class PlyState(NamedTuple):
+    """Stresses and strains of all plies at their sides, shape (2, n, plies, 3, 5).
+
+    Components are 11, 22, 12, 13, 23.
+
+    Args:
+        total: Them.
+        held: What of them is without resultants, where plies have natural strains.
+    """
+
+    total: Floats
+    held: Floats | None
+
+
+def ply_state(rows: Sequence[PlyRows], both: Floats) -> PlyState:
+    """Stresses and strains of all plies.
 
     Args:
         rows: Rows of the plies.
         both: Resultants and their derivatives, shape (n, 20), or resultants alone, (n, 8): without
             derivatives stresses and strains 13 and 23 are zero. Or more (`NodalResultants.now`).
     """
-    stress, strain = list[Floats](), list[Floats]()
+    stress, strain, columns = list[Floats](), list[Floats](), rows[0].stress.shape[-1]
     for ply in rows:
         across = slip = np.zeros((len(both), 3, 2))
-        if both.shape[1] > ply.stress.shape[-1] + 8:
+        if both.shape[1] > columns + 8:
             across = interlaminar(ply, both).reshape(-1, 3, 2)
             slip = np.einsum("...ij,...sj->...si", ply.slip, across)
         for kept, plane, shear in ((stress, ply.stress, across), (strain, ply.strain, slip)):
-            inner = np.einsum("...sij,...j->...si", plane, both[:, : plane.shape[-1]])
+            inner = np.einsum("...sij,...j->...si", plane, both[:, :columns])
             kept.append(np.concatenate([inner, shear], axis=-1))
-    return np.stack(stress, axis=1), np.stack(strain, axis=1)
+    total = np.stack([np.stack(stress, axis=1), np.stack(strain, axis=1)])
+    if not rows[0].held:
+        return PlyState(total, None)
+    # their factor is behind all resultants
+    parts = [[plane[..., -1] for plane in (ply.stress, ply.strain)] for ply in rows]
+    held = np.zeros_like(total)
+    held[..., :3] = np.einsum("kpsi,n->pnksi", parts, both[:, columns - 1])
+    return PlyState(total, held)

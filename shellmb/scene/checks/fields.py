@@ -16,9 +16,10 @@ OWNERS = {
     "shell": "shell that deforms",
     "beam": "beam that deforms",
     "joint": "joint",
-    "laminate": "shell with plies (a Laminate), without natural strains",
-    "linear": "shell with a linear section, of plies without natural strains",
+    "laminate": "shell with plies (a Laminate)",
+    "linear": "shell with a linear section",
     "relaxing": "shell whose section relaxes",
+    "held": "shell whose plies have natural strains",
 }
 
 
@@ -29,13 +30,12 @@ def kinds_of(body: Body) -> set[str]:
     if isinstance(body, Beam):
         return {"beam"}
     kinds = {"shell", "relaxing"} if body.section.relaxes else {"shell"}
-    if isinstance(body.section, Laminate) and body.natural is not None:
-        # stresses between plies that expand differently are in no resultant
-        return kinds
     if isinstance(body.section, LinearSection):
         kinds.add("linear")
     if isinstance(body.section, Laminate):
         kinds.add("laminate")
+    if body.natural is not None and body.natural.plies:
+        kinds.add("held")
     return kinds
 
 

@@ -15,7 +15,7 @@ from shellmb.scene.shells import lamination
 from shellmb.scene.shells.lamination import Layer, Layup
 from shellmb.scene.shells.sections import FiniteAt, LinearSection, PositiveAt, Value, check_stable
 from shellmb.scene.shells.strength import Strength
-from shellmb.scene.types import Finite, Listed, NonNegative, Positive, number_or_nan
+from shellmb.scene.types import NONE, Finite, Listed, NonNegative, Positive, number_or_nan
 from shellmb.scene.values.damping import Prony, ShellTimes
 from shellmb.scene.values.models import NaturalStrain
 from shellmb.scene.values.validate import described, show
@@ -244,7 +244,8 @@ def thermal_strain(
             f"thermal strain: the section is {show(section)}; it must be linear, and the same "
             "everywhere"
         )
-    layup = section.generic
+    # its branches, if any, are relaxed or strained at once by then
+    layup = section.generic.at_rest
     temperature = _finite("temperature", temperature)
     gradient = _finite("gradient", gradient)
     several = list(expansions) if isinstance(expansions, Sequence) else [expansions]
@@ -253,19 +254,13 @@ def thermal_strain(
             f"thermal strain: there are {len(several)} expansions; there must be "
             f"{len(layup.layers)}, one for each layer"
         )
-    forces, moments = np.zeros(3), np.zeros(3)
-    z = [float(height) for height in layup.heights]
-    for layer, given, low, high in zip(layup.layers, several, z, z[1:], strict=False):
+    plies = list[Any]()
+    for given in several:
         along, *across = given if isinstance(given, Sequence | np.ndarray) else [given]
         two = [_finite("expansions", part) for part in (along, *(across or [along]))]
-        # along and across the fibres, as strains 11, 22, 2*12 of the shell's axes
-        stress = layer.plane @ lamination.strain_turn(-layer.angle) @ (*two, 0.0)
-        first, second, third = ((high**k - low**k) / k for k in (1, 2, 3))
-        forces += stress * (temperature * first + gradient * second)
-        moments += stress * (temperature * second + gradient * third)
-    A, B, D = (np.asarray(part, dtype=float) for part in (layup.A, layup.B, layup.D))
-    e = np.linalg.solve(np.block([[A, B], [B, D]]), np.concatenate([forces, moments]))
-    return NaturalStrain(tuple(e[:3].tolist()), tuple(e[3:].tolist()), time)
+        plies.append(tuple(size * part for size in (temperature, gradient) for part in (*two, 0.0)))
+    e = layup.natural_strain(plies).tolist()
+    return NaturalStrain(tuple(e[:3]), tuple(e[3:]), time, plies if len(plies) > 1 else NONE)
 
 
 def _finite(name: str, value: Any) -> float:

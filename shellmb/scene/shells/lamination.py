@@ -53,6 +53,11 @@ class Layer:
         """The layer with its long-term moduli instead of the given ones."""
         return self if self.relaxation is None else self.scaled(self.relaxation.long_term)
 
+    def from_own(self, strains: Sequence[float]) -> tuple[Matrix, Matrix]:
+        """Strains in its axes, and their changes along the normal, in the shell's axes."""
+        at, slope = np.reshape(strains, (2, 3)) @ strain_turn(-self.angle).mT
+        return at, slope
+
     def turned(self, degrees: Any) -> Layer:
         """The layer with its axes turned about the normal by an angle, shape (...) [degrees]."""
         t, r = strain_turn(degrees), vector_turn(degrees)
@@ -213,6 +218,21 @@ class Layup:
             the long-term section would have of them, shape (..., n, 6 (1 + sets)).
         """
         return np.concatenate([rows, *(shares[number] * rows for shares in self.branches)], axis=-1)
+
+    def natural_strain(self, plies: Sequence[Sequence[float]]) -> Matrix:
+        """Membrane strains and curvatures without resultants of a section at one point, shape (6,).
+
+        Args:
+            plies: Strains that layers would have alone, as of `NaturalStrain`.
+        """
+        A, B, D = (np.asarray(part, dtype=float) for part in (self.A, self.B, self.D))
+        forces, z = np.zeros((2, 3)), [float(height) for height in self.heights]
+        for layer, given, low, high in zip(self.layers, plies, z, z[1:], strict=False):
+            at, slope = layer.from_own(given)
+            first, second, third = ((high**k - low**k) / k for k in (1, 2, 3))
+            forces[0] += layer.plane @ (at * first + slope * second)
+            forces[1] += layer.plane @ (at * second + slope * third)
+        return np.linalg.solve(np.block([[A, B], [B, D]]), forces.ravel())
 
     def scaled(self, factors: Sequence[float]) -> Layup:
         """The section with a factor on the stiffness of each layer."""

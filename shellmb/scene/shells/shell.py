@@ -4,6 +4,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import field, replace
 from typing import Annotated, Any, Literal
 
+import numpy as np
 from pydantic import Field, InstanceOf
 
 from shellmb.errors import SceneError
@@ -158,6 +159,34 @@ def check_natural(shell: Shell) -> None:
         raise SceneError(
             f"{who} with membrane strains, and stretching is False; it must be True, or membrane "
             "must be left out"
+        )
+    if shell.natural.plies:
+        check_plies(shell, f"{who} with plies")
+
+
+def check_plies(shell: Shell, who: str) -> None:
+    """Refuse natural strains of plies that do not belong to those of the section.
+
+    Raises:
+        SceneError: Says what they must be.
+    """
+    natural, section = shell.natural, shell.section
+    assert natural is not None and isinstance(section, LinearSection)
+    given: Any = natural.membrane, natural.curvature
+    if section.functions or any(map(callable, given)):
+        raise SceneError(f"{who}; its section and its strains must be the same everywhere")
+    layup = section.generic.at_rest
+    if len(natural.plies) != len(layup.layers):
+        raise SceneError(
+            f"{who} of {len(natural.plies)} strains; there must be {len(layup.layers)}, one for "
+            "each ply of the section"
+        )
+    e, scale = layup.natural_strain(natural.plies), np.repeat([1.0, layup.thickness], 3)
+    if np.max(scale * np.abs(np.ravel(given) - e)) > 1e-9 * np.max(np.abs(natural.plies)):
+        raise SceneError(
+            f"{who}, membrane {show(given[0])} and curvature {show(given[1])}; they must be those "
+            f"of the plies in this section, {show(tuple(e[:3].tolist()))} and "
+            f"{show(tuple(e[3:].tolist()))}, as `thermal_strain` finds them"
         )
 
 

@@ -17,6 +17,10 @@ from pydantic import Field
 from shellmb.scene.types import Positive
 from shellmb.scene.values.validate import described
 
+# largest utilisation beside stresses that stay, and reserve factor of what is hardly loaded
+MOST = 1000.0
+TINY = np.finfo(float).tiny
+
 type Values = NDArray[np.float64]
 Interaction = Annotated[float, Field(gt=-1, lt=1, allow_inf_nan=False)]
 
@@ -82,6 +86,42 @@ class Criterion:
     by_mode: Callable[[Values, Values, Any], list[Any]]
     across: bool = False
     wrong: Callable[[Any], str] = lambda k: ""
+
+    def beside(self, grows: Values, stays: Values, strength: Any) -> Values:
+        """Utilisations by mode where some stresses stay as they are, shape (..., modes).
+
+        The largest one, `v`, is the inverse of the factor by which the others may grow. All
+        criteria are of degree one, so it solves `U(grows + v stays) = v`. It is `MOST` at most, and
+        where those that stay meet the criterion alone.
+
+        Args:
+            grows: Stresses and strains that grow, as of `utilisations`, shape (2, ..., 5).
+            stays: Those that stay.
+            strength: Strengths with all that it needs.
+        """
+
+        def largest(both: Values) -> Values:
+            stress, strain = both
+            return np.asarray(self.utilisations(stress, strain, strength).max(axis=-1))
+
+        def excess(v: Values, *parts: Values) -> Values:
+            first, second = np.reshape(parts, (2, 2, 5, -1)).swapaxes(2, 3)
+            return largest(first + v[:, None] * second) - v
+
+        from scipy.optimize.elementwise import find_root
+
+        parts = np.moveaxis(np.stack([grows, stays]), -1, 2).reshape(20, -1)
+        alone, beside = largest(grows).ravel(), largest(stays).ravel()
+        # a sum has no more than both for convex criteria
+        top = np.minimum(1.000001 * alone / np.maximum(1 - beside, 1e-9), MOST)
+        top = np.where(excess(top, *parts) > 0, MOST, top)
+        root = find_root(excess, (0 * top, top), args=tuple(parts))
+        v = np.where((beside < 1) & root.success, root.x, MOST).reshape(grows.shape[1:-1])[
+            ..., None
+        ]
+        stress, strain = grows + v * stays
+        found = self.utilisations(stress, strain, strength)
+        return np.asarray(found * v / np.maximum(found.max(axis=-1, keepdims=True), TINY))
 
     def utilisations(self, stress: Values, strain: Values, strength: Any) -> Values:
         """Utilisations by mode, shape (..., modes).

@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator
 
 from shellmb.errors import SceneError
-from shellmb.scene.types import Finite, PositiveInt, Vec3, vector
+from shellmb.scene.types import NONE, Finite, Listed, PositiveInt, Vec3, vector
 from shellmb.scene.values.renamed import choice_of_today
 from shellmb.scene.values.user_functions import OfPosition
 from shellmb.scene.values.validate import described
@@ -102,6 +102,7 @@ def _given(value: Any) -> Any:
     return value if callable(value) else vector(value)
 
 
+Six = tuple[Finite, Finite, Finite, Finite, Finite, Finite]
 Strains = Annotated[Vec3 | OfPosition, BeforeValidator(_given)]
 
 
@@ -119,11 +120,17 @@ class NaturalStrain:
             that gives (3, n).
         curvature: Changes of curvature (11, 22, 2*12) [1/m]; or such a function.
         time: Factor over time; None: 1, and in statics the share of the load.
+        plies: Strains that each ply would have alone, from the lower to the upper face, as
+            ``thermal_strain`` finds them: (11, 22, 2*12) along and across its fibres at the
+            reference surface [-], and their changes along the normal [1/m]. The section holds the
+            plies together, which leaves stresses in them without resultants. None: every ply has
+            the strains of the section, and no stress.
     """
 
     membrane: Strains = (0.0, 0.0, 0.0)
     curvature: Strains = (0.0, 0.0, 0.0)
     time: Callable[[float], float] | None = None
+    plies: Listed[Six] = NONE
 
 
 @described("natural strain of a beam")

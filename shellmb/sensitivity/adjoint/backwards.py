@@ -16,10 +16,11 @@ from shellmb.running.results import Results
 from shellmb.scene import Probe, Scene
 from shellmb.sensitivity.adjoint.element_fields import ElementField
 from shellmb.sensitivity.adjoint.elementwise import by_element, changes
-from shellmb.sensitivity.adjoint.objective import Objective, evaluated, slopes
-from shellmb.sensitivity.adjoint.steps import Steps, copied, starts
+from shellmb.sensitivity.adjoint.objective import Objective, evaluated, names_of, slopes
+from shellmb.sensitivity.adjoint.steps import State, Steps, copied, put, starts
 from shellmb.sensitivity.adjoint.sweep import Sweep, weighed
 from shellmb.sensitivity.adjoint.transposed import Covector
+from shellmb.sensitivity.adjoint.utilisations import Utilisations, Watch
 from shellmb.sensitivity.events import Corners
 from shellmb.sensitivity.parameters import Parameter
 from shellmb.sensitivity.perturbed_run import PerturbedRun, check_alike
@@ -83,27 +84,34 @@ def there_and_back(
         results: Gives the results of the run.
         said: Receives warnings about unreliable derivatives.
     """
-    steps = Steps(states)
-    run = execute(scene, None, [steps], comm=comm, pictures=False, results=results)
+    steps, watch = Steps(states), Watch(places)
+    run = execute(scene, None, [steps, watch], comm=comm, pictures=False, results=results)
     simulation = run.simulation
-    names = [probe.name for probe in simulation.scene.probes]
-    history = {name: run.column(name) for name in ("t", *names)}
+    history = {name: run.column(name) for name in ("t", *names_of(simulation.scene))}
     value = evaluated(objective, history)
     slope = slopes(objective, history, value, said)
     shells = simulation.model.shells
     branches = simulation.problem.branches.get
     found = [(p.body, changes(shells[p.body], p.name, branches(p.body))) for p in places]
-    sweep = Sweep(simulation, found, bool(both))
+    used = Utilisations(simulation, watch, slope)
+    sweep = Sweep(simulation, found, bool(both), used.forms)
     readings = {p.name: Reading(simulation, p) for p in simulation.scene.probes}
     for step in steps.backwards(simulation):
         for name, reading in readings.items():
             reading.add(sweep.covector, float(slope[name][step.number + 1]))
+        used.take(step.number + 1, sweep.by_fields)
         sweep.back(step, *steps.times[step.number])
     for name, reading in readings.items():
         reading.add(sweep.covector, float(slope[name][0]))
+    used.take(0, sweep.by_fields)
+    put(steps.first, starts(simulation.problem))
+    used.add_start(sweep.covector)
     return (
         value,
-        {p.name: _by_parameter(simulation, sweep, said, p, *scenes) for p, *scenes in both},
+        {
+            p.name: _by_parameter(simulation, sweep, said, steps.first, used, p, *scenes)
+            for p, *scenes in both
+        },
         {
             (p.body, p.name): by_element(shells[p.body], p.name, derivative)
             for p, derivative in zip(places, sweep.by_fields, strict=True)
@@ -113,7 +121,13 @@ def there_and_back(
 
 
 def _by_parameter(
-    run: Simulation, sweep: Sweep, said: list[str], parameter: Parameter, *scenes: Scene
+    run: Simulation,
+    sweep: Sweep,
+    said: list[str],
+    first: State,
+    used: Utilisations,
+    parameter: Parameter,
+    *scenes: Scene,
 ) -> float:
     """Derivative by a parameter, from scenes above and below it; collective.
 
@@ -125,8 +139,10 @@ def _by_parameter(
         simulation = Simulation(scene, run.model.comm, run)
         check_alike(run, simulation, parameter.name)
         ends.append(copied(starts(simulation.problem)))
-        work.append(weighed(PerturbedRun(simulation, [], forces=False), sweep.kept))
-        del simulation
+        side = PerturbedRun(simulation, [], forces=False)
+        at_start, read = used.beside(side, first)
+        work.append(weighed(side, sweep.kept, read) - at_start)
+        del simulation, side, read
         gc.collect()
     corners = Corners(run, parameter, (scenes[0], scenes[1]))
     for step in reversed(sweep.kept):

@@ -27,8 +27,8 @@ from shellmb.model.sections.section import BoundSection, bind_mass, bind_section
 from shellmb.model.shells.shell import ShellModel
 from shellmb.native.kernels import compiled
 from shellmb.scene import Shell
-from shellmb.sensitivity.adjoint.differences import FOURTH
 from shellmb.sensitivity.adjoint.element_fields import changed
+from shellmb.sensitivity.adjoint.objective import FOURTH
 from shellmb.sensitivity.adjoint.transposed import Change
 
 if TYPE_CHECKING:
@@ -57,12 +57,11 @@ def changes(model: ShellModel, name: str, branches: MaxwellBranches | None) -> l
             f"adjoint: the mass of shell '{model.name}' is eccentric; fields of numbers need "
             "offset=0, or eccentric_inertia=False"
         )
-    angle = name.endswith("angle")
-    size = DEGREES if angle else APART * model.section.sizes.thickness
+    size = distance(model, name)
     found = _functions(model.section, branches, model.mass, model.mass_of_section)
     sums = [np.zeros_like(f.x.array) for f in found]
     for offset, weight in FOURTH:
-        section = changed(model.shell, name, _moved(offset * size))
+        section = changed(model.shell, name, moved(offset * size))
         shell, domain = replace(model.shell, section=section), model.mixed.space.mesh
         bound = bind_section(shell, domain, model.tying, model.section, model.mass is None)
         every = replace(shell, rotary_inertia=True, eccentric_inertia=True)
@@ -81,7 +80,14 @@ def changes(model: ShellModel, name: str, branches: MaxwellBranches | None) -> l
     return made
 
 
-def _moved(by: float) -> Callable[[Any], Any]:
+def distance(model: ShellModel, name: str) -> float:
+    """Distance of differences by a parameter of a shell's section."""
+    return DEGREES if name.endswith("angle") else APART * model.section.sizes.thickness
+
+
+def moved(by: float) -> Callable[[Any], Any]:
+    """Change of a function of the position by a number."""
+
     def change(value: Any) -> Callable[[Any], Any]:
         return lambda x: np.asarray(value(x), dtype=float) + by
 

@@ -1,4 +1,4 @@
-"""The number that is differentiated: a function of the histories of probes."""
+"""The number that is differentiated: a function of histories of probes and reserves."""
 
 from __future__ import annotations
 
@@ -11,8 +11,11 @@ from shellmb.arrays import Floats
 from shellmb.errors import SceneError, ShellmbError
 from shellmb.running.error_origin import in_words
 from shellmb.scene import Modal, Scene
-from shellmb.scene.lookup import listed
-from shellmb.sensitivity.adjoint.differences import FOURTH
+from shellmb.scene.lookup import find_shell, listed, said
+
+# differences of fourth order where derivatives are not written: places beside the middle, in
+# distances, and their weights in a derivative, over the distance
+FOURTH = ((-2, 1 / 12), (-1, -2 / 3), (1, 2 / 3), (2, -1 / 12))
 
 Objective = Callable[[Mapping[str, Floats]], float]
 
@@ -27,16 +30,29 @@ KINK = 1e-2
 WEIGHTS = np.array([weight for _, weight in FOURTH])
 
 
+def names_of(scene: Scene) -> list[str]:
+    """Names of the histories that the number may depend on."""
+    return [*(probe.name for probe in scene.probes), *(each.name for each in scene.reserves)]
+
+
 def check_probes(scene: Scene) -> None:
     """Refuse probes that are not linear in the state.
 
     Raises:
-        SceneError: If there are such probes, or none at all.
+        SceneError: If there are such probes, reserves of bodies in modes, or none of both.
     """
-    if not scene.probes:
+    if not names_of(scene):
         raise SceneError(
-            f"adjoint: scene '{scene.name}' has no probe; the objective is a function of probes"
+            f"adjoint: scene '{scene.name}' has no probe and no reserve; the objective is a "
+            "function of these"
         )
+    for reserve in scene.reserves:
+        shell = find_shell(scene, reserve.body, said(reserve))
+        if isinstance(shell.model, Modal):
+            raise SceneError(
+                f"adjoint: {said(reserve)} is of shell '{shell.name}', which is reduced to modes; "
+                "leave it out, or use `sensitivities`"
+            )
     for probe in scene.probes:
         (body,) = scene.bodies_of(probe)
         if isinstance(getattr(body, "model", None), Modal):
@@ -72,7 +88,7 @@ def check_objective(objective: Objective, scene: Scene) -> None:
         raise SceneError(
             f"adjoint: the objective is {objective!r:.40}; it must be a function of histories"
         )
-    names = ("t", *(probe.name for probe in scene.probes))
+    names = ("t", *names_of(scene))
     try:
         found: Any = objective(Histories({name: np.linspace(0.0, 1.0, 3) for name in names}))
     except SceneError:

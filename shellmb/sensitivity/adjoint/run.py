@@ -72,8 +72,8 @@ def adjoint(
     Args:
         scene: A function that makes the scene, the name of a bundled scene, or the path of a
             Python file.
-        objective: The number: a function of the histories of the probes, arrays by their names,
-            with the times as "t".
+        objective: The number: a function of the histories of the probes, and of the utilisations
+            of reserves, arrays by their names, with the times as "t".
         fields: Parameters of sections that are numbers in each element, each a shell's name and
             "thickness", "angle", "offset", "plies[0].angle" or "plies[0].thickness".
         parameters: Names of parameters of the scene function.

@@ -85,6 +85,7 @@ class Steps(BaseObserver):
 
     Attributes:
         times: Start and length of each step, s.
+        first: State at the start of the run.
     """
 
     states: int | None = None
@@ -93,7 +94,7 @@ class Steps(BaseObserver):
 
     def start(self, simulation: Simulation) -> None:
         """The state at the start is kept in any case."""
-        self._first = copied(starts(simulation.problem))
+        self.first = copied(starts(simulation.problem))
 
     def solved(self, simulation: Simulation) -> None:
         """Keep a step."""
@@ -116,7 +117,7 @@ class Steps(BaseObserver):
                 yield self._kept.pop()
             return
         problem, live = simulation.problem, starts(simulation.problem)
-        put(self._first, live)
+        put(self.first, live)
         problem.predictor.clear()
         states: dict[int, State] = {}
         steps: dict[int, Step] = {}

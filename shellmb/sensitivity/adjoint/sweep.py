@@ -10,13 +10,14 @@ unknowns are in one matrix here, whose factors give transposed solutions.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 from mpi4py import MPI
 
 import numpy as np
 from dolfinx import fem
+from ufl import Form
 
 from shellmb.arrays import Floats, Int32s
 from shellmb.schemes.base import END, Scheme
@@ -35,6 +36,7 @@ class StoredSteps(NamedTuple):
     """A step that was taken back.
 
     Args:
+        number: Its number, from 0.
         start: State and rates at its start.
         unknowns: Its unknowns, entries that this rank owns.
         multipliers: Those of its equations.
@@ -43,6 +45,7 @@ class StoredSteps(NamedTuple):
         dt: Its length, s.
     """
 
+    number: int
     start: State
     unknowns: Floats
     multipliers: Floats
@@ -51,12 +54,17 @@ class StoredSteps(NamedTuple):
     dt: float
 
 
-def weighed(side: PerturbedRun, steps: Sequence[StoredSteps]) -> float:
+def weighed(
+    side: PerturbedRun, steps: Sequence[StoredSteps], read: Callable[[StoredSteps], float]
+) -> float:
     """Equations of a scene beside the run at its states, times the multipliers; this rank's share.
+
+    What is read of the steps is taken off.
 
     Args:
         side: The scene.
         steps: All steps.
+        read: What is read of a step whose unknowns the scene has.
     """
     total, live, branches = 0.0, starts(side.problem), relaxing(side.problem)
     for step in steps:
@@ -64,6 +72,7 @@ def weighed(side: PerturbedRun, steps: Sequence[StoredSteps]) -> float:
         side.begin(step.t, step.dt)
         total += float(step.multipliers @ side.residual(step.unknowns))
         total -= sum(np.vdot(step.ends[key], group.change()) for key, group in branches.items())
+        total -= read(step)
     return total
 
 
@@ -74,6 +83,7 @@ class Sweep:
         simulation: The run at its end; its functions take the states of the steps.
         fields: Changes of coefficients by each field of numbers, with its body.
         weighing: Whether residuals are to be weighed by all multipliers (`weighed`).
+        read: Numbers that are read of steps, each with the weights of what is read.
 
     Attributes:
         covector: Of the state between two steps, by body and name.
@@ -86,11 +96,13 @@ class Sweep:
         simulation: Simulation,
         fields: Sequence[tuple[str, Sequence[Change]]],
         weighing: bool,
+        read: Sequence[tuple[Form, fem.Function]] = (),
     ) -> None:
         self._simulation, self._problem = simulation, simulation.problem
         problem = self._problem
         self._system = system = problem.system
-        self._transposed = Transposed(problem, fields)
+        self._transposed = Transposed(problem, fields, [form for form, _ in read])
+        self._weights = [weights.x.array for _, weights in read]
         self._refreshed = Refreshed(problem)
         self._linear = self._solver(weighing)
         self._advances = {b.name: Advance(problem, b) for b in simulation.model.bodies}
@@ -126,7 +138,8 @@ class Sweep:
             dt: Its length, s.
         """
         problem, system, simulation = self._problem, self._system, self._simulation
-        if not system.comm.allreduce(any(map(np.any, self.covector.values())), op=MPI.LOR):
+        here = any(map(np.any, (*self.covector.values(), *self._weights)))
+        if not system.comm.allreduce(here, op=MPI.LOR):
             # of a static step in which nothing is read
             return
         put(step.start, starts(problem))
@@ -145,10 +158,10 @@ class Sweep:
         if self._weighing:
             own, x = system.global_values(self.multipliers.by_field()), np.array(system.x.array_r)
             ends = {key: self.covector[key] for key in relaxing(problem)}
-            self.kept.append(StoredSteps(step.start, x, own, ends, t, dt))
+            self.kept.append(StoredSteps(step.number, step.start, x, own, ends, t, dt))
         self._given(before, t, dt)
-        self._transposed.add_start(before, -1.0)
-        self._transposed.add_by_fields(self.by_fields, -1.0)
+        self._transposed.add_start(before)
+        self._transposed.add_by_fields(self.by_fields)
         self._scaled(before, dt)
         self._refreshed.add(before)
         self.covector = {key: before[key] for key in self.covector}

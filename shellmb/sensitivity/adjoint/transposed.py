@@ -50,9 +50,15 @@ class Transposed:
     Args:
         problem: The problem.
         fields: Changes of coefficients for each field of numbers, with its body.
+        read: Numbers that are read of steps.
     """
 
-    def __init__(self, problem: Problem, fields: Sequence[tuple[str, Sequence[Change]]]) -> None:
+    def __init__(
+        self,
+        problem: Problem,
+        fields: Sequence[tuple[str, Sequence[Change]]],
+        read: Sequence[Form] = (),
+    ) -> None:
         self._system = system = problem.system
         self._mu = [fem.Function(f.function.function_space) for f in system.fields]
         self._rest = _Derivatives(problem, list(self._weighed()), fields)
@@ -62,6 +68,10 @@ class Transposed:
             # are their covectors
             ahead = [group.carried[1] for group in self._relaxing.values()]
             self._all.append(_Derivatives(problem, ahead, []))
+        self._ahead = self._all[1:]
+        self._read = _Derivatives(problem, read, fields) if read else None
+        if self._read is not None:
+            self._all.append(self._read)
 
     def _weighed(self) -> Iterator[Form]:
         """Residuals times multipliers."""
@@ -80,7 +90,9 @@ class Transposed:
                 sums.loops.refresh()
 
     def carry(self, ends: Covector, starts: Covector, local: Floats) -> None:
-        """Add what covectors of branches at the end are at the start and in the unknown states.
+        """Add what is read, and covectors of branches at the end, in the unknown states.
+
+        Covectors of branches at the start are added, too.
 
         Args:
             ends: Of the end of the step.
@@ -89,7 +101,9 @@ class Transposed:
         """
         for key, group in self._relaxing.items():
             starts[key] += group.back(ends[key])
-        for ahead in self._all[1:]:
+        if self._read is not None:
+            self._read.by_unknown.loops.add(local)
+        for ahead in self._ahead:
             ahead.by_unknown.loops.add(local)
             ahead.add_start(starts, 1.0)
 
@@ -116,17 +130,24 @@ class Transposed:
         """
         self._rest.by_unknown.loops.add(local)
 
-    def add_start(self, covector: Covector, factor: float) -> None:
-        """Add `(dR/ds)^T mu` times a factor; collective."""
-        given = self._rest.add_start(covector, factor)
-        for key, group in self._relaxing.items():
-            covector[key] += factor * group.back_given([given[f] for f in group.given])
+    def add_start(self, covector: Covector) -> None:
+        """Add `-(dR/ds)^T mu`, and derivatives of what is read; collective."""
+        for each, factor in self._explicit:
+            given = each.add_start(covector, factor)
+            for key, group in self._relaxing.items():
+                covector[key] += factor * group.back_given([given[f] for f in group.given])
 
-    def add_by_fields(self, gradients: Sequence[Floats], factor: float) -> None:
-        """Add `(dR/dp)^T mu` times a factor to the derivatives by each field; collective."""
-        found = self._rest.by_number()
-        for gradient, number in zip(gradients, self._rest.numbers, strict=True):
-            gradient += factor * found[number]
+    def add_by_fields(self, gradients: Sequence[Floats]) -> None:
+        """Add `-(dR/dp)^T mu`, and derivatives of what is read, by each field; collective."""
+        for each, factor in self._explicit:
+            found = each.by_number()
+            for gradient, number in zip(gradients, each.numbers, strict=True):
+                gradient += factor * found[number]
+
+    @property
+    def _explicit(self) -> list[tuple[_Derivatives, float]]:
+        read = [] if self._read is None else [(self._read, 1.0)]
+        return [(self._rest, -1.0), *read]
 
 
 class _Derivatives:
@@ -227,7 +248,7 @@ class _Sums:
         self._local[:] = 0.0
         self.loops.add(self._local)
         return {
-            f: _summed(f.function_space, self._local[place])
+            f: summed(f.function_space, self._local[place])
             for f, place in zip(self._functions, self._places, strict=True)
         }
 
@@ -254,7 +275,7 @@ def _shares(problem: Problem) -> dict[fem.Function, dict[fem.Function, float]]:
     return shares
 
 
-def _summed(space: fem.FunctionSpace, values: Floats) -> Floats:
+def summed(space: fem.FunctionSpace, values: Floats) -> Floats:
     """Local values summed over ranks; zero at ghosts; collective."""
     index_map = space.dofmap.index_map
     if space.mesh.comm.size == 1:
@@ -295,4 +316,4 @@ class Refreshed:
             for name, form in zip(("q", "v"), forms, strict=True):
                 values = np.zeros_like(weight.x.array)
                 fem.assemble_vector(values, form)
-                covector[group.name, name] -= _summed(weight.function_space, values)
+                covector[group.name, name] -= summed(weight.function_space, values)
