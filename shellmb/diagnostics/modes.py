@@ -2,11 +2,69 @@
 
 from __future__ import annotations
 
-from shellmb.diagnostics.elements.bulges import bulging_modes
-from shellmb.diagnostics.elements.edges import twisted_modes
-from shellmb.diagnostics.elements.locking import locked_modes
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from shellmb.arrays import Floats
+from shellmb.diagnostics.base import Motion
+from shellmb.diagnostics.elements.coarse import Signs
+from shellmb.diagnostics.elements.finer import REMEDY, by_better
 from shellmb.diagnostics.elements.wrinkled import wrinkled_modes
 from shellmb.diagnostics.stiffened_modes import stiffened_modes
+from shellmb.model.model import Model
+from shellmb.scene import Scene
 
-BUCKLING = twisted_modes, bulging_modes, wrinkled_modes
-VIBRATION = stiffened_modes, locked_modes, *BUCKLING
+# part that values are off by from which on it is said
+BOUND = 0.02
+SECTIONS = stiffened_modes, wrinkled_modes
+
+
+def beside_better(
+    model: Model,
+    modes: Sequence[Motion],
+    unknowns: int,
+    values: Floats,
+    better: Callable[[Scene], Floats],
+    what: str,
+) -> list[str] | None:
+    """Sentences on modes that are not those of better elements; collective.
+
+    Args:
+        model: The model.
+        modes: Its modes about the reference.
+        unknowns: Number of unknowns.
+        values: What is compared of all modes, frequencies or load factors.
+        better: Gives the same of a scene.
+        what: What it is called.
+
+    Returns:
+        None where they cannot be compared.
+    """
+    if not any(_doubtful(model, name, modes) for name in model.shells):
+        return []
+    # eigenproblems cost more than linear responses
+    found = by_better(model.scene, 2 * unknowns, better)
+    if found is None:
+        return None
+    right, how = found
+    off = {n: abs(values[n - 1] / right[n - 1] - 1) for n, *_ in modes if n <= len(right)}
+    far = [n for n in off if off[n] > BOUND]
+    if not far:
+        return []
+    most = max(far, key=lambda n: off[n])
+    which = f"mode {most} is off in its {what}"
+    if len(far) > 1:
+        listed = ", ".join(map(str, far))
+        which = f"modes {listed} are off in their {what}, mode {most} most of all"
+    named = ", ".join(f"shell '{name}'" for name in model.shells)
+    return [f"{which}, by about {100 * off[most]:.0f} %, beside {how}; {named}: {REMEDY}"]
+
+
+def _doubtful(model: Model, name: str, modes: Sequence[Motion]) -> bool:
+    signs = Signs(model, name)
+    for _, energy, (part, *_) in modes:
+        q = part(name)
+        if signs.doubtful(q, np.zeros_like(q), energy):
+            return True
+    return False

@@ -5,7 +5,6 @@ from __future__ import annotations
 from shellmb.diagnostics.balances import Dissipation, Drift, EnergyLaw
 from shellmb.diagnostics.base import Watch
 from shellmb.diagnostics.damped_modes import DampedModes
-from shellmb.diagnostics.elements.bulges import Bulging
 from shellmb.diagnostics.elements.coarse import Coarse
 from shellmb.diagnostics.elements.director_angles import Folded
 from shellmb.diagnostics.elements.edges import Twisted
@@ -33,7 +32,6 @@ WATCHES: tuple[type[Watch], ...] = (
     Folded,
     Locked,
     Twisted,
-    Bulging,
     Coarse,
     Wrinkled,
     Unstable,

@@ -12,9 +12,7 @@ import shellmb as sm
 from shellmb.demos.verification.problems.elements.curved import octant
 from shellmb.demos.verification.problems.elements.rows import Mesh, everywhere
 from shellmb.demos.verification.problems.linear_shells import compressed_cylinder, compressed_plate
-from shellmb.diagnostics.base import Motion
-from shellmb.diagnostics.elements import bulges
-from shellmb.diagnostics.elements.bulges import Bulges, Bulging, bulging_modes
+from shellmb.diagnostics.elements.coarse import Coarse
 from shellmb.running.natural_modes.run import find_buckling
 from shellmb.running.natural_modes.vibration import natural_modes
 from shellmb.scene import Hyperelastic, Scene, ShellDamping
@@ -46,7 +44,7 @@ def tube(thickness: float, around: int, **more: Any) -> Scene:
 def told(scene: Scene) -> tuple[float | None, Simulation]:
     """What the watch says of a run, and the run."""
     simulation = Simulation(scene)
-    watch = Bulging(None)  # type: ignore[arg-type]
+    watch = Coarse(None)  # type: ignore[arg-type]
     simulation.run([watch])
     found = list(watch.cautions(simulation))
     if found:
@@ -77,14 +75,11 @@ def test_how_far_nodes_are_off(scene: Scene, axes: int, exact: float) -> None:
 
 
 @pytest.mark.parametrize("scheme", ["ep", "ed", "ep4", "ed3"])
-def test_in_motion(scheme: str, monkeypatch) -> None:
-    """A sphere that breathes: as much as at rest without a finer mesh."""
-    said, _ = told(filled("tri", 4, 1e-3, scheme=scheme, dt=0.1, t_end=3.0))
-    compared, _ = told(filled("tri", 4, 1e-3, scheme="linear-statics"))
-    assert said is not None and compared is not None and compared / 2 < said < 2 * compared
-    monkeypatch.setattr(bulges, "known", lambda *_: None)
+def test_in_motion(scheme: str) -> None:
+    """A sphere that breathes: as much as at rest."""
+    said, _ = told(filled("tri", 4, 1e-3, scheme=scheme, dt=0.1, t_end=0.3))
     still, _ = told(filled("tri", 4, 1e-3, scheme="linear-statics"))
-    assert said == pytest.approx(still, rel=0.2)
+    assert said == pytest.approx(still, rel=1e-6)
 
 
 def _plate(cell: Any, size: int, **section: Any) -> sm.Shell:
@@ -123,26 +118,6 @@ def test_nothing_is_told(scene: Scene) -> None:
     assert told(scene)[0] is None
 
 
-def test_rigid_motions_have_no_bulges() -> None:
-    """Of a body as a whole, and of a mode of a body that has turned."""
-    simulation = Simulation(filled("tri", 4, 1e-2, scheme="linear-statics"))
-    ((name, body),) = simulation.model.shells.items()
-    X, D = body.mixed.nodes("u"), body.node_directors()[:, 0]
-    turn, spin = np.array([[0, -1, 0], [1, 0, 0], [0, 0, 1]]), np.array([0.3, -0.5, 0.7])
-    turned, mode = (np.zeros(simulation.problem.state(name).x.array.size) for _ in range(2))
-    for part, rest, moved in (("u", X, (1.0, 2.0, 3.0)), ("w", D, (0.0, 0.0, 0.0))):
-        turned[body.mixed.dofs[part]] = (rest @ turn.T - rest + moved).ravel()
-        mode[body.mixed.dofs[part]] = np.cross(spin, rest @ turn.T + moved).ravel()
-    found = Bulges(body)
-    for q, about in ((turned, turned / 2), (mode, turned)):
-        bulge, largest = found.largest(q, about)
-        assert largest > 1 and bulge < 1e-13
-    about = {name: turned}.__getitem__
-    assert (
-        bulging_modes(simulation.model, about, [Motion(1, 1.0, ({name: mode}.__getitem__,))]) == []
-    )
-
-
 def test_natural_modes_tell() -> None:
     """A plate of 4x4 on hinges: its ninth frequency is 17 % too low, its first is right."""
     plate = _plate("tri", 4, thickness=1e-2)
@@ -153,8 +128,8 @@ def test_natural_modes_tell() -> None:
     low = 1 - found.frequencies / (np.pi / 2 * bending * navier)
     assert abs(low[0]) < 0.01 and low[8] > 0.15
     (sentence,) = found.warnings
-    said = re.search(r"by up to about (\d+) % of the amplitude in modes 2, 3, 4, .* 9, ", sentence)
-    assert said is not None and int(said[1]) > 30
+    said = re.search(r"modes 5, 7, 8, 9 are off .*mode 9 most of all, by about (\d+) %", sentence)
+    assert said is not None and low[8] / 2 < int(said[1]) / 100 < 2 * low[8]
 
 
 def buckled(scene: Scene, tmp_path: Any, count: int = 4) -> Any:
@@ -166,8 +141,7 @@ def test_elements_that_buckle_one_by_one_are_said(tmp_path) -> None:
     found = buckled(compressed_cylinder("tri", (1, 24)), tmp_path)
     (sentence,) = found.warnings
     # the second one, 0.90, should be 1.10
-    assert "nodes of shell 'sector' are off by up to about 33 %" in sentence
-    assert "in modes 1, 2, 3, 4, most in mode 4" in sentence
+    assert "modes 1, 2, 3, 4 are off in their load factor" in sentence
     assert found.factors[0] < 0.9
 
 
@@ -177,7 +151,8 @@ def test_quadrilaterals_do_not(mesh: tuple[int, int], tmp_path) -> None:
     found = buckled(compressed_cylinder("quad", mesh), tmp_path)
     # 1.000, 1.112 on eight elements along four half-waves, 0.996, 1.091 on 24
     assert found.factors[:2] == pytest.approx([0.998, 1.10], rel=0.02)
-    assert found.warnings == []
+    # the fourth one of eight elements, 1.392, is 1.326 on finer meshes
+    assert [text[:13] for text in found.warnings] == ["mode 4 is off"] * (mesh[1] == 8)
 
 
 DAMPING = ShellDamping(membrane=1e-3, bending=2e-3, shear=3e-3)
@@ -230,4 +205,5 @@ def test_they_are_said_of_any_section(change, tmp_path) -> None:
     ],
 )
 def test_modes_of_shells_are_not(scene, tmp_path) -> None:
-    assert buckled(scene, tmp_path).warnings == []
+    # higher ones are those of finer meshes no more
+    assert buckled(scene, tmp_path, 2).warnings == []

@@ -10,9 +10,10 @@ import pytest
 import ufl
 
 from shellmb.demos.verification.problems.elements.curved import hypar
-from shellmb.diagnostics.elements import locking
+from shellmb.diagnostics.elements import coarse, locking
 from shellmb.diagnostics.elements.locking import excess
 from shellmb.running.execute import execute
+from shellmb.running.natural_modes import vibration
 from shellmb.running.natural_modes.vibration import natural_modes
 from shellmb.scene import (
     Clamped,
@@ -33,6 +34,10 @@ from shellmb.scene import (
     SymmetryPlane,
 )
 
+# deflection of a hypar of a thickness of 1e-3 that does not stretch, m: quadrilaterals of 32x32 and
+# triangles have 4.88 and 4.80, of degree 3 on 16x16 4.63
+RIGID = 4.75e-6
+
 
 def hanging(thickness: float, mesh: int | tuple[int, int], distortion: float, **own) -> Scene:
     """A hyperbolic paraboloid under a thousandth of its weight, which it bends under."""
@@ -43,17 +48,20 @@ def hanging(thickness: float, mesh: int | tuple[int, int], distortion: float, **
 
 
 def told(scene: Scene) -> tuple[float, float | None]:
-    """Deflection, and by how much the run says the body is too stiff."""
+    """Deflection, and the part of it that is missing as the run says."""
     result = execute(scene)
-    found = [c for c in result.warnings if c.watch == "locking"]
+    found = [c for c in result.warnings if c.watch in ("locking", "coarse mesh")]
     assert len(found) <= 1
-    if found:
-        assert found[0].body == "hypar"
-        said = re.search(
-            r"shell 'hypar' is too stiff in bending, by .*about (\d+) %", found[0].says
-        )
-        assert said is not None and abs(float(said[1]) - 100 * found[0].value) <= 0.5
-    return -result.rows[-1]["tip"], found[0].value if found else None
+    if not found:
+        return -result.rows[-1]["tip"], None
+    (caution,) = found
+    assert caution.body == "hypar" and caution.value is not None
+    said = re.search(r"shell 'hypar' is .* by about (\d+) %", caution.says)
+    assert said is not None and abs(float(said[1]) - 100 * caution.value) <= 0.5
+    # what is too stiff by 1 moves half as far
+    stiff = caution.watch == "locking"
+    value = caution.value / (1 + caution.value) if stiff else caution.value
+    return -result.rows[-1]["tip"], value
 
 
 @pytest.mark.parametrize(
@@ -71,7 +79,7 @@ def test_by_how_much(cell: str, thickness: float, mesh: int, distortion: float) 
     right, nothing = told(hanging(thickness, mesh, 0.0, cell=cell))
     assert nothing is None
     wrong, said = told(hanging(thickness, mesh, distortion, cell=cell))
-    missing = right / wrong - 1
+    missing = 1 - wrong / right
     assert missing > 0.02
     assert said is not None and missing / 2 < said < 2 * missing
 
@@ -93,20 +101,22 @@ def test_half_of_it_in_statics_in_motion_and_in_modes(thickness: float) -> None:
     )
     deflection, none = told(right)
     locked, said = told(wrong)
-    stiff = deflection / locked - 1
-    assert none is None and said is not None and stiff / 2 < said < 2 * stiff
-    if stiff < 0.02:
-        # jumps say 4.1 % of 1.6 (`docs/limits.md`)
+    missing = 1 - locked / deflection
+    assert none is None
+    if missing < 0.02:
+        assert said is None
         return
+    assert said is not None and missing / 2 < said < 2 * missing
     _, moving = told(replace(wrong, scheme="ep", dt=0.02, t_end=0.4))
-    assert moving is not None and stiff / 2 < moving < 2 * stiff
+    assert moving == pytest.approx(said, rel=1e-6)
     modes = [
         natural_modes(replace(scene, loads=(), probes=()), count=3) for scene in (right, wrong)
     ]
     high = max(modes[1].frequencies / modes[0].frequencies) - 1
-    (sentence,) = modes[1].warnings
-    told_high = re.search(r"by about (\d+) %", sentence)
-    assert told_high is not None and high / 2 < float(told_high[1]) / 100 < 2 * high
+    told_high = [re.search(r"by about (\d+) %", text) for text in modes[1].warnings]
+    assert len(told_high) == (high > 0.02)
+    for found in told_high:
+        assert found is not None and high / 2 < float(found[1]) / 100 < 2 * high
 
 
 @pytest.mark.parametrize(("share", "says"), [(0.15, "about 19 %"), (0.2, "about 29 % or far more")])
@@ -169,7 +179,7 @@ def test_bodies_that_are_curved_like_spheres_are_told(body, thickness, mesh) -> 
     right, nothing = told(round_bodies(body, thickness, mesh, 0.0))
     assert nothing is None
     deflection, said = told(round_bodies(body, thickness, mesh, 0.25))
-    missing = right / deflection - 1
+    missing = 1 - deflection / right
     assert missing > 0.02
     assert said is not None and missing / 2 < said < 2 * missing
 
@@ -204,29 +214,34 @@ def test_forces_of_little_energy_that_hold_a_very_thin_body(thickness, distortio
     exact = 1e8 * 12 / 2e11 * (1 - 0.3**2) * (np.pi / 2 - 1)
     if distortion:
         # 0.16 and 0.10 of the deflection are left
-        assert said is not None
-        assert 0.4 < said < exact / abs(deflection) - 1
+        missing = 1 - abs(deflection) / exact
+        assert said is not None and missing / 2 < said < 2 * missing
     else:
         assert said is None
         # edges along the strip bend otherwise
         assert abs(deflection) == pytest.approx(exact, rel=0.01)
 
 
-def test_a_body_that_does_not_stretch() -> None:
-    """It is half as much too stiff at the least distortion."""
-    right, none = told(hanging(1e-3, 8, 0.0, stretching=False))
-    wrong, said = told(hanging(1e-3, 8, 0.01, stretching=False))
-    assert none is None
-    assert said is not None and 0.05 < said < right / wrong - 1
+@pytest.mark.parametrize(
+    ("mesh", "distortion", "own"),
+    [
+        (8, 0.0, {}),
+        (8, 0.01, {}),
+        pytest.param(16, 0.0, {}, marks=pytest.mark.slow),
+        (8, 0.0, {"cell": "tri"}),
+        pytest.param(8, 0.0, {"degree": 3}, marks=pytest.mark.slow),
+    ],
+)
+def test_a_body_that_does_not_stretch(mesh: int, distortion: float, own: dict[str, Any]) -> None:
+    """Beside 4.75 um, which both elements come to; one that stretches moves by 6.39 um."""
+    moved, said = told(hanging(1e-3, mesh, distortion, stretching=False, **own))
+    off = abs(moved - RIGID) / max(moved, RIGID)
+    assert off > 0.02
+    assert said is not None and off / 2 < said < 2.2 * off
 
 
-@pytest.mark.parametrize(("mesh", "near"), [(10, 0.9), (8, 0.5)])
-def test_natural_modes_tell_by_how_much_they_are_too_high(mesh: int, near: float) -> None:
-    """Beside those of the regular mesh, which are within a per cent.
-
-    On 10x10 the mode that is named is the one that locks most (8.7, 6.8, 5.3 %). On 8x8 two are too
-    high by 8.7 and 12.1 %, and estimates do not tell which one is more.
-    """
+def moved_and_not(mesh: int) -> tuple[str, np.ndarray]:
+    """What is said of modes of a moved mesh, and by how much they are beyond the regular one's."""
     found = []
     for distortion in (0.0, 0.25):
         scene = hypar(1e-3, mesh, "quad", distortion)
@@ -236,12 +251,27 @@ def test_natural_modes_tell_by_how_much_they_are_too_high(mesh: int, near: float
     right, wrong = found
     assert right.warnings == []
     (sentence,) = wrong.warnings
-    said = re.search(r"modes 1, 2, 3 .* that of (\d) most of all, by .*about (\d+) %", sentence)
+    return sentence, wrong.frequencies / right.frequencies - 1
+
+
+@pytest.mark.parametrize("mesh", [10, 8])
+def test_natural_modes_tell_by_how_much_they_are_too_high(mesh: int) -> None:
+    """Beside those of the regular mesh, which are within a per cent."""
+    sentence, high = moved_and_not(mesh)
+    said = re.search(r"modes 1, 2, 3 are .* mode (\d) most of all, by about (\d+) %", sentence)
     assert said is not None
-    high = wrong.frequencies / right.frequencies - 1
-    assert high[int(said[1]) - 1] >= near * high.max()
-    # an estimate within a factor of two
+    assert high[int(said[1]) - 1] >= 0.9 * high.max()
     assert high.max() / 2 < float(said[2]) / 100 < 2 * high.max()
+
+
+def test_natural_modes_of_many_unknowns(monkeypatch) -> None:
+    """Jumps of resultants tell on 10x10 which mode locks most (8.7, 6.8, 5.3 %)."""
+    monkeypatch.setattr(vibration, "beside_better", lambda *_: None)
+    sentence, high = moved_and_not(10)
+    said = re.search(r"modes 1, 2, 3 .* that of 1 most of all, by .*about (\d+) %", sentence)
+    assert said is not None
+    assert high[0] == high.max()
+    assert high[0] / 2 < float(said[1]) / 100 < 2 * high[0]
 
 
 @pytest.mark.slow
@@ -261,18 +291,20 @@ def test_any_section(kind: str) -> None:
     scenes = [replace(s, scheme="static", dt=1.0, t_end=1.0) for s in (right, wrong)]
     (right, none), (wrong, said) = (told(scene) for scene in scenes)
     assert none is None
-    assert said == pytest.approx(right / wrong - 1, rel=1 / 3)
+    assert said == pytest.approx(1 - wrong / right, rel=1 / 3)
 
 
 def test_in_motion(monkeypatch) -> None:
-    """The estimate is of the whole run, and the same as at rest without a finer mesh."""
+    """As at rest, by better elements, and where there are too many unknowns by jumps."""
     section = Isotropic(2e11, 0.3, thickness=1e-3, density=8000.0)
     scene = hanging(1e-3, 8, 0.25, section=section)
+    motion = replace(scene, scheme="ep", dt=0.02, t_end=0.4)
     _, compared = told(scene)
-    _, said = told(replace(scene, scheme="ep", dt=0.02, t_end=0.4))
-    assert said is not None and compared is not None and compared / 2 < said < 2 * compared
+    assert compared is not None and told(motion)[1] == pytest.approx(compared, rel=1e-6)
     monkeypatch.setattr(locking, "known", lambda *_: None)
-    _, still = told(scene)
+    monkeypatch.setattr(coarse, "known", lambda *_: None)
+    (_, said), (_, still) = told(motion), told(scene)
+    assert said is not None and compared / 2 < said < 2 * compared
     assert said == pytest.approx(still, rel=0.1)
 
 

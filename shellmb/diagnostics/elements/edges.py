@@ -12,7 +12,6 @@ with `y = h/(n l)`, and the moment at the edge is `1 - 2 g/y` of what it would b
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 from mpi4py import MPI
@@ -21,8 +20,9 @@ import basix
 import numpy as np
 
 from shellmb.arrays import Bools, Floats
-from shellmb.diagnostics.base import Cautions, Motion, Parts, said_of
-from shellmb.diagnostics.elements.sampled import Shares, in_modes
+from shellmb.diagnostics.base import Cautions, said_of
+from shellmb.diagnostics.elements.finer import known
+from shellmb.diagnostics.elements.sampled import Shares
 from shellmb.model.model import Model
 from shellmb.model.sections.section import SectionFields
 from shellmb.model.shells.shell import ShellModel
@@ -177,6 +177,13 @@ def _free(body: ShellModel, model: Model) -> Bools:
     return np.asarray(free)
 
 
+def spanning(body: ShellModel, model: Model) -> bool:
+    """Decide whether a quadrilateral reaches from one free edge to another; collective."""
+    free = _free(body, model)
+    found = bool((free & free[:, ::-1]).any())
+    return bool(model.comm.allreduce(found, op=MPI.LOR))
+
+
 def edges(model: Model) -> dict[str, Edges]:
     """Free edges of shells by their names; collective.
 
@@ -205,22 +212,9 @@ class Twisted(Shares):
     def cautions(self, simulation: Simulation) -> Cautions:
         """A sentence for each body that is too stiff; collective."""
         for name, share in self.shares(simulation):
-            if share > BOUND:
+            if share > BOUND and known(simulation, name) is None:
                 says = (
                     f"{said_of(simulation, name)} is too stiff in twisting, by about "
                     f"{100 * share:.0f} %: {WHY}"
                 )
                 yield self.caution(name, share, BOUND, says)
-
-
-def twisted_modes(model: Model, state: Parts | None, modes: Sequence[Motion]) -> list[str]:
-    """Sentences on bodies that are too stiff in modes; as `stiffened_modes`."""
-    said = []
-    for name, body in edges(model).items():
-        if found := in_modes(name, state, modes, body.share, BOUND):
-            most, which = found
-            said.append(
-                f"shell '{name}' is too stiff in twisting, by about {100 * most:.0f} % in {which}; "
-                f"frequencies are too high by half of that, load factors by as much: {WHY}"
-            )
-    return said

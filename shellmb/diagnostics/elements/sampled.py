@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from typing import ClassVar
 
 from shellmb.arrays import Floats
-from shellmb.diagnostics.base import Motion, Parts, Watch
+from shellmb.diagnostics.base import Watch
 from shellmb.observers.account.energy import Scalar, scalar
 from shellmb.observers.fields.nodal import state
 from shellmb.schemes.linearised import strain_energy
@@ -42,36 +42,6 @@ def changed(simulation: Simulation, name: str) -> tuple[Floats, Floats]:
     """
     q = state(simulation, name)
     return q, (0.0 if simulation.scheme.linear else 0.5) * q
-
-
-def in_modes(
-    name: str,
-    about: Parts | None,
-    modes: Sequence[Motion],
-    share: Callable[[Floats, Floats, float], float],
-    bound: float,
-) -> tuple[float, str] | None:
-    """Largest share in modes of a body, and in words all modes with shares above a bound.
-
-    Args:
-        name: Name of the body.
-        about: State that modes are about; None: the reference.
-        modes: The modes.
-        share: Gives the share by the local arrays of a mode and of that state, and the mode's
-            energy; collective.
-        bound: The bound; None is returned where all are below.
-    """
-    found = []
-    for number, energy, (part, *_) in modes:
-        q = part(name)
-        here = share(q, 0 * q if about is None else about(name), energy)
-        if here > bound:
-            found.append((here, number))
-    if len(found) < 2:
-        return (found[0][0], f"mode {found[0][1]}") if found else None
-    most, worst = max(found)
-    listed = ", ".join(str(number) for _, number in found)
-    return most, f"modes {listed}, most in mode {worst}"
 
 
 # the energy on this rank, J, of a small change of a state, both as local arrays; collective

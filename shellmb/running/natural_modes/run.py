@@ -14,7 +14,8 @@ from mpi4py import MPI
 from shellmb.arrays import Floats
 from shellmb.barrier import arrive
 from shellmb.diagnostics.base import Motion
-from shellmb.diagnostics.modes import BUCKLING
+from shellmb.diagnostics.elements.wrinkled import wrinkled_modes
+from shellmb.diagnostics.modes import beside_better
 from shellmb.errors import petsc_in_words
 from shellmb.files.writing import make_folder, write_text
 from shellmb.model.model import Model
@@ -244,7 +245,14 @@ def find_buckling(
         shapes = [mode_shape(found.system, found.model, vector) for vector in found.vectors]
         parts = zip(found.energies, parts_of(found.system, found.vectors), strict=True)
         modes = [Motion(k, energy, (part,)) for k, (energy, part) in enumerate(parts, start=1)]
-        warnings = [text for look in BUCKLING for text in look(found.model, None, modes)]
+
+        def better(finer: Scene) -> Floats:
+            return linear_buckling(finer, comm, count).factors
+
+        model, size = found.model, found.system.size
+        warnings = wrinkled_modes(model, None, modes)
+        said = beside_better(model, modes, size, found.factors, better, "load factor")
+        warnings += said or []
         summary = run.summary(found.model, found.system.size) | {
             "load_factors": found.factors,
             "negative_load_factor": found.negative,

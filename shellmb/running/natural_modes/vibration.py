@@ -10,7 +10,8 @@ import numpy as np
 
 from shellmb.arrays import Bools, Floats
 from shellmb.diagnostics.base import Motion
-from shellmb.diagnostics.modes import VIBRATION
+from shellmb.diagnostics.elements.locking import locked_modes
+from shellmb.diagnostics.modes import SECTIONS, beside_better
 from shellmb.errors import SceneError, petsc_in_words
 from shellmb.model.model import Model
 from shellmb.native.assembler import assembled_as
@@ -203,8 +204,21 @@ def _doubtful(
         for k, part in enumerate(parts_of(system, found.vectors))
         if k >= found.rigid and found.energies[k] > 0
     ]
-    looks = VIBRATION if modes else ()
-    return [sentence for look in looks for sentence in look(model, state, modes)]
+    if not modes:
+        return []
+    said: list[str] | None = None
+    if state is None:
+        values, count = np.sqrt(np.abs(found.values.real)), len(found.values)
+
+        def better(scene: Scene) -> Floats:
+            finer, _ = checked_model(scene, model.comm)
+            lower = lowest(finer, *tangent(finer), count, loaded=False)
+            return np.asarray(np.sqrt(np.abs(lower.values.real)))
+
+        said = beside_better(model, modes, system.size, values, better, "frequency")
+    if said is None:
+        said = locked_modes(model, state, modes)
+    return said + [text for look in SECTIONS for text in look(model, state, modes)]
 
 
 def parts_of(

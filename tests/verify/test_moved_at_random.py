@@ -1,0 +1,44 @@
+"""Hypars whose nodes are moved at random: rows as of issue 50, beside those of `shellmb verify`."""
+
+import numpy as np
+import pytest
+
+from shellmb.arrays import Floats
+from shellmb.demos.verification.problems.elements.curved import half_hypar
+from shellmb.demos.verification.problems.elements.rows import MOVED, Mesh
+from shellmb.meshes.raw import boundary_facets, vertex_count
+from shellmb.meshes.surfaces import layout, structured
+
+
+def moved(plan: layout.Layout, fraction: float, seed: int = 1) -> Floats:
+    """Coordinates of nodes whose vertices are moved along each axis, as `layout.distorted`."""
+    count = vertex_count(plan.cell)
+    vertices = np.unique(plan.cells[:, :count])
+    inner = np.setdiff1d(vertices, boundary_facets(plan.cells, plan.cell))
+    x = plan.plane
+    inner = inner[np.lexsort(np.round(x[inner], 9).T[::-1])]
+    cells = [len(np.unique(np.round(x[vertices, k], 9))) - 1 for k in range(2)]
+    away = np.random.default_rng(seed).uniform(-1, 1, (len(inner), 2))
+    shift = np.zeros_like(x)
+    shift[inner] = fraction * away * np.ptp(x, axis=0) / cells
+    middles = plan.cells[:, count:]
+    for column, sources in enumerate(layout._sources(plan.cell, middles.shape[1])):
+        corners = plan.cells[:, list(sources)]
+        shift[middles[:, column]] = shift[corners].mean(axis=1)
+    return np.asarray(x + shift)
+
+
+@pytest.mark.parametrize(
+    ("size", "thickness", "value", "trial"),
+    [
+        ((16, 8), 1e-3, 0.987, 1.017),
+        ((16, 8), 1e-4, 0.899, 0.888),
+        pytest.param((32, 16), 1e-4, 0.977, 0.964, marks=pytest.mark.slow),
+    ],
+)
+def test_quadrilaterals(monkeypatch, size, thickness: float, value: float, trial: float) -> None:
+    """Deflection over the reference: at least as near to it as the trial of the element."""
+    monkeypatch.setattr(structured, "distorted", moved)
+    found = half_hypar(Mesh("quad", size, MOVED), thickness)[""]
+    assert found == pytest.approx(value, abs=1e-3)
+    assert abs(found - 1) < abs(trial - 1)
