@@ -45,7 +45,7 @@ class Requested:
 
     @property
     def runner(self) -> Callable[..., RunResult]:
-        """What runs it, with its errors where the scene asks for them: `execute` from `out` on."""
+        """Function that runs it, with errors if the scene wants them: `execute` from `out` on."""
         run_it: Any
         if self.scene.errors:
             from shellmb.accuracy.errors import execute_with_errors as run_it
