@@ -6,7 +6,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from shellmb.api.record import Found
+from shellmb.api.record import StoredResult
 from shellmb.errors import SceneError
 from shellmb.observers.files.described import Described, read_described
 from shellmb.show.fields import Fields
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 TABLE, CAMPBELL = "modes.csv", "campbell.csv"
 
 
-class Stability(Found):
+class Stability(StoredResult):
     """Modes that tell whether what they are about is stable."""
 
     @property
@@ -39,7 +39,7 @@ class Stability(Found):
         return str(self.summary["verdict"])
 
 
-class ModeShapes(Found):
+class ModeShapes(StoredResult):
     """Modes of vibration or of linear buckling in their directory, lowest first.
 
     Args:

@@ -48,7 +48,7 @@ class _Summary(TypedDict):
 _SUMMARY = TypeAdapter(_Summary)
 
 
-class Found:
+class StoredResult:
     """Results of a command in their directory, which is read when it is used.
 
     Args:
@@ -88,7 +88,7 @@ class Found:
         return read_accuracy(self.directory)
 
 
-class Run(Found):
+class Run(StoredResult):
     """A run in its directory, which is read when it is used.
 
     Args:

@@ -15,7 +15,7 @@ type Pair = tuple[Floats, Floats]
 # times the way that a speed at the start carries a body in a step it is no motion of it
 FLOWN = 10.0
 # an array, some of its places, and what belongs to them
-type Found = tuple[Floats, Ints, Ints]
+type Pairs = tuple[Floats, Ints, Ints]
 
 
 class Arrays:
@@ -57,7 +57,7 @@ class ScaledRates:
         numbering = system.numbering
         # rates and what they fill; of these, where they are unknowns of this rank, and where others
         # link them
-        self._filled, self._own, self._linked = list[Pair](), list[Found](), list[Found]()
+        self._filled, self._own, self._linked = list[Pair](), list[Pairs](), list[Pairs]()
         for k, (levels, stage) in enumerate(fields):
             if stage not in levels.scaled if rate is None else stage != END:
                 continue

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 # what is found: the number, derivatives by parameters and by fields, and the run
-Found = tuple[float, dict[str, float], dict[tuple[str, str], "pd.DataFrame"], RunResult]
+Swept = tuple[float, dict[str, float], dict[tuple[str, str], "pd.DataFrame"], RunResult]
 
 
 class Reading:
@@ -71,7 +71,7 @@ def there_and_back(
     comm: MPI.Comm,
     results: Results | None,
     said: list[str],
-) -> Found:
+) -> Swept:
     """Run a scene, and differentiate a number by going back over its steps; collective.
 
     Args:

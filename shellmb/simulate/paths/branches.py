@@ -88,7 +88,7 @@ class PointOnPath:
 
 
 @dataclass
-class _Found:
+class _Bifurcation:
     """A bifurcation that was located in the step not yet accepted.
 
     Args:
@@ -121,7 +121,7 @@ class Branches(Restartable):
     ) -> None:
         self._bordered, self._moving, self._path = bordered, moving, path
         self.points: list[PointOnPath] = []
-        self._found: _Found | None = None
+        self._found: _Bifurcation | None = None
         self.apply_inverse = bordered.apply_inverse
         self._stability: Stability | None = None
         if path.branches != "ignore":
@@ -204,7 +204,7 @@ class Branches(Restartable):
         zero = min(max(zero, low), high)
         factor = float(state.factor + state.rate * (zero - length))
         point = PointOnPath("bifurcation", float(state.t + zero - length), factor, before, after)
-        self._found = _Found(point, self._signed(self._other(state, vector)))
+        self._found = _Bifurcation(point, self._signed(self._other(state, vector)))
 
     def _locate_return(
         self, a: PathState, b: PathState, shorter: Callable[[float], PathState]
@@ -234,7 +234,7 @@ class Branches(Restartable):
         t = float(state.t + zero - length)
         point = PointOnPath("bifurcation", t, factor, a.negative, b.negative)
         vector = self._smallest(None)[1]
-        self._found = _Found(point, self._signed(self._other(state, vector)))
+        self._found = _Bifurcation(point, self._signed(self._other(state, vector)))
 
     def _other(self, state: PathState, vector: Floats) -> Floats:
         """Direction of the path that crosses at a bifurcation: along the null vector.
