@@ -53,13 +53,10 @@ class MeanTension(BaseObserver):
 
     def start(self, simulation: Simulation) -> None:
         (self._group,) = simulation.model.mechanism.element_groups
-        self._residuals, self._r = resistance(simulation.problem, self._group.name)
+        self._work = resistance(simulation.problem, self._group.name)
 
     def solved(self, simulation: Simulation) -> None:
-        self._r[:] = 0.0
-        self._residuals.refresh()
-        self._residuals.add(self._r)
-        self.found.append(self._r[self._group.mixed.dofs["x"]].copy())
+        self.found.append(self._work.find()[self._group.mixed.dofs["x"]].copy())
 
 
 def rates(k: float, y: np.ndarray) -> np.ndarray:
