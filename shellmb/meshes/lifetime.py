@@ -80,8 +80,8 @@ def make_room(comm: MPI.Comm, bodies: int = 1) -> None:
     if used and not room_for(comm, EACH * bodies):
         raise RunError(
             f"MPI has about 2000 communicators for a program, and simulations with {used} meshes "
-            f"are in use: too few are left for one of {bodies}; delete simulations, matrices and "
-            "linear systems that are not needed any more"
+            f"are in use: too few are left for one of {bodies}; delete motions and matrices "
+            "that are not needed any more"
         )
 
 
