@@ -449,8 +449,8 @@ def scene_of(scene: Scene | Run | str, options: dict[str, Any], command: str) ->
     if isinstance(scene, Run):
         if options.get("state") is not None:
             raise SceneError(f"{command}: the scene is a run, and a state is given, too; give one")
-        options["state"], made_here = scene, scene.computed is not None
-        scene = scene.scene if made_here else scene_of_run(scene.directory, command)[0]
+        options["state"], made_here = scene, scene._scene
+        scene = made_here or scene_of_run(scene.directory, command)[0]
     if isinstance(options.get("state"), Run):
         options["state"] = options["state"].directory
     return scene

@@ -185,8 +185,7 @@ def resume(
     from shellmb.running.request import read_request
 
     # a bad scene says so before anything heavy is loaded
-    request = read_request(directory).trusted(scene, trust)
-    built, _ = request.build()
+    built, _ = read_request(directory).trusted(scene, trust).build()
     if (directory / ACCURACY).is_file():
         from mpi4py import MPI
 
@@ -201,6 +200,8 @@ def resume(
             print_accuracy(directory)
         return found
 
+    # loaded before anything is said, as a signal in between must leave one line
+    import shellmb.running.resuming.resume  # noqa: F401
     from shellmb.api.runs import resume as go_on
 
     announce(built.name, quiet)
@@ -265,8 +266,7 @@ def modes(
         target = replace(wanted_of(accuracy), modes=True, loaded=chosen.loaded, count=count)
         how = {"quiet": quiet, "pictures": drawn, "check": check}
         return run_accurately(wanted, target, directory, **how)
-    measure = module.mode_results
-    made = write_modes(wanted.scene, directory, count, chosen, measure, pictures=drawn)
+    made = write_modes(wanted.scene, directory, count, chosen, module.mode_results, pictures=drawn)
     if not quiet and first_rank():
         if chosen.buckling:
             print_buckling(made.found, directory)

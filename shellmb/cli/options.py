@@ -15,7 +15,7 @@ from typer.core import TyperCommand
 
 from shellmb.errors import SceneError
 from shellmb.options.described import Option, options_of
-from shellmb.options.run import Options
+from shellmb.options.run import ELEMENTS, Options
 
 if TYPE_CHECKING:
     from shellmb.api.runs import Requested
@@ -146,7 +146,7 @@ def requested_run(
     from shellmb.api.runs import Requested
     from shellmb.running.request import scene_of_run
 
-    if parameters or any(elements.values()):
+    if parameters or any(elements[name] for name in ELEMENTS):
         raise SceneError(f"modes: {given} holds a run, which has its own mesh and parameters")
     return Requested(*scene_of_run(given, "modes", None if run is not None else scene)), given
 

@@ -236,6 +236,9 @@ def run_accurately(
     """
     from mpi4py import MPI
 
+    # loaded before anything is said, as a signal in between must leave one line
+    import shellmb.accuracy.request.directory  # noqa: F401
+
     how = {} if quiet else {"tell": tell}
     announce(wanted.scene.name, quiet)
     outcome = wanted.run_to_accuracy(target, directory, MPI.COMM_WORLD, pictures, **how)

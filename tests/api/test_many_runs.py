@@ -25,3 +25,5 @@ def test_old_runs_let_go_of_their_simulations(monkeypatch: pytest.MonkeyPatch) -
     assert runs[0].scene.name == runs[-1].scene.name
     assert runs[0].results == runs[-1].results
     assert runs[0].history["tip_z"].equals(runs[-1].history["tip_z"])
+    # no directory tells of a scene that was made here
+    assert sm.modes(runs[0], count=1, pictures=False).summary["t"] == pytest.approx(0.01)

@@ -1,5 +1,6 @@
 """Signals from the first moment on: the process ends with one line, whatever is being loaded."""
 
+import json
 import os
 import signal
 import subprocess
@@ -10,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from shellmb.guarding.signals import held
+from shellmb.running.request import Request
 
 # a signal comes while a module is looked for: of the commands, of DOLFINx, of PETSc
 CODE = """
@@ -21,24 +23,33 @@ def hook(event, arguments):
 sent = [number]
 from shellmb.cli import app
 sys.addaudithook(hook)
-app(["run", "sudden_load", "--no-pictures", "--out", "one"])
+app(sys.argv[3:])
 """
+RUN = ("run", "sudden_load", "--no-pictures", "--out", "one")
 
 
 @pytest.mark.parametrize(
-    ("module", "name"),
+    ("module", "name", "arguments"),
     [
-        ("typer", "SIGINT"),
-        ("shellmb.cli.failures", "SIGTERM"),
-        ("petsc4py.lib", "SIGINT"),
-        ("basix._basixcpp", "SIGTERM"),
-        ("dolfinx.cpp", "SIGINT"),
-        ("dolfinx.la", "SIGTERM"),
+        ("typer", "SIGINT", RUN),
+        ("shellmb.cli.failures", "SIGTERM", RUN),
+        ("petsc4py.lib", "SIGINT", RUN),
+        ("basix._basixcpp", "SIGTERM", RUN),
+        ("dolfinx.cpp", "SIGINT", RUN),
+        ("dolfinx.la", "SIGTERM", RUN),
+        ("slepc4py", "SIGINT", (*RUN, "--accuracy", "1e-2")),
+        ("dolfinx.la", "SIGTERM", ("resume", "begun")),
     ],
 )
-def test_a_signal_while_modules_are_loaded(module: str, name: str, tmp_path: Path) -> None:
+def test_a_signal_while_modules_are_loaded(
+    module: str, name: str, arguments: tuple[str, ...], tmp_path: Path
+) -> None:
+    # what there is of a run that was killed before its first state
+    (tmp_path / "begun").mkdir()
+    request = json.dumps(Request("sudden_load").to_dict())
+    (tmp_path / "begun" / "request.json").write_text(request)
     number = getattr(signal, name)
-    command = [sys.executable, "-c", CODE, module, str(int(number))]
+    command = [sys.executable, "-c", CODE, module, str(int(number)), *arguments]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=240)
     assert done.returncode == 128 + number
     assert done.stderr == f"error: stopped by {name}: nothing is left of it\n"

@@ -96,6 +96,9 @@ def test_command_takes_the_steps_of_the_run(tmp_path: Path) -> None:
     refused = invoke(app, [*command, "--set", "x=1", *options, str(tmp_path / "other")])
     assert refused.exit_code == 2
     assert "has its own mesh and parameters" in refused.output
+    refused = invoke(app, [*command, "--errors", *options, str(tmp_path / "other")])
+    assert refused.exit_code == 2
+    assert "errors are estimated of natural modes at rest only" in " ".join(refused.output.split())
 
 
 @pytest.mark.parametrize(
