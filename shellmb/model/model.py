@@ -111,15 +111,10 @@ class Model:
             for beam in scene.beams
             if beam.curve.shell is not None
         }
+        own_lines = {name: along.line for name, along in lines.items()}
         self.beams = {
-            beam.name: build_beam(
-                beam,
-                comm,
-                self._loads_of(beam),
-                dynamic,
-                lines[beam.name].line if beam.name in lines else None,
-            )
-            for beam in scene.beams
+            b.name: build_beam(b, comm, self._loads_of(b), dynamic, own_lines.get(b.name))
+            for b in scene.beams
         }
         doubt_thickness(comm, self.meshed.values())
         doubt_slits(comm, self.shells)
@@ -146,7 +141,7 @@ class Model:
         self.planes = self._hold(places, prescribed)
         refuse_idle_loads(scene, self.meshed, prescribed)
         find = Finder(scene, places, {} if self.rigid is None else self.rigid.ends())
-        self.bodies += [*self.planes, *hold_glued(scene, glued)]
+        self.bodies += [*self.planes, *hold_glued(scene, glued, prescribed)]
         hinged: dict[str, Any] = {**self.shells, **self.own}
         self.mechanism = Mechanism(scene, scale, find, hinged, self.signals)
         self._check_turnable()

@@ -150,6 +150,39 @@ def test_supports_of_beam_and_shell_that_contradict_one_another_are_refused(kind
         Model(scene, MPI.COMM_WORLD)
 
 
+TURNED = Driven("left", about=(0, 0.2, 0), axis=(0, 1, 0), rotation=lambda t: 0.1 * t, body="plate")
+DRILLED = Driven("left", about=(0, 0.2, 0), rotation=lambda t: 0.1 * t, body="plate")
+LEANING = Fixed("left-bottom", director=(0.6, None, -0.2), body="plate")
+
+
+@pytest.mark.parametrize(
+    ("kind", "curve", "support", "sentence"),
+    [
+        ("revolute", MIDDLE, TURNED, "the latter turns the beam with shell 'plate'"),
+        ("revolute", MIDDLE, DRILLED, "the latter turns the beam with shell 'plate'"),
+        ("director", MIDDLE, DRILLED, "the latter turns the beam with shell 'plate'"),
+        (
+            "director",
+            MIDDLE,
+            TURNED,
+            "director along x is 0.0998334 by the former",
+        ),
+        (
+            "director",
+            AlongEdge("plate", "bottom"),
+            LEANING,
+            "director along x is 0.6 by the former",
+        ),
+    ],
+)
+def test_a_clamped_beam_is_not_turned_by_its_shell(
+    kind: Any, curve: Any, support: Any, sentence: str
+) -> None:
+    scene = glued(curve, kind, supports=(support, Clamped("start", body="beam")))
+    with pytest.raises(SceneError, match=f"contradict one another .*{sentence}"):
+        Model(scene, MPI.COMM_WORLD)
+
+
 def end_state(simulation: Simulation) -> dict[str, np.ndarray]:
     """Nodal unknowns of plate and beam."""
     found = {}

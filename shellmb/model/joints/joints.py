@@ -299,15 +299,10 @@ def point_masses(scene: Scene, comm: MPI.Comm, joints: Sequence[BoundJoint]) -> 
     gravity = [load for load in scene.loads if isinstance(load, Gravity) and load.body is None]
     if scene.static and not gravity:
         return []
-    ends = [
-        (end, joint.joint.mass / 2)
-        for joint in joints
-        for end in joint.ends
-        if joint.joint.mass > 0
-    ]
     groups: dict[int, list[tuple[End, float]]] = {}
-    for end, mass in ends:
-        groups.setdefault(end.needed(0), []).append((end, mass))
+    for joint in joints:
+        for end in joint.ends if joint.joint.mass > 0 else ():
+            groups.setdefault(end.needed(0), []).append((end, joint.joint.mass / 2))
     return [
         PointMasses(comm, items, gravity, directors, not scene.static)
         for directors, items in groups.items()

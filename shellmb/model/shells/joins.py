@@ -22,11 +22,12 @@ from shellmb.forms.constraints.joints import KINDS, Place
 from shellmb.meshes.surfaces.shell_lines import ShellLine, shell_line
 from shellmb.model.body import FixedDofs, NodeLink
 from shellmb.model.frames.beam import BeamModel
-from shellmb.model.locations.nodes import ON_NODE, Nodes, shared_nodes
+from shellmb.model.locations.nodes import ON_NODE, Nodes, shared_nodes, shown
 from shellmb.model.shells.shell import ShellModel
-from shellmb.model.supports.prescribed import NodalConstraint, kink
+from shellmb.model.supports.prescribed import NodalConstraint, Prescribed, kink
 from shellmb.scene import Beam, Glue, Join, Scene
 from shellmb.scene.loads.supports import Driven
+from shellmb.scene.lookup import said
 from shellmb.scene.multibody.rigid import rotation_matrix
 
 # surfaces whose normals differ by less than this along the edge are one smooth surface [degrees]
@@ -200,6 +201,27 @@ class Glued:
         nodes = shared_nodes(self.shell, support.at, support.label)
         return np.asarray(np.isin(self.line.dofs["w"], nodes.dofs["w"]).all(axis=1))
 
+    def check_turned(self, support: Driven, where: Bools, prescribed: Prescribed) -> None:
+        """Check that no support of the beam holds what one turns with the shell; collective.
+
+        Args:
+            support: The support of the shell.
+            where: At which nodes of the line it moves the director, shape (n,).
+            prescribed: What the supports hold.
+
+        Raises:
+            SceneError: Names the supports.
+        """
+        turns = support.rotation is not None and any(map(support.rotation, prescribed.times))
+        for x, dofs in zip(self.line.x[where], self.beam_dofs()[where], strict=True):
+            _, others = prescribed.held(self.beam.name, dofs)
+            if turns and others:
+                raise SceneError(
+                    f"{others[0]} and {said(support)} {support.at!r} contradict one another on "
+                    f"{said(self.beam.beam)}: at {shown(x)} the latter turns the beam with "
+                    f"{said(self.shell.shell)}, and the former holds it; one must be left out"
+                )
+
     def clamp(self, where: Bools, rotation: Callable[[float], Floats] | None = None) -> None:
         """Prescribe the frames at nodes of the line.
 
@@ -299,12 +321,13 @@ def glue_beams(
     return found
 
 
-def hold_glued(scene: Scene, every: Sequence[Glued]) -> list[NodalConstraint]:
+def hold_glued(scene: Scene, every: Sequence[Glued], given: Prescribed) -> list[NodalConstraint]:
     """Hold frames of beams on shells where supports hold these, and align others; collective.
 
     Args:
         scene: The scene.
         every: Glued beams, whose supports and those of their shells must be there already.
+        given: What these hold.
 
     Returns:
         The constraints of eq. (35), in one group for all beams that share their kernels.
@@ -316,6 +339,7 @@ def hold_glued(scene: Scene, every: Sequence[Glued]) -> list[NodalConstraint]:
         for support in scene.supports:
             if isinstance(support, Driven) and scene.bodies_of(support)[0].name == glued.shell.name:
                 moved = glued.driven(support) & ~held
+                glued.check_turned(support, moved, given)
                 glued.clamp(moved, _rotation(support))
                 held |= moved
         nodes = np.flatnonzero(~held)

@@ -207,20 +207,21 @@ class Prescribed:
     def __init__(
         self, aliases: Mapping[Dof, Dof], times: Sequence[float], linear: bool = False
     ) -> None:
-        self._aliases, self._times, self._linear = aliases, times, linear
+        self._aliases, self.times, self._linear = aliases, times, linear
         # the rows of all supports
         self.rows: list[Rows] = []
         self._nodes: dict[Dof, _Node] = {}
 
     def held(self, body: str, dofs: Ints) -> tuple[Floats, list[str]]:
-        """Orthonormal directions in which a nodal vector is fixed, (k, size), and by what supports.
+        """Orthonormal directions in which a nodal vector is fixed, (k, 3), and by what supports.
 
         Args:
             body: Name of the body.
-            dofs: Global dofs of the vector, shape (size,).
+            dofs: Global dofs of the vector, shape (size,); of all directors of a frame, which are
+                held together, the first one is looked at.
         """
         node = self._nodes.get(linked_to(self._aliases, (body, int(dofs[0]))), _Node())
-        return np.array(node.basis).reshape(-1, len(dofs)), node.supports
+        return np.array(node.basis).reshape(-1, 3), node.supports
 
     def settle(self) -> list[NodalConstraint]:
         """Fix the dofs of all bodies; returns constraints for directions that are no axes.
@@ -228,7 +229,7 @@ class Prescribed:
         Raises:
             SceneError: If supports contradict one another; names them and their values.
         """
-        oblique: dict[tuple[str, str], list[tuple[Rows, Ints]]] = {}
+        oblique: dict[tuple[str, str], list[tuple[Rows, int]]] = {}
         sampled = [self._sampled(rows) for rows in self.rows]
         # whole axes first: what they hold needs no multiplier
         for rows, values in zip(self.rows, sampled, strict=True):
@@ -236,20 +237,18 @@ class Prescribed:
             size = np.take_along_axis(rows.normals, axis[:, None], axis=1)[:, 0]
             parallel = 1 - np.abs(size) < PARALLEL
             signs = np.sign(size)
-            new = [
-                k
-                for k in np.flatnonzero(parallel).tolist()
-                if self._hold_axis(rows, k, int(axis[k]), signs[k] * values[k])
+            each = np.flatnonzero(parallel)
+            kept = [
+                self._hold_axis(rows, k, int(axis[k]), signs[k] * values[k]) for k in each.tolist()
             ]
+            new = each[np.array(kept, dtype=bool)]
             _fix(rows.body, rows.dofs[new, axis[new]], _of_axes(rows, new, signs[new]), rows.turn)
-            oblique.setdefault((rows.body.name, rows.part), []).append(
-                (rows, np.flatnonzero(~parallel))
+            oblique.setdefault((rows.body.name, rows.part), []).extend(
+                (rows, k) for k in np.flatnonzero(~parallel).tolist()
             )
         made = []
         for items in oblique.values():
-            found = [
-                (rows, k) for rows, ks in items for k in ks.tolist() if self._hold(rows, k, 0.0)
-            ]
+            found = [(r, k) for r, k in items if self._hold(r, k, 0.0, r.normals[k])]
             if found:
                 made.append(_planes(found))
         self._directors()
@@ -258,32 +257,33 @@ class Prescribed:
     def _sampled(self, rows: Rows) -> Floats:
         """Values of all rows at the times of comparison, shape (n, times)."""
         if rows.value is None:
-            return np.zeros((len(rows.dofs), len(self._times)))
-        return np.stack([rows.value(t) for t in self._times], axis=1)
+            return np.zeros((len(rows.dofs), len(self.times)))
+        return np.stack([rows.value(t) for t in self.times], axis=1)
 
-    def _node(self, rows: Rows, k: int) -> _Node:
-        dof = linked_to(self._aliases, (rows.body.name, int(rows.dofs[k, 0])))
+    def _node(self, rows: Rows, k: int, first: int = 0) -> _Node:
+        dof = linked_to(self._aliases, (rows.body.name, int(rows.dofs[k, first])))
         return self._nodes.setdefault(dof, _Node())
 
     def _hold_axis(self, rows: Rows, k: int, axis: int, side: Floats) -> bool:
         """Hold one component; False if the body has it fixed already."""
-        node, dof = self._node(rows, k), (rows.body.name, int(rows.dofs[k, axis]))
-        self._hold(rows, k, side, np.eye(rows.normals.shape[1])[axis])
+        # each director of a frame by itself: one of them may be that of a shell
+        first = axis - axis % 3
+        node, dof = self._node(rows, k, first), (rows.body.name, int(rows.dofs[k, axis]))
+        self._hold(rows, k, side, np.eye(3)[axis - first], first)
         # a dof that belongs to a joined body is fixed in both, as it is in one
         if dof in node.fixed:
             return False
         node.fixed.add(dof)
         return True
 
-    def _hold(self, rows: Rows, k: int, side: Any, normal: Floats | None = None) -> bool:
+    def _hold(self, rows: Rows, k: int, side: Any, vector: Floats, first: int = 0) -> bool:
         """Hold a node in a direction; False if it is already held there.
 
         Raises:
             SceneError: If it is held there at another value.
         """
-        node = self._node(rows, k)
-        vector = np.array(rows.normals[k] if normal is None else normal)
-        rest, implied, involved = vector.copy(), np.zeros(len(self._times)), []
+        node = self._node(rows, k, first)
+        rest, implied, involved = vector.copy(), np.zeros(len(self.times)), []
         for held, values, support in zip(node.basis, node.sides, node.supports, strict=True):
             share = float(held @ rest)
             rest -= share * held
@@ -302,14 +302,13 @@ class Prescribed:
         if np.max(excess) > 0:
             worst = int(np.argmax(excess))
             axis = int(np.argmax(np.abs(vector)))
-            along = "xyz"[axis] if len(vector) == 3 else f"component {axis}"
-            if 1 - abs(vector[axis]) >= PARALLEL:
-                along = shown(vector)
+            parallel = 1 - abs(vector[axis]) < PARALLEL
+            along = "xyz"[axis] if parallel else shown(vector)
             raise SceneError(
                 f"{' and '.join(dict.fromkeys(involved))} and {rows.support} contradict one "
                 f"another on {said(rows.described)}: at {shown(rows.nodes.x[k])} the "
                 f"{WHAT[rows.part]} along {along} is {implied[worst]:.6g} by the former and "
-                f"{wanted[worst]:.6g} by the latter at t = {self._times[worst]:g}; they must "
+                f"{wanted[worst]:.6g} by the latter at t = {self.times[worst]:g}; they must "
                 "agree, or one must be left out"
             )
         return False
@@ -330,9 +329,10 @@ class Prescribed:
                 if dof in seen:
                     continue
                 seen.add(dof)
-                node, size = self._node(rows, k), rows.normals.shape[1]
-                whole = len(node.basis) == size
-                if size == 3:
+                node = self._node(rows, k)
+                # all directors of a frame are held together
+                whole = len(node.basis) == 3
+                if rows.normals.shape[1] == 3:
                     self._check_length(rows, k, node, whole)
                 if whole:
                     full.append(k)
@@ -344,18 +344,18 @@ class Prescribed:
         wrong = np.abs(lengths - 1) if whole else lengths - 1
         if self._linear:
             # a finite rotation is welcome as well as what keeps the length to first order
-            small = np.abs(before @ change) if whole else np.zeros(len(self._times))
+            small = np.abs(before @ change) if whole else np.zeros(len(self.times))
             wrong = np.minimum(wrong, small)
         worst = int(np.argmax(wrong))
         if wrong[worst] > LONGER:
             raise SceneError(
                 f"{rows.support}: it makes the director of {said(rows.described)} at "
                 f"{shown(rows.nodes.x[k])} {lengths[worst]:.6g} long at "
-                f"t = {self._times[worst]:g}; the director must keep its length 1"
+                f"t = {self.times[worst]:g}; the director must keep its length 1"
             )
 
 
-def _of_axes(rows: Rows, new: list[int], signs: Floats) -> Callable[[float], Floats] | None:
+def _of_axes(rows: Rows, new: Ints, signs: Floats) -> Callable[[float], Floats] | None:
     """Values over time of rows along axes; None: zero."""
     value = rows.value
     return None if value is None else lambda t: signs * value(t)[new]
