@@ -3,10 +3,8 @@
 Kind: stresses without resultants, which stay where the load grows.
 """
 
-import json
 from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,6 +14,7 @@ import scipy.optimize
 
 import shellmb as sm
 from shellmb.scene.shells.strength import CRITERIA, MOST
+from tests.observers.test_reserves import TURN, assert_same_on_two_ranks
 
 E1, E2, NU, G, H = 140e9, 10e9, 0.3, 5e9, 0.25e-3
 ALPHA, COOLED = np.array([-0.2e-6, 25e-6]), -100.0
@@ -23,7 +22,6 @@ KNOWN = {"Xt": 2e9, "Xc": 1.1e9, "Yt": 60e6, "Yc": 200e6, "S12": 80e6, "S13": 80
 STRAINS = {"e1t": 0.014, "e1c": 8e-3, "e2t": 6e-3, "e2c": 0.02, "g12": 0.016}
 STRENGTH = sm.Strength(**KNOWN, **STRAINS)
 IN_PLANE = ("max-stress", "max-strain", "tsai-hill", "tsai-wu", "hashin", "puck")
-TURN = np.array([[0.36, 0.48, -0.8], [-0.8, 0.6, 0.0], [0.48, 0.64, 0.6]])
 QUIET = [pytest.param(s, marks=pytest.mark.slow) for s in ("ep", "ed", "ep4")]
 FIELDS = ("N", "M", "Q", "interlaminar", "ply_stress", "surface_stress")
 
@@ -286,16 +284,7 @@ def test_derivatives_are_those_of_differences_of_runs(scheme: str) -> None:
 
 @pytest.mark.mpi
 def test_two_ranks_find_the_same(mpirun: Callable[..., str]) -> None:
-    code = (
-        f"import sys; sys.path.insert(0, {str(Path(__file__).parent)!r})\n"
-        "from mpi4py import MPI\nimport shellmb as sm\nimport test_held_plies as t\n"
-        "table = sm.run(t.blade('linear-statics'), pictures=False).reserves\n"
-        "MPI.COMM_WORLD.rank or print(table.to_json())"
-    )
-    one = sm.run(blade("linear-statics")).reserves
-    two = pd.DataFrame(json.loads(mpirun(2, "-c", code)))
-    np.testing.assert_allclose(two["factor"].astype(float), one["factor"], rtol=1e-8)
-    assert (two[["ply", "mode"]] == one[["ply", "mode"]]).all(axis=None)
+    assert_same_on_two_ranks(blade, mpirun)
 
 
 def test_natural_strains_of_plies_must_be_those_of_the_section() -> None:
