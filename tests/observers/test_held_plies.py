@@ -14,6 +14,7 @@ import scipy.optimize
 
 import shellmb as sm
 from shellmb.scene.shells.strength import CRITERIA, MOST
+from tests.observers import test_reserves
 from tests.observers.test_reserves import TURN, assert_same_on_two_ranks
 
 E1, E2, NU, G, H = 140e9, 10e9, 0.3, 5e9, 0.25e-3
@@ -174,35 +175,17 @@ def test_what_fails_by_curing_alone_has_no_reserve() -> None:
 
 def blade(scheme="ep", turn=None, units=(1.0, 1.0), temperature=COOLED, **changes: Any) -> sm.Scene:
     """A cantilever that is hit at its end, after curing; turned, and in other units."""
-    Q, (mm, ton) = np.eye(3) if turn is None else turn, units
+    (mm, ton), names = units, ("tsai-wu", "hashin", "interlaminar")
+    plain = test_reserves.blade(scheme, turn, units, [sm.Reserve(name, name) for name in names])
     section = laminate((30, -45, 90, 90, -45, 30), mm=mm, ton=ton)
-
-    def place(s, t):
-        return tuple(np.tensordot(Q, np.stack([0.3 * mm * s, 0.1 * mm * t, 0 * s]), axes=1))
-
-    force = tuple((Q @ np.array([200.0, 0, 150.0]) * ton).tolist())
-    shell = sm.Shell(
-        "blade",
-        sm.Parametric(place),
-        section,
-        mesh=(4, 2),
-        direction=tuple(Q[:, 0].tolist()),
-        natural=cooled(section, by=temperature),
-    )
-    time = sm.Sine(100.0) if scheme not in ("static", "linear-statics") else None
-    scene = sm.Scene(
-        "blade",
-        shell,
-        supports=sm.Clamped("left"),
-        loads=sm.EdgeForce("right", force, time=time),
-        scheme=scheme,
-        alpha=1.0 if scheme in ("ed", "ed3") else None,
-        dt=None if time is None else 2e-4,
-        t_end=None if time is None else 2e-3,
-        start=() if time is None else "equilibrium",
-        reserves=[sm.Reserve(name, name) for name in ("tsai-wu", "hashin", "interlaminar")],
-    )
-    return replace(scene, **changes)
+    natural = cooled(section, by=temperature)
+    force = (np.eye(3) if turn is None else turn) @ np.array([200.0, 0, 150.0]) * ton
+    still = scheme in ("static", "linear-statics")
+    cured: dict[str, Any] = {} if still else {"t_end": 2e-3, "start": "equilibrium"}
+    cured["shells"] = replace(plain.shells[0], section=section, natural=natural)
+    cured["loads"] = replace(plain.loads[0], force=tuple(force.tolist()))
+    cured["alpha"] = 1.0 if scheme in ("ed", "ed3") else None
+    return replace(plain, **(cured | changes))
 
 
 def least(rule: Any, total: Any, stays: Any) -> float:
