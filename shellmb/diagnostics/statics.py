@@ -1,7 +1,7 @@
 """Static paths that end before their load, limit points on them, and unstable equilibria.
 
 Newton's method finds equilibria whether or not anything would stay in them: a straight column under
-twice its critical load stays straight. Unstable directions are counted (`simulate.stability`): at
+twice its critical load stays straight. Unstable directions are counted (`simulate.eigenmodes`): at
 the end of each static run, and of small systems in between, at no more than `LOOKS` states.
 """
 

@@ -3,10 +3,8 @@
 Kind: stresses without resultants, which stay where the load grows.
 """
 
-import json
 from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,6 +14,8 @@ import scipy.optimize
 
 import shellmb as sm
 from shellmb.scene.shells.strength import CRITERIA, MOST
+from tests.observers import test_reserves
+from tests.observers.test_reserves import TURN, assert_same_on_two_ranks
 
 E1, E2, NU, G, H = 140e9, 10e9, 0.3, 5e9, 0.25e-3
 ALPHA, COOLED = np.array([-0.2e-6, 25e-6]), -100.0
@@ -23,7 +23,6 @@ KNOWN = {"Xt": 2e9, "Xc": 1.1e9, "Yt": 60e6, "Yc": 200e6, "S12": 80e6, "S13": 80
 STRAINS = {"e1t": 0.014, "e1c": 8e-3, "e2t": 6e-3, "e2c": 0.02, "g12": 0.016}
 STRENGTH = sm.Strength(**KNOWN, **STRAINS)
 IN_PLANE = ("max-stress", "max-strain", "tsai-hill", "tsai-wu", "hashin", "puck")
-TURN = np.array([[0.36, 0.48, -0.8], [-0.8, 0.6, 0.0], [0.48, 0.64, 0.6]])
 QUIET = [pytest.param(s, marks=pytest.mark.slow) for s in ("ep", "ed", "ep4")]
 FIELDS = ("N", "M", "Q", "interlaminar", "ply_stress", "surface_stress")
 
@@ -176,35 +175,17 @@ def test_what_fails_by_curing_alone_has_no_reserve() -> None:
 
 def blade(scheme="ep", turn=None, units=(1.0, 1.0), temperature=COOLED, **changes: Any) -> sm.Scene:
     """A cantilever that is hit at its end, after curing; turned, and in other units."""
-    Q, (mm, ton) = np.eye(3) if turn is None else turn, units
+    (mm, ton), names = units, ("tsai-wu", "hashin", "interlaminar")
+    plain = test_reserves.blade(scheme, turn, units, [sm.Reserve(name, name) for name in names])
     section = laminate((30, -45, 90, 90, -45, 30), mm=mm, ton=ton)
-
-    def place(s, t):
-        return tuple(np.tensordot(Q, np.stack([0.3 * mm * s, 0.1 * mm * t, 0 * s]), axes=1))
-
-    force = tuple((Q @ np.array([200.0, 0, 150.0]) * ton).tolist())
-    shell = sm.Shell(
-        "blade",
-        sm.Parametric(place),
-        section,
-        mesh=(4, 2),
-        direction=tuple(Q[:, 0].tolist()),
-        natural=cooled(section, by=temperature),
-    )
-    time = sm.Sine(100.0) if scheme not in ("static", "linear-statics") else None
-    scene = sm.Scene(
-        "blade",
-        shell,
-        supports=sm.Clamped("left"),
-        loads=sm.EdgeForce("right", force, time=time),
-        scheme=scheme,
-        alpha=1.0 if scheme in ("ed", "ed3") else None,
-        dt=None if time is None else 2e-4,
-        t_end=None if time is None else 2e-3,
-        start=() if time is None else "equilibrium",
-        reserves=[sm.Reserve(name, name) for name in ("tsai-wu", "hashin", "interlaminar")],
-    )
-    return replace(scene, **changes)
+    natural = cooled(section, by=temperature)
+    force = (np.eye(3) if turn is None else turn) @ np.array([200.0, 0, 150.0]) * ton
+    still = scheme in ("static", "linear-statics")
+    cured: dict[str, Any] = {} if still else {"t_end": 2e-3, "start": "equilibrium"}
+    cured["shells"] = replace(plain.shells[0], section=section, natural=natural)
+    cured["loads"] = replace(plain.loads[0], force=tuple(force.tolist()))
+    cured["alpha"] = 1.0 if scheme in ("ed", "ed3") else None
+    return replace(plain, **(cured | changes))
 
 
 def least(rule: Any, total: Any, stays: Any) -> float:
@@ -286,16 +267,7 @@ def test_derivatives_are_those_of_differences_of_runs(scheme: str) -> None:
 
 @pytest.mark.mpi
 def test_two_ranks_find_the_same(mpirun: Callable[..., str]) -> None:
-    code = (
-        f"import sys; sys.path.insert(0, {str(Path(__file__).parent)!r})\n"
-        "from mpi4py import MPI\nimport shellmb as sm\nimport test_held_plies as t\n"
-        "table = sm.run(t.blade('linear-statics'), pictures=False).reserves\n"
-        "MPI.COMM_WORLD.rank or print(table.to_json())"
-    )
-    one = sm.run(blade("linear-statics")).reserves
-    two = pd.DataFrame(json.loads(mpirun(2, "-c", code)))
-    np.testing.assert_allclose(two["factor"].astype(float), one["factor"], rtol=1e-8)
-    assert (two[["ply", "mode"]] == one[["ply", "mode"]]).all(axis=None)
+    assert_same_on_two_ranks(blade, mpirun)
 
 
 def test_natural_strains_of_plies_must_be_those_of_the_section() -> None:

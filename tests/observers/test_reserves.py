@@ -193,19 +193,24 @@ def test_a_resumed_run_remembers_the_least(tmp_path) -> None:
     assert min(found["step"] for found in straight.summary["reserves"].values()) == 26
 
 
-@pytest.mark.mpi
-def test_two_ranks_find_the_same(mpirun: Callable[..., str]) -> None:
-    """Derivatives along the surface need nodes of the other rank."""
+def assert_same_on_two_ranks(blade: Callable[..., sm.Scene], mpirun: Callable[..., str]) -> None:
+    """Least factors of a blade, which is of a module of tests."""
     code = (
-        f"import sys; sys.path.insert(0, {str(Path(__file__).parent)!r})\n"
-        "from mpi4py import MPI\nimport shellmb as sm\nimport test_reserves as t\n"
-        "table = sm.run(t.blade('linear-statics'), pictures=False).reserves\n"
+        f"import sys; sys.path.insert(0, {str(Path(__file__).parents[2])!r})\n"
+        f"from mpi4py import MPI\nimport shellmb as sm\nfrom {blade.__module__} import blade\n"
+        "table = sm.run(blade('linear-statics'), pictures=False).reserves\n"
         "MPI.COMM_WORLD.rank or print(table.to_json())"
     )
     one = sm.run(blade("linear-statics")).reserves
     two = pd.DataFrame(json.loads(mpirun(2, "-c", code)))
     np.testing.assert_allclose(two["factor"].astype(float), one["factor"], rtol=1e-8)
     assert (two[["ply", "mode"]] == one[["ply", "mode"]]).all(axis=None)
+
+
+@pytest.mark.mpi
+def test_two_ranks_find_the_same(mpirun: Callable[..., str]) -> None:
+    """Derivatives along the surface need nodes of the other rank."""
+    assert_same_on_two_ranks(blade, mpirun)
 
 
 def test_errors_of_factors_cover_the_difference_from_a_finer_mesh() -> None:

@@ -1,5 +1,9 @@
 """Pictures in space: what is near hides what is far, and what colours and arrows show."""
 
+import os
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 
@@ -148,6 +152,16 @@ def test_a_machine_that_cannot_draw_says_so(tmp_path, monkeypatch) -> None:
 
     with pytest.raises(sm.RunError, match="there is no display; use `shellmb report RUN`"):
         show(showing(fields, described))
+
+
+def test_a_device_without_a_driver_is_none() -> None:
+    """VTK would end the process where it is told to draw there."""
+    code = (
+        "from shellmb.show.space.display import canvas, why_not\n"
+        "if why_not() is None:\n    with canvas(9, 9) as plotter:\n        plotter.show()"
+    )
+    without = {"LIBGL_DRIVERS_PATH": "/nonexistent", "GALLIUM_DRIVER": "nothing"}
+    subprocess.run([sys.executable, "-c", code], env=os.environ | without, check=True)
 
 
 def test_a_notebook_shows_a_figure() -> None:

@@ -137,7 +137,6 @@ class Reserves(BaseObserver):
     Attributes:
         judged: Utilisations, the nodes of this rank that are looked at, and their places.
         resultants: Resultants of each shell by its name.
-        rows: Rows of its plies.
         places: Places of the largest ones of the present step, by name.
     """
 
@@ -182,7 +181,7 @@ class Reserves(BaseObserver):
                 if isinstance(load, PointLoad) and shell in scene.bodies_of(load):
                     self._loads[shell.name].append((load.label, _places(body, load)))
         dynamic = simulation.scheme.dynamic
-        self.rows = {n: ply_rows(b.shell, layup(b, dynamic)) for n, (b, _) in bodies.items()}
+        self._rows = {n: ply_rows(b.shell, layup(b, dynamic)) for n, (b, _) in bodies.items()}
         self.resultants = {
             name: NodalResultants(body, resultants_of(simulation, body, layers=True), across)
             for name, (body, across) in bodies.items()
@@ -205,7 +204,7 @@ class Reserves(BaseObserver):
 
     def _judge(self, simulation: Simulation, both: dict[str, Floats]) -> None:
         """Take the largest utilisations from resultants at the nodes."""
-        now = {name: ply_state(self.rows[name], values) for name, values in both.items()}
+        now = {name: ply_state(self._rows[name], values) for name, values in both.items()}
         for each, nodes, places in self.judged:
             found = each.utilisations(now[each.shell.name], nodes)
             mine: tuple[Critical, Place] | None = None

@@ -69,9 +69,9 @@ class Transposed:
             ahead = [group.carried[1] for group in self._relaxing.values()]
             self._all.append(_Derivatives(problem, ahead, []))
         self._ahead = self._all[1:]
-        self._read = _Derivatives(problem, read, fields) if read else None
-        if self._read is not None:
-            self._all.append(self._read)
+        self._read = [_Derivatives(problem, read, fields)] if read else []
+        self._all += self._read
+        self._explicit = [(self._rest, -1.0), *((each, 1.0) for each in self._read)]
 
     def _weighed(self) -> Iterator[Form]:
         """Residuals times multipliers."""
@@ -101,8 +101,8 @@ class Transposed:
         """
         for key, group in self._relaxing.items():
             starts[key] += group.back(ends[key])
-        if self._read is not None:
-            self._read.by_unknown.loops.add(local)
+        for each in self._read:
+            each.by_unknown.loops.add(local)
         for ahead in self._ahead:
             ahead.by_unknown.loops.add(local)
             ahead.add_start(starts, 1.0)
@@ -143,11 +143,6 @@ class Transposed:
             found = each.by_number()
             for gradient, number in zip(gradients, each.numbers, strict=True):
                 gradient += factor * found[number]
-
-    @property
-    def _explicit(self) -> list[tuple[_Derivatives, float]]:
-        read = [] if self._read is None else [(self._read, 1.0)]
-        return [(self._rest, -1.0), *read]
 
 
 class _Derivatives:

@@ -21,8 +21,8 @@ EGL, X11, MESA = "vtkEGLRenderWindow", "vtkXOpenGLRenderWindow", "vtkOSOpenGLRen
 def offscreen_kind() -> str | None:
     """The kind of window that can be drawn into without a display; None: there is none.
 
-    VTK would try them in turn, warn of each, and end the process where none works; so it is asked
-    of the libraries that it loads.
+    VTK would try them in turn, warn of each, and end the process where none works; so each is asked
+    for by itself first.
     """
     if sys.platform != "linux":
         return ""
@@ -83,16 +83,19 @@ def canvas(width: int, height: int) -> Iterator[Any]:
 
 
 def _egl_devices() -> bool:
-    """Decide whether EGL has a device; also a processor is one."""
+    """Decide whether EGL has a device that can be used; also a processor is one."""
     from vtkmodules.vtkCommonCore import vtkLogger
-    from vtkmodules.vtkRenderingOpenGL2 import vtkEGLRenderWindow
+    from vtkmodules.vtkRenderingOpenGL2 import vtkOpenGLRenderWindow
 
     said = vtkLogger.GetCurrentVerbosityCutoff()
     # that there is none is nothing to warn of
     vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_OFF)
-    count: int = vtkEGLRenderWindow().GetNumberOfDevices()
+    # where EGL has none, or one without a driver, VTK makes a window of another kind
+    os.environ[KIND] = EGL
+    found: bool = vtkOpenGLRenderWindow().GetClassName() == EGL
+    del os.environ[KIND]
     vtkLogger.SetStderrVerbosity(said)
-    return count > 0
+    return found
 
 
 def _x_display() -> bool:
