@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-import numpy as np
-
 from shellmb.arrays import Floats
 from shellmb.diagnostics.base import Motion
 from shellmb.diagnostics.elements.coarse import Signs
@@ -63,8 +61,5 @@ def beside_better(
 
 def _doubtful(model: Model, name: str, modes: Sequence[Motion]) -> bool:
     signs = Signs(model, name)
-    for _, energy, (part, *_) in modes:
-        q = part(name)
-        if signs.doubtful(q, np.zeros_like(q), energy):
-            return True
-    return False
+    shapes = ((part(name), energy) for _, energy, (part, *_) in modes)
+    return any(signs.doubtful(q, 0 * q, energy) for q, energy in shapes)

@@ -11,10 +11,10 @@ from __future__ import annotations
 
 from shellmb.arrays import Floats
 from shellmb.diagnostics.base import Cautions, Watch, said_of
-from shellmb.diagnostics.elements.edges import edges, spanning
+from shellmb.diagnostics.elements.edges import edges_of, spanning
 from shellmb.diagnostics.elements.finer import REMEDY, comparable, known
 from shellmb.diagnostics.elements.locking import Roughness
-from shellmb.diagnostics.elements.measures import Mesh, curved
+from shellmb.diagnostics.elements.measures import Mesh
 from shellmb.diagnostics.elements.sampled import changed, energy_of
 from shellmb.model.model import Model
 from shellmb.simulate.simulation import Simulation
@@ -31,10 +31,12 @@ class Coarse(Watch):
 
     def cautions(self, simulation: Simulation) -> Cautions:
         """A sentence for each body that does not; collective."""
-        for name in simulation.model.shells:
+        for name, body in simulation.model.shells.items():
             finer = known(simulation, name) if _doubtful(simulation, name) else None
-            bound = CURVED if curved(simulation.model.shells[name]) else BOUND
-            if finer is not None and (off := finer.off[name]) > bound:
+            if finer is None:
+                continue
+            off, bound = finer.off[name], CURVED if Mesh(body).curved else BOUND
+            if off > bound:
                 says = (
                     f"{said_of(simulation, name)} is off by about {100 * off:.0f} % of its largest "
                     f"displacement, {finer.how}: {REMEDY}"
@@ -59,9 +61,8 @@ class Signs:
 
     def __init__(self, model: Model, name: str) -> None:
         body, self._comm = model.shells[name], model.comm
-        self._rough = Roughness(body)
-        self._edges = edges(model).get(name)
-        tri = Mesh(body).triangles and curved(body)
+        self._rough, self._edges, mesh = Roughness(body), edges_of(body, model), Mesh(body)
+        tri = mesh.triangles and mesh.curved
         # those of degree 3 twist too far
         self._always = tri or (body.shell.degree > 2 and spanning(body, model))
 

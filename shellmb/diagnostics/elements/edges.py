@@ -184,19 +184,16 @@ def spanning(body: ShellModel, model: Model) -> bool:
     return bool(model.comm.allreduce(found, op=MPI.LOR))
 
 
-def edges(model: Model) -> dict[str, Edges]:
-    """Free edges of shells by their names; collective.
+def edges_of(body: ShellModel, model: Model) -> Edges | None:
+    """Free edges of a shell; None where elements could not miss anything; collective.
 
     Moments of sections whose plies are turned against their axes do not follow from twist alone:
     nothing is known of these. What does not shear has no layers.
     """
-    found = {}
-    for name, body in model.shells.items():
-        section = body.shell.section
-        turned = isinstance(section, LinearSection) and section.generic.D[:2, 2].any()
-        if body.shell.transverse_shear and not turned:
-            found[name] = Edges(body, model)
-    return {name: each for name, each in found.items() if not each.none}
+    section = body.shell.section
+    turned = isinstance(section, LinearSection) and section.generic.D[:2, 2].any()
+    found = Edges(body, model) if body.shell.transverse_shear and not turned else None
+    return None if found is None or found.none else found
 
 
 class Twisted(Shares):
@@ -206,7 +203,9 @@ class Twisted(Shares):
 
     def start(self, simulation: Simulation) -> None:
         """Find the shells with free edges; the others cost nothing more."""
-        self._parts = {name: each.energy for name, each in edges(simulation.model).items()}
+        model = simulation.model
+        found = {name: edges_of(body, model) for name, body in model.shells.items()}
+        self._parts = {name: each.energy for name, each in found.items() if each is not None}
         self.idle = not self._parts
 
     def cautions(self, simulation: Simulation) -> Cautions:

@@ -18,7 +18,7 @@ from mpi4py import MPI
 import numpy as np
 
 from shellmb.arrays import Floats
-from shellmb.diagnostics.elements.measures import curved
+from shellmb.diagnostics.elements.measures import Mesh
 from shellmb.diagnostics.elements.sampled import energy_of
 from shellmb.errors import ShellmbError, ShellmbWarning
 from shellmb.model.locations.nodes import local_point
@@ -79,7 +79,7 @@ def comparable(simulation: Simulation, name: str) -> bool:
     scene, body = simulation.scene, simulation.model.shells[name]
     loads = [load for load in scene.loads if isinstance(load, PointLoad)]
     loads = [load for load in loads if scene.bodies_of(load)[0].name == name]
-    if curved(body):
+    if Mesh(body).curved:
         return not any(_along(body, load) for load in loads)
     places = [support.at for support in scene.supports if isinstance(support, Fixed)]
     # coordinates, or the name of a point
@@ -161,7 +161,7 @@ def _apart(*runs: Simulation) -> dict[str, float]:
         if most > 0 and max(energies) > 0:
             both = float(change.max(initial=0.0) / most), 1 - min(energies) / max(energies)
             # nodes near corners of flat bodies matter less
-            off[name] = max(both) if curved(body) else min(both)
+            off[name] = max(both) if Mesh(body).curved else min(both)
     return off
 
 

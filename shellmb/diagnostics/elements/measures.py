@@ -30,7 +30,7 @@ class Mesh:
     """
 
     def __init__(self, body: ShellModel) -> None:
-        domain = body.mixed.space.mesh
+        self._body, domain = body, body.mixed.space.mesh
         count = domain.topology.index_map(2).size_local
         self.triangles = domain.basix_cell() == basix.CellType.triangle
         corners = 3 if self.triangles else 4
@@ -71,13 +71,11 @@ class Mesh:
         """
         return self._mean(self._shape * self._turned(directors))
 
-    def curved(self, directors: Floats) -> float:
-        """`kappa h h/t`, the measure of a regular mesh; collective.
-
-        Args:
-            directors: At the nodes, shape (n, 3).
-        """
-        return self._mean(self._slender * self._turned(directors))
+    @property
+    def curved(self) -> bool:
+        """Whether the body is thin and curved; collective."""
+        directors = self._body.node_directors()[:, 0]
+        return self._mean(self._slender * self._turned(directors)) >= CURVED
 
     def _turned(self, directors: Floats) -> Floats:
         d, (ends, starts) = directors[self._corners], self._sides
@@ -96,8 +94,3 @@ def _unlike_neighbours(domain: mesh.Mesh, areas: Floats) -> Floats:
     sums = sums_at_nodes(space, np.stack([areas, np.ones_like(areas)], axis=1)[:, None])
     around = (sums[:, 0] / np.maximum(sums[:, 1], 1.0))[cells].mean(axis=1)
     return np.asarray(np.abs(areas / around - 1))
-
-
-def curved(body: ShellModel) -> bool:
-    """Decide whether a body is thin and curved; collective."""
-    return Mesh(body).curved(body.node_directors()[:, 0]) >= CURVED

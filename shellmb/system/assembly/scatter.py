@@ -116,11 +116,12 @@ class SerialExchange:
 
     def shared(self, local: Floats, unknowns: Ints, more: Floats) -> Floats:
         """Sums at each unknown as local dofs see them."""
-        shape = len(local), self._owned
-        places = np.arange(shape[0])[:, None] * shape[1] + self._wanted
-        sums = np.bincount(places.ravel(), local.ravel(), shape[0] * shape[1]).reshape(shape)
-        sums[:, unknowns] += more
-        return np.asarray(sums[:, self._wanted])
+        found = np.empty(local.shape)
+        for row, values, given in zip(found, local, more, strict=True):
+            sums = np.bincount(self._wanted, values, self._owned)
+            sums[unknowns] += given
+            row[:] = sums[self._wanted]
+        return found
 
 
 Exchange = SerialExchange | ParallelExchange
