@@ -73,7 +73,7 @@ class Mesh:
 
     @property
     def curved(self) -> bool:
-        """Whether the body is thin and curved; collective."""
+        """True for a thin and curved body; collective."""
         directors = self._body.node_directors()[:, 0]
         return self._mean(self._slender * self._turned(directors)) >= CURVED
 
