@@ -24,6 +24,7 @@ from shellmb.running.rotating.quadratic import (
     Relaxing,
     product,
     solve_quadratic,
+    told_from_zero,
     turned,
 )
 from shellmb.running.rotating.rigid import FreeMotions
@@ -56,7 +57,7 @@ class RotatingModes:
         unknowns: Number of unknowns of the eigenproblem.
         rigid: Number of modes with the eigenvalue zero, which are the first ones.
         threshold: Real part above which a mode is unstable, 1/s.
-        neutral: Eigenvalues below this are taken for zero, 1/s.
+        neutral: Eigenvalues below this are zero where only round-off resists, 1/s.
         pairs: Eigenvalues with their vectors.
         doubtful: Warnings about bodies that forces do not stiffen, as their strains are small, and
             on modes that elements hardly resist.
@@ -144,11 +145,13 @@ def modes_of(rotating: Linearised, count: int, spare: int = 0) -> RotatingModes:
     neutral, grows = (STILL, STILL) if branches else (NEUTRAL, UNSTABLE)
     pairs_of = Relaxing(K, C, M, branches).solve if branches else partial(solve_quadratic, K, C, M)
     found = [free.exact(pair) for pair in pairs_of(wanted, rotating.shift)]
-    zero = [pair for pair in found if abs(pair.value) < neutral * rotating.shift]
+    if not branches:
+        found = [told_from_zero(pair, K, C, M, rotating.shift) for pair in found]
+    zero = [pair for pair in found if abs(pair.value) < STILL * rotating.shift]
     # a double zero is found as a complex pair, of which one is listed, or as two real numbers
     second = [pair for pair in zero if pair.value.imag == 0][1::2]
     zero = [pair for pair in zero if not any(pair is other for other in second)]
-    above = [pair for pair in found if abs(pair.value) >= neutral * rotating.shift]
+    above = [pair for pair in found if abs(pair.value) >= STILL * rotating.shift]
     rigid, kept = len(zero), [*zero, *above][: count + spare]
     if len(kept) < count:
         raise TooFewModesError(count, len(kept))

@@ -16,7 +16,13 @@ from slepc4py import SLEPc
 import numpy as np
 
 from shellmb.errors import ConvergenceError
-from shellmb.system.eigenvalues import FALSE, factors_of_mumps, left, shift_and_invert
+from shellmb.system.eigenvalues import (
+    FALSE,
+    factors_of_mumps,
+    left,
+    quotients,
+    shift_and_invert,
+)
 
 # Parts of the shift, and bases as multiples of what is wanted: of small systems the basis holds
 # infinite eigenvalues, too, which LAPACK cannot always sort (PETSc error 76), and others can.
@@ -26,9 +32,10 @@ ATTEMPTS = ((1.0, 4), (1.37, 4), (1.0, 2), (0.71, 3), (1.21, 2))
 # damping's time, and Arnoldi's method parts them with a large basis only.
 CROWDED = ((1.0, 16), (1.37, 16))
 
-# eigenvalues below this part of the shift are zero: a double one, as of a free rotation, is found
-# to the square root of round-off
-NEUTRAL = 3e-3
+# Eigenvalues below the first part of the shift may be zero: a double one, as of a free rotation, is
+# found to the square root of round-off. They are below the second part, and where nothing resists
+# but so many times the round-off of stiffness and spin: of bodies that spin up to 5e5 were seen.
+NEUTRAL, FOUND, NOISE = 3e-3, 1e-6, 5e6
 
 # iterations of each; what does not crowd takes ten
 MOST = 100
@@ -99,6 +106,34 @@ def solve_quadratic(
         if value.imag >= 0 and (abs(value) < shift or _left(pair, K, C, M) < FALSE):
             pairs.append(_sharpened(pair, K, C, M) if abs(value) > shift else pair)
     return sorted(pairs, key=lambda pair: abs(pair.value))
+
+
+def told_from_zero(pair: Pair, K: PETSc.Mat, C: PETSc.Mat, M: PETSc.Mat, shift: float) -> Pair:
+    """A pair with a value below `STILL` of the shift if it is zero; collective.
+
+    Heavy bodies on soft springs swing slowly, and what only a damper holds creeps: their stiffness
+    or damping is no round-off.
+
+    Args:
+        pair: The pair.
+        K: Stiffness.
+        C: Damping and gyroscopic terms.
+        M: Mass.
+        shift: The shift at which it was found, 1/s.
+    """
+    if abs(pair.value) >= NEUTRAL * shift:
+        return pair
+    spun = _round_off(C, M, pair) ** 2 / float(np.finfo(float).eps)
+    size, damping = abs(pair.value), abs(product(C, pair, pair) / product(M, pair, pair))
+    zero = size * max(size, damping) < max(
+        NOISE * (_round_off(K, M, pair) + spun), (FOUND * shift) ** 2
+    )
+    return pair._replace(value=STILL * pair.value) if zero else pair
+
+
+def _round_off(A: PETSc.Mat, M: PETSc.Mat, pair: Pair) -> float:
+    """Round-off of `v^T A v/(v^T M v)` of the larger part of a vector."""
+    return float(quotients(A, M, [max(pair[1:], key=lambda vector: vector.norm())])[1][0])
 
 
 def _sharpened(pair: Pair, K: PETSc.Mat, C: PETSc.Mat, M: PETSc.Mat) -> Pair:
@@ -245,11 +280,11 @@ class Relaxing:
         if self._strained(v, shift):
             yield from (self._pole(s, v) for s in self._starts(v))
         else:
-            yield Pair(STILL * v.value, *v[1:]) if abs(v.value) < NEUTRAL * shift else v
+            yield told_from_zero(v, self.K, self.C, self.M, shift)
 
     def _pole(self, s: complex, v: Pair) -> Pair:
         """The pole from a first one and its shape, by Newton's method."""
-        begin = s
+        begin, round_off = s, _round_off(self.K, self.M, v)
         for _ in range(STEPS):
             x = self._inverse(s, v)
             step = product(self.M, v, v) / product(self.M, v, x)
@@ -262,7 +297,8 @@ class Relaxing:
             for part in (x.real, x.imaginary):
                 part.scale(1 / size)
             v = Pair(s, x.real, x.imaginary)
-            if abs(step) < EXACT * abs(s):
+            # rigid motions on soft springs are known to what round-off of stiffness is beside these
+            if abs(step) * abs(s) < max(EXACT * abs(s) ** 2, round_off):
                 return v
         raise ConvergenceError(
             f"modes: the pole of sections that relax near {begin:.6g} 1/s did not converge in "

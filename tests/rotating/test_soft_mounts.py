@@ -1,0 +1,89 @@
+"""Heavy bodies on soft mounts swing far slower than their bodies bend: that is not zero.
+
+The kind: eigenvalues that are small beside the bending frequencies of the scene, of springs, of
+dampers, or of both, are told from rigid motions by what resists, with their damping and stability.
+"""
+
+import numpy as np
+import pytest
+
+import shellmb as sm
+
+LENGTH, MASS, TILT = 0.1, 5.0, 0.01
+# of the shaft: a radius of 10 mm
+SECTION = {"E": 2e11, "nu": 0.3, "radius": 0.01, "density": 7800.0}
+RELAXING = sm.Prony([(0.1, 1.0)])
+# the shaft bends by this part of the stiffest mounts, whose modes bend it
+CLOSE = 2e-4
+# [1/s], of rotations about the axis and of what nothing moves back
+STILL = 1e-2
+
+
+def mounted(stiffness: float, damping: float, **section: object) -> sm.Scene:
+    """A shaft with a disc at its middle, each end on springs and dampers across, one along."""
+    shaft = sm.Beam(
+        "shaft",
+        sm.Line((0, 0, 0), (LENGTH, 0, 0)),
+        sm.CircularSection(**SECTION, **section),
+        elements=4,
+    )
+    middle = (LENGTH / 2, 0, 0)
+    elements = []
+    for end, x in (("start", 0.0), ("end", LENGTH)):
+        for place in ((x, 1.0, 0.0), (x, 0.0, 1.0), *([(-1.0, 0.0, 0.0)] if x == 0 else [])):
+            name, where = f"{end} {len(elements)}", ("shaft", "ground", end, place)
+            if stiffness > 0:
+                elements.append(sm.Spring(f"spring {name}", *where, stiffness=stiffness))
+            elements.append(sm.Damper(f"damper {name}", *where, damping=damping))
+    return sm.Scene(
+        "mounted",
+        beams=shaft,
+        rigid_bodies=sm.RigidBody("disc", MASS, (2 * TILT, TILT, TILT), com=middle),
+        joints=sm.Weld("hub", "disc", "shaft", at=middle),
+        force_elements=elements,
+        scheme="ep",
+        dt=1e-3,
+        t_end=2e-3,
+    )
+
+
+def exact(stiffness: float, damping: float) -> np.ndarray:
+    """Eigenvalues of the shaft as a rigid body: along, across twice, tilted twice."""
+    rod = SECTION["density"] * np.pi * SECTION["radius"] ** 2 * LENGTH
+    tilt = TILT + rod * (LENGTH**2 / 12 + SECTION["radius"] ** 2 / 4)
+    # of one spring and damper each
+    whole = MASS + rod
+    inertia = np.array([whole, whole / 2, whole / 2, *2 * [2 * tilt / LENGTH**2]])
+    decay = damping / inertia / 2
+    return np.asarray(-decay + np.sqrt(stiffness / inertia - decay**2 + 0j) * 1j)
+
+
+def values_of(found: object) -> np.ndarray:
+    table = found.table
+    return np.array(table["growth_per_s"] + 1j * table["omega_rad_per_s"])
+
+
+@pytest.mark.parametrize(("stiffness", "damping"), [(1e4, 30.0), (100.0, 3.0), (10.0, 0.3)])
+def test_soft_mounts_swing_with_their_damping(stiffness: float, damping: float) -> None:
+    """All but the rotation about the axis."""
+    run = sm.run(mounted(stiffness, damping), pictures=False)
+    found = sm.modes(run, count=6, pictures=False)
+    assert found.rigid == 1
+    np.testing.assert_allclose(values_of(found)[1:], exact(stiffness, damping), rtol=CLOSE)
+
+
+def test_what_only_dampers_hold_stays_where_it_is_or_dies_away() -> None:
+    run = sm.run(mounted(0.0, 3.0), pictures=False)
+    # of zeros two may be found as a pair
+    values = values_of(sm.modes(run, count=11, pictures=False))
+    still = np.abs(values) < STILL
+    np.testing.assert_allclose(values[~still][:5], exact(0.0, 3.0).real, rtol=CLOSE)
+    assert np.sum(still) >= 4
+
+
+def test_mounts_of_what_relaxes_are_told_from_its_rigid_motions() -> None:
+    """Its poles are known to round-off of its stiffness, which is large beside that of mounts."""
+    scene = mounted(100.0, 3.0, relaxation=RELAXING)
+    values = values_of(sm.modes(scene, rates=[0.0], count=6, pictures=False))
+    values = values[np.abs(values) > STILL][:5]
+    np.testing.assert_allclose(values, exact(100.0, 3.0), rtol=CLOSE)
