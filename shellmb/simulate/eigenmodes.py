@@ -195,12 +195,12 @@ def lowest(
             quotient.astype(np.complex128),
             np.maximum(ZERO * abs(shift), ROUND_OFF * round_off),
         )
-    elastic = float(np.max(np.abs(values)))
-    # rigid modes are told from the elastic ones by the largest gap, not by the highest mode asked
-    # for
-    positive = np.sort(np.abs(values))
-    scale = next((v for v in positive if v > 1e-8 * elastic), elastic)
-    still = np.abs(values) < np.maximum(RIGID * scale, zero)
+    else:
+        # told from the elastic ones by the largest gap, not by the highest mode asked for
+        elastic = float(np.max(np.abs(values)))
+        positive = np.sort(np.abs(values))
+        zero = np.maximum(zero, RIGID * next((v for v in positive if v > 1e-8 * elastic), elastic))
+    still = np.abs(values) < zero
     order = np.lexsort((values.real, ~still))[:count]
     kept, rigid = [vectors[k] for k in order], int(np.sum(still[order]))
     energies = [float(np.real(vector.dot(K * vector))) / 2 for vector in kept]

@@ -34,7 +34,8 @@ def mounted(stiffness: float, damping: float, **section: object) -> sm.Scene:
             name, where = f"{end} {len(elements)}", ("shaft", "ground", end, place)
             if stiffness > 0:
                 elements.append(sm.Spring(f"spring {name}", *where, stiffness=stiffness))
-            elements.append(sm.Damper(f"damper {name}", *where, damping=damping))
+            if damping > 0:
+                elements.append(sm.Damper(f"damper {name}", *where, damping=damping))
     return sm.Scene(
         "mounted",
         beams=shaft,
@@ -70,6 +71,15 @@ def test_soft_mounts_swing_with_their_damping(stiffness: float, damping: float) 
     found = sm.modes(run, count=6, pictures=False)
     assert found.rigid == 1
     np.testing.assert_allclose(values_of(found)[1:], exact(stiffness, damping), rtol=CLOSE)
+
+
+@pytest.mark.parametrize("stiffness", [1e4, 1.0])
+def test_soft_mounts_are_no_rigid_motions_at_rest(stiffness: float) -> None:
+    """The softest ones swing at 0.1 Hz, and the first bending mode at 5 kHz."""
+    found = sm.modes(mounted(stiffness, 0.0), count=7, pictures=False)
+    assert found.rigid == 1
+    swings = exact(stiffness, 0.0).imag / (2 * np.pi)
+    np.testing.assert_allclose(found.frequencies[1:6], swings, rtol=CLOSE)
 
 
 def test_what_only_dampers_hold_stays_where_it_is_or_dies_away() -> None:

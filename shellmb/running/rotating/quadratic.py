@@ -35,7 +35,7 @@ CROWDED = ((1.0, 16), (1.37, 16))
 # Eigenvalues below the first part of the shift may be zero: a double one, as of a free rotation, is
 # found to the square root of round-off. They are below the second part, and where nothing resists
 # but so many times the round-off of stiffness and spin: of bodies that spin up to 5e5 were seen.
-NEUTRAL, FOUND, NOISE = 3e-3, 1e-6, 5e6
+NEUTRAL, FOUND, NOISE = 3e-3, 1e-5, 5e6
 
 # iterations of each; what does not crowd takes ten
 MOST = 100
