@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
-from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, NamedTuple, overload
+from typing import TYPE_CHECKING, Any, overload
 
 from shellmb.api.modeshapes import ModeShapes, RotatingModes, StateModes
 from shellmb.api.record import Run, scene_of
-from shellmb.api.runs import requested
+from shellmb.api.runs import Requested, requested
 from shellmb.options.described import options_of, take, takes
 from shellmb.options.linear import ModesOptions
 from shellmb.options.run import ELEMENTS, AccuracyOptions, Options, take_accuracy
@@ -92,80 +92,63 @@ def modes(
     place = placed(out, comm)
     directory, world = place.directory, place.comm
     draw = out is not None if pictures is None else pictures
-    made: ModeShapes | RotatingModes | StateModes
-    if accuracy is not None:
-        from shellmb.accuracy.request.target import wanted_of
-
-        of = replace(wanted_of(accuracy), modes=True, loaded=loaded, count=count)
-        wanted.run_to_accuracy(of, directory, world, draw)
-        made = ModeShapes(directory)
-    else:
-        how: Any = {"comm": world, "pictures": draw}
-        measure = wanted.module.mode_results
-        done = write_modes(wanted.scene, directory, count, chosen, measure, **how)
-        made = done.reader(directory, done.found)
+    made = modes_runner(wanted, chosen, accuracy, count)(directory, world, draw)
     world.Barrier()
-    return place.held_by(made)
+    found: ModeShapes | RotatingModes | StateModes = place.held_by(made)
+    return found
 
 
-class WrittenModes(NamedTuple):
-    """Modes of one kind that were found and written.
-
-    Args:
-        reader: Class that reads their directory.
-        found: The modes.
-        results: Results that the scene measures on them.
-        errors: Frequencies and results with their errors, by name.
-    """
-
-    reader: type[ModeShapes | RotatingModes | StateModes]
-    found: Any
-    results: Mapping[str, float] = MappingProxyType({})
-    errors: Mapping[str, Any] = MappingProxyType({})
-
-
-def write_modes(
-    scene: Scene,
-    directory: Path,
-    count: int,
-    chosen: ModesOptions,
-    measure: Callable[[Any], dict[str, float]] | None,
-    **how: Any,
-) -> WrittenModes:
-    """Find modes of the kind that options say, and write them.
+def modes_runner(
+    wanted: Requested, chosen: ModesOptions, accuracy: AccuracyOptions | None, count: int
+) -> Callable[..., Any]:
+    """Function that finds modes of the kind that options say, and writes them.
 
     Args:
-        scene: The scene.
-        directory: Directory to write.
-        count: Number of modes.
+        wanted: The scene.
         chosen: What they are about.
-        measure: Gives the results that the scene measures on them.
-        how: Communicator, and whether pictures are drawn.
+        accuracy: The error that finer and finer meshes have to meet; None: there is none.
+        count: Number of modes.
 
-    Raises:
-        SceneError: If the scene or its state has no such modes.
-        ConvergenceError: If the static state or the modes do not converge.
+    Returns:
+        Function of a directory, a communicator, and whether pictures are drawn; to an accuracy also
+        of `tell`, as `Requested.runner` has it.
     """
+    if accuracy is None:
+        return partial(_write_modes, wanted, chosen, count)
+    from shellmb.accuracy.request.target import wanted_of
+
+    of = replace(wanted_of(accuracy), modes=True, loaded=chosen.loaded, count=count)
+    return wanted.runner(of)
+
+
+def _write_modes(
+    wanted: Requested,
+    chosen: ModesOptions,
+    count: int,
+    directory: Path,
+    comm: MPI.Comm,
+    pictures: bool,
+) -> ModeShapes | RotatingModes | StateModes:
+    scene, measure = wanted.scene, wanted.module.mode_results
+    how: dict[str, Any] = {"comm": comm, "pictures": pictures}
     if chosen.buckling:
         from shellmb.running.natural_modes.run import find_buckling
 
-        return WrittenModes(ModeShapes, find_buckling(scene, directory, count, **how))
+        return ModeShapes(directory, find_buckling(scene, directory, count, **how))
     if chosen.moving:
         from shellmb.running.rotating.files import find_state_modes
 
-        return WrittenModes(StateModes, find_state_modes(scene, directory, count, chosen, **how))
-    loaded, how = chosen.loaded, how | {"results": measure}
+        return StateModes(directory, find_state_modes(scene, directory, count, chosen, **how))
+    how["results"] = measure
     if chosen.rates is not None:
         from shellmb.running.rotating.files import find_campbell
 
-        over = find_campbell(scene, directory, count, chosen, **how)
-        return WrittenModes(RotatingModes, *over)
+        return RotatingModes(directory, find_campbell(scene, directory, count, chosen, **how))
     from shellmb.running.natural_modes.run import find_modes
 
-    found, summary = find_modes(scene, directory, count, loaded, **how)
-    errors: Mapping[str, Any] = {}
+    found, summary = find_modes(scene, directory, count, chosen.loaded, **how)
     if scene.errors:
         from shellmb.accuracy.modes import add_mode_errors
 
-        errors = add_mode_errors(scene, found, summary, directory, loaded, measure)
-    return WrittenModes(ModeShapes, found, summary["results"], errors)
+        add_mode_errors(scene, found, summary, directory, chosen.loaded, measure)
+    return ModeShapes(directory, found)

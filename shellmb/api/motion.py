@@ -2,62 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
-from types import SimpleNamespace
-from typing import Any, Literal, cast
+import math
+from collections.abc import Callable
+from typing import Any, Literal
 
 from mpi4py import MPI
 
 from dolfinx import fem
 
 from shellmb.errors import SceneError
-from shellmb.exchange.trials import Trials
-from shellmb.model.body import Body, constraint_error
-from shellmb.model.model import Model
+from shellmb.exchange.motion import SceneMotion
+from shellmb.model.body import constraint_error
 from shellmb.model.user_bodies.body import OwnBody
 from shellmb.observers.account.energy import EnergyAccount, scalar
 from shellmb.options.described import takes
-from shellmb.scene import Solver
-from shellmb.scene.schemes import SIMPLEST, dissipation
+from shellmb.scene import Scene, Solver
+from shellmb.scene.schemes import SIMPLEST
 from shellmb.scene.values.validate import show
-from shellmb.schemes.base import levels_arrays, live_arrays
-from shellmb.schemes.registry import make_scheme
-from shellmb.simulate.problem import Problem
 from shellmb.simulate.start.endforces import EndForces, begin_accelerations
-from shellmb.simulate.stepsize.target_times import Count
 
 
-@dataclass(frozen=True)
-class _Bodies:
-    """Values that a problem and the energy balance ask of a model."""
-
-    comm: MPI.Comm
-    bodies: list[Body]
-    # settings of its solver, and no end
-    scene: Any
-    # of which nothing switches
-    mechanism: Any = field(
-        default_factory=lambda: SimpleNamespace(switches=SimpleNamespace(key=()))
-    )
-    potentials: list[Body] = field(default_factory=list)
-    meshed: dict[str, Body] = field(default_factory=dict)
-    faces: tuple[Any, ...] = ()
-    slides: bool = False
-    # displacements are fields of the user's own
-    farthest: float = 0.0
-
-    @property
-    def stores(self) -> list[Body]:
-        """Bodies with an energy of their own in the balance."""
-        return self.potentials
-
-    def coupled(self, body: Body) -> bool:
-        """Decide whether constraints tie the velocity jump of a body: it is unknown then."""
-        return bool(body.constraints)
-
-
-class Motion(Trials):
+class Motion(SceneMotion):
     """Motion of bodies of the user's own, by any dynamic scheme.
 
     Example::
@@ -100,30 +65,22 @@ class Motion(Trials):
         for body in bodies:
             if not isinstance(body, OwnBody):
                 raise SceneError(f"Motion: a body is {show(body)}; it must be an OwnBody")
-        if not 0 < dt < float("inf"):
-            raise SceneError(f"Motion: dt is {show(dt)}; it must be finite and greater than 0")
-        names = [body.name for body in bodies]
-        if not names or len(set(names)) < len(names):
-            raise SceneError(
-                f"a motion has the bodies {names}; it must have some, each with a name of its own"
-            )
-        settings = SimpleNamespace(solver=Solver(tolerance=tolerance, newton=newton), t_end=None)
-        every: list[Any] = list(bodies)
-        self.model = cast(Model, _Bodies(bodies[0].space.mesh.comm, every, settings))
-        self.scheme = make_scheme(scheme, dissipation(scheme, alpha))
-        if not self.scheme.dynamic:
-            raise SceneError(
-                f"scheme is '{self.scheme.name}'; a motion needs one with velocities, as 'ep4'"
-            )
-        self.problem = Problem(self.model, self.scheme)
-        self.dt, self.time, self._count = dt, 0.0, Count()
-        self.last: Any = None
-        self.account = EnergyAccount()
-        self._bodies, self._started = {body.name: body for body in bodies}, False
+        scene = Scene(
+            "motion",
+            own_bodies=bodies,
+            scheme=scheme,
+            alpha=alpha,
+            dt=dt,
+            t_end=dt,
+            solver=Solver(tolerance=tolerance, newton=newton),
+        )
+        super().__init__(scene, comm=bodies[0].space.mesh.comm)
+        self.dt, self.t_end = dt, math.inf
+        self.problem, self.account = self.simulation.problem, EnergyAccount()
+        # those of the scene's model
+        self._bodies: dict[str, Any] = {body.name: body for body in self.simulation.model.bodies}
         self._momenta: dict[str, dict[Any, Any]] = {}
-
-    def _places(self, name: str) -> Any:
-        return self._bodies[name].mixed.dofs["u"]
+        self._started = False
 
     def u(self, name: str) -> fem.Function:
         """Field of a body now, as a new function of its space."""
@@ -135,7 +92,7 @@ class Motion(Trials):
 
     def _read(self, name: str, state: fem.Function) -> fem.Function:
         found = fem.Function(self._bodies[name].space)
-        found.x.array[:] = state.x.array[self._places(name)]
+        found.x.array[:] = state.x.array[self._bodies[name].mixed.dofs["u"]]
         return found
 
     def take(self, name: str, u: Any = None, v: Any = None) -> None:
@@ -151,7 +108,7 @@ class Motion(Trials):
             if given is not None:
                 start = fem.Function(self._bodies[name].space)
                 start.interpolate(given)
-                state.x.array[self._places(name)] = start.x.array
+                state.x.array[self._bodies[name].mixed.dofs["u"]] = start.x.array
         self._saved, self._tried = None, False
 
     def start(self) -> None:
@@ -159,7 +116,7 @@ class Motion(Trials):
         if any(body.constraints for body in self._bodies.values()):
             self.problem.projection.project()
         begin_accelerations(self.problem, lambda: EndForces(self.problem), self.time, -self.dt)
-        self.account.start(self)  # type: ignore[arg-type]
+        self._begin([self.account])
         self._started = True
 
     def step(self, count: int = 1) -> None:
@@ -184,35 +141,7 @@ class Motion(Trials):
         """Copy of all that steps change now, for `take_up`."""
         if not self._started:
             self.start()
-        return (
-            {name: array.copy() for name, array in self._live().items()},
-            self.problem.predictor.state(),
-            self.account.state(),
-            (self.time, self._count.state(), self.last),
-            self.problem.iteration.factors,
-        )
-
-    def _restore(self, saved: Any) -> None:
-        arrays, guesses, account, (self.time, count, self.last), factors = saved
-        for name, array in self._live().items():
-            array[:] = arrays[name]
-        self.problem.predictor.restore(guesses)
-        self.problem.predictor.key = self.problem.switches
-        self.account.restore(account)
-        self._count.restore(count)
-        self.problem.iteration.forget(factors)
-
-    def _live(self) -> Mapping[str, Any]:
-        return live_arrays(levels_arrays(self.problem.levels))
-
-    def _advance(self, dt: float) -> None:
-        self.problem.prepare(self.time, dt)
-        self.problem.solve(dt)
-        self.last = SimpleNamespace(dt=dt)
-        self.account.solved(self)  # type: ignore[arg-type]
-        self.problem.accept(dt)
-        self.time = self._count.after(self.time, dt)
-        self.account.accepted(self)  # type: ignore[arg-type]
+        return super().state()
 
     @property
     def energies(self) -> dict[str, float]:
@@ -232,7 +161,7 @@ class Motion(Trials):
         known = self._momenta.setdefault(name, {})
         if motion not in known:
             form = body.momentum_along(levels.rates["v"], motion(body.field(levels.q)))
-            known[motion] = scalar([form], self.model.comm)
+            known[motion] = scalar([form], self.simulation.model.comm)
         total = known[motion]
         return 0.0 if total is None else total()
 
@@ -243,4 +172,4 @@ class Motion(Trials):
             constraint_error(body, self.problem.levels[name].q)
             for name, body in self._bodies.items()
         ]
-        return float(self.model.comm.allreduce(max(found), op=MPI.MAX))
+        return float(self.simulation.model.comm.allreduce(max(found), op=MPI.MAX))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import fields
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypedDict
@@ -16,7 +15,6 @@ from shellmb.observers.files.described import Described, read_described
 from shellmb.options.run import ACCURACY
 from shellmb.running.results import plain_results
 from shellmb.scene import Scene
-from shellmb.scene.lookup import listed
 from shellmb.show.fields import Fields
 
 if TYPE_CHECKING:
@@ -26,7 +24,6 @@ if TYPE_CHECKING:
 
     from shellmb.running.execute import RunResult
     from shellmb.show.space.scenery import Showing
-    from shellmb.show.space.views import Appearance
 
 
 class _Said(TypedDict):
@@ -282,8 +279,9 @@ class Run(StoredResult):
         self, t: float | None, field: str | None, component: Any, appearance: dict[str, Any]
     ) -> Showing:
         from shellmb.show.space.scenery import showing
+        from shellmb.show.space.views import Appearance
 
-        look = _appearance(appearance)
+        look = Appearance(**appearance)
         return showing(self.fields, self.described, [t], field, component, appearance=look)
 
     def animate(
@@ -302,8 +300,9 @@ class Run(StoredResult):
             appearance: As in `picture`.
         """
         from shellmb.show.space.animation import animate
+        from shellmb.show.space.views import Appearance
 
-        look = _appearance(appearance)
+        look = Appearance(**appearance)
         target = Path(file) if file is not None else self.directory / "animation.gif"
         return animate(
             self.fields, self.described, target, field=field, component=component, appearance=look
@@ -351,9 +350,10 @@ class Run(StoredResult):
             appearance: As in `picture`.
         """
         from shellmb.show.pictures import draw_directory
+        from shellmb.show.space.views import Appearance
 
         out = Path(folder) if folder is not None else None
-        look = _appearance(appearance)
+        look = Appearance(**appearance)
         return draw_directory(self.directory, out, curves=curves, appearance=look)
 
     def report(self, file: Path | str | None = None) -> Path:
@@ -395,17 +395,6 @@ class Run(StoredResult):
         from shellmb.show.report import card
 
         return card(self)
-
-
-def _appearance(chosen: dict[str, Any]) -> Appearance:
-    """Collect how a picture looks, from what a caller names."""
-    from shellmb.show.space.views import Appearance
-
-    known = [f.name for f in fields(Appearance)]
-    unknown = next((name for name in chosen if name not in known), None)
-    if unknown is not None:
-        raise SceneError(f"picture: there is no option '{unknown}'; there are {listed(known)}")
-    return Appearance(**chosen)
 
 
 def read_accuracy(directory: Path) -> pd.DataFrame:

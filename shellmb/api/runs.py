@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -25,7 +24,6 @@ if TYPE_CHECKING:
     from shellmb.accuracy.request.search import Outcome
     from shellmb.accuracy.request.target import Target
     from shellmb.api.sensitivity.record import Sensitivities
-    from shellmb.running.execute import RunResult
     from shellmb.simulate.simulation import Observer
 
 
@@ -43,34 +41,54 @@ class Requested:
     module: SceneModule
     request: Request | None = None
 
-    @property
-    def runner(self) -> Callable[..., RunResult]:
-        """Function that runs it, with errors if the scene wants them: `execute` from `out` on."""
-        run_it: Any
-        if self.scene.errors:
-            from shellmb.accuracy.errors import execute_with_errors as run_it
-        else:
-            from shellmb.running.execute import execute as run_it
-        return partial(run_it, self.scene, request=self.request, results=self.module.results)
+    def runner(self, target: Target | None = None) -> Callable[..., Any]:
+        """Function that runs it, or finer and finer levels of it until an error is met.
 
-    def run_to_accuracy(
-        self, target: Target, directory: Path, comm: MPI.Comm, pictures: bool, **how: Any
-    ) -> Outcome:
-        """Run it, or find its modes, with finer and finer meshes and steps; collective.
+        What it takes is loaded here, and not when it is called.
 
         Args:
-            target: The accuracy that is requested.
-            directory: Directory to write; levels in it go on.
-            comm: Communicator.
-            pictures: Whether pictures are drawn.
-            how: Further settings of `Running`.
+            target: The error, which may be of natural modes; None: it is run once, with errors if
+                the scene wants them.
+
+        Returns:
+            Function of a directory, a communicator, whether pictures are drawn, and observers; of
+            levels also of `tell` and `modes` as in `Running`. It gives a `Run` or `ModeShapes`.
         """
+        scene, own, request = self.scene, self.module, self.request
+        if target is None:
+            execute: Any
+            if scene.errors:
+                from shellmb.accuracy.errors import execute_with_errors as execute
+            else:
+                from shellmb.running.execute import execute
+
+            def run_once(
+                directory: Path, comm: MPI.Comm, pictures: bool, observers: Sequence[Observer] = ()
+            ) -> Run:
+                how = {"request": request, "results": own.results, "pictures": pictures}
+                computed = execute(scene, directory, observers, comm=comm, **how)
+                comm.Barrier()
+                return Run(computed.out or directory, computed)
+
+            return run_once
         from shellmb.accuracy.request.directory import run_to_accuracy
         from shellmb.accuracy.request.search import Running
 
-        own = self.module
-        running = Running(comm, own.results, self.request, mode_results=own.mode_results, **how)
-        return run_to_accuracy(self.scene, target, directory, running, pictures)
+        def run_levels(
+            directory: Path, comm: MPI.Comm, pictures: bool, **how: Any
+        ) -> Run | ModeShapes:
+            running = Running(comm, own.results, request, mode_results=own.mode_results, **how)
+            return _of_levels(
+                directory, run_to_accuracy(scene, target, directory, running, pictures)
+            )
+
+        return run_levels
+
+
+def _of_levels(directory: Path, outcome: Outcome) -> Run | ModeShapes:
+    """The last level of a request, which is the run, or the modes, of its directory."""
+    modes = (directory / TABLE).is_file()
+    return ModeShapes(directory) if modes else Run(directory, outcome.run)
 
 
 def requested(
@@ -173,26 +191,24 @@ def run(
     if shown:
         observers = [*observers, report]
     draw = out is not None if pictures is None else pictures
-    if accuracy is not None:
-        from shellmb.accuracy.request.target import UnknownQuantity, frequency_number, wanted_of
+    if accuracy is None:
+        run_it = wanted.runner()
+        with report.building(wanted.scene.name, place.comm.rank) if shown else nullcontext():
+            found = run_it(place.directory, place.comm, draw, observers)
+        return place.held_by(found)
+    from shellmb.accuracy.request.target import UnknownQuantity, frequency_number, wanted_of
 
-        of, how = wanted_of(accuracy), {"observers": observers, "modes": False}
-        if shown and place.comm.rank == 0:
-            how["tell"] = print
-        try:
-            outcome = wanted.run_to_accuracy(of, place.directory, place.comm, draw, **how)
-        except UnknownQuantity as error:
-            if frequency_number(of.of) is None:
-                raise
-            raise SceneError(
-                f"{error}; natural frequencies come from modes(scene, accuracy=..., of='{of.of}')"
-            ) from None
-        return place.held_by(Run(place.directory, outcome.run))
-    run_it = wanted.runner
-    with report.building(wanted.scene.name, place.comm.rank) if shown else nullcontext():
-        computed = run_it(place.directory, observers, comm=place.comm, pictures=draw)
-    place.comm.Barrier()
-    return place.held_by(Run(computed.out or place.directory, computed))
+    of, how = wanted_of(accuracy), {"observers": observers, "modes": False}
+    if shown and place.comm.rank == 0:
+        how["tell"] = print
+    try:
+        return place.held_by(wanted.runner(of)(place.directory, place.comm, draw, **how))
+    except UnknownQuantity as error:
+        if frequency_number(of.of) is None:
+            raise
+        raise SceneError(
+            f"{error}; natural frequencies come from modes(scene, accuracy=..., of='{of.of}')"
+        ) from None
 
 
 @takes()
@@ -222,38 +238,57 @@ def resume(
     """
     from mpi4py import MPI
 
-    from shellmb.running.resuming.resume import resume as go_on
-
-    world = MPI.COMM_WORLD if comm is None else comm
-    out = path_of(out)
     if not (scene is None or isinstance(scene, str | Scene)):
         raise SceneError(
             f"resume: scene is a {type(scene).__name__}; it must be the Scene of the run, or the "
             "path of its Python file"
         )
-    given, file = (None, scene) if isinstance(scene, str) else (scene, None)
+    world = MPI.COMM_WORLD if comm is None else comm
+    found: Run = resumer(path_of(out))(scene, trust, world, pictures, observers=observers)
+    return found
+
+
+def resumer(out: Path) -> Callable[..., Any]:
+    """Function that continues a run, or the levels of a request; what it takes is loaded here.
+
+    Args:
+        out: The directory.
+
+    Returns:
+        Function of the scene, or its file, and of what else `resume` takes; of levels also of
+        `tell`. It gives a `Run` or `ModeShapes`.
+    """
     if (out / ACCURACY).is_file():
         from shellmb.accuracy.request.directory import resume_request
 
-        found = resume_request(
-            out, given, file, trust, world, pictures=pictures, observers=observers
+        return lambda scene, *args, **how: _of_levels(
+            out, resume_request(out, *_given(scene), *args, **how)
         )
-        return Run(out, found.run)
-    computed = go_on(
-        out,
-        observers,
-        comm=world,
-        pictures=pictures,
-        scene=given,
-        scene_file=file,
-        trust=trust,
-    )
-    world.Barrier()
-    if computed.scene.errors:
-        from shellmb.accuracy.errors import add_errors
+    from shellmb.running.resuming.resume import resume as go_on
 
-        add_errors(computed)
-    return Run(out, computed)
+    def resume_run(
+        scene: Scene | str | None,
+        trust: bool,
+        comm: MPI.Comm,
+        pictures: bool,
+        observers: Sequence[Observer],
+    ) -> Run:
+        given, file = _given(scene)
+        how: dict[str, Any] = {"comm": comm, "pictures": pictures, "trust": trust}
+        computed = go_on(out, observers, scene=given, scene_file=file, **how)
+        comm.Barrier()
+        if computed.scene.errors:
+            from shellmb.accuracy.errors import add_errors
+
+            add_errors(computed)
+        return Run(out, computed)
+
+    return resume_run
+
+
+def _given(scene: Scene | str | None) -> tuple[Scene | None, str | None]:
+    """A scene, and the file of one."""
+    return (None, scene) if isinstance(scene, str) else (scene, None)
 
 
 @takes()

@@ -8,7 +8,7 @@ import typer
 from typer.core import TyperGroup
 
 from shellmb import __version__
-from shellmb.cli.failures import App, failures_reported, first_rank, run_check, tell
+from shellmb.cli.failures import App, failures_reported, first_rank, tell
 from shellmb.cli.options import (
     CheckOption,
     JsonOption,
@@ -27,15 +27,9 @@ from shellmb.cli.options import (
 from shellmb.cli.pictures import plot, report, view
 from shellmb.cli.report import (
     announce,
-    print_accuracy,
-    print_buckling,
-    print_campbell,
+    finish,
     print_list,
-    print_modes,
     print_numbers,
-    print_run,
-    print_state_modes,
-    run_accurately,
     say,
 )
 from shellmb.cli.study import effects, sensitivities, study
@@ -145,22 +139,17 @@ def run(
 
     from mpi4py import MPI
 
-    kind, world = built.scheme_name if accuracy is None else "accuracy", MPI.COMM_WORLD
-    directory = world.bcast(out or default_directory(f"{module.name}-{kind}"))
+    kind, target, world = built.scheme_name, None, MPI.COMM_WORLD
     if accuracy is not None:
         from shellmb.accuracy.request.target import wanted_of
 
-        how = {"quiet": quiet, "pictures": not no_pictures, "check": check}
-        return run_accurately(wanted, wanted_of(accuracy), directory, **how)
-
-    run_it = wanted.runner
+        kind, target = "accuracy", wanted_of(accuracy)
+    directory = world.bcast(out or default_directory(f"{module.name}-{kind}"))
+    # loaded before anything is said, as a signal in between must leave one line
+    run_it = wanted.runner(target)
     announce(built.name, quiet)
-    result = run_it(directory, _observers(quiet), comm=world, pictures=not no_pictures)
-    if not quiet and first_rank():
-        print_run(result)
-    if check and module.check is not None:
-        run_check(module.check, result.results)
-    return result
+    found = run_it(directory, world, not no_pictures, **_reports(quiet, target is not None))
+    return finish(found, quiet=quiet, check=module.check if check else None)
 
 
 @app.command()
@@ -186,30 +175,16 @@ def resume(
 
     # a bad scene says so before anything heavy is loaded
     built, _ = read_request(directory).trusted(scene, trust).build()
-    if (directory / ACCURACY).is_file():
-        from mpi4py import MPI
+    from mpi4py import MPI
 
-        from shellmb.accuracy.request.directory import resume_request
-
-        announce(built.name, quiet)
-        told: dict[str, Any] = {} if quiet else {"tell": tell}
-        found = resume_request(
-            directory, None, scene, trust, MPI.COMM_WORLD, not no_pictures, **told
-        )
-        if not quiet:
-            print_accuracy(directory)
-        return found
+    from shellmb.api.runs import resumer
 
     # loaded before anything is said, as a signal in between must leave one line
-    import shellmb.running.resuming.resume  # noqa: F401
-    from shellmb.api.runs import resume as go_on
-
+    go_on = resumer(directory)
     announce(built.name, quiet)
-    how: dict[str, Any] = {"observers": _observers(quiet), "pictures": not no_pictures}
-    result: Any = go_on(directory, scene, trust=trust, **how).computed
-    if not quiet and first_rank():
-        print_run(result)
-    return result
+    how = _reports(quiet, (directory / ACCURACY).is_file())
+    found = go_on(scene, trust, MPI.COMM_WORLD, not no_pictures, **how)
+    return finish(found, quiet=quiet)
 
 
 @app.command()
@@ -256,29 +231,16 @@ def modes(
 
     from mpi4py import MPI
 
-    from shellmb.api.modal import write_modes
+    from shellmb.api.modal import modes_runner
 
-    kind, drawn = "modes" if accuracy is None else "modes-accuracy", not no_pictures
-    directory = MPI.COMM_WORLD.bcast(out or default_directory(f"{module.name}-{kind}"))
+    kind, world = "modes" if accuracy is None else "modes-accuracy", MPI.COMM_WORLD
+    directory = world.bcast(out or default_directory(f"{module.name}-{kind}"))
+    run_it, how = modes_runner(wanted, chosen, accuracy, count), {}
     if accuracy is not None:
-        from shellmb.accuracy.request.target import wanted_of
-
-        target = replace(wanted_of(accuracy), modes=True, loaded=chosen.loaded, count=count)
-        how = {"quiet": quiet, "pictures": drawn, "check": check}
-        return run_accurately(wanted, target, directory, **how)
-    made = write_modes(wanted.scene, directory, count, chosen, module.mode_results, pictures=drawn)
-    if not quiet and first_rank():
-        if chosen.buckling:
-            print_buckling(made.found, directory)
-        elif chosen.moving:
-            print_state_modes(made.found, directory)
-        elif chosen.rates is not None:
-            print_campbell(made.found, count, directory)
-        else:
-            print_modes(made.found, directory, made.errors)
-    if check and module.check is not None:
-        run_check(module.check, dict(made.results))
-    return made.found
+        announce(wanted.scene.name, quiet)
+        how = _reports(quiet, True)
+    found = run_it(directory, world, not no_pictures, **how)
+    return finish(found, quiet=quiet, check=module.check if check else None, count=count)
 
 
 @app.command()
@@ -358,6 +320,13 @@ app.command()(failures_reported(study))
 app.command()(failures_reported(sensitivities))
 for shows in (plot, view, report):
     app.command()(failures_reported(shows))
+
+
+def _reports(quiet: bool, levels: bool) -> dict[str, Any]:
+    """Say how a run goes: what is told of levels, and the observers of a run by itself."""
+    if levels:
+        return {} if quiet else {"tell": tell}
+    return {"observers": _observers(quiet)}
 
 
 def _observers(quiet: bool) -> list[Any]:

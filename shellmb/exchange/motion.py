@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import math
 from collections import UserDict
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict
+from numbers import Real
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from shellmb.errors import SceneError
-from shellmb.exchange.trials import Trials
 from shellmb.exchange.work import PartnerWork
 from shellmb.observers.deferred_observer import DeferredObserver
 from shellmb.observers.fields.nodal import NodalValues, nodal_bodies, nodal_values
@@ -24,7 +24,7 @@ from shellmb.scene.lookup import listed
 from shellmb.scene.values.validate import show
 from shellmb.simulate.simulation import Observer, Simulation
 from shellmb.simulate.stepping import Arrays, StepInfo
-from shellmb.simulate.stepsize.target_times import near
+from shellmb.simulate.stepsize.target_times import Count, near
 from shellmb.system.direct.solver import Factors
 
 if TYPE_CHECKING:
@@ -91,7 +91,7 @@ class Outputs(dict[str, float]):
         raise SceneError(f"there is no output '{name}'; the motion has {listed(self)}")
 
 
-class SceneMotion(Trials):
+class SceneMotion:
     """A scene that a partner steps, and may take back.
 
     Example::
@@ -149,19 +149,27 @@ class SceneMotion(Trials):
         self._last = dict(self.inputs)
         self.t_end = float(own.t_end or 0.0)
         self._places = [one for some in known.values() for one in some]
+        # equal steps are counted, so that round-off does not add up
+        self._count = Count()
+        self._saved: Any = None
+        self._tried = False
+        # columns of a state that was taken up again: some observers know those of the last step
+        self._columns: Outputs | None = None
         named = StandardObservers(None, watched=False).named
-        self._observers: list[Observer] = [o for k, o in named.items() if k not in OF_RUNS]
-        self._observers.append(PartnerWork(self._places))
-        for observer in self._observers:
+        own_work = PartnerWork(self._places)
+        self._begin([*(o for k, o in named.items() if k not in OF_RUNS), own_work])
+
+    def _begin(self, observers: Sequence[Observer]) -> None:
+        """Start what is measured from the present state on."""
+        self._observers = observers
+        for observer in observers:
             observer.start(self.simulation)
         check_columns(o for o in self._observers if isinstance(o, Measuring))
         # what controllers read at the start is saved with the first state
         self.simulation.control.attach(self.simulation, self._observers)
-        # columns of a state that was taken up again: some observers know those of the last step
-        self._columns: Outputs | None = None
 
     @property
-    def time(self) -> float:  # type: ignore[override]
+    def time(self) -> float:
         """The time, s."""
         return self.simulation.t
 
@@ -197,6 +205,52 @@ class SceneMotion(Trials):
             )
         return nodal_values(self.simulation, body)
 
+    def trial(self, dt: float) -> None:
+        """Compute a step, which is not accepted yet; a further trial replaces it.
+
+        Args:
+            dt: Its length, s.
+
+        Raises:
+            ConvergenceError: If it has no solution; the motion is where it was before.
+            SceneError: If the length is impossible.
+        """
+        if isinstance(dt, bool) or not isinstance(dt, Real) or not 0 < dt < math.inf:
+            raise SceneError(f"trial: dt is {show(dt)}; it must be finite and greater than 0")
+        if self._saved is None:
+            self._saved = self.state()
+        self._tried = False
+        self._restore(self._saved)
+        try:
+            self._advance(float(dt))
+        except BaseException:
+            self._restore(self._saved)
+            raise
+        self._tried = True
+
+    def accept(self) -> None:
+        """Make the end of the trial the state from which the motion continues.
+
+        Raises:
+            SceneError: If there is no trial.
+        """
+        self._need_trial("accept")
+        self._saved, self._tried = None, False
+
+    def reject(self) -> None:
+        """Go back to the start of the trial, bit for bit.
+
+        Raises:
+            SceneError: If there is no trial.
+        """
+        self._need_trial("reject")
+        self._restore(self._saved)
+        self._tried = False
+
+    def _need_trial(self, what: str) -> None:
+        if not self._tried:
+            raise SceneError(f"{what}: there is no trial; call trial(dt) first, which must succeed")
+
     def state(self) -> State:
         """Copy of all that steps change now, for `take_up`."""
         simulation, observers = self.simulation, self._observers
@@ -206,6 +260,7 @@ class SceneMotion(Trials):
             "of": self._of,
             "outputs": self.outputs,
             "simulation": counters,
+            "count": self._count.state(),
             "observers": [o.state() for o in observers],
             "marks": [o.mark if isinstance(o, DeferredObserver) else None for o in observers],
             "last": None if simulation.last is None else asdict(simulation.last),
@@ -226,7 +281,8 @@ class SceneMotion(Trials):
         known = isinstance(state, tuple | list) and len(state) == 2 and isinstance(state[1], dict)
         if not known or state[1].get("of") != self._of:
             raise SceneError(f"take_up: state is none of {self._of}; it must come from its state()")
-        super().take_up(state)
+        self._restore(state)
+        self._saved, self._tried = None, False
 
     def _restore(self, saved: State) -> None:
         arrays, rest = saved
@@ -238,6 +294,7 @@ class SceneMotion(Trials):
                 observer.mark = mark
             observer.restore(state)
         simulation.last = None if last is None else StepInfo(**last)
+        self._count.restore(rest["count"])
         self._columns, self._last = Outputs(rest["outputs"]), dict(rest["inputs"])
         for one, line in zip(self._places, rest["lines"], strict=True):
             one.take(*line)
@@ -246,7 +303,7 @@ class SceneMotion(Trials):
 
     def _advance(self, dt: float) -> None:
         simulation = self.simulation
-        t, end = simulation.t, simulation.t + dt
+        t, end = simulation.t, self._count.after(simulation.t, dt)
         if self.ended is not None:
             raise SceneError(f"trial: event '{self.ended}' has ended the motion at t = {t:g}")
         if end > self.t_end + near(self.t_end, simulation.scene.dt or 0.0):

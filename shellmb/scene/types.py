@@ -3,12 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import AfterValidator, BeforeValidator, Field, InstanceOf
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    Field,
+    InstanceOf,
+    ValidationError,
+    WrapValidator,
+)
 
 from shellmb.scene.values.validate import plain
 
@@ -71,64 +78,33 @@ def vector(value: Any) -> tuple[float, float, float]:
     return (x, y, z)
 
 
-def _place(value: Any) -> str | tuple[str, ...] | tuple[float, float, float]:
-    value = plain(value)
-    if isinstance(value, str) and value:
-        return value
-    if isinstance(value, Sequence) and value and all(isinstance(v, str) and v for v in value):
-        return _once(value)
-    try:
-        return vector(value)
-    except ValueError:
-        raise ValueError(
-            "it must be a name, a tuple of names, or finite coordinates (x, y, z)"
-        ) from None
+def explained(right: str) -> WrapValidator:
+    """One sentence for all that may be wrong with a value, as where it may have several forms.
 
-
-def _once(names: Sequence[str]) -> tuple[str, ...]:
-    """Names of edges; a load would act twice on one that is named twice."""
-    if len(set(names)) < len(names):
-        raise ValueError("it must name each edge once")
-    return tuple(names)
-
-
-def _edge(value: Any) -> str | tuple[str, ...]:
-    if isinstance(value, str) and value:
-        return value
-    if isinstance(value, Sequence) and value and all(isinstance(v, str) and v for v in value):
-        return _once(value)
-    raise ValueError("it must be the name of an edge or a tuple of such names")
-
-
-def spot(value: Any) -> str | tuple[float, float, float]:
-    """A name or coordinates.
-
-    Raises:
-        ValueError: If it is neither.
+    Args:
+        right: Says what would be right.
     """
-    value = plain(value)
-    if isinstance(value, str) and value:
-        return value
-    try:
-        return vector(value)
-    except ValueError:
-        raise ValueError("it must be the name of a point or finite coordinates (x, y, z)") from None
+
+    def check(value: Any, usual: Callable[[Any], Any]) -> Any:
+        try:
+            return usual(plain(value))
+        except ValidationError:
+            raise ValueError(right) from None
+
+    return WrapValidator(check)
+
+
+def _once(value: Any) -> Any:
+    """For names of edges: a load would act twice on one that is named twice."""
+    if isinstance(value, tuple) and len(set(value)) < len(value) and isinstance(value[0], str):
+        raise ValueError("it must name each edge once")
+    return value
 
 
 def _nonzero(value: tuple[float, float, float]) -> tuple[float, float, float]:
     if not any(value):
         raise ValueError("it must not be zero")
     return value
-
-
-def _matrix(value: Any) -> tuple[tuple[float, float, float], ...]:
-    try:
-        rows = tuple(vector(row) for row in plain(value))
-    except (TypeError, ValueError):
-        rows = ()
-    if len(rows) != 3:
-        raise ValueError("it must be three rows of three finite numbers")
-    return rows
 
 
 def _windows(value: Any) -> tuple[tuple[float, float], ...] | None:
@@ -158,11 +134,24 @@ Untrue = BeforeValidator(_untrue)
 Name = Annotated[str, Field(min_length=1)]
 Vec3 = Annotated[tuple[float, float, float], BeforeValidator(vector)]
 Axis = Annotated[Vec3, AfterValidator(_nonzero)]
-Matrix3 = Annotated[tuple[Vec3, Vec3, Vec3], BeforeValidator(_matrix)]
-Spot = Annotated[str | tuple[float, float, float], BeforeValidator(spot)]
+Matrix3 = Annotated[
+    tuple[Vec3, Vec3, Vec3], explained("it must be three rows of three finite numbers")
+]
+Spot = Annotated[
+    Name | Vec3, explained("it must be the name of a point or finite coordinates (x, y, z)")
+]
 Windows = Annotated[tuple[tuple[float, float], ...], BeforeValidator(_windows)]
-Edge = Annotated[str | tuple[str, ...], BeforeValidator(_edge)]
-Place = Annotated[str | tuple[str, ...] | tuple[float, float, float], BeforeValidator(_place)]
+Names = Annotated[tuple[Name, ...], Field(min_length=1)]
+Edge = Annotated[
+    Name | Names,
+    explained("it must be the name of an edge or a tuple of such names"),
+    AfterValidator(_once),
+]
+Place = Annotated[
+    Name | Names | Vec3,
+    explained("it must be a name, a tuple of names, or finite coordinates (x, y, z)"),
+    AfterValidator(_once),
+]
 
 # type checkers take a field whose type is a descriptor as it is set when an object is made, and as
 # it is read afterwards (mypy: of the class itself, not of one that is derived from it)

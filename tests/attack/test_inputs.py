@@ -139,8 +139,8 @@ NO_NUMBERS = {
     "ply: angle is '0'; it must be a number": lambda: Laminate.from_stacking(
         CARBON, 0.1, ["0", 90]
     ),
-    "laminate: shear_correction is True; it must be a number": lambda: Laminate(
-        (Ply(CARBON, 0.1),), shear_correction=True
+    "laminate: shear_correction is True; it must be a factor greater than 0 or 'energy'": lambda: (
+        Laminate((Ply(CARBON, 0.1),), shear_correction=True)
     ),
     "solver: max_iterations is '30'; it must be a whole number": lambda: Solver(
         max_iterations="30"

@@ -64,7 +64,7 @@ def hinged(stop: Any, scheme: str = "ep", *others: Any) -> Scene:
         (lambda: scene(contacts=contact(at="lug")), "has no point 'lug'"),
         (
             lambda: scene(rigid_bodies=(), shells=PLATE, contacts=contact(at="edge")),
-            "shell 'plate' has no place 'edge'; its edges and areas are 'left'",
+            "shell 'plate' has no edge or point 'edge'; its edges are 'left'",
         ),
         (
             lambda: scene(rigid_bodies=(), shells=PLATE, contacts=contact(at=("left", "left-top"))),

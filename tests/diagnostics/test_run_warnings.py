@@ -222,7 +222,7 @@ def test_warnings_are_printed(capsys) -> None:
     initial = InitialVelocity(spin=(0, 0, 10.0))
     scene = Scene("rotor", rigid_bodies=rotor, initial=initial, scheme="ep", dt=0.1, t_end=0.2)
     result = execute(scene)
-    print_run(result)
+    print_run(result.summary)
     printed = capsys.readouterr().out
     assert f"warning: {result.warnings[0].says}" in printed
 
@@ -265,14 +265,14 @@ def test_doubts_about_a_scene_are_in_the_record_of_its_run(tmp_path, capsys) -> 
     report = load(tmp_path / "run").report()
     assert SLAB in report.read_text()
     # what a command has shown already it does not print again
-    print_run(result)
+    print_run(result.summary)
     assert SLAB not in capsys.readouterr().out
 
 
 def test_results_that_are_no_numbers_keep_their_row(capsys) -> None:
     result = execute(still(), results=lambda run: {"found": 1.0, "lost": float("nan")})
-    print_run(result)
-    printed = dict(line.split()[:2] for line in capsys.readouterr().out.splitlines()[-3:-1])
+    print_run(result.summary)
+    printed = dict(line.split()[:2] for line in capsys.readouterr().out.splitlines()[-2:])
     assert printed == {"found": "1", "lost": "nan"}
     assert account({**result.summary, "results": {"lost": None}})["lost"] == "nan"
 

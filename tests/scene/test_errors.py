@@ -219,9 +219,8 @@ BAD = {
         PLATE, ROOF, loads=Pressure(1.0)
     ),
     "fixed components: shell 'plate' has no edge or point 'tip'; its edges are 'left', 'right', "
-    "'bottom', 'top', its points 'left-bottom', 'right-bottom', 'left-top', 'right-top'": lambda: (
-        made_of(PLATE, supports=Fixed("tip", (0, 0, 0)))
-    ),
+    "'bottom', 'top', its points 'left-bottom', 'right-bottom', 'left-top', 'right-top', or give "
+    "coordinates": lambda: made_of(PLATE, supports=Fixed("tip", (0, 0, 0))),
     "probe 'p': shell 'plate' has no point 'tip'; its points are 'left-bottom', 'right-bottom', "
     "'left-top', 'right-top', or give coordinates": lambda: made_of(
         PLATE, supports=HELD, probes=Probe("p", "tip")

@@ -246,7 +246,9 @@ BAD = {
         BEAM, supports=Driven("start", rotation=abs, body="beam")
     ),
     "fixed components: beam 'beam' has no edge or point 'tip'; its edges are 'start', 'end', its "
-    "points 'start', 'end'": lambda: moving(BEAM, supports=Fixed("tip", (0, 0, 0))),
+    "points 'start', 'end', or give coordinates": lambda: moving(
+        BEAM, supports=Fixed("tip", (0, 0, 0))
+    ),
     "fixed components: director is (0.0, None, None) on beam 'beam'; it must be left out, because "
     "only a shell has one: use Clamped or a joint to the ground": lambda: moving(
         BEAM, supports=Fixed("end", director=(0, None, None))

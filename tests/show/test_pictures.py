@@ -210,12 +210,13 @@ def test_pictures_look_as_one_chooses(tmp_path) -> None:
     [
         ({"camera": (100.0, 0.0)}, "elevation from -90 to 90"),
         ({"camera": "above"}, "elevation from -90 to 90"),
-        ({"width": 3}, "from 100 to 8000"),
+        ({"width": 3}, "width is 3; it must be at least 100"),
         ({"theme": "pink"}, "light"),
-        ({"enlarge": -1.0}, "positive"),
-        ({"enlarge": "much"}, "positive"),
-        ({"width": "wide"}, "from 100 to 8000"),
+        ({"enlarge": -1.0}, "greater than 0"),
+        ({"enlarge": "much"}, "a number"),
+        ({"width": "wide"}, "a whole number"),
         ({"theme": ["dark"]}, "light"),
+        ({"colour": "red"}, "picture: there is no parameter colour; its parameters are camera, "),
     ],
 )
 def test_an_appearance_that_cannot_be(wrong, says) -> None:

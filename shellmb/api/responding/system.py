@@ -17,7 +17,7 @@ import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 from scipy.io.matlab import MatReadError
 
-from shellmb.api.responding.poles import Complex, lowest_modes, poles, relaxing_poles
+from shellmb.api.responding.poles import Complex, lowest_modes, poles
 from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.files.writing import drafted
@@ -319,10 +319,8 @@ class LinearSystem:
         if self.size == 0:
             # everything is driven
             return np.zeros(0, dtype=np.complex128)
-        if self.times:
-            branches = dict(zip(self.times, self.branches, strict=True))
-            return relaxing_poles(self.M, self.C, self.K, branches, count, self.shift)
-        return poles(self.M, self.C, self.K, count, self.shift)
+        branches = dict(zip(self.times, self.branches, strict=True))
+        return poles(self.M, self.C, self.K, branches, count, self.shift)
 
     def to_scipy(self, modes: int | None = None) -> Any:
         """The state space as a `scipy.signal.StateSpace`.

@@ -41,7 +41,7 @@ def find_campbell(
     results: Callable[[Any], dict[str, float]] | None = None,
     comm: MPI.Comm = MPI.COMM_WORLD,
     pictures: bool = True,
-) -> tuple[Campbell, dict[str, float]]:
+) -> Campbell:
     """Find modes at several rates of rotation and write them.
 
     Args:
@@ -52,9 +52,6 @@ def find_campbell(
         results: Gives the `results` of the summary.
         comm: Communicator.
         pictures: Whether the diagram and the modes are drawn.
-
-    Returns:
-        The modes and the results.
 
     Raises:
         SceneError: If something does not turn along, or `out` is not empty or cannot be written.
@@ -83,7 +80,7 @@ def find_campbell(
 
             draw_campbell(run.directory / TABLE, run.directory / PICTURE)
         arrive(comm)
-    return found, summary["results"]
+    return found
 
 
 def find_state_modes(

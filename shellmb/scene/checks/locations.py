@@ -1,5 +1,6 @@
 """Names of edges, areas and points that a scene speaks of, tried against what there is."""
 
+from collections.abc import Callable
 from typing import Any
 
 from shellmb.errors import SceneError
@@ -9,7 +10,7 @@ from shellmb.scene.multibody.offsets import Offset
 from shellmb.scene.multibody.own_bodies import UserBody
 from shellmb.scene.multibody.rigid import RigidBody
 from shellmb.scene.shells.shell import Shell
-from shellmb.scene.values.validate import edge_names, listed, said, show
+from shellmb.scene.values.validate import listed, said, show
 
 
 def edges_of(body: Body) -> tuple[str, ...] | None:
@@ -33,50 +34,58 @@ def areas_of(body: Body) -> tuple[str, ...]:
     return tuple(body.areas) if isinstance(body, Shell) else ()
 
 
-def check_edges(
-    body: Body, edge: str | tuple[str, ...], who: str, areas: tuple[str, ...] = ()
-) -> None:
-    """Refuse edges that the body does not have.
+# what a name may be of
+KINDS: dict[str, Callable[[Body], tuple[str, ...] | None]] = {
+    "edge": edges_of,
+    "area": areas_of,
+    "point": points_of,
+}
+EDGES, FIELDS, ANY = ("edge",), ("edge", "area"), ("edge", "area", "point")
+
+
+def check_place(body: Body, where: Any, who: str, kinds: tuple[str, ...] = ("point",)) -> None:
+    """Refuse names that a body does not have, and offsets from nodes that it does not have.
+
+    Coordinates, and what only the mesh knows, pass.
 
     Args:
         body: The body.
-        edge: Name or names.
+        where: A name or names, coordinates, an `Offset`, or None.
         who: Who asks, for the error.
-        areas: Names of areas that will do, too.
+        kinds: What a name may be of.
 
     Raises:
         SceneError: If there is one.
     """
-    known = edges_of(body)
-    for name in edge_names(edge):
-        if known is not None and name not in (*known, *areas):
-            more = f", its areas {listed(areas)}" if areas else ""
-            raise SceneError(
-                f"{who}: {said(body)} has no edge '{name}'; its edges are {listed(known)}{more}"
-            )
-
-
-def check_point(body: Body, point: Any, who: str) -> None:
-    """Refuse a point that the body does not have.
-
-    Raises:
-        SceneError: If there is none of that name, or an offset from it has no direction.
-    """
-    known = points_of(body)
-    if isinstance(point, Offset):
-        if isinstance(body, RigidBody | UserBody):
-            raise SceneError(
-                f"{who}: an offset is from a node of a shell or beam and {said(body)} has none; "
-                "give the coordinates of the point"
-            )
-        if not (isinstance(point.by, tuple) or isinstance(body, Shell)):
-            raise SceneError(
-                f"{who}: the offset is {show(point.by)} and {said(body)} has no single director; "
-                "it must be a vector"
-            )
-        point = point.at
-    if known is not None and isinstance(point, str) and point not in known:
+    if isinstance(where, Offset):
+        where = _node(body, where, who)
+    names = (where,) if isinstance(where, str) else where or ()
+    known = {kind: KINDS[kind](body) for kind in kinds}
+    if None in known.values():
+        return
+    for name in names:
+        if not isinstance(name, str) or any(name in some for some in known.values() if some):
+            continue
+        # areas are few, and are told of where there are some
+        there = {k: some for k, some in known.items() if some} or {kinds[-1]: ()}
+        parts = [f"{kind}s {listed(some or ()) or 'none'}" for kind, some in there.items()]
+        has = f"{', its '.join(parts)}{', or give coordinates' if 'point' in there else ''}"
         raise SceneError(
-            f"{who}: {said(body)} has no point '{point}'; its points are "
-            f"{listed(known) or 'none'}, or give coordinates"
+            f"{who}: {said(body)} has no {' or '.join(k for k in there if k != 'area')} '{name}'; "
+            f"its {has.replace('s ', 's are ', 1)}"
         )
+
+
+def _node(body: Body, point: Offset, who: str) -> Any:
+    """The node that an offset is from."""
+    if isinstance(body, RigidBody | UserBody):
+        raise SceneError(
+            f"{who}: an offset is from a node of a shell or beam and {said(body)} has none; "
+            "give the coordinates of the point"
+        )
+    if not (isinstance(point.by, tuple) or isinstance(body, Shell)):
+        raise SceneError(
+            f"{who}: the offset is {show(point.by)} and {said(body)} has no single director; "
+            "it must be a vector"
+        )
+    return point.at

@@ -6,7 +6,7 @@ from typing import Any
 from shellmb.errors import SceneError
 from shellmb.scene.beams.beam import Beam
 from shellmb.scene.beams.curves import AlongEdge, AlongLine
-from shellmb.scene.checks.locations import areas_of, check_edges, check_point, edges_of
+from shellmb.scene.checks.locations import EDGES, areas_of, check_place, edges_of
 from shellmb.scene.control.signals import Signal
 from shellmb.scene.description import Body, Description
 from shellmb.scene.loads.supports import Fixed
@@ -148,7 +148,7 @@ def _edge_hinge(
                 raise SceneError(
                     f"{who}: {at} is missing; it must be an edge of {said(body)}: {known}"
                 )
-            check_edges(body, str(name), who)
+            check_place(body, name, who, EDGES)
         elif name is not None:
             raise SceneError(
                 f"{who}: {at} is {show(name)} and {where} {_end_said(body)}; it must be left out, "
@@ -187,7 +187,7 @@ def _end(scene: Description, name: str, at: Any, who: str) -> None:
     """One end of a joint or element."""
     body = find_end(scene, name, who)
     if body is not None:
-        check_point(body, at, who)
+        check_place(body, at, who)
     elif not isinstance(at, tuple):
         raise SceneError(
             f"{who}: the ground has no point {show(at)}; it must be given by coordinates (x, y, z)"
@@ -290,10 +290,10 @@ def _glues(scene: Description) -> None:
                 f"the scene must have Glue('{beam.name}', '{shell.name}')"
             )
         if isinstance(beam.curve, AlongEdge):
-            check_edges(shell, beam.curve.edge, said(beam))
+            check_place(shell, beam.curve.edge, said(beam), EDGES)
         elif isinstance(beam.curve, AlongLine):
             for point in (beam.curve.start, beam.curve.end):
-                check_point(shell, point, said(beam))
+                check_place(shell, point, said(beam))
 
 
 def _quantity(scene: Description, probe: Any) -> None:
@@ -328,7 +328,7 @@ def _frame(scene: Description, probe: Any) -> None:
             "rigid body, or a beam with frame_at"
         )
     if probe.frame_at is not None:
-        check_point(body, probe.frame_at, f"{said(probe)}: frame_at")
+        check_place(body, probe.frame_at, f"{said(probe)}: frame_at")
     elif isinstance(body, Beam) and body.nodal:
         raise error_of(
             probe, f"frame_at is missing; it must be the node of {said(body)} whose frame it is"

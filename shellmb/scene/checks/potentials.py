@@ -5,7 +5,7 @@ from itertools import combinations
 from typing import Any
 
 from shellmb.errors import SceneError
-from shellmb.scene.checks.locations import areas_of, check_point, edges_of, points_of
+from shellmb.scene.checks.locations import ANY, check_place, points_of
 from shellmb.scene.description import Description
 from shellmb.scene.loads.contacts import Contact, EnclosedVolume, Faces
 from shellmb.scene.lookup import bodies_of, find_body, find_shell, model_of
@@ -14,7 +14,7 @@ from shellmb.scene.multibody.rigid import RigidBody
 from shellmb.scene.schemes import COMPLETE
 from shellmb.scene.shells.shell import Shell
 from shellmb.scene.values.models import Modal
-from shellmb.scene.values.validate import kind_of, listed, said, show
+from shellmb.scene.values.validate import edge_names, kind_of, listed, said, show
 
 
 def check_potentials(scene: Description) -> None:
@@ -41,7 +41,13 @@ def check_potentials(scene: Description) -> None:
             )
     for item in items:
         (body,) = bodies_of(scene, item)
-        _place(body, item.at, said(item))
+        check_place(body, item.at, said(item), ANY)
+        points, places = points_of(body) or (), edge_names(item.at or ())
+        if len({name in points for name in places}) > 1 and isinstance(places[0], str):
+            raise SceneError(
+                f"{said(item)}: at is {show(item.at)}; it must be edges and areas, or points, and "
+                "not both"
+            )
     for volume in scene.volumes:
         _enclosing(scene, volume)
     for volume, other in combinations(scene.volumes, 2):
@@ -151,28 +157,4 @@ def _carrier(scene: Description, contact: Contact) -> None:
         raise SceneError(
             f"{who}: '{body.name}' is reduced to modes; with obstacle_body its model must be "
             "'exact', 'floating-frame' or 'rigid'"
-        )
-
-
-def _place(body: Any, on: Any, who: str) -> None:
-    """Refuse a place that a body does not have, as far as that is known without its mesh."""
-    if on is None or not isinstance(on, str | tuple) or not isinstance(on[0], str):
-        return
-    names, points, edges = (on,) if isinstance(on, str) else on, points_of(body), edges_of(body)
-    if points is None or edges is None:
-        return
-    places = (*edges, *areas_of(body))
-    if not places:
-        for name in names:
-            check_point(body, name, who)
-        return
-    unknown = [name for name in names if name not in (*places, *points)]
-    if unknown:
-        raise SceneError(
-            f"{who}: {said(body)} has no place '{unknown[0]}'; its edges and areas are "
-            f"{listed(places)}, its points {listed(points)}"
-        )
-    if len({name in points for name in names}) > 1:
-        raise SceneError(
-            f"{who}: on is {show(on)}; it must be edges and areas, or points, and not both"
         )

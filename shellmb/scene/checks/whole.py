@@ -13,10 +13,10 @@ from shellmb.scene.checks import ignored_settings as checks_effect
 from shellmb.scene.checks import multibody as checks_multibody
 from shellmb.scene.checks import schemes as checks_schemes
 from shellmb.scene.checks.fields import check_fields, check_reserves
-from shellmb.scene.checks.locations import areas_of, check_edges, check_point, edges_of, points_of
+from shellmb.scene.checks.locations import ANY, EDGES, FIELDS, check_place
 from shellmb.scene.checks.potentials import check_potentials
 from shellmb.scene.checks.signals import check_signals
-from shellmb.scene.description import Body, Description
+from shellmb.scene.description import Description
 from shellmb.scene.loads.loads import EdgeLoad, LineForce, PointLoad
 from shellmb.scene.loads.supports import Fixed, HardSupport, Support, at_rest
 from shellmb.scene.lookup import bodies_of, find_shell
@@ -28,12 +28,21 @@ from shellmb.scene.shells.sections import LinearSection
 from shellmb.scene.shells.shell import Join, Shell
 from shellmb.scene.values.models import Modal
 from shellmb.scene.values.user_functions import finite_in_time, values_at
-from shellmb.scene.values.validate import edge_names, error_of, kind_of, listed, said, show
+from shellmb.scene.values.validate import edge_names, error_of, kind_of, said, show
 
 # parts of a scene whose names differ within each of them, and others with names
 RECORDED = ("probes", "reserves", "controllers")
 NAMED = ("bodies", "joints", "drivers", "force_elements", "couplings", *RECORDED)
 ALSO_NAMED = ("potentials", "contacts", "volumes", "events")
+# what the name of a place may be of: what is along an edge, as HardSupport and loads are, has no
+# meaning on an area
+NAMES: dict[Any, tuple[str, ...]] = {
+    Fixed: ANY,
+    HardSupport: EDGES,
+    Support: FIELDS,
+    EdgeLoad: EDGES,
+    PointLoad | Probe: ("point",),
+}
 # what separates folders, columns and texts
 SEPARATORS = "/\\,;\"'"
 # file systems take 255 bytes, endings included
@@ -195,17 +204,13 @@ def _targets(scene: Description) -> None:
                     f"{who}: offset is {show(offset)}; it must be 0 on {said(body)}, whose nodes "
                     "have no directors for an arm"
                 )
-            if isinstance(item, Fixed):
-                _edge_or_point(body, item.at, who)
-            elif isinstance(item, Support | EdgeLoad):
-                # what is along an edge, as HardSupport and loads are, has no meaning on an area
-                held = isinstance(item, Support) and not isinstance(item, HardSupport)
-                check_edges(body, item.at, who, areas_of(body) if held else ())
-            elif isinstance(item, PointLoad | Probe):
-                check_point(body, item.at, who)
+            kinds = next((some for kind, some in NAMES.items() if isinstance(item, kind)), None)
+            if kinds is not None:
+                # of several names each is that of an edge or an area
+                check_place(body, item.at, who, kinds[:2] if isinstance(item.at, tuple) else kinds)
     for join in scene.joins:
         for name, edge in ((join.first, join.at), (join.second, join.second_at)):
-            check_edges(find_shell(scene, name, "join"), edge, "join")
+            check_place(find_shell(scene, name, "join"), edge, "join", EDGES)
     for one, two in combinations(scene.joins, 2):
         if all(_edges_of(one, name) & _edges_of(two, name) for name in (one.first, one.second)):
             raise SceneError(
@@ -218,24 +223,6 @@ def _edges_of(join: Join, shell: str) -> set[str]:
     """Edges of a shell along which it is joined."""
     ends = ((join.first, join.at), (join.second, join.second_at))
     return {edge for name, at in ends if name == shell for edge in edge_names(at)}
-
-
-def _edge_or_point(body: Body, where: Any, who: str) -> None:
-    edges, points = edges_of(body), points_of(body)
-    if (
-        edges is None
-        or points is None
-        or (isinstance(where, tuple) and len(where) == 3 and not isinstance(where[0], str))
-    ):
-        return
-    if isinstance(where, str) and where in points:
-        return
-    for name in edge_names(where):
-        if name not in (*edges, *areas_of(body)):
-            raise SceneError(
-                f"{who}: {said(body)} has no edge or point '{name}'; its edges are "
-                f"{listed(edges)}, its points {listed(points)}"
-            )
 
 
 def _time_functions(scene: Description) -> None:

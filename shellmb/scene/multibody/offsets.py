@@ -3,29 +3,20 @@
 from typing import Annotated, Any
 
 import numpy as np
-from pydantic import BeforeValidator, InstanceOf
+from pydantic import InstanceOf
 
 from shellmb.arrays import Floats
 from shellmb.errors import SceneError
-from shellmb.scene.types import Finite, Spot, Vec3, number, spot, vector
+from shellmb.scene.types import Finite, Name, Spot, Vec3, explained
 from shellmb.scene.values.validate import described, show
 
 # a vector off a shell's director by more than this part of it is not along it
 ALONG = 1e-6
 
 
-def _arm(value: Any) -> float | tuple[float, float, float]:
-    try:
-        return number(value)
-    except (TypeError, ValueError):
-        pass
-    try:
-        return vector(value)
-    except ValueError:
-        raise ValueError("it must be a vector of three finite numbers, or one number") from None
-
-
-Arm = Annotated[Vec3 | Finite, BeforeValidator(_arm)]
+Arm = Annotated[
+    Vec3 | Finite, explained("it must be a vector of three finite numbers, or one number")
+]
 
 
 @described("offset point")
@@ -46,18 +37,10 @@ class Offset:
     by: Arm
 
 
-def _point(value: Any) -> Any:
-    if isinstance(value, Offset):
-        return value
-    try:
-        return spot(value)
-    except ValueError:
-        raise ValueError(
-            "it must be the name of a point, finite coordinates (x, y, z), or an Offset"
-        ) from None
-
-
-Point = Annotated[str | tuple[float, float, float] | InstanceOf[Offset], BeforeValidator(_point)]
+Point = Annotated[
+    Name | Vec3 | InstanceOf[Offset],
+    explained("it must be the name of a point, finite coordinates (x, y, z), or an Offset"),
+]
 
 
 def node_of(point: Any) -> Any:

@@ -4,14 +4,23 @@ import os
 from dataclasses import field
 from functools import cached_property
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BeforeValidator
+from pydantic import AfterValidator, BeforeValidator
 
 from shellmb.errors import SceneError
-from shellmb.scene.types import NONE, Listed, Matrix3, Name, NonNegative, Vec3, numbers, vector
+from shellmb.scene.types import (
+    NONE,
+    Listed,
+    Matrix3,
+    Name,
+    NonNegative,
+    Positive,
+    Vec3,
+    explained,
+)
 from shellmb.scene.values.validate import described, error_of, refused, show
 
 type Matrix = NDArray[np.float64]
@@ -34,44 +43,38 @@ def rotation_matrix(vector: Any) -> Matrix:
     return np.asarray(np.eye(3) + np.sin(angle) * k + (1 - np.cos(angle)) * k @ k)
 
 
-def _vector_or_matrix(value: Any) -> Any:
-    """Distinguished here, so that an error speaks of both."""
-    try:
-        array = numbers(value)
-    except (TypeError, ValueError):
-        array = np.zeros(0)
-    if array.shape not in ((3,), (3, 3)) or not np.isfinite(array).all():
-        raise ValueError("it must be three finite numbers or three rows of three")
-    return array.tolist()
-
-
-VectorOrMatrix = Annotated[Vec3 | Matrix3, BeforeValidator(_vector_or_matrix)]
+VectorOrMatrix = Annotated[
+    Vec3 | Matrix3, explained("it must be three finite numbers or three rows of three")
+]
 
 # shapes that mass and inertia determine, and files of surfaces
 EQUIVALENT, SURFACES = ("box", "rod"), (".stl", ".obj", ".ply")
 
 
-def _shape(value: Any) -> Any:
-    """A shape in pictures: one of the names, a file, or three sides."""
-    if value is None or (isinstance(value, str) and value in EQUIVALENT):
-        return value
-    if isinstance(value, str | Path) and Path(value).suffix.lower() in SURFACES:
-        if not os.path.isfile(value):
-            raise ValueError("there is no such file")
-        return Path(value)
-    try:
-        sides = vector(value)
-    except ValueError:
-        sides = (0.0, 0.0, 0.0)
-    if min(sides) <= 0:
-        raise ValueError(
-            "it must be 'box' or 'rod' (of the body's mass and inertia), the three sides of a box "
-            f"[m], or a surface in a file ({', '.join(SURFACES)})"
-        )
-    return sides
+def _file(value: Any) -> Path:
+    if not isinstance(value, str | Path) or Path(value).suffix.lower() not in SURFACES:
+        raise ValueError(value)
+    return Path(value)
 
 
-DrawnShape = Annotated[Any, BeforeValidator(_shape)]
+def _there(value: Any) -> Any:
+    if isinstance(value, Path) and not os.path.isfile(value):
+        raise ValueError("there is no such file")
+    return value
+
+
+# a shape in pictures
+DrawnShape = Annotated[
+    Literal["box", "rod"]
+    | tuple[Positive, Positive, Positive]
+    | Annotated[Path, BeforeValidator(_file)]
+    | None,
+    explained(
+        "it must be 'box' or 'rod' (of the body's mass and inertia), the three sides of a box [m], "
+        f"or a surface in a file ({', '.join(SURFACES)})"
+    ),
+    AfterValidator(_there),
+]
 
 
 @described("rigid body")

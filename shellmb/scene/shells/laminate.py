@@ -8,14 +8,21 @@ from dataclasses import KW_ONLY, replace
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import BeforeValidator
 
 from shellmb.errors import SceneError, warn
 from shellmb.scene.shells import lamination
 from shellmb.scene.shells.lamination import Layer, Layup
 from shellmb.scene.shells.sections import FiniteAt, LinearSection, PositiveAt, Value, check_stable
 from shellmb.scene.shells.strength import Strength
-from shellmb.scene.types import NONE, Finite, Listed, NonNegative, Positive, number_or_nan
+from shellmb.scene.types import (
+    NONE,
+    Finite,
+    Listed,
+    NonNegative,
+    Positive,
+    explained,
+    number_or_nan,
+)
 from shellmb.scene.values.damping import Prony, ShellTimes
 from shellmb.scene.values.models import NaturalStrain
 from shellmb.scene.values.validate import described, show
@@ -74,10 +81,7 @@ class Ply:
     angle: FiniteAt = 0.0
 
 
-def _correction(value: Any) -> Any:
-    if isinstance(value, str) and value != "energy":
-        raise ValueError("it must be a factor greater than 0 or 'energy'")
-    return value
+CORRECTION = "it must be a factor greater than 0 or 'energy'"
 
 
 @described("laminate")
@@ -96,7 +100,7 @@ class Laminate(LinearSection):
 
     plies: Listed[Ply]
     _: KW_ONLY
-    shear_correction: Annotated[Positive | Literal["energy"], BeforeValidator(_correction)] = 5 / 6
+    shear_correction: Annotated[Positive | Literal["energy"], explained(CORRECTION)] = 5 / 6
     offset: FiniteAt = 0.0
     stiffness_damping: ShellTimes = 0.0
     mass_damping: NonNegative = 0.0

@@ -3,10 +3,10 @@
 import math
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator
+from pydantic import BeforeValidator, InstanceOf
 
 from shellmb.errors import SceneError
-from shellmb.scene.types import Finite, NonNegative, Positive, number, number_or_nan
+from shellmb.scene.types import Finite, NonNegative, Positive, explained, number
 from shellmb.scene.values.validate import described, plain, show
 
 
@@ -52,24 +52,11 @@ class BeamDamping:
         return self.axial, self.shear, self.shear, self.torsion, self.bending, self.bending
 
 
-def _one_or(several: type) -> BeforeValidator:
-    """One time for all, or an object that says several."""
-
-    def check(value: Any) -> Any:
-        if isinstance(value, several):
-            return value
-        time = number_or_nan(value)
-        if not (0 <= time < math.inf):
-            raise ValueError(
-                f"it must be a time in seconds, 0 or more, or a {several.__name__} of such times"
-            )
-        return time
-
-    return BeforeValidator(check)
-
-
-ShellTimes = Annotated[Any, _one_or(ShellDamping)]
-BeamTimes = Annotated[Any, _one_or(BeamDamping)]
+TIME = "it must be a time in seconds, 0 or more, or a {} of such times"
+ShellTimes = Annotated[
+    NonNegative | InstanceOf[ShellDamping], explained(TIME.format("ShellDamping"))
+]
+BeamTimes = Annotated[NonNegative | InstanceOf[BeamDamping], explained(TIME.format("BeamDamping"))]
 
 
 @described("WLF shift")
@@ -131,13 +118,7 @@ def _terms(value: Any) -> tuple[tuple[float, float], ...]:
     return found
 
 
-def _shift(value: Any) -> Any:
-    if isinstance(value, WLF):
-        return value
-    factor = number_or_nan(value)
-    if not 0 < factor < math.inf:
-        raise ValueError("it must be a positive factor on the times, or a WLF")
-    return factor
+SHIFT = "it must be a positive factor on the times, or a WLF"
 
 
 @described("Prony series")
@@ -158,7 +139,7 @@ class Prony:
 
     terms: Annotated[Any, BeforeValidator(_terms)]
     moduli: Literal["instantaneous", "long-term"] = "instantaneous"
-    shift: Annotated[Any, BeforeValidator(_shift)] = 1.0
+    shift: Annotated[Positive | InstanceOf[WLF], explained(SHIFT)] = 1.0
     relaxed: bool = True
 
     def __post_init__(self) -> None:

@@ -5,14 +5,15 @@ from __future__ import annotations
 import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
+from pydantic import Field
 
 from shellmb.arrays import Floats
-from shellmb.errors import SceneError
-from shellmb.scene.lookup import listed
+from shellmb.scene.types import Finite, Positive, explained
 from shellmb.scene.units import Units
+from shellmb.scene.values.validate import described
 from shellmb.show.space.shapes import Shape, State
 
 ELEVATION, AZIMUTH = 24.0, -58.0
@@ -52,7 +53,11 @@ SPACED = ((0.6, 5), (0.25, 3), (0.0, 2))
 LEAST_WIDTH, MOST_WIDTH = 100, 8000
 
 
-@dataclass(frozen=True)
+CAMERA = "it must be an elevation from -90 to 90 and an azimuth, degrees"
+Elevation = Annotated[float, Field(ge=-90, le=90)]
+
+
+@described("picture")
 class Appearance:
     """Choices of how a picture in space looks.
 
@@ -63,40 +68,13 @@ class Appearance:
         theme: "light" or "dark".
         enlarge: Factor by which displacements are shown; None: 1, or more for small ones.
         axes: Whether a box of axes with numbers and units is drawn around all.
-
-    Raises:
-        SceneError: If one of them cannot be.
     """
 
-    camera: tuple[float, float] | None = None
-    width: int | None = None
-    theme: str = "light"
-    enlarge: float | None = None
+    camera: Annotated[tuple[Elevation, Finite] | None, explained(CAMERA)] = None
+    width: Annotated[int, Field(ge=LEAST_WIDTH, le=MOST_WIDTH)] | None = None
+    theme: Literal["light", "dark"] = "light"
+    enlarge: Positive | None = None
     axes: bool = False
-
-    def __post_init__(self) -> None:
-        """Check all of it."""
-        if self.camera is not None:
-            angles = np.asarray(self.camera, dtype=object)
-            numbers = all(isinstance(a, int | float) and np.isfinite(a) for a in angles.ravel())
-            if angles.shape != (2,) or not numbers or not -90 <= angles[0] <= 90:
-                raise SceneError(
-                    f"picture: camera is {self.camera!r}; it must be an elevation from -90 to 90 "
-                    "and an azimuth, degrees"
-                )
-        if self.width is not None and not (
-            isinstance(self.width, int) and LEAST_WIDTH <= self.width <= MOST_WIDTH
-        ):
-            raise SceneError(
-                f"picture: width is {self.width!r}; it must be from {LEAST_WIDTH} to {MOST_WIDTH} "
-                "pixels"
-            )
-        if not isinstance(self.theme, str) or self.theme not in THEMES:
-            raise SceneError(f"picture: theme is {self.theme!r}; it must be {listed(THEMES)}")
-        if self.enlarge is not None and not (
-            isinstance(self.enlarge, int | float) and 0 < self.enlarge < np.inf
-        ):
-            raise SceneError(f"picture: enlarge is {self.enlarge!r}; it must be positive")
 
 
 @dataclass(frozen=True)
