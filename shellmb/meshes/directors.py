@@ -8,7 +8,7 @@ from shellmb.errors import SceneError
 from shellmb.meshes.mesh import SurfaceMesh
 from shellmb.meshes.raw import shown
 from shellmb.meshes.shared import sums_at_nodes
-from shellmb.meshes.tying import coordinate_element
+from shellmb.meshes.tying import tangents_at
 
 # angle between the director of a fold and the normals beside it beyond which it is refused,
 # degrees: the end of a bracket of two squares of 8x8 quadrilaterals moves by 1.002 of what it
@@ -40,7 +40,9 @@ def reference_director(
             follow.
     """
     director = fem.Function(nodal, name="D")
-    tangents = _tangents(surface, nodal)
+    owned = surface.mesh.topology.index_map(2).size_local
+    points = np.asarray(nodal.element.basix_element.points)
+    tangents = np.stack(tangents_at(surface.mesh, points))[:, :owned]
     normals = np.cross(tangents[0], tangents[1])
     normals *= surface.cell_normal_sign[: len(normals), None, None]
     read = surface.normal is None
@@ -62,16 +64,6 @@ def reference_director(
     director.x.array[:] = values.ravel()
     director.x.scatter_forward()
     return director
-
-
-def _tangents(surface: SurfaceMesh, nodal: fem.FunctionSpace) -> np.ndarray:
-    """Derivatives of the position at the nodes of the owned cells, shape (2, cells, nodes, 3)."""
-    domain = surface.mesh
-    owned = domain.topology.index_map(2).size_local
-    points = np.asarray(nodal.element.basix_element.points)
-    gradients = coordinate_element(domain).tabulate(1, points)[1:, :, :, 0]
-    x = np.asarray(domain.geometry.x[domain.geometry.dofmaps[0][:owned]])
-    return np.einsum("kpd,cdi->kcpi", gradients, x)
 
 
 def _refuse_folded(

@@ -114,7 +114,7 @@ def cell_squares(domain: mesh.Mesh) -> Floats:
 def cell_directions(domain: mesh.Mesh) -> Floats:
     """First line through the middle of each cell of this rank, ghosts included, shape (c, 3)."""
     middle = _corners(domain.basix_cell()).mean(axis=0, keepdims=True)
-    return _tangents(domain, middle)[0][:, 0]
+    return tangents_at(domain, middle)[0][:, 0]
 
 
 def cell_bows(domain: mesh.Mesh) -> Floats:
@@ -127,7 +127,7 @@ def cell_bows(domain: mesh.Mesh) -> Floats:
     return np.asarray(np.linalg.pinv(basis) @ (a + d - b - c)[:, :, None] / 2)[:, :, 0]
 
 
-def _tangents(domain: mesh.Mesh, points: Floats) -> tuple[Floats, Floats]:
+def tangents_at(domain: mesh.Mesh, points: Floats) -> tuple[Floats, Floats]:
     """Derivatives of the position by the coordinates of the reference cell, shape (c, n, 3)."""
     _, *slopes = coordinate_element(domain).tabulate(1, points)[..., 0]
     nodes = domain.geometry.x[domain.geometry.dofmaps[0]]

@@ -8,7 +8,7 @@ import io
 import json
 from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 from shellmb.errors import RunError, SceneError
 from shellmb.files.reading import read_bytes, read_json
@@ -18,8 +18,6 @@ from shellmb.options.run import ACCURACY
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from shellmb.observers.files.described import Described
-    from shellmb.show.fields import Fields
 
 STYLE = """
 body { font: 15px/1.5 system-ui, sans-serif; max-width: 64rem; margin: 2rem auto; padding: 0 1rem;
@@ -48,55 +46,10 @@ CURVES = {
 }
 
 
-class Shown(Protocol):
-    """Interface of runs to a page (`shellmb.api.record.Run`)."""
-
-    directory: Path
-
-    @property
-    def name(self) -> str:
-        """Name of its scene."""
-
-    @property
-    def summary(self) -> dict[str, Any]:
-        """Content of `summary.json`."""
-
-    @property
-    def account(self) -> dict[str, str]:
-        """The numbers that say whether to trust it."""
-
-    @property
-    def warnings(self) -> tuple[str, ...]:
-        """Warnings of the run."""
-
-    @property
-    def described(self) -> Described:
-        """Names and kinds of what the scene has."""
-
-    @property
-    def fields(self) -> Fields:
-        """Fields of the snapshots."""
-
-    def picture(self) -> Any:
-        """Image of the last state."""
-
-    def draw(self) -> Any:
-        """Draw all pictures."""
-
-
-class ShownModes(Protocol):
-    """Interface of modes to a notebook (`shellmb.api.modeshapes.ModeShapes`)."""
-
-    @property
-    def captions(self) -> list[str]:
-        """Caption of each of them."""
-
-    @property
-    def warnings(self) -> list[str]:
-        """Warnings about the state."""
-
-    def picture(self) -> Any:
-        """All of them, as an image."""
+# a run (`shellmb.api.record.Run`), and modes (`shellmb.api.modeshapes.ModeShapes`): rooms above
+# this one have them
+type Shown = Any
+type ShownModes = Any
 
 
 def card(run: Shown) -> str:

@@ -26,7 +26,8 @@ from shellmb.scene import (
     Spherical,
 )
 from shellmb.show.fields import Fields
-from shellmb.show.space.shapes import lattice, read_state, shape_of
+from shellmb.show.space.shapes import read_state, shape_of
+from shellmb.show.space.smooth import lattice
 from shellmb.simulate.simulation import BaseObserver, Simulation
 
 
@@ -42,31 +43,15 @@ class Shown(BaseObserver):
         self.displacements[simulation.t] = found
 
 
-def _vtk_points(k: int) -> np.ndarray:
-    """Reference positions of the nodes of VTK's Lagrange quadrilateral of degree k.
-
-    They are: the corners; those inside its sides, along bottom, right, top, left as the coordinates
-    grow; those inside, row by row.
-    """
-    inner = range(1, k)
-    order = [(0, 0), (k, 0), (k, k), (0, k)]
-    order += [(i, 0) for i in inner] + [(k, j) for j in inner]
-    order += [(i, k) for i in inner] + [(0, j) for j in inner]
-    order += [(i, j) for j in inner for i in inner]
-    return np.array(order) / k
-
-
 @pytest.mark.parametrize("k", [1, 2, 3])
 def test_lattice_covers_the_cell_once(k: int) -> None:
-    pieces, around = lattice(_vtk_points(k))
+    points, pieces, around = lattice(k, 4)
     assert pieces.shape == (k * k, 4)
-    # corners belong to one piece, nodes inside a side to two, those inside to four
-    counts = np.bincount(pieces.ravel(), minlength=(k + 1) ** 2)
-    assert list(counts[:4]) == [1] * 4
-    assert list(counts[4 : 4 * k]) == [2] * (4 * k - 4)
-    assert list(counts[4 * k :]) == [4] * (k - 1) ** 2
+    # corners belong to one piece, points inside a side to two, those inside to four
+    sides = ((points[:, :2] == 0) | (points[:, :2] == 1)).sum(axis=1)
+    assert np.array_equal(np.bincount(pieces.ravel()), 4 // 2**sides)
     assert around[0] == around[-1]
-    assert sorted(around[:-1]) == list(range(4 * k))
+    assert sorted(around[:-1]) == np.flatnonzero(sides).tolist()
 
 
 def test_read_back(tmp_path: Path) -> None:
@@ -101,14 +86,17 @@ def test_read_back(tmp_path: Path) -> None:
         np.testing.assert_allclose(other.reference, grid.nodes, atol=1e-7)
         cells = _cells(grid)
         assert _sets(other.dots) == _sets(cells[0]), name
-        assert _sets(other.lines) == _sets(cells[1]), name
-        # one outline around each cell; pieces of one cell each, which has all of its nodes in them
-        around = [set(outline) for outline in other.outlines.tolist()]
-        for cell in map(set, cells[2]):
-            assert sum(outline <= cell for outline in around) == 1, name
-            pieces = [face for face in map(set, other.faces.tolist()) if face <= cell]
-            assert set.union(*pieces) == cell, name
-        assert len(around) == len(cells[2]), name
+        fine = other.fine
+        x = fine.at(grid.nodes)
+        # from end to end of each line, around each cell once, and over all of it
+        ends = _places(x[fine.lines[:, [0, -1]]]) if len(fine.lines) else []
+        assert ends == _places(grid.nodes[[cell[:2] for cell in cells[1]]]), name
+        assert len(fine.outlines) == len(cells[2]), name
+        corners = [cell[: 4 if len(cell) in (4, 9) else 3] for cell in cells[2]]
+        for around, cell in zip(x[fine.outlines], corners, strict=True):
+            assert {*map(tuple, grid.nodes[cell].round(9))} <= {*map(tuple, around.round(9))}, name
+        if corners:
+            assert _area(x[fine.faces]) == pytest.approx(_area(grid.nodes[np.array(corners)])), name
         for t, displacements in shown.displacements.items():
             moved = read_state(read.file(name, t), t).arrays["displacement"]
             np.testing.assert_allclose(moved, displacements[name], atol=1e-7)
@@ -116,6 +104,17 @@ def test_read_back(tmp_path: Path) -> None:
     assert list(read.only(["rib"])) == ["rib"]
     with pytest.raises(SceneError, match="there is no body 'rob'"):
         read.only(["rob"])
+
+
+def _places(pairs: np.ndarray) -> list[list[tuple[float, ...]]]:
+    """Pairs of positions, each pair in one order."""
+    return sorted(sorted(map(tuple, pair)) for pair in pairs.round(9).tolist())
+
+
+def _area(faces: np.ndarray) -> float:
+    """Area of flat pieces."""
+    across = np.cross(faces[:, 2] - faces[:, 0], faces[:, -1] - faces[:, 1])
+    return float(np.linalg.norm(across, axis=1).sum() / 2)
 
 
 def _cells(grid: Grid) -> dict[int, list[list[int]]]:

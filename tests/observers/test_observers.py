@@ -22,7 +22,7 @@ from shellmb.scene import (
     Scene,
     Shell,
 )
-from shellmb.show.space.shapes import lattice
+from shellmb.show.space.smooth import lattice
 from shellmb.simulate.simulation import BaseObserver
 
 STEEL = Isotropic(E=210e9, nu=0.25, thickness=2e-3, density=7870.0)
@@ -120,11 +120,8 @@ def test_frames_are_equally_spaced_and_include_both_ends(tmp_path, monkeypatch, 
 
 def test_pieces_of_a_cell_cover_it():
     for degree in (2, 3):
-        line = np.linspace(0, 1, degree + 1)
-        square = np.array([(x, y) for x in line for y in line])
-        triangle = square[square.sum(axis=1) <= 1 + 1e-9]
-        for points, corners, area in ((square, 4, 1.0), (triangle, 3, 0.5)):
-            pieces, around = lattice(points)
+        for corners, area in ((4, 1.0), (3, 0.5)):
+            points, pieces, around = lattice(degree, corners)
             xy = points[pieces]
             x, y = xy[..., 0], xy[..., 1]
             areas = 0.5 * np.sum(x * np.roll(y, -1, axis=1) - y * np.roll(x, -1, axis=1), axis=1)

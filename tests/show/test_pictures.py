@@ -144,7 +144,7 @@ def test_a_machine_that_cannot_draw_says_so(tmp_path, monkeypatch) -> None:
     from shellmb.show.space import display
 
     fields, described = two_walls(tmp_path, ("a", "b"), (0.0, 1.0))
-    monkeypatch.setattr(display, "offscreen_kind", lambda: None)
+    monkeypatch.setattr(display, "window_kind", lambda: None)
     with pytest.raises(sm.RunError, match="this machine cannot draw in 3-D"):
         next(iter(images(showing(fields, described, [0.0]))))
     monkeypatch.delenv("DISPLAY", raising=False)

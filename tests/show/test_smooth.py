@@ -6,32 +6,41 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pytest
+import pyvista as pv
 
-from shellmb.show.space.shapes import Shape
-from shellmb.show.space.smooth import Slab, smooth
+from shellmb.show.space.smooth import Pieces, Slab, pieces_of
 
 Floats = npt.NDArray[np.float64]
-NOTHING = np.zeros((0, 3), dtype=np.int64)
-# nodes on the reference cell
-QUAD = np.array([(i / 2, j / 2) for i in range(3) for j in range(3)])
+# nodes on the reference cell in the order of VTK
+CORNERS = [(0, 0), (1, 0), (1, 1), (0, 1)]
+EIGHT = np.array([*CORNERS, (0.5, 0), (1, 0.5), (0.5, 1), (0, 0.5)])
+QUAD = np.array([*EIGHT.tolist(), (0.5, 0.5)])
 TRIANGLE = np.array([(0, 0), (1, 0), (0, 1), (0.5, 0), (0.5, 0.5), (0, 0.5)])
 LINE = np.array([[0.0], [1.0], [1 / 3], [2 / 3]])
+KINDS = {
+    8: pv.CellType.QUADRATIC_QUAD,
+    9: pv.CellType.LAGRANGE_QUADRILATERAL,
+    6: pv.CellType.LAGRANGE_TRIANGLE,
+    4: pv.CellType.LAGRANGE_CURVE,
+    80: pv.CellType.HEXAHEDRON,
+}
 
 
-def shape(places: Floats, cells: Any, count: int) -> Shape:
-    reference = np.random.default_rng(1).random((count, 3))
-    lines = np.asarray(cells) if places.shape[1] == 1 else NOTHING[:, :2]
-    faces = NOTHING if places.shape[1] == 1 else np.asarray(cells)[:, :3]
-    table = np.asarray(cells)
-    return Shape("it", reference, faces, NOTHING, lines, NOTHING[:, 0], table, places)
+def pieces(cells: Any, count: int, kind: int | None = None) -> Pieces:
+    """Pieces of cells of the kind that has so many nodes, or of another one."""
+    reference, table = np.random.default_rng(1).random((count, 3)), np.asarray(cells)
+    flat = np.insert(table, 0, table.shape[1], axis=1).ravel()
+    types = np.full(len(table), KINDS[kind or table.shape[1]], dtype=np.uint8)
+    return pieces_of(table, pv.UnstructuredGrid(flat, types, reference).GetCell(0), reference)
 
 
 @pytest.mark.parametrize(
-    ("places", "degree"), [(QUAD, 2), (TRIANGLE, 2), (LINE, 3)], ids=["quad", "triangle", "line"]
+    ("places", "degree"),
+    [(QUAD, 2), (TRIANGLE, 2), (LINE, 3), (EIGHT, 1)],
+    ids=["quad", "triangle", "line", "eight nodes"],
 )
 def test_polynomials_of_the_cell_are_met(places: Floats, degree: int) -> None:
-    one = shape(places, [list(range(len(places)))], len(places))
-    fine = smooth(one)
+    fine = pieces([list(range(len(places)))], len(places))
     x = fine.at(places)
     for powers in np.ndindex(*(degree + 1,) * places.shape[1]):
         if places is not TRIANGLE or sum(powers) <= degree:
@@ -39,23 +48,23 @@ def test_polynomials_of_the_cell_are_met(places: Floats, degree: int) -> None:
             assert np.abs(fine.at(values) - wanted).max() < 1e-12
     # and they are all over the cell
     assert (x.min(), x.max()) == pytest.approx((0, 1), abs=1e-12)
-    pieces = fine.lines if places is LINE else fine.faces
-    assert len(np.unique(pieces)) == len(x) > len(places)
+    found = fine.lines if places is LINE else fine.faces
+    assert len(np.unique(found)) == len(x) > len(places)
 
 
 def test_neighbours_share_the_points_between_them() -> None:
     """Else each cell would be shaded by itself; and nothing else is shared."""
-    second = [6, 7, 8, *range(9, 15)]
-    fine = smooth(shape(QUAD, [list(range(9)), second], 15))
+    second = [1, 9, 10, 2, 11, 12, 13, 5, 14]
+    fine = pieces([list(range(9)), second], 15)
     side = round(math.sqrt(len(fine.faces) / 2))
     assert len(fine.weights) == 2 * (side + 1) ** 2 - (side + 1)
 
 
-def test_cells_of_no_known_kind_are_drawn_by_their_nodes() -> None:
-    odd = shape(QUAD[:8], [list(range(8))], 8)
-    fine = smooth(odd)
-    values = np.arange(8.0)
-    assert (fine.at(values) == values).all() and fine.faces is odd.faces
+def test_of_solid_cells_the_outer_faces_are_drawn() -> None:
+    cube = [0, 1, 2, 3, 4, 5, 6, 7]
+    fine = pieces([cube, [*cube[4:], 8, 9, 10, 11]], 12, kind=80)
+    assert len(fine.faces) == 10 and {4, 5, 6, 7} not in map(set, fine.faces.tolist())
+    assert (fine.at(np.arange(12.0)) == np.arange(12.0)).all()
 
 
 @pytest.mark.parametrize("places", [QUAD, TRIANGLE], ids=["quad", "triangle"])
@@ -66,7 +75,7 @@ def test_a_surface_with_a_thickness_is_closed_and_has_its_volume(places: Floats)
     flat = np.concatenate([places, other])
     _, first, number = np.unique(flat.round(9), axis=0, return_index=True, return_inverse=True)
     cells = number.reshape(2, len(places))
-    slab = Slab(smooth(shape(places, cells, len(first))), half=0.05)
+    slab = Slab(pieces(cells, len(first)), half=0.05)
     turn, _ = np.linalg.qr(np.random.default_rng(3).random((3, 3)))
     x = slab.place(flat[first] @ turn[:2])
     faces = slab.faces

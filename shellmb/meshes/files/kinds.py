@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -14,7 +15,8 @@ from dolfinx.io.gmsh import cell_perm_array
 from dolfinx.mesh import CellType
 
 from shellmb.arrays import Floats, Ints
-from shellmb.meshes.raw import Cell, geometry_element, shape_functions
+from shellmb.meshes.divided import HALVES, Part, divided, uniform
+from shellmb.meshes.raw import Cell
 
 # kind -> its cell, number of nodes; nodes are numbered as gmsh does: corners around, middles of the
 # sides in this order, middle
@@ -53,20 +55,15 @@ class FileContent:
 
 
 DOLFINX = {"quad": CellType.quadrilateral, "tri": CellType.triangle}
-# corners of the parts of a cell in its own coordinates, in the order of DOLFINx: quadrilaterals in
-# four, triangles in three quadrilaterals, quadrilaterals in two triangles along a diagonal
-_QUARTERS = [
-    [(a, b), (a + 0.5, b), (a, b + 0.5), (a + 0.5, b + 0.5)] for b in (0.0, 0.5) for a in (0.0, 0.5)
-]
-_THIRDS = [
-    [(0.0, 0.0), (0.5, 0.0), (0.0, 0.5), (1 / 3, 1 / 3)],
-    [(0.5, 0.0), (1.0, 0.0), (1 / 3, 1 / 3), (0.5, 0.5)],
-    [(0.0, 0.5), (1 / 3, 1 / 3), (0.0, 1.0), (0.5, 0.5)],
-]
-_HALVES = {
-    "first": [[(0.0, 0.0), (1.0, 0.0), (1.0, 1.0)], [(0.0, 0.0), (1.0, 1.0), (0.0, 1.0)]],
-    "second": [[(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)], [(1.0, 0.0), (1.0, 1.0), (0.0, 1.0)]],
-}
+# three quadrilaterals of a triangle, and a triangle by itself
+THIRDS = np.array(
+    [
+        [(0.0, 0.0), (0.5, 0.0), (0.0, 0.5), (1 / 3, 1 / 3)],
+        [(0.5, 0.0), (1.0, 0.0), (1 / 3, 1 / 3), (0.5, 0.5)],
+        [(0.0, 0.5), (1 / 3, 1 / 3), (0.0, 1.0), (0.5, 0.5)],
+    ]
+)
+WHOLE = uniform("tri", 1)
 
 
 def of_one_order(x: Floats, cells: dict[str, Ints]) -> tuple[Floats, dict[Cell, Ints], int]:
@@ -106,8 +103,8 @@ def _with(x: Floats, rows: Ints, more: Floats) -> tuple[Floats, Ints]:
 
 
 def cut(
-    x: Floats, cells: dict[Cell, Ints], order: int, into: Cell
-) -> tuple[Floats, Ints, dict[Cell, int]]:
+    x: Floats, cells: dict[Cell, Ints], parents: dict[Cell, Ints], order: int, into: Cell
+) -> tuple[Floats, Ints, Ints]:
     """All cells cut into those of one type, which fit together.
 
     Into quadrilaterals: quadrilaterals in four and triangles in three. Into triangles:
@@ -116,49 +113,29 @@ def cut(
     Args:
         x: Positions of the nodes.
         cells: Cells of each type, in the order of DOLFINx.
+        parents: Number of each of them.
         order: Order of the geometry.
         into: The type.
 
     Returns:
-        Positions with those of new nodes behind them, which are there once for each part that has
-        them, the parts, and into how many a cell of each type goes.
+        Positions with those of new nodes behind them, the parts, and the number of the cell that
+        each is of.
     """
-    parts: list[Ints] = []
-    counts: dict[Cell, int] = {}
+    parts, origins = list[Part](), list[Ints]()
     for cell, rows in cells.items():
-        if cell == into == "tri":
-            parts.append(rows)
-            counts[cell] = 1
-            continue
-        if into == "quad":
-            pattern = np.array(_QUARTERS if cell == "quad" else _THIRDS)
-            x, new = _cut(x, rows, cell, order, into, pattern)
-        else:
-            a, b, c, d = np.moveaxis(x[rows[:, :4]], 1, 0)
-            first = np.linalg.norm(d - a, axis=1) <= np.linalg.norm(c - b, axis=1)
-            new = np.zeros((2 * len(rows), 3 if order == 1 else 6), dtype=np.int64)
-            for chosen, name in ((first, "first"), (~first, "second")):
-                x, some = _cut(x, rows[chosen], cell, order, into, np.array(_HALVES[name]))
-                new[np.repeat(chosen, 2)] = some
-        parts.append(new)
-        counts[cell] = len(new) // max(len(rows), 1)
-    return x, np.concatenate(parts), counts
+        for some, pattern in _patterns(x, rows, cell, into):
+            parts.append(Part(rows[some], cell, pattern))
+            origins.append(np.repeat(parents[cell][some], len(pattern)))
+    x, found, _ = divided(x, parts, order, into)
+    return x, np.concatenate(found), np.concatenate(origins)
 
 
-def _cut(
-    x: Floats, rows: Ints, cell: Cell, order: int, into: Cell, pattern: Floats
-) -> tuple[Floats, Ints]:
-    """Cells cut by a pattern: corners of each part, shape (parts, k, 2)."""
-    # parts have straight sides in the cell's own coordinates
-    within = shape_functions(into, 1, np.asarray(geometry_element(into, order).points))
-    places = np.einsum("pk,qkd->qpd", within, pattern)
-    known = np.asarray(geometry_element(cell, order).points)
-    there = np.linalg.norm(places.reshape(-1, 1, 2) - known, axis=2)
-    same, near = there.min(axis=1) < 1e-12, there.argmin(axis=1)
-    shape = shape_functions(cell, order, places.reshape(-1, 2))
-    new = np.einsum("pk,cki->cpi", shape[~same], x[rows])
-    numbers = np.zeros((len(rows), len(same)), dtype=np.int64)
-    numbers[:, same] = rows[:, near[same]]
-    numbers[:, ~same] = len(x) + np.arange(new.shape[0] * new.shape[1]).reshape(new.shape[:2])
-    x = np.concatenate([x, new.reshape(-1, 3)])
-    return x, numbers.reshape(len(rows) * len(pattern), places.shape[1])
+def _patterns(x: Floats, rows: Ints, cell: Cell, into: Cell) -> list[tuple[Any, Floats]]:
+    """Cells of a type that are cut alike, and how."""
+    if into == "quad":
+        return [(np.s_[:], uniform("quad", 2) if cell == "quad" else THIRDS)]
+    if cell == "tri":
+        return [(np.s_[:], WHOLE)]
+    a, b, c, d = np.moveaxis(x[rows[:, :4]], 1, 0)
+    first = np.linalg.norm(d - a, axis=1) <= np.linalg.norm(c - b, axis=1)
+    return [(first, HALVES[0]), (~first, HALVES[1])]

@@ -276,9 +276,7 @@ def _of_one_type(
             )
         return x, rows, parents[cell]
     counts = {cell: len(rows) for cell, rows in cells.items()}
-    x, rows, into = cut(x, cells, order, wanted)
-    parent = np.concatenate([np.repeat(parents[cell], into[cell]) for cell in cells])
-    same, _ = joined(x, {wanted: rows}, 1e-6)
+    x, rows, parent = cut(x, cells, parents, order, wanted)
     done = (
         "each quadrilateral is cut into four of them, each triangle into three"
         if wanted == "quad"
@@ -288,7 +286,7 @@ def _of_one_type(
         f"shell '{name}': its mesh has {counts['quad']} quadrilaterals and {counts['tri']} "
         f"triangles, and cell is '{wanted}': {done}, {len(rows)} elements in all"
     )
-    return x, same[rows], parent
+    return x, rows, parent
 
 
 def _edges(

@@ -8,13 +8,20 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import reduce
 
 import numpy as np
 from numpy.typing import NDArray
 
 from shellmb.arrays import Floats, Ints
-from shellmb.meshes.raw import FACETS, Cell, boundary_facets, facets, vertex_count
+from shellmb.meshes.divided import HALVES, nodes_of
+from shellmb.meshes.raw import (
+    Cell,
+    boundary_facets,
+    facets,
+    geometry_element,
+    shape_functions,
+    vertex_count,
+)
 
 # of the radius: what is nearer to the rim is on it
 ON_RIM = 1e-9
@@ -166,39 +173,18 @@ def _cells(number: NDArray[np.integer], cell: Cell, order: int) -> Ints:
     and no triangle has two facets in a corner.
     """
     rows, columns = ((k - 1) // order for k in number.shape)
-    i, j = (k.ravel() for k in np.meshgrid(range(rows), range(columns), indexing="ij"))
-    steps = [(a, b) for b in range(order + 1) for a in range(order + 1)]
-    node = {(a, b): number[order * i + a, order * j + b] for a, b in steps}
-    k = order
+    i, j = np.indices((rows, columns)).reshape(2, -1, 1)
+    nodes = np.rint(order * np.asarray(geometry_element("quad", order).points)).astype(int)
+    quads = number[order * i + nodes[:, 0], order * j + nodes[:, 1]].astype(np.int64)
     if cell == "quad":
-        corners = [(0, 0), (k, 0), (0, k), (k, k)]
-        return _with_middles(node, corners, "quad", order)
-    rising = ((2 * i + 1 <= rows) == (2 * j + 1 <= columns)).astype(bool)
+        return quads
+    rising = ((2 * i + 1 <= rows) == (2 * j + 1 <= columns))[:, 0]
+    place = {(a, b): k for k, (a, b) in enumerate(nodes.tolist())}
     parts = []
-    for up, triangles in (
-        (True, (((0, 0), (k, 0), (k, k)), ((0, 0), (k, k), (0, k)))),
-        (False, (((0, 0), (k, 0), (0, k)), ((k, 0), (k, k), (0, k)))),
-    ):
-        chosen = {ab: nodes[rising == up] for ab, nodes in node.items()}
-        parts += [_with_middles(chosen, list(t), "tri", order) for t in triangles]
+    for some, pattern in ((rising, HALVES[0]), (~rising, HALVES[1])):
+        for each in np.rint(order * nodes_of(pattern, "tri", order)).astype(int).tolist():
+            parts.append(quads[some][:, [place[a, b] for a, b in each]])
     return np.concatenate(parts)
-
-
-def _with_middles(
-    node: dict[tuple[int, int], NDArray[np.integer]],
-    corners: list[tuple[int, int]],
-    cell: Cell,
-    order: int,
-) -> Ints:
-    """Nodes of cells with given corners within a quadrilateral, shape (c, k)."""
-    places = list(corners)
-    if order == 2:
-        for a, b in FACETS[cell]:
-            (ai, aj), (bi, bj) = corners[a], corners[b]
-            places.append(((ai + bi) // 2, (aj + bj) // 2))
-        if cell == "quad":
-            places.append((1, 1))
-    return np.stack([node[p] for p in places], axis=1).astype(np.int64)
 
 
 def _shortest(plane: Floats, cells: Ints, cell: Cell) -> Floats:
@@ -232,16 +218,7 @@ def distorted(layout: Layout, fraction: float) -> Floats:
     shift = np.zeros_like(layout.plane)
     pattern = np.stack([np.cos(angle), np.sin(angle)], axis=1)
     shift[moved] = fraction * layout.size[moved] * pattern
-    middles = layout.cells[:, vertex_count(layout.cell) :]
-    for column, sources in enumerate(_sources(layout.cell, middles.shape[1])):
-        mean = reduce(np.add, (shift[corners[:, s]] for s in sources)) / len(sources)
-        shift[middles[:, column]] = mean
+    order = 1 if corners.shape == layout.cells.shape else 2
+    points = np.asarray(geometry_element(layout.cell, order).points)
+    shift[layout.cells] = shape_functions(layout.cell, 1, points) @ shift[corners]
     return np.asarray(layout.plane + shift)
-
-
-def _sources(cell: Cell, count: int) -> list[tuple[int, ...]]:
-    """For each node of a cell behind its vertices the vertices whose mean it is."""
-    if count == 0:
-        return []
-    whole: list[tuple[int, ...]] = [(0, 1, 2, 3)] if cell == "quad" else []
-    return [*FACETS[cell], *whole]

@@ -9,7 +9,7 @@ from mpi4py import MPI
 import numpy as np
 
 from shellmb.arrays import Bools, Floats
-from shellmb.model.body import Body, constraint_errors
+from shellmb.model.body import constraint_errors
 from shellmb.model.joints.joints import JointGroup
 from shellmb.observers.deferred_observer import (
     STEPS,
@@ -54,22 +54,20 @@ class Constraints(DeferredObserver):
         joints = {id(group) for group in model.mechanism.groups}
         nodal = nodal_bodies(model).keys() - model.own.keys()
         bodies = [body for body in model.bodies if id(body) not in joints]
-        self._bodies = [
-            _Errors(body, levels[body.name].q.x.array, body.name in nodal) for body in bodies
-        ]
+        arrays = {body.name: levels[body.name].q.x.array for body in model.bodies}
+        small = {n for n in nodal if len(arrays[n]) <= SMALL}
+        self._small = [body for body in bodies if body.name in small]
+        # large ones, and those some of whose constraints may be switched off, with the first of the
+        # columns of `_add` that they count in
+        others = [body for body in bodies if body.name not in small]
+        self._others = [(b, arrays[b.name][None], 0 if b.name in nodal else 1) for b in others]
+        self._found = np.zeros((STEPS, len(others)))
         number = {name: k for k, name in enumerate(model.mechanism.joints)}
         self._names = list(number)
-        self._groups = [
-            _Violations(group, levels[group.name].q.x.array, number)
-            for group in model.mechanism.groups
-        ]
-        self._large = [body for body in self._bodies if not body.small]
+        self._groups = [_Violations(group, number) for group in model.mechanism.groups]
         self._switched_groups = [group for group in self._groups if group.switched]
-        kept: list[_Errors | _Violations] = [body for body in self._bodies if body.small]
-        kept += self._groups
-        self._kept = DeferredNumbers([each.q for each in kept])
-        for each, states in zip(kept, self._kept.tables, strict=True):
-            each.states = states
+        kept = [*self._small, *model.mechanism.groups]
+        self._states = DeferredNumbers([arrays[each.name] for each in kept])
         # of each step: of directors, of all constraints, and of each joint
         self._worst = SharedTable(model.comm, (2 + len(number),), MPI.MAX)
         self._measured = not simulation.scheme.linear
@@ -81,19 +79,21 @@ class Constraints(DeferredObserver):
         """Take the errors."""
         if not self._measured:
             return
-        self._kept.take(row)
-        for body in self._large:
-            body.take(row)
+        self._states.take(row)
+        self._found[row] = [constraint_errors(body, q)[0] for body, q, _ in self._others]
         for group in self._switched_groups:
             group.take(row)
         self._worst.take(row, self._add)
 
     def _add(self, rows: slice, worst: Floats) -> None:
         """Largest violations of directors and of each joint on this rank."""
-        for body in self._bodies:
-            body.add(rows, worst)
-        for group in self._groups:
-            group.add(rows, worst[:, 2:])
+        states = [table[rows] for table in self._states.tables]
+        found = [(constraint_errors(*own), 0) for own in zip(self._small, states, strict=False)]
+        found += [(self._found[rows, k], first) for k, (_, _, first) in enumerate(self._others)]
+        for errors, first in found:
+            np.maximum(worst[:, first:2], errors[:, None], out=worst[:, first:2])
+        for group, own in zip(self._groups, states[len(self._small) :], strict=True):
+            group.add(own, rows, worst[:, 2:])
         np.maximum(worst[:, 1], worst[:, 2:].max(axis=1, initial=0.0), out=worst[:, 1])
 
     def book_rows(self, rows: slice) -> list[Row]:
@@ -110,71 +110,31 @@ class Constraints(DeferredObserver):
         return [dict(zip(names, row, strict=True)) for row in worst[:, :2].tolist()]
 
 
-class _Errors:
-    """Violations of a body's own constraints in some steps.
-
-    Args:
-        body: The body.
-        q: Local array of its state.
-        nodal: Whether it has nodes, with directors.
-
-    Attributes:
-        small: Whether states are kept.
-        states: The states, if they are.
-    """
-
-    states: Floats
-
-    def __init__(self, body: Body, q: Floats, nodal: bool) -> None:
-        self._body, self.q, self._nodal = body, q, nodal
-        self.small = nodal and len(q) <= SMALL
-        self._found = np.zeros(STEPS)
-
-    def take(self, row: int) -> None:
-        """Find those of the state, where states are not kept."""
-        self._found[row : row + 1] = constraint_errors(self._body, self.q[None])
-
-    def add(self, rows: slice, worst: Floats) -> None:
-        """Enter them, of directors and of all, in the first columns of `worst`."""
-        if self.small:
-            self._found[rows] = constraint_errors(self._body, self.states[rows])
-        for k in range(0 if self._nodal else 1, 2):
-            np.maximum(worst[:, k], self._found[rows], out=worst[:, k])
-
-
 class _Violations:
     """Violations of a group of joints in some steps.
 
     Args:
         group: The group.
-        q: Local array of its state.
         number: Place of each joint, by its name.
 
     Attributes:
-        states: The states.
         switched: Whether some joints may be switched off.
     """
 
-    states: Floats
-
-    def __init__(self, group: JointGroup, q: Floats, number: Mapping[str, int]) -> None:
-        self._group, self.q, self.switched = group, q, group.on is not None
+    def __init__(self, group: JointGroup, number: Mapping[str, int]) -> None:
+        self._group, self.switched = group, group.on is not None
         joints = [group.joints[item].joint.name for item in group.nodes.item]
         self._joints = np.array([number[name] for name in joints], dtype=np.intp)
-        # most have one item each; a weld along a region has many
-        self._alone = len(set(joints)) == len(joints)
         self._on: list[Bools] = [group.switched_on] * STEPS
 
     def take(self, row: int) -> None:
         """Take which constraints act."""
         self._on[row] = self._group.switched_on
 
-    def add(self, rows: slice, worst: Floats) -> None:
+    def add(self, states: Floats, rows: slice, worst: Floats) -> None:
         """Take the largest of each joint for some steps, shape (steps, joints)."""
         on = np.array(self._on[rows]) if self.switched else self._on[0]
-        apart = self._group.relative(self._group.violations_at(self.states[rows]), on)
+        apart = self._group.relative(self._group.violations_at(states), on)
         largest = np.maximum.reduce(apart, axis=2, initial=0.0)
-        if self._alone:
-            worst[:, self._joints] = np.maximum(worst[:, self._joints], largest)
-        else:
-            np.maximum.at(worst.T, self._joints, largest.T)
+        # most have one item each; a weld along a region has many
+        np.maximum.at(worst.T, self._joints, largest.T)

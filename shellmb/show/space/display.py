@@ -12,39 +12,44 @@ from typing import Any
 
 from shellmb.errors import RunError
 
-# how VTK is told which kind of window to make
+# what VTK is told to make windows of
 KIND = "VTK_DEFAULT_OPENGL_WINDOW"
-EGL, X11, MESA = "vtkEGLRenderWindow", "vtkXOpenGLRenderWindow", "vtkOSOpenGLRenderWindow"
+X11, MESA = "vtkXOpenGLRenderWindow", "vtkOSOpenGLRenderWindow"
 
 
 @cache
-def offscreen_kind() -> str | None:
-    """The kind of window that can be drawn into without a display; None: there is none.
+def window_kind() -> str | None:
+    """The kind of window that VTK draws into here; None: there is none.
 
-    VTK would try them in turn, warn of each, and end the process where none works; so each is asked
-    for by itself first.
+    It tries a display, EGL with a driver, and at last OSMesa, whether that is there or not: without
+    it, it would end the process.
     """
-    if sys.platform != "linux":
-        return ""
-    if _egl_devices():
-        return EGL
-    if os.environ.get("DISPLAY") and _x_display():
-        return X11
-    try:
-        ctypes.CDLL("libOSMesa.so.8")
-    except OSError:
-        return None
-    return MESA
+    from vtkmodules.vtkCommonCore import vtkLogger
+    from vtkmodules.vtkRenderingOpenGL2 import vtkOpenGLRenderWindow
+
+    said = vtkLogger.GetCurrentVerbosityCutoff()
+    # what it does without is nothing to warn of
+    vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_OFF)
+    found: str = vtkOpenGLRenderWindow().GetClassName()
+    vtkLogger.SetStderrVerbosity(said)
+    if found == MESA:
+        try:
+            ctypes.CDLL("libOSMesa.so.8")
+        except OSError:
+            return None
+    # it is not asked, and warned of, once more
+    os.environ.setdefault(KIND, found)
+    return found
 
 
 def has_display() -> bool:
     """Decide whether a window can be opened."""
-    return sys.platform != "linux" or bool(os.environ.get("DISPLAY") and _x_display())
+    return sys.platform != "linux" or window_kind() == X11
 
 
 def why_not() -> str | None:
     """Say why pictures in space cannot be drawn here; None: they can."""
-    if os.environ.get(KIND) or offscreen_kind() is not None:
+    if window_kind() is not None:
         return None
     return (
         "this machine cannot draw in 3-D: VTK needs EGL with a driver (packages libegl1 "
@@ -68,45 +73,8 @@ def canvas(width: int, height: int) -> Iterator[Any]:
         raise RunError(reason)
     import pyvista as pv
 
-    before = os.environ.get(KIND)
-    if before is None and offscreen_kind():
-        os.environ[KIND] = str(offscreen_kind())
+    plotter = pv.Plotter(off_screen=True, window_size=[width, height])
     try:
-        plotter = pv.Plotter(off_screen=True, window_size=[width, height])
-        try:
-            yield plotter
-        finally:
-            plotter.close()
+        yield plotter
     finally:
-        if before is None:
-            os.environ.pop(KIND, None)
-
-
-def _egl_devices() -> bool:
-    """Decide whether EGL has a device that can be used; also a processor is one."""
-    from vtkmodules.vtkCommonCore import vtkLogger
-    from vtkmodules.vtkRenderingOpenGL2 import vtkOpenGLRenderWindow
-
-    said = vtkLogger.GetCurrentVerbosityCutoff()
-    # that there is none is nothing to warn of
-    vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_OFF)
-    # where EGL has none, or one without a driver, VTK makes a window of another kind
-    os.environ[KIND] = EGL
-    found: bool = vtkOpenGLRenderWindow().GetClassName() == EGL
-    del os.environ[KIND]
-    vtkLogger.SetStderrVerbosity(said)
-    return found
-
-
-def _x_display() -> bool:
-    """Decide whether the X server that DISPLAY names answers."""
-    try:
-        x11 = ctypes.CDLL("libX11.so.6")
-    except OSError:
-        return False
-    x11.XOpenDisplay.restype = ctypes.c_void_p
-    x11.XCloseDisplay.argtypes = [ctypes.c_void_p]
-    found = x11.XOpenDisplay(None)
-    if found:
-        x11.XCloseDisplay(found)
-    return bool(found)
+        plotter.close()

@@ -15,7 +15,7 @@ from shellmb.show.fields import Fields
 from shellmb.show.space.colours import MARKS, PLAIN, Colouring, colouring, values
 from shellmb.show.space.display import canvas, has_display
 from shellmb.show.space.shapes import Shape, State, read_state, shape_of
-from shellmb.show.space.smooth import Slab, smooth
+from shellmb.show.space.smooth import Pieces, Slab
 from shellmb.show.space.views import THEMES, Appearance, View, axes, enlargement, look, view_of
 
 if TYPE_CHECKING:
@@ -230,14 +230,14 @@ class Stage:
         first = what.states[0]
         for name, shape in what.shapes.items():
             colours = values(shape, first[name], what.shown)
-            if name in PLAIN and len(shape.faces):
-                style = LIT | ({"color": OBSTACLE, "opacity": 0.35} if name == OBSTACLES else {})
-                surface = pv.PolyData.from_regular_faces(shape.reference, shape.faces.astype(int))
-                self._add(name, np.asarray, surface, None, **style)
-                continue
-            self._reference(pv, shape)
-            fine = smooth(shape)
+            fine = shape.fine
             X = fine.at(shape.reference)
+            if name in PLAIN and len(fine.faces):
+                style = LIT | ({"color": OBSTACLE, "opacity": 0.35} if name == OBSTACLES else {})
+                surface = pv.PolyData.from_regular_faces(X, fine.faces.astype(int))
+                self._add(name, fine.at, surface, None, **style)
+                continue
+            self._reference(pv, name, X, fine)
             if len(fine.faces):
                 slab = Slab(fine, max(shape.thickness / 2, SHEET * what.view.size))
                 sides = slab.place(shape.reference)
@@ -298,11 +298,11 @@ class Stage:
             self._coloured = self._plotter.add_mesh(part.drawn, **style).mapper
         self._parts.append(part)
 
-    def _reference(self, pv: Any, shape: Shape) -> None:
+    def _reference(self, pv: Any, name: str, X: Floats, fine: Pieces) -> None:
         """The border of the reference, thin and grey."""
-        lines = shape.border if len(shape.faces) else shape.lines
-        if len(lines) and shape.name != JOINTS:
-            mesh = pv.PolyData(shape.reference, lines=_lines(lines))
+        lines = fine.border if len(fine.faces) else fine.lines
+        if len(lines) and name != JOINTS:
+            mesh = pv.PolyData(X, lines=_lines(lines))
             self._plotter.add_mesh(mesh, color=REFERENCE_LINE, line_width=1.2 * self._scale)
 
     def set(self, states: dict[str, State]) -> None:

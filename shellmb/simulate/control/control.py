@@ -7,7 +7,7 @@ import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import astuple
-from typing import Any, ClassVar, Protocol
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -21,24 +21,11 @@ from shellmb.scene.checks.signals import coordinate_read
 from shellmb.scene.control.sensors import Sensor
 from shellmb.simulate.control.sampling import Sampler
 from shellmb.simulate.control.watching import Watch, comes_soon, first_crossing, turning_point
-from shellmb.simulate.stepping import Arrays, Attempt, StepInfo
+from shellmb.simulate.stepping import Attempt, StepInfo
 from shellmb.simulate.stepsize.control import LEAST
 
-
-class Running(Protocol):
-    """Interface of a simulation (`shellmb.simulate.simulation.Simulation`)."""
-
-    scene: Scene
-    model: Any
-    problem: Any
-    stepping: Any
-    size: Any
-    t: float
-    last: StepInfo | None
-
-    def live(self) -> Arrays:
-        """The bodies' own arrays."""
-        ...
+# a simulation (`shellmb.simulate.simulation.Simulation`), which has these controls itself
+type Running = Any
 
 
 class Readings:
