@@ -77,28 +77,25 @@ def _bending(isolated: IsolatedBody, shape: Arrays) -> tuple[PETSc.Vec, PETSc.Ve
         shape: Small states of bodies.
     """
     at_rest = _solver(isolated, isolated.K, STATIC * isolated.scale)
-
-    def elastic(state: PETSc.Vec) -> PETSc.Vec:
-        found = isolated.arrays(state)
-        return isolated.elastic({name: found[name] for name in shape})
+    elastic = isolated.stiffness_of(shape.keys())
 
     def solved(force: PETSc.Vec) -> PETSc.Vec:
         moved = force.duplicate()
         at_rest.solve(force, moved)
         return moved
 
-    force = isolated.elastic(shape)
+    force = elastic * isolated.vector(shape)
     linear = solved(force)
-    left = force - elastic(linear)
+    left = force - elastic * linear
     search = better = solved(left)
     work = left.dot(better)
     least = BALANCED**2 * force.dot(linear)
     for _ in range(CORRECTIONS):
         if work <= least:
             break
-        along = elastic(search)
+        along = elastic * search
         answer = solved(along)
-        image = elastic(answer)
+        image = elastic * answer
         step = work / search.dot(image)
         force.axpy(step, along)
         linear.axpy(step, answer)
