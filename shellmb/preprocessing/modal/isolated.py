@@ -209,12 +209,19 @@ class IsolatedBody:
         out.array[self.system.fixed] = 0.0
         return out
 
-    def solver(self, K: PETSc.Mat) -> PETSc.KSP:
-        """A direct solver for a matrix of the system, or a part of it."""
-        solver = PETSc.KSP().create(self.comm)
-        solver.setOperators(K)
+    def solver(self, K: PETSc.Mat, M: PETSc.Mat, omega2: float) -> PETSc.KSP:
+        """A direct solver with a stiffness and the mass at a square of a rate.
+
+        Args:
+            K: Stiffness matrix of the system, or a part of it.
+            M: Mass matrix likewise.
+            omega2: The square [rad^2/s^2].
+        """
+        solver, A = PETSc.KSP().create(self.comm), K.copy()
+        A.axpy(omega2, M)
+        solver.setOperators(A)
         solver.setType(PETSc.KSP.Type.PREONLY)
-        options = mumps_options(K.getSize()[0], reduced=False)
+        options = mumps_options(A.getSize()[0], reduced=False)
         use_mumps(solver.getPC(), "lu", new_prefix(self), options)
         return solver
 
