@@ -22,7 +22,7 @@ from statistics import median
 from typing import Any
 
 from shellmb import scene as s
-from shellmb.accuracy.measuring.tables import replaced
+from shellmb.demos.verification.measuring import replaced
 from shellmb.simulate.simulation import BaseObserver, Simulation
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "evidence" / "costs.md"

@@ -22,7 +22,7 @@ from pathlib import Path
 
 from cards import Look, banded, drawn
 
-from shellmb.accuracy.measuring.tables import replaced
+from shellmb.demos.verification.measuring import replaced
 from shellmb.running.loader import demos, kinds
 
 ROOT = Path(__file__).resolve().parents[1]

@@ -15,9 +15,10 @@ import json
 from pathlib import Path
 from typing import Any
 
-from shellmb.accuracy.measuring.tables import Column, markdown, replaced
+from shellmb.accuracy.measuring.tables import Column
 from shellmb.accuracy.studies.advice import TARGETS
 from shellmb.demos.studies.bundled import BUNDLED
+from shellmb.demos.verification.measuring import markdown, replaced
 
 ROOT = Path(__file__).resolve().parents[1]
 STORED = ROOT / "demos" / "studies"

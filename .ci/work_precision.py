@@ -23,9 +23,10 @@ from typing import Any
 
 import jsonschema  # type: ignore[import-untyped]
 
-from shellmb.accuracy.measuring.tables import Column, markdown
+from shellmb.accuracy.measuring.tables import Column
 from shellmb.demos.studies.bundle import Bundled
 from shellmb.demos.studies.bundled import BUNDLED
+from shellmb.demos.verification.measuring import markdown
 
 ROOT = Path(__file__).resolve().parents[1]
 STORED = ROOT / "demos" / "studies"

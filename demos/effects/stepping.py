@@ -14,8 +14,9 @@ from mpi4py import MPI
 
 from rich.console import Console
 
-from shellmb.accuracy.measuring.times import Stopwatch, slowest
+from shellmb.accuracy.measuring.times import slowest
 from shellmb.clock import CHOSEN, now
+from shellmb.demos.verification.measuring import Stopwatch
 from shellmb.native.kernels import watched
 from shellmb.observers.progress import ProgressReport
 from shellmb.running.standard import StandardObservers

@@ -12,8 +12,8 @@ from mpi4py import MPI
 from demos.paper.example import Example, FinishedRun, Results
 from demos.paper.pictures import draw_animation, draw_figure
 from demos.paper.runs import finish
-from shellmb.accuracy.measuring.times import Stopwatch
 from shellmb.barrier import arrive
+from shellmb.demos.verification.measuring import Stopwatch
 from shellmb.errors import SceneError
 
 # modules of the examples by their section in the paper

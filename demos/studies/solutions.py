@@ -2,13 +2,40 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
-from shellmb.accuracy.studies.sweep import Solution
+from shellmb.accuracy.studies.quantity import Quantity
 from shellmb.arrays import Floats
 from shellmb.demos import heavy_top, slider_crank
+
+# points of a curve
+POINTS = 2001
+
+
+@dataclass(frozen=True)
+class Solution:
+    """A solution that is not ours: in closed form, or by another integrator of other equations.
+
+    Args:
+        source: What it is, in words.
+        end: Time at the end, s.
+        curve: Values of a column of the history at ascending times.
+        uncertainty: How well it is known, relative.
+    """
+
+    source: str
+    end: float
+    curve: Callable[[str, Floats], Floats]
+    uncertainty: float
+
+    def take(self, quantity: Quantity) -> dict[str, Any]:
+        """Record of it."""
+        t = np.linspace(0.0, self.end, POINTS)
+        return quantity.of_curve(t, self.curve(quantity.name, t))
 
 
 def crank_torque(end: float) -> Solution:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from shellmb.accuracy.measuring.records import to_json
-from shellmb.accuracy.measuring.tables import Column, console, line, print_table, verdict
+from shellmb.accuracy.measuring.tables import Column, console, line, print_table
 from shellmb.cli.report import say
+from shellmb.demos.verification.measuring import verdict
 from shellmb.demos.verification.table import Row, run_cases
 from shellmb.errors import SceneError
 

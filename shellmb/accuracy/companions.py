@@ -50,11 +50,6 @@ class Change:
     scheme: str | None = None
     body: str | None = None
 
-    @property
-    def model(self) -> Change:
-        """The part of it that another model is built for."""
-        return replace(self, step=1.0)
-
     def apply(self, scene: Scene) -> Scene:
         """The scene of the comparison run.
 

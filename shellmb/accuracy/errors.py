@@ -9,7 +9,6 @@ error of the step; rigid bodies alone have none of the mesh.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
@@ -40,8 +39,8 @@ from shellmb.accuracy.estimates import (
     step_error,
     write_summary,
 )
-from shellmb.accuracy.family import Beginning, Family
-from shellmb.accuracy.run_record import RunRecord, damped, difference
+from shellmb.accuracy.family import Family
+from shellmb.accuracy.run_record import RunRecord, damped, difference, keep
 from shellmb.accuracy.studies.quantity import Quantity
 from shellmb.barrier import arrive
 from shellmb.running.execute import RunResult, execute
@@ -315,17 +314,15 @@ def _others(scene: Scene, coarse: Change) -> list[tuple[str, Change, float]]:
     return found
 
 
-def estimate_errors(run: RunResult, begin: Beginning | None = None) -> Errors:
+def estimate_errors(run: RunResult) -> Errors:
     """Run the comparison runs of a run, and estimate its errors; collective.
 
     Args:
         run: The run, at its end.
-        begin: An observer of the run that kept its first state; None: models are made anew.
     """
     family, base = Family(run.scene, run.measure, run.simulation.model.comm), Change()
-    with ExitStack() as on:
-        family.take_up(run, begin, base, on)
-        found = find_companions(family, base, run.simulation.step)
+    family.found[base] = keep(run)
+    found = find_companions(family, base, run.simulation.step)
     return judged(found, family, run.scene, float(run.simulation.scheme.order))
 
 
@@ -351,16 +348,15 @@ def judged(found: Companions, family: Family, scene: Scene, order: float) -> Err
     return Errors(results, probes, said)
 
 
-def add_errors(run: RunResult, begin: Beginning | None = None) -> Errors:
+def add_errors(run: RunResult) -> Errors:
     """Estimate the errors of a run and put them into its summary, also the one on disk; collective.
 
     In the summary, `results` then has a table for each number, and `errors` those of the probes.
 
     Args:
         run: The run, at its end.
-        begin: An observer of the run that kept its first state; None: models are made anew.
     """
-    found = estimate_errors(run, begin)
+    found = estimate_errors(run)
     write_errors(run.summary, run.out, run.simulation.model.comm, found)
     return found
 
@@ -389,10 +385,9 @@ def execute_with_errors(
     **how: Any,
 ) -> RunResult:
     """Run a scene and estimate its errors; arguments and errors as of `execute`."""
-    begin = Beginning()
-    run = execute(scene, out, [*observers, begin], pictures=False, **how)
+    run = execute(scene, out, observers, pictures=False, **how)
     comm = run.simulation.model.comm
-    add_errors(run, begin)
+    add_errors(run)
     if pictures and run.out is not None and comm.rank == 0:
         from shellmb.show.pictures import budget_of, draw_directory
 

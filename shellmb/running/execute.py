@@ -127,7 +127,6 @@ def execute(
     pictures: bool = True,
     request: Request | None = None,
     results: Results | None = None,
-    simulation: Simulation | None = None,
     companion: Companion | None = None,
     saved: Saved | None = None,
     new: bool = True,
@@ -142,7 +141,6 @@ def execute(
         pictures: Whether pictures are drawn, where anything is written.
         request: How the scene was requested, so that `shellmb resume` can build it again.
         results: Gives the `results` of the summary; None: those of the scene.
-        simulation: The scene's simulation, before its first step; None: it is made.
         companion: What is measured of a comparison run; None: everything.
         saved: A state to go on from.
         new: Whether the run begins in a directory that is empty; else it is `claimed` already, also
@@ -167,7 +165,7 @@ def execute(
             collect_warnings(comm) as doubts,
             _no_exit(),
         ):
-            simulation = simulation or Simulation(scene, comm)
+            simulation = Simulation(scene, comm)
         simulation.doubts += tuple(doubts)
         if directory is not None and comm.rank == 0:
             with written(directory, comm):

@@ -19,7 +19,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -30,10 +30,12 @@ from shellmb.scene.checks.schemes import functions_of_time
 from shellmb.scene.control.signals import Signal, Switched
 from shellmb.scene.lookup import listed
 from shellmb.sensitivity.parameters import Parameter
-from shellmb.sensitivity.perturbed_run import PerturbedRun
 from shellmb.simulate.simulation import Simulation
 from shellmb.simulate.stepsize.control import LEAST
 from shellmb.simulate.stepsize.target_times import near
+
+if TYPE_CHECKING:
+    from shellmb.sensitivity.tangent import Pair
 
 # change of a step's length, in parts of it
 UNIT = 2e-4
@@ -48,15 +50,6 @@ BENT = 0.02
 EVEN = 10.0
 # change of a function between both sides, of its value, that is round-off
 SMALL = 1e-12
-
-
-class Sides(Protocol):
-    """Scenes at both sides of a parameter (`sensitivity.tangent.Pair`)."""
-
-    @property
-    def sides(self) -> tuple[PerturbedRun, PerturbedRun]: ...  # noqa: D102
-    @property
-    def parameter(self) -> Parameter: ...  # noqa: D102
 
 
 @dataclass(frozen=True)
@@ -76,7 +69,7 @@ class Ends:
     said: Sequence[str] = ()
 
 
-def check_begun(run: Simulation, pair: Sides) -> None:
+def check_begun(run: Simulation, pair: Pair) -> None:
     """Refuse a condition that is true at the start on one side only.
 
     Args:
@@ -96,7 +89,7 @@ def check_begun(run: Simulation, pair: Sides) -> None:
                 )
 
 
-def ends(run: Simulation, pair: Sides, solve: Callable[[float], Floats]) -> Ends:
+def ends(run: Simulation, pair: Pair, solve: Callable[[float], Floats]) -> Ends:
     """Find the ends of a step of the run that begins or ends with events; collective.
 
     Args:
@@ -131,7 +124,7 @@ def ends(run: Simulation, pair: Sides, solve: Callable[[float], Floats]) -> Ends
     return Ends(until, found, (states[0], states[1]), said)
 
 
-def _ahead(pair: Sides, found: Floats, crossed: Sequence[int]) -> list[Floats]:
+def _ahead(pair: Pair, found: Floats, crossed: Sequence[int]) -> list[Floats]:
     """Derivatives, states of both sides that follow from them, and margins of events there."""
     margins = [side.margins()[crossed] if crossed else np.zeros(0) for side in pair.sides]
     return [found.copy(), *(side.ahead() for side in pair.sides), np.array(margins)]

@@ -408,28 +408,6 @@ class Simulation(Restartable):
         """Decide whether the run can begin again: no law of the scene remembers the first time."""
         return not self._own.remembers
 
-    def begin_again(
-        self, scene: Scene, arrays: Arrays, state: dict[str, Any], size: StepSize | None = None
-    ) -> None:
-        """Be at an earlier state, with other steps from there on.
-
-        Args:
-            scene: The scene, with other steps and step control.
-            arrays: As from `arrays`, before the first step.
-            state: As from `state`.
-            size: What chooses its steps; None: a new one.
-        """
-        self.scene, self.t_end = scene, float(scene.t_end or 0.0)
-        # it reads columns of new observers
-        self.control = Control(scene, self.model.signals)
-        self.landing = Landing(scene, self.model.mechanism.switches.events)
-        self.size = size or self._size()
-        if self.path is not None:
-            assert isinstance(self.size, ArcSize)
-            self.path.size = self.size
-        self.restore(arrays, state | {"size": self.size.state()})
-        self.problem.iteration.refresh.forget()
-
     def state(self) -> dict[str, Any]:
         """Counters and step size, for a restart."""
         return separated(self.whole_state())[1]

@@ -11,13 +11,11 @@ from pathlib import Path
 import pytest
 
 import shellmb as sm
-from shellmb.accuracy.companions import Change
 from shellmb.accuracy.errors import estimate_errors, execute_with_errors
 from shellmb.accuracy.estimates import Errors
-from shellmb.accuracy.family import Beginning, Steps, kept, run_again
 from shellmb.accuracy.studies.quantity import Quantity
 from shellmb.cli.main import app
-from shellmb.running.execute import Companion, RunResult, execute
+from shellmb.running.execute import RunResult, execute
 from shellmb.scene import Scene
 from shellmb.show.account import with_error
 from tests import scenes
@@ -84,67 +82,10 @@ def test_what_cannot_be_told_is_said() -> None:
     assert "step not known" in with_error(errors.probes["tip:end"].to_dict())
 
 
-def test_a_simulation_begins_again() -> None:
-    """The kind: a companion on the run's own model is the one on a new model, and the run stays."""
-    scene, begin = plate(t_end=0.1), Beginning()
-    run = execute(scene, None, [begin], pictures=False)
-    arrays = run.simulation.arrays()
-    coarse = Change(step=3.0).apply(scene)
-    with kept(run.simulation):
-        again = run_again(begin, coarse, Steps(), comm=run.simulation.model.comm, results=tip)
-        mine = again.column("tip")
-    assert all((v == arrays[k]).all() for k, v in run.simulation.arrays().items())
-    assert run.simulation.t == run.scene.t_end
-    assert run.simulation.step == 10
-    # Newton's tolerance, and another order of sums
-    assert mine == pytest.approx(execute(coarse, pictures=False).column("tip"), rel=1e-7)
-
-
-@pytest.mark.parametrize(
-    ("scene", "column", "step"),
-    [
-        (sm.load_scene("pid_arm", t_end=0.1), "tip_z", 0.5),
-        (sm.load_scene("hinged_roof").with_options(mesh=(2, 2), t_end=4.0), "load_factor", 3.0),
-    ],
-    ids=["controllers", "path"],
-)
-def test_what_has_a_memory_of_its_own_begins_again(scene: Scene, column: str, step: float) -> None:
-    """The kind: controllers, events and paths keep their own state, which begins again, too."""
-    begin = Beginning()
-    run = execute(scene, None, [begin], pictures=False)
-    before, size = run.simulation.state(), run.simulation.size
-    coarse = Change(step=step).apply(scene)
-    with kept(run.simulation):
-        comm = run.simulation.model.comm
-        again = run_again(begin, coarse, Steps(), comm=comm, companion=Companion())
-    assert run.simulation.size is size
-    assert run.simulation.state() == before
-    new = execute(coarse, pictures=False)
-    # Newton's tolerance, and another order of sums
-    assert again.column(column) == pytest.approx(new.column(column), rel=1e-7)
-    assert again.warnings == ()
-
-
-def test_what_remembers_does_not_begin_again() -> None:
-    class Remembers:
-        def __init__(self) -> None:
-            self.calls: list[float] = []
-
-        def __call__(self, t: float) -> float:
-            self.calls.append(t)
-            return 1.0
-
-    load = sm.EdgeForce("right", (0, 0, 25.0), time=Remembers())
-    begin = Beginning()
-    execute(replace(plate(t_end=0.02), loads=(load,)), None, [begin], pictures=False)
-    assert begin.simulation is None
-
-
 def test_a_scene_asks_for_errors(tmp_path: Path) -> None:
     run = sm.run(plate(t_end=0.05, errors=True), out=tmp_path / "run", pictures=False)
     assert run.errors.loc["tip", "error"] > 0
     resumed = sm.resume(tmp_path / "run", plate(t_end=0.05, errors=True), pictures=False)
-    # a resumed run has no first state: its companions are on new models
     assert resumed.errors.loc["tip", "error"] == pytest.approx(
         run.errors.loc["tip", "error"], rel=1e-3
     )

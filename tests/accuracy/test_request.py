@@ -15,15 +15,13 @@ import pytest
 import shellmb as sm
 from shellmb.accuracy.caveats import remarks
 from shellmb.accuracy.companions import Change
-from shellmb.accuracy.family import Family
 from shellmb.accuracy.request.choose import choose, mesh_order, work
 from shellmb.accuracy.request.levels import Level
 from shellmb.accuracy.request.messages import offers
 from shellmb.accuracy.run_record import RunRecord
 from shellmb.api.modeshapes import ModeShapes
 from shellmb.cli.main import app
-from shellmb.errors import SceneError, ShellmbWarning, Stopped
-from shellmb.running.execute import execute
+from shellmb.errors import SceneError, Stopped
 from shellmb.scene import Scene
 from shellmb.simulate.simulation import BaseObserver, Simulation
 
@@ -251,35 +249,6 @@ def test_what_a_killed_level_left_is_run_again(tmp_path: Path) -> None:
     (left / "history.csv").write_text("t\n0.0\n")
     found = sm.run(strip(), accuracy=6e-4, out=out, pictures=False)
     assert found.errors.loc["tip:end", "error"] <= 6e-4 * abs(found.errors.loc["tip:end", "value"])
-
-
-def test_a_level_takes_up_the_model_of_a_companion(tmp_path: Path) -> None:
-    """The kind: a level on a companion's model is a run of its own, with warnings of that model."""
-    wide = replace(BAR, width=2.0)
-    scene = Scene(
-        "rod",
-        beams=sm.Beam("rod", sm.Line((0, 0, 0), (1, 0, 0)), wide, elements=2),  # type: ignore[arg-type]
-        supports=sm.Clamped("start"),  # type: ignore[arg-type]
-        loads=sm.PointForce("end", (0, 0, 500.0)),  # type: ignore[arg-type]
-        probes=sm.Probe("tip", "end", component=2),  # type: ignore[arg-type]
-        scheme="static",
-    )
-    family, finer = Family(scene, None), Change(mesh=2)
-    with pytest.warns(ShellmbWarning, match="check the units"):
-        family.run(replace(finer, step=5.0))
-    run, begin, cpu = family.start(finer, tmp_path / "level")
-    assert begin.simulation is run.simulation
-    assert cpu > begin.building > 0
-    with pytest.warns(ShellmbWarning, match="check the units"):
-        new = execute(finer.apply(scene), tmp_path / "new", pictures=False)
-    assert [w.says for w in run.warnings] == [w.says for w in new.warnings]
-    assert run.warnings
-    # Newton's tolerance
-    assert run.column("tip") == pytest.approx(new.column("tip"), rel=1e-7)
-    assert run.summary.keys() == new.summary.keys()
-    assert {p.name for p in (tmp_path / "level").iterdir()} == {
-        p.name for p in (tmp_path / "new").iterdir()
-    }
 
 
 def test_a_refused_request_leaves_its_directory_free(tmp_path: Path) -> None:

@@ -12,10 +12,11 @@ from typing import Any
 from rich.console import Console
 
 from shellmb.accuracy.measuring.records import to_json, write
-from shellmb.accuracy.measuring.tables import Column, console, line, print_table, verdict
+from shellmb.accuracy.measuring.tables import Column, console, line, print_table
 from shellmb.cli.failures import first_rank, tell
 from shellmb.cli.report import say
 from shellmb.demos.effects.stepping import WARM, measured_in
+from shellmb.demos.verification.measuring import verdict
 from shellmb.errors import SceneError
 from tests.bench.bars import Bar, bars
 from tests.bench.measure import Plan, measure, quick

@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from shellmb.accuracy.measuring.tables import markdown
+from shellmb.demos.verification.measuring import markdown
 from shellmb.errors import SceneError
 from tests.bench.peers.codes import EXUDYN, OPENSEES, OURS
 from tests.bench.peers.compare import Comparison, Point, in_turn

@@ -5,7 +5,7 @@ import importlib.util
 import numpy as np
 import pytest
 
-from shellmb.accuracy.measuring.tables import markdown
+from shellmb.demos.verification.measuring import markdown
 from shellmb.errors import SceneError
 from tests.bench.peers.codes import EXUDYN, KRATOS, NGSOLVE, OPENSEES, OURS
 from tests.bench.peers.statics import hemisphere, roll_up

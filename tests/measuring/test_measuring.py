@@ -10,10 +10,11 @@ import pytest
 from rich.console import Console
 
 from shellmb.accuracy.measuring.records import to_json, write
-from shellmb.accuracy.measuring.tables import Column, markdown, print_table, replaced, verdict
+from shellmb.accuracy.measuring.tables import Column, print_table
 from shellmb.accuracy.measuring.times import spread, unbeaten
 from shellmb.clock import now
 from shellmb.demos.effects.stepping import in_turn, measured_in, shares
+from shellmb.demos.verification.measuring import markdown, replaced, verdict
 
 
 def test_every_other_round_goes_backwards():

@@ -85,23 +85,24 @@ class Times(BaseObserver):
 
 
 class Clockwork:
-    """The loop of a simulation without its equations, for one scene after the other.
+    """The loop of simulations without their equations.
 
     Args:
-        dt: A step.
-        model: What they have in common.
+        model: What the scenes have in common.
     """
 
-    def __init__(self, dt: float = 0.01, **model: Any) -> None:
+    def __init__(self, **model: Any) -> None:
         self.model = model
-        self.simulation = Simulation(pendulum(dt, 100 * dt, **model))
-        self.begin = self.simulation.arrays(), self.simulation.state()
+
+    def made(self, dt: float, t_end: float, fails: tuple[int, ...] = (), **more: Any) -> Simulation:
+        """A simulation before its first step."""
+        simulation = Simulation(pendulum(dt, t_end, **self.model, **more))
+        simulation.stepping = Still(fails)
+        return simulation
 
     def run(self, dt: float, t_end: float, fails: tuple[int, ...] = (), **more: Any) -> Times:
         """Times of a run."""
-        simulation, times = self.simulation, Times()
-        simulation.stepping = Still(fails)
-        simulation.begin_again(pendulum(dt, t_end, **self.model, **more), *self.begin)
+        simulation, times = self.made(dt, t_end, fails, **more), Times()
         simulation.run([times])
         assert simulation.t == t_end
         # what a step integrates is what the clock shows
@@ -155,7 +156,7 @@ def test_times_that_are_one(dt, clockwork) -> None:
     control = StepControl(times=sorted({t for times in written for t in times if t <= last}))
     held = Lock("h", active=(6 * dt * (1 - 2e-16), 8.0 * dt))
     for more in ({}, {"controllers": sample, "force_elements": motor, "locks": held}):
-        made = clockwork if not more else Clockwork(dt, **more)
+        made = clockwork if not more else Clockwork(**more)
         times = made.run(dt, last, step_control=control)
         assert len(times.t) == 600
         np.testing.assert_allclose(times.dt, dt, rtol=1e-6)
@@ -183,16 +184,14 @@ def test_steps_that_follow_an_error_leave_no_rest(clockwork) -> None:
 
 def test_a_run_that_is_taken_up_goes_on_counting(clockwork) -> None:
     """In the middle, behind a step that failed, the times are those of the whole run."""
-    dt, end, simulation = 1 / 3e3, 3.0, clockwork.simulation
+    dt, end, first, second = 1 / 3e3, 3.0, Times(), Times()
     whole = clockwork.run(dt, end, fails=(50,))
-    simulation.begin_again(pendulum(dt, end), *clockwork.begin)
-    simulation.stepping, first, second = Still((50,)), Times(), Times()
+    simulation = clockwork.made(dt, end, (50,))
     for _ in range(7_000):
         simulation.advance([first])
     saved = simulation.arrays(), simulation.state()
-    clockwork.run(0.1, 1.0)
-    simulation.begin_again(pendulum(dt, end), *saved)
-    simulation.size.restore(saved[1]["size"])
+    simulation = clockwork.made(dt, end)
+    simulation.restore(*saved)
     simulation.run([second])
     assert first.t + second.t == whole.t
 

@@ -6,7 +6,6 @@ from typing import Any
 
 import pytest
 
-from shellmb.accuracy.measuring.tables import replaced
 from shellmb.accuracy.studies.choice import Base
 from shellmb.accuracy.studies.quantity import parse_quantity
 from shellmb.accuracy.studies.report import evaluate
@@ -14,6 +13,7 @@ from shellmb.accuracy.studies.runner import measure
 from shellmb.accuracy.studies.sweep import Sweep, make_grid
 from shellmb.demos.studies.bundled import BUNDLED
 from shellmb.demos.studies.solutions import crank_torque, top_center
+from shellmb.demos.verification.measuring import replaced
 from shellmb.running.loader import load
 
 ROOT = Path(__file__).parents[2]

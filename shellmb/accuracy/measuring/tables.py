@@ -1,4 +1,4 @@
-"""Tables from columns, on a terminal and in Markdown."""
+"""Tables from columns, on a terminal."""
 
 from __future__ import annotations
 
@@ -71,42 +71,6 @@ def _rich_table[R](columns: Sequence[Column[R]], rows: Iterable[R], **options: A
         found = [column.cell(row) for column in columns]
         table.add_row(*(Text(cell) if isinstance(cell, str) else cell for cell in found))
     return table
-
-
-def markdown[R](columns: Sequence[Column[R]], rows: Iterable[R]) -> list[str]:
-    """The lines of the table in Markdown."""
-    cells = [[column.title for column in columns], ["---"] * len(columns)]
-    cells += [[str(column.cell(row)) for column in columns] for row in rows]
-    return ["| " + " | ".join(line) + " |" for line in cells]
-
-
-def replaced(text: str, begin: str, end: str, made: str) -> str:
-    """A page with what was made between its marks.
-
-    Args:
-        text: The page.
-        begin: The mark before it.
-        end: The mark behind it.
-        made: What is put there.
-
-    Raises:
-        ValueError: If the page has no such marks.
-    """
-    before, found, rest = text.partition(begin)
-    _, last, after = rest.partition(end)
-    if not found or not last:
-        raise ValueError(f"the page has no lines '{begin}' and '{end}'")
-    return f"{before}{begin}\n{made}\n{end}{after}"
-
-
-def verdict(passed: bool, otherwise: str = "FAIL") -> Text:
-    """Verdict on whether something passes, in colour.
-
-    Args:
-        passed: Whether.
-        otherwise: The word where it does not.
-    """
-    return Text("pass", "green") if passed else Text(otherwise, "red bold")
 
 
 def console(width: int = 200, stderr: bool = False) -> Console:

@@ -1,32 +1,10 @@
-"""Times: two clocks, the slowest rank, and what is typical of rounds."""
+"""Times: the slowest rank, and what is typical of rounds."""
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Iterable, Sequence
 
 from mpi4py import MPI
-
-
-class Stopwatch:
-    """Times since it was made, or started anew: wall times tell how busy the machine is, too."""
-
-    def __init__(self) -> None:
-        self.start()
-
-    def start(self) -> None:
-        """Start anew."""
-        self._cpu, self._wall = time.process_time(), time.perf_counter()
-
-    @property
-    def cpu(self) -> float:
-        """Processor time, s."""
-        return time.process_time() - self._cpu
-
-    @property
-    def wall(self) -> float:
-        """Wall time, s."""
-        return time.perf_counter() - self._wall
 
 
 def slowest(comm: MPI.Comm, seconds: float) -> float:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import isfinite
@@ -117,16 +116,15 @@ class Search:
         """
         change = self._first()
         while True:
-            with ExitStack() as on:
-                try:
-                    run = self._level(change, on)
-                except Stopped:
+            try:
+                run = self._level(change)
+            except Stopped:
+                raise
+            except ShellmbError as error:
+                if not self.levels:
                     raise
-                except ShellmbError as error:
-                    if not self.levels:
-                        raise
-                    says = f"{self._requested} is not met: the next level fails: {error}"
-                    return Outcome(tuple(self.levels), False, says, None)
+                says = f"{self._requested} is not met: the next level fails: {error}"
+                return Outcome(tuple(self.levels), False, says, None)
             level, target = self.levels[-1], self.wanted.accuracy * self.size
             met = level.error <= target
             following = None if met else choose(self.levels, target)
@@ -200,11 +198,11 @@ class Search:
             raise ConvergenceError(f"no scheme gets through with {change.words()}: {why}")
         return min(found, key=lambda name: found[name])
 
-    def _level(self, change: Change, on: ExitStack) -> RunResult | None:
+    def _level(self, change: Change) -> RunResult | None:
         """Run a level and its comparison runs; the first one with smaller steps where it fails."""
         while True:
             try:
-                run = self._run(change, on)
+                run = self._run(change)
                 break
             except ConvergenceError:
                 if self.levels or change.step <= 1.0:
@@ -227,13 +225,13 @@ class Search:
         self.store.keep(self._family, self.levels)
         return run
 
-    def _run(self, change: Change, on: ExitStack) -> RunResult | None:
+    def _run(self, change: Change) -> RunResult | None:
         """The run of a level; None where it is in the store."""
         number, how, run = len(self.levels) + 1, self.how, None
         if not self.store.is_done(number) or self._family.found.get(change) is None:
             place = self.store.emptied(number)
-            run, begin, cpu = self._family.start(change, place, how.observers, how.request)
-            self._family.take_up(run, begin, change, on, cpu)
+            run, record = self._family.start(change, place, how.observers, how.request)
+            self._family.found[change] = record
         kept = self._family.found[change]
         assert kept is not None
         self._see(kept)
@@ -363,7 +361,7 @@ class ModeSearch(Search):
     def _first(self) -> Change:
         return Change(body=self.wanted.body)
 
-    def _level(self, change: Change, on: ExitStack) -> None:
+    def _level(self, change: Change) -> None:
         """Modes of a level with their errors; what is in the store is taken from there."""
         number, comm, wanted = len(self.levels) + 1, self.how.comm, self.wanted
         before = next((v for v in self._stored if v.change == change), None)

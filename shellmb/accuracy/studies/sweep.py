@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from math import prod
 from typing import Any
 
-import numpy as np
-
 from shellmb.accuracy.studies.choice import AXES, REFINED, Base, Choice
 from shellmb.accuracy.studies.quantity import Quantity, parse_quantity
-from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.options.described import read
 from shellmb.options.run import StudyOptions
@@ -22,30 +19,6 @@ from shellmb.scene.schemes import SCHEMES, Traits
 
 # schemes of references, the best first
 PREFERRED = ("ep4", "ed")
-# points of a curve that is known
-POINTS = 2001
-
-
-@dataclass(frozen=True)
-class Solution:
-    """A solution that is not ours: in closed form, or by another integrator of other equations.
-
-    Args:
-        source: What it is, in words.
-        end: Time at the end, s.
-        curve: Values of a column of the history at ascending times.
-        uncertainty: How well it is known, relative.
-    """
-
-    source: str
-    end: float
-    curve: Callable[[str, Floats], Floats]
-    uncertainty: float
-
-    def take(self, quantity: Quantity) -> dict[str, Any]:
-        """Record of it."""
-        t = np.linspace(0.0, self.end, POINTS)
-        return quantity.of_curve(t, self.curve(quantity.name, t))
 
 
 @dataclass(frozen=True)
@@ -55,7 +28,9 @@ class Sweep(StudyOptions):
     Args:
         base: The scene.
         quantities: What is judged; none: see `default_quantity`.
-        solution: A solution that is not ours, of the columns that are judged; None: as for `exact`.
+        solution: A solution that is not ours, of the columns that are judged, with its `source` in
+            words, its relative `uncertainty`, and its record by `take` of a quantity; None: as for
+            `exact`.
         dissipations: Those of single schemes in place of `alpha`.
 
     Raises:
@@ -64,7 +39,7 @@ class Sweep(StudyOptions):
 
     base: Base
     quantities: tuple[Quantity, ...] = ()
-    solution: Solution | None = None
+    solution: Any = None
     dissipations: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
 
     @property

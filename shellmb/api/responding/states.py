@@ -101,7 +101,7 @@ def _system_of(
 ) -> LinearSystem:
     """System of a state with numbers to add to its inputs."""
     branches = state.branches(columns=True)
-    matrices, times = (*state.columns(), *branches.values()), tuple(branches)
+    matrices, times = (*state.matrices(columns=True), *branches.values()), tuple(branches)
     rest = isinstance(state, SteadyRotation) and not state.rate
     seen = outputs(state, scene, scipy_matrix(matrices[0]), joints=rest, times=times)
     rows = np.zeros((len(matrices), len(seen), state.system.size))

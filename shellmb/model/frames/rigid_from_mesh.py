@@ -8,7 +8,7 @@ rigid motions consist. So kinetic energies agree to round-off, whatever quadratu
 from __future__ import annotations
 
 import itertools
-from collections.abc import Container
+from collections.abc import Collection, Container
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -138,7 +138,7 @@ ON_RIGID = (Gravity, PointForce, PointMoment, FollowerForce, FollowerMoment)
 
 @dataclass(frozen=True)
 class Inertia:
-    """Mass of a body and how it is distributed.
+    """Mass of bodies and how it is distributed.
 
     Args:
         mass: Mass, kg.
@@ -150,36 +150,45 @@ class Inertia:
     center: Floats
     euler: Floats
 
+    @property
+    def tensor(self) -> Floats:
+        """Inertia about the centre in the scene's axes, shape (3, 3), kg m^2."""
+        found = np.trace(self.euler) * np.eye(3) - self.euler
+        return (found + found.T) / 2
 
-def inertia_of(body: ShellModel | BeamModel) -> Inertia:
-    """Mass and inertia of a shell or beam by its own mass forms; collective.
+    @property
+    def lacking(self) -> bool:
+        """Decide whether there is none about some axis."""
+        principal = np.linalg.eigvalsh(self.tensor)
+        return bool(principal[0] < NO_INERTIA * principal[2])
+
+
+def inertia_of(bodies: Collection[ShellModel | BeamModel]) -> Inertia:
+    """Mass and inertia of shells and beams together by their own mass forms; collective.
 
     Args:
-        body: A body that has inertia.
+        bodies: Bodies that have inertia.
     """
-    space = body.mixed.space
-    a, b = fem.Function(space), fem.Function(space)
-    form = body.inertia(a, b)
-    assert form is not None
-    kernel = compiled(form)
-    comm: MPI.Comm = space.mesh.comm
-    X, D = body.mixed.nodes("u"), body.node_directors()
+    comm: MPI.Comm = next(iter(bodies)).mixed.space.mesh.comm
     # about a point nearby: far away from the origin nothing must cancel
-    middle = comm.allreduce(X.sum(axis=0), op=MPI.SUM) / comm.allreduce(len(X), op=MPI.SUM)
-    u = body.mixed.dofs["u"].reshape(-1, 3)[:, 0]
-    w = body.mixed.dofs["w"].reshape(D.shape)[:, :, 0]
-
-    def velocity(function: fem.Function, k: int) -> None:
-        """Along x, growing with the coordinate k; uniform for k = 3."""
-        function.x.array[u] = 1.0 if k == 3 else X[:, k] - middle[k]
-        function.x.array[w] = 0.0 if k == 3 else D[:, :, k]
-
+    every = np.concatenate([body.mixed.nodes("u") for body in bodies])
+    middle = comm.allreduce(every.sum(axis=0), op=MPI.SUM) / comm.allreduce(len(every), op=MPI.SUM)
     gram = np.zeros((4, 4))
-    for i, j in itertools.combinations_with_replacement(range(4), 2):
-        velocity(a, i)
-        velocity(b, j)
-        gram[i, j] = gram[j, i] = fem.assemble_scalar(kernel)
-    gram = comm.allreduce(gram, op=MPI.SUM)
+    for body in bodies:
+        ends = [fem.Function(body.mixed.space) for _ in range(2)]
+        form = body.inertia(*ends)
+        if form is None:
+            continue
+        kernel, X, D = compiled(form), body.mixed.nodes("u"), body.node_directors()
+        u = body.mixed.dofs["u"].reshape(-1, 3)[:, 0]
+        w = body.mixed.dofs["w"].reshape(D.shape)[:, :, 0]
+        for pair in itertools.combinations_with_replacement(range(4), 2):
+            for function, k in zip(ends, pair, strict=True):
+                # a velocity along x, growing with the coordinate k; uniform for k = 3
+                function.x.array[u] = 1.0 if k == 3 else X[:, k] - middle[k]
+                function.x.array[w] = 0.0 if k == 3 else D[:, :, k]
+            gram[pair] += fem.assemble_scalar(kernel)
+    gram = comm.allreduce(np.triu(gram) + np.triu(gram, 1).T, op=MPI.SUM)
     mass = float(gram[3, 3])
     away = gram[3, :3] / mass if mass > 0 else np.zeros(3)
     return Inertia(mass, middle + away, gram[:3, :3] - mass * np.outer(away, away))
@@ -198,22 +207,19 @@ def rigid_body(body: ShellModel | BeamModel, dynamic: bool) -> RigidBody:
     Raises:
         SceneError: If it has no inertia about some axis and needs it.
     """
-    found = inertia_of(body)
+    found = inertia_of([body])
     axes = np.eye(3)
     if isinstance(body, BeamModel):
         axes = body.domain.triads[0].reshape(3, 3).T
-    inertia = np.trace(found.euler) * np.eye(3) - found.euler
-    principal = np.linalg.eigvalsh(inertia)
-    if dynamic and principal[0] < NO_INERTIA * principal[2]:
+    if dynamic and found.lacking:
         raise SceneError(
             f"{said(body.described)} is rigid and has no inertia about one of its axes; it must "
             "have rotary_inertia=True"
         )
-    local = axes.T @ (inertia + inertia.T) @ axes / 2
     return RigidBody(
         body.name,
         found.mass,
-        _rows(local),
+        _rows(axes.T @ found.tensor @ axes),
         triple(found.center),
         _rows(axes),
         points={

@@ -18,6 +18,7 @@ import numpy as np
 
 from shellmb.arrays import Floats
 from shellmb.errors import SceneError
+from shellmb.model.frames.rigid_from_mesh import inertia_of
 from shellmb.model.reduced.data import InterfaceModes, Member, ModalBody
 from shellmb.preprocessing.modal.isolated import Arrays, IsolatedBody
 from shellmb.preprocessing.modal.loads import SpreadLoads, TermsAtRest
@@ -32,10 +33,9 @@ from shellmb.scene.values.models import Modal
 
 type Touched = Mapping[str, tuple[str, Any, str]]
 
-# shares below which a combination of Ritz vectors is none, a point has no mass that counts (as
-# motions in the plane that come with bending: with every point a step takes longer), and a body has
-# no inertia about an axis
-NO_MODE, NO_MASS, NO_INERTIA = 1e-10, 1e-6, 1e-12
+# shares below which a combination of Ritz vectors is none, and a point has no mass that counts (as
+# motions in the plane that come with bending: with every point a step takes longer)
+NO_MODE, NO_MASS = 1e-10, 1e-6
 # a square of a frequency below this share of the lowest free one is that of a rigid motion
 FREE = 1e-6
 
@@ -159,26 +159,15 @@ class _Modes:
     ) -> None:
         self._isolated, self._supported, self._slowing = isolated, held, slowing
         self._length = max(body.domain.length for body in isolated.model.meshed.values())
-        # moments about a point nearby: far from the origin nothing must cancel
-        X = np.concatenate([isolated.nodes(name)[0] for name in isolated.model.meshed])
-        comm = isolated.comm
-        total = comm.allreduce(X.sum(axis=0), op=MPI.SUM)
-        middle = total / comm.allreduce(len(X), op=MPI.SUM)
-        gram = self._masses([isolated.one(), *(isolated.arm(a, middle) for a in range(3))])
-        self.mass = float(gram[0, 0])
+        whole = inertia_of(isolated.model.meshed.values())
+        self.mass, self.center, self.inertia = whole.mass, whole.center, whole.tensor
         if not self.mass > 0:
             raise SceneError(f"{who} has no mass; reduced to modes it must have")
-        away = gram[0, 1:] / self.mass
-        self.center = middle + away
-        self.euler = gram[1:, 1:] - self.mass * np.outer(away, away)
-        inertia = np.trace(self.euler) * np.eye(3) - self.euler
-        principal = np.linalg.eigvalsh(inertia)
-        if principal[0] < NO_INERTIA * principal[2]:
+        if whole.lacking:
             raise SceneError(
                 f"{who} is reduced to modes and has no inertia about one of its axes; it must have "
                 "rotary_inertia=True"
             )
-        self.inertia = (inertia + inertia.T) / 2
         self._loads = SpreadLoads(isolated, loads)
         forces = [*self._loads.vectors(), *terms.forces()]
         found = ritz_vectors(held, count, self.center, forces, terms.stiffness())

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from functools import cached_property
 from typing import Any
 
@@ -10,11 +11,10 @@ from petsc4py import PETSc
 
 import numpy as np
 import ufl
-from dolfinx import fem, la
+from dolfinx import fem
 
 from shellmb.arrays import Floats
 from shellmb.model.model import Model
-from shellmb.native.kernels import compile_all
 from shellmb.preprocessing.constraint_analysis.mobility import Motions
 from shellmb.preprocessing.constraint_analysis.motions import SMALL, Frame
 from shellmb.preprocessing.constraint_analysis.redundancy import look_through
@@ -70,20 +70,11 @@ class IsolatedBody:
         self.system.scatter(state)
         return self.system.symmetric_matrix(self._stiffness, 1.0)
 
-    def elastic(self, arrays: Arrays) -> PETSc.Vec:
-        """Elastic forces of bodies by small states of each, as of `force`; collective."""
-        forces = self.zeros()
-        for k, body in enumerate(self.model.bodies):
-            kernels = self._stiffness[k, k] if body.name in arrays else ()
-            for form in compile_all(kernels):
-                A = fem.assemble_matrix(form)
-                A.scatter_reverse()
-                # columns of other ranks' nodes are more than those that the body has here
-                owned, state = A.index_map(0).size_local, la.vector(A.index_map(1))
-                state.array[:owned] = arrays[body.name][:owned]
-                state.scatter_forward()
-                forces[body.name][:owned] += A.to_scipy() @ state.array
-        return self.force(forces)
+    def stiffness_of(self, names: Collection[str]) -> PETSc.Mat:
+        """Stiffness matrix of some bodies by themselves, with the columns of fixed unknowns."""
+        own = [k for k, body in enumerate(self.model.bodies) if body.name in names]
+        blocks = {place: forms for place, forms in self._stiffness.items() if place[0] in own}
+        return self.system.symmetric_matrix(blocks, 0.0, columns=True)
 
     @property
     def damping(self) -> PETSc.Mat | None:
@@ -218,12 +209,19 @@ class IsolatedBody:
         out.array[self.system.fixed] = 0.0
         return out
 
-    def solver(self, K: PETSc.Mat) -> PETSc.KSP:
-        """A direct solver for a matrix of the system, or a part of it."""
-        solver = PETSc.KSP().create(self.comm)
-        solver.setOperators(K)
+    def solver(self, K: PETSc.Mat, M: PETSc.Mat, omega2: float) -> PETSc.KSP:
+        """A direct solver with a stiffness and the mass at a square of a rate.
+
+        Args:
+            K: Stiffness matrix of the system, or a part of it.
+            M: Mass matrix likewise.
+            omega2: The square [rad^2/s^2].
+        """
+        solver, A = PETSc.KSP().create(self.comm), K.copy()
+        A.axpy(omega2, M)
+        solver.setOperators(A)
         solver.setType(PETSc.KSP.Type.PREONLY)
-        options = mumps_options(K.getSize()[0], reduced=False)
+        options = mumps_options(A.getSize()[0], reduced=False)
         use_mumps(solver.getPC(), "lu", new_prefix(self), options)
         return solver
 

@@ -124,10 +124,7 @@ class Held:
 
     @cached_property
     def _solver(self) -> PETSc.KSP:
-        K, M = self._inner
-        K = K.copy()
-        K.axpy(STATIC * self._isolated.scale, M)
-        return self._isolated.solver(K)
+        return self._isolated.solver(*self._inner, STATIC * self._isolated.scale)
 
     @cached_property
     def _inert(self) -> tuple[list[PETSc.Vec], list[PETSc.Vec]]:

@@ -76,29 +76,26 @@ def _bending(isolated: IsolatedBody, shape: Arrays) -> tuple[PETSc.Vec, PETSc.Ve
         isolated: The scene.
         shape: Small states of bodies.
     """
-    at_rest = _solver(isolated, isolated.K, STATIC * isolated.scale)
-
-    def elastic(state: PETSc.Vec) -> PETSc.Vec:
-        found = isolated.arrays(state)
-        return isolated.elastic({name: found[name] for name in shape})
+    at_rest = isolated.solver(isolated.K, isolated.M, STATIC * isolated.scale)
+    elastic = isolated.stiffness_of(shape.keys())
 
     def solved(force: PETSc.Vec) -> PETSc.Vec:
         moved = force.duplicate()
         at_rest.solve(force, moved)
         return moved
 
-    force = isolated.elastic(shape)
+    force = elastic * isolated.vector(shape)
     linear = solved(force)
-    left = force - elastic(linear)
+    left = force - elastic * linear
     search = better = solved(left)
     work = left.dot(better)
     least = BALANCED**2 * force.dot(linear)
     for _ in range(CORRECTIONS):
         if work <= least:
             break
-        along = elastic(search)
+        along = elastic * search
         answer = solved(along)
-        image = elastic(answer)
+        image = elastic * answer
         step = work / search.dot(image)
         force.axpy(step, along)
         linear.axpy(step, answer)
@@ -132,15 +129,8 @@ def _moved(isolated: IsolatedBody, force: PETSc.Vec, linear: PETSc.Vec) -> PETSc
         ):
             A.mult(along, part)
             left.axpy(-weight, part)
-        _solver(isolated, K, omega2).solve(left, change)
+        isolated.solver(K, isolated.M, omega2).solve(left, change)
         moved += change
         if abs(change.dot(left)) < CONVERGED * energy:
             return moved
     return None
-
-
-def _solver(isolated: IsolatedBody, K: PETSc.Mat, omega2: float) -> PETSc.KSP:
-    """Solver with a stiffness and the mass at a square of a rate."""
-    A = K.copy()
-    A.axpy(omega2, isolated.M)
-    return isolated.solver(A)

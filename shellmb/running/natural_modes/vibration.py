@@ -17,7 +17,7 @@ from shellmb.model.model import Model
 from shellmb.native.assembler import assembled_as
 from shellmb.observers.fields.modal import ModalNodes, modal_members
 from shellmb.preprocessing.checked_model import checked_model
-from shellmb.preprocessing.modal.tangent import Blocks, tangent
+from shellmb.preprocessing.modal.tangent import tangent
 from shellmb.scene import Scene
 from shellmb.scene.schemes import SIMPLEST
 from shellmb.simulate.eigenmodes import Lowest, lowest
@@ -160,9 +160,12 @@ def modes_about(scene: Scene, comm: MPI.Comm, count: int, state: Simulation | No
     moving = in_motion(scene)
     # forces of joints and supports are those of the equilibrium, in its unit
     model, _ = checked_model(moving, comm, None if state is None else state.model.force)
-    if state is not None:
+    if state is None:
+        system, stiffness, mass = tangent(model)
+    else:
         state.run()
-    system, stiffness, mass = _tangent_at(model, state)
+        end, t = state.problem.start_factor, state.t
+        system, stiffness, mass = tangent(model, state.arrays(), lambda of: end(t, of))
     found = lowest(model, system, stiffness, mass, count, state is not None)
     shapes = [mode_shape(system, model, vector) for vector in found.vectors]
     values = found.values
@@ -232,14 +235,6 @@ def parts_of(
 
     for vector in vectors:
         yield parts(system.local_values(vector))
-
-
-def _tangent_at(model: Model, state: Simulation | None) -> tuple[BlockSystem, Blocks, Blocks]:
-    """Stiffness and mass at the end of a static simulation, or at the reference."""
-    if state is None:
-        return tangent(model)
-    end, t = state.problem.start_factor, state.t
-    return tangent(model, state.arrays(), lambda function: end(t, function))
 
 
 def mode_shape(system: BlockSystem, model: Model, vector: PETSc.Vec) -> Shape:

@@ -166,12 +166,19 @@ class Linearised:
         for frame in self.frames.values():
             frame.turn(rate)
 
-    def matrices(self) -> tuple[PETSc.Mat, PETSc.Mat, PETSc.Mat]:
-        """Stiffness, damping with Coriolis' forces, and mass at the state."""
-        K = self.relaxation.tangent()
-        C = self.system.symmetric_matrix(self._damping, 0.0)
-        C.axpy(2 * self.rate, self.transport)
-        return K, C, self.mass
+    def matrices(self, columns: bool = False) -> tuple[PETSc.Mat, PETSc.Mat, PETSc.Mat]:
+        """Stiffness, damping with Coriolis' forces, and mass at the state.
+
+        Args:
+            columns: Whether those of fixed dofs stay, by which prescribed motions act.
+        """
+        K, matrix = self.relaxation.tangent(columns), self.system.symmetric_matrix
+        C, M = (matrix(forms, 0.0, columns) for forms in (self._damping, self._mass))
+        # M W for the rate one: it depends on no state
+        self.turn(1.0)
+        C.axpy(2 * self.rate, matrix(self._unit, 0.0, columns))
+        self.turn(self.rate)
+        return K, C, M
 
     def branches(self, columns: bool = False) -> dict[float, PETSc.Mat]:
         """Stiffness of Maxwell branches that are relaxed at the state, by their times [s].
@@ -187,15 +194,6 @@ class Linearised:
                 forms.setdefault(time, {}).setdefault((k, k), []).append(form)
         matrix = self.system.symmetric_matrix
         return {time: matrix(of, 0.0, columns) for time, of in forms.items()}
-
-    def columns(self) -> tuple[PETSc.Mat, PETSc.Mat, PETSc.Mat]:
-        """Matrices with the columns of fixed dofs, by which prescribed motions act."""
-        K, matrix = self.relaxation.tangent(columns=True), self.system.symmetric_matrix
-        C, M = (matrix(forms, 0.0, columns=True) for forms in (self._damping, self._mass))
-        self.turn(1.0)
-        C.axpy(2 * self.rate, matrix(self._unit, 0.0, columns=True))
-        self.turn(self.rate)
-        return K, C, M
 
     @property
     def shift(self) -> float:

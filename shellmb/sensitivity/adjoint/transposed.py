@@ -19,14 +19,12 @@ from dolfinx import fem, la
 from ufl import Form
 
 from shellmb.arrays import Floats
-from shellmb.native.assembler import is_native
 from shellmb.native.derivatives import by_directions
 from shellmb.native.kernels import compile_all, compile_each
 from shellmb.sensitivity.adjoint.steps import relaxing
 from shellmb.simulate.problem import Problem
 from shellmb.system.assembly.fields import Field
-from shellmb.system.assembly.loops import LoopResiduals, MeshCells, Rows
-from shellmb.system.assembly.residuals import DolfinxResiduals, Residuals
+from shellmb.system.assembly.meshgroups import residuals_of
 
 # covectors of the functions at the start of a step by body and name: "q" and those of rates
 Covector = dict[tuple[str, str], Floats]
@@ -219,24 +217,12 @@ class _Sums:
     ) -> None:
         self._functions = functions
         ends = np.cumsum([0, *(len(f.x.array) for f in functions)])
-        fields = [Field(f.name, f, (), ()) for f in functions]
         self._places = [slice(*pair) for pair in itertools.pairwise(ends.tolist())]
         self._local = np.zeros(ends[-1])
-        self.loops: Residuals
-        if not is_native():
-            placed = [(form, (functions.index(f),)) for form, f in forms]
-            self.loops = DolfinxResiduals(placed, fields, ends[:-1].tolist())
-            return
-        meshes: dict[int, list[int]] = {}
-        for k, f in enumerate(functions):
-            meshes.setdefault(id(f.function_space.mesh), []).append(k)
-        parts: list[Rows] = []
-        for numbers in meshes.values():
-            held = [np.zeros(len(functions[k].x.array), np.int8) for k in numbers]
-            cells = MeshCells([fields[k] for k in numbers], [int(ends[k]) for k in numbers], held)
-            here = [functions[k] for k in numbers]
-            parts.append((cells, [(form, (here.index(f),), -1) for form, f in forms if f in here]))
-        self.loops = LoopResiduals(parts)
+        fields = [Field(f.name, f, (), ()) for f in functions]
+        held = [np.zeros(len(f.x.array), np.int8) for f in functions]
+        placed = [(form, (functions.index(f),)) for form, f in forms]
+        self.loops = residuals_of(fields, ends[:-1].tolist(), held, placed)
 
     def __call__(self) -> dict[fem.Function, Floats]:
         """Sums over all ranks by their functions, zero at ghosts; collective."""

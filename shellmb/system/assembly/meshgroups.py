@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 from dolfinx import fem
 
-from shellmb.arrays import Floats
+from shellmb.arrays import Floats, Ints
 from shellmb.native.assembler import is_native
 from shellmb.system.assembly.blocks import BlockSystem
 from shellmb.system.assembly.deferred import DeferredValues
+from shellmb.system.assembly.fields import Field
 from shellmb.system.assembly.loops import LoopResiduals, MeshCells, PlacedForm, Rows
-from shellmb.system.assembly.residuals import DolfinxResiduals, Residuals
+from shellmb.system.assembly.residuals import DolfinxResiduals, Residuals, RowForm
 
 
 @dataclass(frozen=True)
@@ -33,12 +35,7 @@ class MeshGroup:
     @property
     def residuals(self) -> Rows:
         """The cells with the residual forms on them."""
-        numbers = self.numbers
-        return self.cells, [
-            (form, tuple(numbers.index(k) for k in rows), -1)
-            for form, rows in self.system.residual_forms
-            if rows[0] in numbers
-        ]
+        return _rows(self.numbers, self.cells, self.system.residual_forms)
 
     def jacobians(self) -> list[PlacedForm]:
         """Derivatives of the residuals as `FormLoop` takes them."""
@@ -53,22 +50,45 @@ class MeshGroup:
 
 def mesh_groups(system: BlockSystem) -> list[MeshGroup]:
     """All meshes of a system with the fields on each."""
+    found = _by_mesh(system.fields, system.numbering.offsets, system.held)
+    return [MeshGroup(system, *each) for each in found]
+
+
+def _by_mesh(
+    fields: Sequence[Field], offsets: Sequence[int] | Ints, held: Sequence[npt.NDArray[np.int8]]
+) -> Iterator[tuple[list[int], MeshCells]]:
+    """Numbers of the fields on each mesh, with its cells."""
     groups: dict[int, list[int]] = {}
-    for k, field in enumerate(system.fields):
+    for k, field in enumerate(fields):
         groups.setdefault(id(field.function.function_space.mesh), []).append(k)
-    offsets = system.numbering.offsets
-    return [
-        MeshGroup(
-            system,
-            numbers,
-            MeshCells(
-                [system.fields[k] for k in numbers],
-                [int(offsets[k]) for k in numbers],
-                [system.held[k] for k in numbers],
-            ),
-        )
-        for numbers in groups.values()
-    ]
+    for numbers in groups.values():
+        places = [int(offsets[k]) for k in numbers]
+        yield numbers, MeshCells([fields[k] for k in numbers], places, [held[k] for k in numbers])
+
+
+def _rows(numbers: list[int], cells: MeshCells, forms: Sequence[RowForm]) -> Rows:
+    """Cells with the forms on them, whose rows are numbered among the fields of the mesh."""
+    placed = [(form, rows) for form, rows in forms if rows[0] in numbers]
+    return cells, [(form, tuple(map(numbers.index, rows)), -1) for form, rows in placed]
+
+
+def residuals_of(
+    fields: Sequence[Field],
+    offsets: Sequence[int],
+    held: Sequence[npt.NDArray[np.int8]],
+    forms: Sequence[RowForm],
+) -> Residuals:
+    """Make what assembles linear forms into the local arrays of some fields.
+
+    Args:
+        fields: The fields.
+        offsets: First place of each in the concatenated local arrays.
+        held: Which of their local dofs have given values.
+        forms: Compiled forms with the numbers of the fields whose rows they have.
+    """
+    if not is_native():
+        return DolfinxResiduals(forms, fields, offsets)
+    return LoopResiduals(_rows(*each, forms) for each in _by_mesh(fields, offsets, held))
 
 
 def residuals_of_steps(
@@ -83,12 +103,7 @@ def residuals_of_steps(
         steps: How many steps are kept.
     """
     field = system.fields[number]
-    residuals: Residuals
-    if is_native():
-        cells = MeshCells([field], [0], [system.held[number]])
-        residuals = LoopResiduals([(cells, [(form, (0,), -1) for form in forms])])
-    else:
-        residuals = DolfinxResiduals([(form, (0,)) for form in forms], [field], [0])
+    residuals = residuals_of([field], [0], [system.held[number]], [(form, (0,)) for form in forms])
 
     def find() -> Floats:
         found = np.zeros(field.size_all)

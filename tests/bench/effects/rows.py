@@ -12,11 +12,12 @@ from mpi4py import MPI
 
 import numpy as np
 
-from shellmb.accuracy.measuring.times import Stopwatch, slowest
+from shellmb.accuracy.measuring.times import slowest
 from shellmb.arrays import Ints
 from shellmb.demos.effects.catalogue.registry import EFFECTS, find_effect
 from shellmb.demos.effects.count import count
 from shellmb.demos.effects.stepping import WARM, Stepping, in_turn, observer_shares, scratch, shares
+from shellmb.demos.verification.measuring import Stopwatch
 from shellmb.errors import SceneError
 from shellmb.meshes.lifetime import free
 from shellmb.scene import Output, Scene

@@ -9,7 +9,7 @@ from pathlib import Path
 from statistics import median
 
 from shellmb.accuracy.measuring.records import to_json
-from shellmb.accuracy.measuring.tables import replaced
+from shellmb.demos.verification.measuring import replaced
 from shellmb.errors import SceneError
 from tests.bench.errors.bodies import MOTIONS, OTHERS, STATICS
 from tests.bench.errors.case import Case

@@ -13,7 +13,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 import shellmb as sm
-from shellmb.accuracy.measuring.tables import replaced
+from shellmb.demos.verification.measuring import replaced
 from shellmb.meshes.lifetime import free
 from shellmb.scene import Scene
 from tests.bench.errors.bodies import plate, rod, strip

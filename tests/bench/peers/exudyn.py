@@ -17,8 +17,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from shellmb.accuracy.measuring.times import Stopwatch
 from shellmb.arrays import Floats
+from shellmb.demos.verification.measuring import Stopwatch
 from tests.bench.peers.codes import require_package
 
 # coordinates of a node that a clamp at an x holds: the position, the slope along the edge, and

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from shellmb.accuracy.measuring.times import Stopwatch
+from shellmb.demos.verification.measuring import Stopwatch
 from tests.bench.peers.codes import require_package
 
 ELEMENT = "ShellThinElementCorotational3D4N"

@@ -13,7 +13,7 @@ import ctypes
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from shellmb.accuracy.measuring.times import Stopwatch
+from shellmb.demos.verification.measuring import Stopwatch
 from tests.bench.peers.codes import require_package
 
 # Newton iterations of a load step at most

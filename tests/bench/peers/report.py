@@ -10,9 +10,10 @@ from pathlib import Path
 from rich.console import Console
 
 from shellmb.accuracy.measuring.records import to_json, write
-from shellmb.accuracy.measuring.tables import Column, console, line, markdown, print_table
+from shellmb.accuracy.measuring.tables import Column, console, line, print_table
 from shellmb.cli.failures import tell
 from shellmb.cli.report import say
+from shellmb.demos.verification.measuring import markdown
 from shellmb.errors import SceneError
 from shellmb.files.writing import write_text
 from tests.bench.peers.codes import OURS

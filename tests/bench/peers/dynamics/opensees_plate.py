@@ -12,9 +12,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from shellmb.accuracy.measuring.times import Stopwatch
 from shellmb.arrays import Floats
 from shellmb.demos.sudden_load import LENGTH, WIDTH
+from shellmb.demos.verification.measuring import Stopwatch
 from tests.bench.peers.codes import OPENSEES
 from tests.bench.peers.dynamics.history import TipHistory
 from tests.bench.peers.dynamics.our_plate import DENSITY, SECTION, THICKNESS, place

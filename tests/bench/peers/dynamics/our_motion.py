@@ -7,7 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from shellmb.accuracy.measuring.times import Stopwatch
+from shellmb.demos.verification.measuring import Stopwatch
 from shellmb.errors import ConvergenceError
 from shellmb.model.locations.nodes import local_nodes
 from shellmb.scene import Scene, StepControl

@@ -8,8 +8,8 @@ from typing import Any, ClassVar
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from shellmb.accuracy.measuring.times import Stopwatch
 from shellmb.arrays import Floats
+from shellmb.demos.verification.measuring import Stopwatch
 from shellmb.errors import ConvergenceError, SceneError
 from shellmb.observers.deferred_observer import STEPS
 from shellmb.running.standard import StandardObservers

@@ -13,10 +13,10 @@ from typing import Any
 
 import numpy as np
 
-from shellmb.accuracy.measuring.times import Stopwatch
 from shellmb.arrays import Floats
 from shellmb.demos import hemisphere
 from shellmb.demos.hemisphere import FORCE, INWARD, RADIUS
+from shellmb.demos.verification.measuring import Stopwatch
 from tests.bench.peers import exudyn, kratos, ngsolve, opensees
 from tests.bench.peers.codes import EXUDYN, KRATOS, NGSOLVE, OPENSEES, OURS
 from tests.bench.peers.statics import ours

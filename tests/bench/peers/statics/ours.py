@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from shellmb.accuracy.measuring.times import Stopwatch
+from shellmb.demos.verification.measuring import Stopwatch
 from shellmb.errors import ConvergenceError
 from shellmb.model.locations.nodes import local_nodes
 from shellmb.scene import Scene

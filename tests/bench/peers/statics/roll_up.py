@@ -11,9 +11,9 @@ import math
 
 import numpy as np
 
-from shellmb.accuracy.measuring.times import Stopwatch
 from shellmb.arrays import Floats
 from shellmb.demos import roll_up
+from shellmb.demos.verification.measuring import Stopwatch
 from tests.bench.peers import exudyn, kratos, ngsolve, opensees
 from tests.bench.peers.codes import EXUDYN, KRATOS, NGSOLVE, OPENSEES, OURS
 from tests.bench.peers.statics import ours
