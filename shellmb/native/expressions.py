@@ -7,7 +7,7 @@ from typing import Any
 from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
 
 import numpy as np
-from dolfinx import cpp, fem, mesh  # type: ignore[attr-defined]
+from dolfinx import fem, mesh
 from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats
@@ -15,65 +15,39 @@ from shellmb.native import library as native
 from shellmb.native import reference
 from shellmb.native.assembler import is_native
 from shellmb.native.library import CArrays, cell_dofs, doubles
-from shellmb.native.programs.expressions import ExpressionProgram
+from shellmb.native.programs.expressions import program_of
 from shellmb.native.programs.graph import Unsupported
 
 # of a line
 MIDDLE = np.array([[0.5]])
 
 
-def compiled_expression(value: Expr, points: Floats) -> fem.Expression:
-    """An expression without arguments made ready for DOLFINx; collective.
-
-    Args:
-        value: The expression.
-        points: Where on the reference element it is wanted, shape (n, dimension).
-    """
-    program = _program(value, np.reshape(points, (len(points), -1)))
-    if program is None:
-        return reference.compiled_expression(value, points)
-    # as DOLFINx attaches data to a kernel that it has compiled
-    made: fem.Expression = object.__new__(fem.Expression)
-    made._ufl_expression, made._argument_space = value, None
-    made._ufcx_expression, made._code = program.form, ""
-    made._cpp_object = cpp.fem.create_expression_float64(
-        program.address,
-        [function._cpp_object for function in program.coefficients],
-        [constant._cpp_object for constant in program.constants],
-        [],
-        None,
-    )
-    made._module = program  # type: ignore[attr-defined]
-    return made
-
-
-def _program(value: Expr, points: Floats) -> ExpressionProgram | None:
-    """Program of an expression at points; None where DOLFINx has to compile it."""
-    if not is_native():
-        return None
-    try:
-        return ExpressionProgram(value, points)
-    except Unsupported:
-        return None
-
-
-def values_in_cells(value: Expr, points: Any, domain: mesh.Mesh) -> Callable[[], Floats]:
+def values_in_cells(
+    value: Expr, points: Any, domain: mesh.Mesh, ghosts: bool = False
+) -> Callable[[], Floats]:
     """Make what finds an expression in the cells that this rank owns; collective.
 
     Args:
         value: The expression, without arguments.
         points: Where on the reference element it is wanted, shape (n, dimension).
         domain: The mesh.
+        ghosts: Whether it is wanted in the cells of other ranks that this one sees, too.
 
     Returns:
         Gives its values as they are now, shape (cells, points, components).
     """
-    expression = compiled_expression(value, np.asarray(points))
-    owned = domain.topology.index_map(domain.topology.dim).size_local
-    cells, shape = (
-        np.arange(owned, dtype=np.int32),
-        (owned, len(points), math.prod(value.ufl_shape)),
-    )
+    places = np.reshape(np.asarray(points, dtype=float), (len(points), -1))
+    index_map = domain.topology.index_map(domain.topology.dim)
+    count = int(index_map.size_local + (index_map.num_ghosts if ghosts else 0))
+    if is_native():
+        try:
+            return _CellValues(value, places, domain, count)
+        except Unsupported:
+            # then DOLFINx has to compile it
+            pass
+    expression = reference.compiled_expression(value, np.asarray(points))
+    cells = np.arange(count, dtype=np.int32)
+    shape = count, len(points), math.prod(value.ufl_shape)
     return lambda: np.asarray(expression.eval(domain, cells)).reshape(shape)
 
 
@@ -88,71 +62,63 @@ def values_at_states(value: Expr, state: fem.Function) -> Callable[[Floats], Flo
         Gives values in the middle of the cells of this rank, shape (k, cells, n), at local arrays
         of the function, shape (k, dofs).
     """
-    program = _program(value, MIDDLE)
-    if program is not None:
-        return _AtStates(value, state, program)
-    expression = reference.compiled_expression(value, MIDDLE)
     domain, size = state.function_space.mesh, int(value.ufl_shape[0])
-    every = np.arange(len(domain.geometry.dofmaps[0]), dtype=np.int32)
+    cells, place = len(domain.geometry.dofmaps[0]), state.x.array
+    now = values_in_cells(value, MIDDLE, domain, ghosts=True)
 
     def find(states: Floats) -> Floats:
-        found = np.zeros((len(states), len(every), size))
+        found = np.zeros((len(states), cells, size))
         for values, array in zip(found, states, strict=True):
-            state.x.array[:] = array
-            values[:] = expression.eval(domain, every).reshape(values.shape)
+            place[:] = array
+            values[:] = now()[:, 0]
         return found
 
     return find
 
 
-class _AtStates:
-    def __init__(self, value: Expr, state: fem.Function, kernel: ExpressionProgram) -> None:
-        pointer = CArrays()
-        self._lib, self._kept = native.cells().lib, (pointer, kernel)
-        self._constants = [constant.value.reshape(-1) for constant in kernel.constants]
+class _CellValues:
+    """Values in the first cells of a mesh by the loop over them in C; arguments as above."""
+
+    def __init__(self, value: Expr, points: Floats, domain: mesh.Mesh, count: int) -> None:
+        program, structure = program_of(value, points)
+        self._lib, pointer = native.cells().lib, CArrays()
+        address = np.array([program.address(pointer)])
+        self._constants = [address, *(c.value.reshape(-1) for c in structure.constants)]
         self._packed = np.zeros(sum(map(len, self._constants)))
-        self._place, size = state.x.array, int(value.ufl_shape[0])
-        domain = state.function_space.mesh
-        geometry = np.ascontiguousarray(domain.geometry.x[domain.geometry.dofmaps[0]])
-        tables, values = [], []
-        for function in kernel.coefficients:
-            tables.append(cell_dofs(function.function_space))
-            values.append(pointer(function.x.array))
-        tables = kernel.program.of_each(tables)
+        geometry = np.ascontiguousarray(domain.geometry.x[domain.geometry.dofmaps[0][:count]])
+        functions = list(structure.coefficients)
+        tables = program.of_each([cell_dofs(f.function_space)[:count] for f in functions])
         sizes = [table.shape[1] for table in tables]
-        function = pointer.ffi.cast("uintptr_t", kernel.form.tabulate_tensor_float64)
+        self._shape = count, len(points), math.prod(value.ufl_shape)
+        size = self._shape[1] * self._shape[2]
         members = {
-            "function": pointer.ffi.cast("void *", int(function)),
+            "function": pointer.ffi.cast("void *", self._lib.interpret_one_0),
             "lanes": 1,
-            "opens": True,
-            "closes": True,
             "adds": True,
             "constants": pointer(self._packed),
             "rows": size,
             "columns": 1,
             "row_place": pointer(np.arange(size, dtype=np.int32)),
             "coefficients": len(sizes),
-            "values": pointer.many("double *", values),
+            "values": pointer.many("double *", [pointer(f.x.array) for f in functions]),
             "dofs": pointer.many("int *", [pointer(table) for table in tables]),
             "sizes": pointer(np.array([*sizes, 0], dtype=np.int32)),
         }
         cells = {
-            "cells": len(geometry),
+            "cells": count,
             "size": size,
-            "dofs": pointer(np.arange(geometry.shape[0] * size, dtype=np.int32)),
+            "dofs": pointer(np.arange(count * size, dtype=np.int32)),
             "geometry": pointer(geometry),
             "geometry_size": int(np.prod(geometry.shape[1:])),
             "coefficient_size": sum(sizes) + 1,
             "lanes": 1,
         }
+        self._kept = pointer, program
         self._loop = pointer.many("Cells", [cells]), pointer.many("Kernel", [members]), 1
-        self._shape = len(geometry), size
 
-    def __call__(self, states: Floats) -> Floats:
-        if self._constants:
-            np.concatenate(self._constants, out=self._packed)
-        found = np.zeros((len(states), *self._shape))
-        for values, state in zip(found, states, strict=True):
-            self._place[:] = state
-            self._lib.residual(*self._loop, doubles(values))
+    def __call__(self) -> Floats:
+        """Values as they are now."""
+        np.concatenate(self._constants, out=self._packed)
+        found = np.zeros(self._shape)
+        self._lib.residual(*self._loop, doubles(found))
         return found

@@ -70,7 +70,6 @@ class ScaledRates:
             self._own.append((scaled, dofs[own], numbers[own]))
             if len(linked):
                 self._linked.append((scaled, linked, int(numbering.offsets[k]) + linked))
-        self._vector = system.x.duplicate()
         self._any = bool(system.comm.allreduce(len(self._linked)))
 
     def take(self, dt: float) -> None:
@@ -83,12 +82,12 @@ class ScaledRates:
             np.multiply(rates, dt, out=scaled)
         if not self._any:
             return
-        unknowns = self._vector.array
+        unknowns = np.zeros(self._system.numbering.owned)
         for scaled, dofs, numbers in self._own:
             unknowns[numbers] = scaled[dofs]
-        self._system.exchange.look(self._vector)
+        local = self._system.exchange.seen(unknowns)
         for scaled, dofs, places in self._linked:
-            scaled[dofs] = self._system.exchange.local[places]
+            scaled[dofs] = local[places]
 
 
 def flight(bodies: Sequence[Body], levels: Mapping[str, Levels], dt: float) -> float:

@@ -177,18 +177,16 @@ class Coupled:
         return rows[own], columns[own]
 
 
-class Combined(Protocol):
-    """Rows or columns of a reduced matrix that local dofs are combinations of."""
+class MatrixPlaces(NamedTuple):
+    """Rows or columns of a reduced matrix that local dofs are combinations of.
 
-    @property
-    def numbers(self) -> Ints:
-        """Their numbers, -1: none, shape (local dofs, n)."""
-        ...
+    Args:
+        numbers: Their numbers in the matrix, -1: none, shape (local dofs, n).
+        values: Their shares at the current state, shape (local dofs, n or more).
+    """
 
-    @property
-    def values(self) -> Floats:
-        """Their shares at the current state, shape (local dofs, n or more)."""
-        ...
+    numbers: Ints
+    values: Floats
 
 
 class CoupledEntries:
@@ -200,7 +198,7 @@ class CoupledEntries:
         columns: Columns of local dofs.
     """
 
-    def __init__(self, coupled: Coupled, rows: Combined, columns: Combined) -> None:
+    def __init__(self, coupled: Coupled, rows: MatrixPlaces, columns: MatrixPlaces) -> None:
         self._coupled, self._combined = coupled, (rows, columns)
         self._numbers = [coupled.dofs.seen(of.numbers) for of in self._combined]
         places = [(i, j) for _, _, _, i, j in self._in_matrix(*coupled.pattern())]

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from petsc4py import PETSc
 
+import numpy as np
+
 from shellmb.native import library as native
 from shellmb.native.assembler import is_native
 from shellmb.system.assembly.blocks import BlockSystem
@@ -37,15 +39,14 @@ class Products:
             system.A.mult(x, y)
             return
         exchange, lib = system.exchange, native.cells().lib
-        exchange.look(x)
-        seen, local = exchange.local.copy(), exchange.local
-        local[:] = 0.0
+        seen = exchange.seen(x.array_r)
+        local = np.zeros_like(seen)
         for loop in self._loops:
             loop.refresh()
             lib.products(*loop.mesh, native.doubles(seen), native.doubles(local))
         if system.couplings:
             local += system.coupled.times(system.coupled.derivatives(), seen)
-        exchange.collect(y)
+        y.array[:] = exchange.summed(local)
         y.array[system.fixed] = x.array_r[system.fixed]
 
 

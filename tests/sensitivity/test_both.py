@@ -5,6 +5,8 @@ The kind: what one process does in one call is what any number of ranks do step 
 
 from collections.abc import Callable
 
+from mpi4py import MPI  # noqa: F401  (before petsc4py)
+
 import numpy as np
 import pytest
 

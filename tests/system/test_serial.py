@@ -8,7 +8,6 @@ import pytest
 from shellmb.native import library as native
 from shellmb.scene import Clamped, EdgeForce, Isotropic, Rectangle, Scene, Shell
 from shellmb.simulate.simulation import Simulation
-from shellmb.system.assembly.scatter import ParallelExchange, SerialExchange
 from shellmb.system.condensation.reduction import Reduction
 from shellmb.system.condensation.substitution import ParallelPasses, SerialPasses
 from shellmb.system.direct.solver import Purpose
@@ -113,26 +112,6 @@ def test_violations_of_directors(k) -> None:
     assert lib.violation(*arguments) == pytest.approx(max(expected[[0, 2, 3]]), rel=1e-14)
     values[6 * k] = np.nan
     assert np.isnan(lib.violation(*arguments))
-
-
-def test_exchange(simulation) -> None:
-    system = simulation.problem.system
-    arrays = [np.zeros(field.size_all) for field in system.fields]
-    others = [array.copy() for array in arrays]
-    x = system.x.duplicate()
-    x.array[:] = some(len(x.array_r))
-    pair = (
-        SerialExchange(system.numbering, arrays),
-        ParallelExchange(system.numbering, others, x),
-    )
-    sums = []
-    for exchange in pair:
-        exchange.spread(x)
-        exchange.look(x)
-        sums.append(x.duplicate())
-        exchange.collect(sums[-1])
-    assert all(np.array_equal(a, b) and a.any() for a, b in zip(arrays, others, strict=True))
-    assert np.allclose(sums[0].array_r, sums[1].array_r, rtol=ROUND_OFF, atol=0.0)
 
 
 @pytest.mark.parametrize("size", [1e-3, 1.0])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property, reduce
 from operator import add
@@ -27,7 +26,7 @@ from shellmb.meshes.shared import space_on
 from shellmb.model.body import Term
 from shellmb.model.sections.strains import Integrate, path_terms
 from shellmb.model.sections.strains import together as joined
-from shellmb.native.expressions import compiled_expression
+from shellmb.native.expressions import values_in_cells
 from shellmb.native.kernels import compiled
 from shellmb.native.programs.tables import points_of
 from shellmb.scene import BeamSection, Section
@@ -299,9 +298,7 @@ class _Group:
 
     def _at_points(self, value: Expr) -> Floats:
         """Values at the points, shape (cells, points, size)."""
-        found = compiled_expression(value, self._points).eval(self._domain, self._cells)
-        count = math.prod(value.ufl_shape)
-        return np.asarray(found).reshape(len(self._cells), len(self._points), count)
+        return values_in_cells(value, self._points, self._domain, ghosts=True)()
 
     @cached_property
     def _moments(self) -> list[Expr]:
@@ -311,8 +308,9 @@ class _Group:
         return [moment_of(self._strain, moment, states) for moment in along.change]
 
     @cached_property
-    def _changes(self) -> list[Any]:
-        return [compiled_expression(moment, self._points) for moment in self._moments]
+    def _changes(self) -> list[Callable[[], Floats]]:
+        where = self._points, self._domain, True
+        return [values_in_cells(moment, *where) for moment in self._moments]
 
     def term(self, layout: Layout, course: Course, tests: Sequence[Expr], trial: Expr) -> Term:
         """Forces in the rows of a step."""
@@ -384,12 +382,7 @@ class _Group:
         """Mean, first moment, bow and change of the springs' strains over the step just solved."""
         if self._found is not None:
             return self._found
-        found = [
-            self._scattered(
-                np.asarray(change.eval(self._domain, self._cells)).reshape(self._dofs.shape)
-            )
-            for change in self._changes
-        ]
+        found = [self._scattered(change().reshape(self._dofs.shape)) for change in self._changes]
         first, bow = found if len(found) > 1 else (found[0], np.zeros_like(found[0]))
         given = np.array([np.stack([X, first, bow]) for X in self.values])
         both = np.array([m @ g for m, g in zip(self._steps, given, strict=True)])

@@ -5,7 +5,6 @@ typedef void tabulate_tensor(double *, const double *, const double *, const dou
 typedef struct {
     void *function;            /* tabulate_tensor of FFCx */
     int lanes;                 /* cells that it takes at once */
-    int opens, closes;         /* whether it is the first, the last of those that add up in it */
     int adds;                  /* whether to what is there; if not, it is the first to come there */
     const double *constants;   /* packed */
     int rows, columns;         /* of the element tensor; one column of a linear form */
@@ -77,8 +76,7 @@ typedef struct {
     const int *runs, *run_offsets;           /* (runs, 3), (2 cells + 1,) */
     const int *inner_size, *outer_rows, *outer_columns; /* (cells,) */
     const Inner *inner;                      /* NULL: nothing */
-    double *kept;                            /* of all cells, LANES side by side if they have
-                                              * element-wise unknowns */
+    double *kept;                            /* of all cells, LANES side by side */
 } Projection;
 
 /* A Jacobian over the cells of one mesh: constants that its kernels take first, as of `copy_pieces`,

@@ -57,8 +57,7 @@ static void tabulate_group(const Kernel *k, const Cells *g, int cell, int count,
         for (int i = 0; i < k->sizes[c] * n; ++i)
             *to++ = values[dofs[i]];
     }
-    if (k->opens)
-        memset(work.A, 0, sizeof(double) * n * k->rows * k->columns);
+    memset(work.A, 0, sizeof(double) * n * k->rows * k->columns);
     tabulate_tensor *f = (tabulate_tensor *)k->function;
     const double *x = n == 1 ? g->geometry : g->geometry_of_lanes;
     x += (size_t)cell * g->geometry_size;
@@ -67,8 +66,6 @@ static void tabulate_group(const Kernel *k, const Cells *g, int cell, int count,
         double *kept = k->store ? k->store + k->store_size * (entity ? e : cell / n) : NULL;
         f(work.A, work.w, k->constants, x, entity, NULL, &kept);
     }
-    if (!k->closes)
-        return;
     /* what a linear form gives is taken for a row */
     const int zero = 0, bilinear = k->column_place != NULL;
     const int m = bilinear ? k->rows : 1, width = bilinear ? k->columns : k->rows;
@@ -153,16 +150,7 @@ void products(const Cells *g, const Kernel *kernels, int count, const double *v,
     }
 }
 
-/* Sums of integrals over all cells; rows of kernels are places among the sums. */
-void functionals(const Cells *g, const Kernel *kernels, int count, double *sums)
-{
-    Work work = work_of(g, g->size, 0);
-    for (int cell = 0; cell < g->cells; cell += g->lanes)
-        for (int k = 0; k < count; ++k)
-            tabulate(kernels + k, g, cell, taken(g, cell), work, sums, 0, 1);
-}
-
-/* Residual of all cells, added to `b` at the local dofs `g->dofs`. */
+/* Vectors of all cells, residuals or sums of integrals, added to `b` at the places `g->dofs`. */
 void residual(const Cells *g, const Kernel *kernels, int count, double *b)
 {
     Work work = work_of(g, g->size, (size_t)g->size * g->lanes);

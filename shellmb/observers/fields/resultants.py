@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -16,7 +16,7 @@ from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed
 from shellmb.meshes.spaces import reading_element
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.shells.shell import ShellModel
-from shellmb.native.expressions import compiled_expression
+from shellmb.native.expressions import values_in_cells
 from shellmb.observers.fields.by_section import held_plies
 from shellmb.schemes.base import Levels
 from shellmb.schemes.linearised import change
@@ -102,7 +102,7 @@ class Resultants:
         points = np.asarray(inner.points, dtype=np.float64)
         self._mesh = nodes.mesh
         self.size = int(vectors[0].ufl_shape[0])
-        self._expressions = [compiled_expression(vector, points) for vector in vectors]
+        self._expressions = [values_in_cells(vector, points, self._mesh) for vector in vectors]
         # values at the nodes of an element from those at its points
         at = np.asarray(nodes.element.interpolation_points)
         table = np.asarray(inner.tabulate(0, at))
@@ -125,11 +125,9 @@ class Resultants:
             self._branches.follow()
         return self.at_nodes(self._expressions[0])
 
-    def at_nodes(self, expression: fem.Expression) -> Floats:
-        """Values of an expression at the nodes of each element of this rank."""
-        flat = np.asarray(expression.eval(self._mesh, self._cells), dtype=np.float64)
-        values = flat.reshape(len(self._cells), -1, self.size)
-        return np.asarray(np.einsum("np,epk->enk", self._continued, values))
+    def at_nodes(self, values: Callable[[], Floats]) -> Floats:
+        """Values at the nodes of each element of this rank, from what finds those at points."""
+        return np.asarray(np.einsum("np,epk->enk", self._continued, values()[self._cells]))
 
     def back(self, slopes: Floats) -> Floats:
         """Derivatives of a number by values at points, from those by `elements`, alike shaped."""

@@ -136,15 +136,13 @@ class Multipliers:
         self._transposed.take(free)
 
     def _times(self, multipliers: Floats) -> Floats:
-        """Transposed matrix times multipliers, the same array at each call."""
-        local = self._system.exchange.local
+        """Transposed matrix times multipliers."""
+        local = np.zeros(len(multipliers))
         self._take(multipliers)
         # equations of given values; linked dofs are one unknown
-        local[:] = 0.0
         local[self._own_given] = multipliers[self._own_given]
         self._transposed.add_unknown(local)
-        self._system.exchange.collect(self._product)
-        return np.asarray(self._product.array_r)
+        return self._system.exchange.summed(local)
 
     def _iterate(self, right: PETSc.Vec, fresh: bool) -> Floats | None:
         """Multipliers by conjugate residuals; None if that does not converge.

@@ -169,8 +169,7 @@ class Sweep:
     def _solve(self, before: Covector, dt: float) -> None:
         """Multipliers of the equations of a step."""
         problem, system = self._problem, self._system
-        local = system.exchange.local
-        local[:] = 0.0
+        local = np.zeros(len(system.exchange.wanted))
         for body, levels in problem.levels.items():
             of = {
                 stage: local[system.numbering.slice(problem.number(body, stage))]
@@ -178,7 +177,7 @@ class Sweep:
             }
             self._advances[body](self.covector, before, of, dt)
         self._transposed.carry(self.covector, before, local)
-        system.exchange.collect(self._right)
+        self._right.array[:] = system.exchange.summed(local)
         self.multipliers.solve(self._right)
 
     def _given(self, before: Covector, t: float, dt: float) -> None:
@@ -208,15 +207,14 @@ class Sweep:
 
     def _of_bodies(self, given: Covector) -> Covector:
         """Covectors by body and stage, those of linked nodes of the bodies that these belong to."""
-        problem, system, local = self._problem, self._system, self._system.exchange.local
+        problem, system = self._problem, self._system
         if not given:
             return {}
-        local[:] = 0.0
+        local = np.zeros(len(system.exchange.wanted))
         places = {key: system.numbering.slice(problem.number(*key)) for key in given}
         for key, values in given.items():
             local[places[key]] = values
-        system.exchange.collect(self._right)
-        sums, found = system.local_values(self._right), {}
+        sums, found = system.exchange.seen(system.exchange.summed(local)), Covector()
         bodies = {b.name: b for b in self._simulation.model.bodies}
         for (body, stage), place in places.items():
             found[body, stage] = values = sums[place].copy()

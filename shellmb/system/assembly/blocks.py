@@ -27,9 +27,9 @@ from shellmb.native.kernels import compile_each, together
 from shellmb.system.assembly.dependent_functions import following
 from shellmb.system.assembly.entries import most_entries
 from shellmb.system.assembly.fields import DependentFunctions, Field
+from shellmb.system.assembly.ghost_exchange import Numbers
 from shellmb.system.assembly.numbering import Numbering
 from shellmb.system.assembly.residuals import DolfinxResiduals, Residuals, RowForm
-from shellmb.system.assembly.scatter import exchange
 from shellmb.system.couplings import Coupled, Coupling
 from shellmb.system.generic_values import general_position
 
@@ -112,7 +112,7 @@ class BlockSystem:
         ]
         # views: those that DOLFINx's functions give are made anew at each call
         self.arrays = [f.function.x.array for f in fields]
-        self.exchange = exchange(n, self.arrays, self.x)
+        self.exchange = Numbers(comm, n.owned, n.local_to_global)
         self.at_once: Evaluate | None = None
         self._owned = [self.owned(k) for k in range(len(fields))]
         self._set_fixed()
@@ -220,13 +220,14 @@ class BlockSystem:
 
     def scatter(self, x: PETSc.Vec) -> None:
         """Copy a vector of unknowns into the fields' functions, ghosts and linked dofs included."""
-        self.exchange.spread(x)
+        local = self.exchange.seen(x.array_r)
+        for k, array in enumerate(self.arrays):
+            array[:] = local[self.numbering.slice(k)]
         self.follow()
 
     def local_values(self, x: PETSc.Vec) -> Floats:
         """Entries of a vector of unknowns at all local dofs of all fields, concatenated."""
-        self.exchange.look(x)
-        return self.exchange.local.copy()
+        return self.exchange.seen(x.array_r)
 
     def global_values(self, local: list[Floats], known: bool = False) -> Floats:
         """Entries of owned unknowns from one local array per field (owned entries).
@@ -266,11 +267,10 @@ class BlockSystem:
 
     def residual(self, x: PETSc.Vec, b: PETSc.Vec) -> None:
         """Assemble the residual at `x` into `b`. The functions must hold `x` already."""
-        local = self.exchange.local
-        local[:] = 0.0
+        local = np.zeros(len(self.exchange.wanted))
         self.residuals.add(local)
-        self.exchange.collect(b)
         entries = b.array
+        entries[:] = self.exchange.summed(local)
         self.reactions[:] = entries[self.fixed]
         entries[self.fixed] = x.array_r[self.fixed] - self.values[self.fixed]
         self._couple(b)

@@ -117,7 +117,9 @@ class LoopFunctionals:
             geometry = MeshGeometry(mesh)
             geometry.places = places
             loop = FormLoop(geometry, here)
-            loop.bind(geometry, size=len(self._values))
+            every = np.arange(len(self._values), dtype=np.int32)
+            dofs = loop.pointer(np.tile(every, (geometry.count, 1)))
+            loop.bind(geometry, size=len(every), dofs=dofs)
             self._loops.append((loop, (*loop.mesh, native.doubles(self._values))))
 
     def __call__(self) -> Floats:
@@ -126,7 +128,7 @@ class LoopFunctionals:
         values[:] = 0.0
         for loop, arguments in self._loops:
             loop.refresh()
-            self._lib.functionals(*arguments)
+            self._lib.residual(*arguments)
         if self._comm.size > 1:
             self._comm.Allreduce(MPI.IN_PLACE, values)
         return values

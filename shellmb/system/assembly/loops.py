@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from copy import copy
-from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -174,7 +173,7 @@ class FormLoop:
         self._constants: list[tuple[Any, Floats]] = []
         found = [self._kernels(cells, *form) for form in forms]
         self._lib, self.pieces = native.cells().lib, self._constant_pieces()
-        kernels, self.covered = _together(found, [form[1:] for form in forms], cells.places)
+        kernels, self.covered = _ordered(found, [form[1:] for form in forms], cells.places)
         self.count = len(kernels)
         self.lanes = max((kernel["lanes"] for kernel in kernels), default=1)
         self.kernels = self.pointer.many("Kernel", kernels)
@@ -274,40 +273,32 @@ class FormLoop:
         self._lib.copy_pieces(*self.pieces)
 
 
-def _together(
+def _ordered(
     found: Sequence[Sequence[dict[str, Any]]],
     fields: Sequence[tuple[tuple[int, ...], int]],
     places: Sequence[Int32s],
 ) -> tuple[list[dict[str, Any]], bool]:
-    """Kernels of several cells with the same rows and columns one after the other, to add up first.
+    """Kernels of several cells, which put their matrix where nothing was before, then all others.
 
     Args:
         found: Kernels of each form.
-        fields: Its rows and column. Kernels of one cell, which have none to be added to while
-            others of its group are at work, are by themselves, behind the others.
+        fields: Its rows and column.
         places: Of each field, among the unknowns of a cell.
 
     Returns:
-        The kernels; and whether what they put where nothing was before is a cell's whole matrix.
+        The kernels; and whether what is put where nothing was before is a cell's whole matrix.
     """
-    groups: dict[tuple[tuple[int, ...], int], list[dict[str, Any]]] = {}
-    alone: list[dict[str, Any]] = []
-    for some, field in zip(found, fields, strict=True):
-        for kernel in some:
-            (groups.setdefault(field, []) if kernel["lanes"] > 1 else alone).append(kernel)
-    for kernel in alone:
-        kernel |= {"opens": True, "closes": True, "adds": True}
     size = sum(map(len, places))
     there = np.zeros((size, size), dtype=bool)
-    for (rows, column), group in groups.items():
-        adds = True
-        if column >= 0:
+    kernels = [(k, *field) for some, field in zip(found, fields, strict=True) for k in some]
+    kernels.sort(key=lambda item: item[0]["lanes"] == 1)
+    for kernel, rows, column in kernels:
+        kernel["adds"] = True
+        if column >= 0 and kernel["lanes"] > 1:
             block = np.ix_(np.concatenate([places[k] for k in rows]), places[column])
-            adds = bool(there[block].any())
-            there[block] |= not adds
-        for k, kernel in enumerate(group):
-            kernel |= {"opens": k == 0, "closes": k == len(group) - 1, "adds": adds}
-    return [*chain.from_iterable(groups.values()), *alone], bool(there.all())
+            kernel["adds"] = bool(there[block].any())
+            there[block] |= not kernel["adds"]
+    return [kernel for kernel, *_ in kernels], bool(there.all())
 
 
 def _entities(entities: Int32s, count: int, facets: bool) -> tuple[Int32s | None, Int32s | None]:

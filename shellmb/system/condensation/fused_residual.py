@@ -11,7 +11,6 @@ from shellmb.native.library import CArrays
 from shellmb.system.assembly.blocks import BlockSystem
 from shellmb.system.assembly.dependent_functions import Following
 from shellmb.system.assembly.loops import LoopResiduals
-from shellmb.system.assembly.scatter import SerialExchange
 
 
 class FusedResidual:
@@ -19,27 +18,28 @@ class FusedResidual:
 
     Args:
         system: The system.
-        exchange: Its exchange.
         residuals: What assembles its residuals.
 
     Attributes:
         evaluation: For C, what it knows.
     """
 
-    def __init__(
-        self, system: BlockSystem, exchange: SerialExchange, residuals: LoopResiduals
-    ) -> None:
-        self._lib, pointer = native.cells().lib, CArrays()
+    def __init__(self, system: BlockSystem, residuals: LoopResiduals) -> None:
+        self._lib, pointer, n = native.cells().lib, CArrays(), system.numbering
         assert isinstance(system.follow, Following)
         cells, kernels, counts = zip(*residuals.meshes, strict=True)
         self.evaluation = pointer.many(
             "Evaluation",
             [
                 {
-                    **exchange.members,
+                    "fields": len(system.arrays),
+                    "ends": pointer(n.offsets[1:].astype(np.int64)),
+                    "arrays": pointer.many("double *", list(map(pointer, system.arrays))),
+                    "local": len(n.local_to_global),
+                    "wanted": pointer(system.exchange.wanted),
                     **system.follow.members,
-                    "sums": pointer(exchange.local),
-                    "owned": system.numbering.owned,
+                    "sums": pointer(np.zeros(len(n.local_to_global))),
+                    "owned": n.owned,
                     "meshes": len(counts),
                     "cells": pointer.many("Cells *", cells),
                     "kernels": pointer.many("Kernel *", kernels),
@@ -52,7 +52,7 @@ class FusedResidual:
             ],
         )
         # what it points to
-        self._kept = pointer, exchange, system.follow, residuals
+        self._kept = pointer, system.follow, residuals
 
     def __call__(self, x: PETSc.Vec, b: PETSc.Vec) -> None:
         """Residual `b` at the unknowns `x`, which the fields take."""

@@ -27,7 +27,6 @@ from shellmb.clock import now
 from shellmb.native import library as native
 from shellmb.system.assembly.loops import LoopResiduals
 from shellmb.system.assembly.meshgroups import MeshGroup, mesh_groups
-from shellmb.system.assembly.scatter import SerialExchange
 from shellmb.system.condensation.fused_residual import FusedResidual
 from shellmb.system.condensation.matrix import reduced_matrix
 from shellmb.system.condensation.meshreduction import MeshReduction, SingularCell, check
@@ -61,8 +60,8 @@ class Reduction(Linear):
         super().__init__(system := nodes.system)
         self._groups = groups = mesh_groups(system)
         system.residuals = residuals = LoopResiduals(group.residuals for group in groups)
-        if isinstance(system.exchange, SerialExchange):
-            system.at_once = FusedResidual(system, system.exchange, residuals)
+        if system.exchange.serial:
+            system.at_once = FusedResidual(system, residuals)
         kept = [system.coupled.dofs.local] if system.couplings else []
         self.numbers = ReducedNumbers(nodes, [group.cells for group in groups], kept)
         self._prefix = prefix
@@ -245,7 +244,7 @@ class Reduction(Linear):
         Args:
             b: Right-hand side.
         """
-        self._transposed.before_transposed(b.array_r, self._rhs.array)
+        self._transposed.before(b.array_r, None, self._rhs.array, transposed=True)
         reason = self.solver.solve_transposed(self._rhs, self._solution)
         self.multipliers = self._transposed.after_transposed(self._solution.array_r)
         return reason

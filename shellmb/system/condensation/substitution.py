@@ -29,30 +29,44 @@ class ParallelPasses:
     def __init__(self, numbers: ReducedNumbers, parts: Sequence[MeshReduction]) -> None:
         self.numbers, self.parts = numbers, parts
 
-    def before(self, b: Floats, load: Floats | None, rhs: Floats) -> None:
+    def before(self, b: Floats, load: Floats | None, rhs: Floats, transposed: bool = False) -> None:
         """Fill the right-hand side of the reduced system.
 
         Args:
             b: Residual, entries that this rank owns.
             load: Forces of given changes on the local dofs; None: there are none.
             rhs: Gets the result, entries of the matrix's rows that this rank owns.
+            transposed: Whether it is of the transposed system, rows and columns exchanged.
         """
         numbers = self.numbers
+        tests = numbers.right if transposed else numbers.left
         local = numbers.full.seen(b)
         change = np.zeros_like(local)
         for part in self.parts:
-            part.reduce(local, change)
+            part.reduce(local, change, transposed)
         outer = b + numbers.full.summed(change)
-        self._forces = numbers.forces.transposed(outer)
+        if not transposed:
+            self._forces = numbers.forces.transposed(outer)
         if load is not None:
             outer = outer - numbers.full.summed(load)
-        reduced = numbers.left.transposed(outer)
-        self._r = numbers.left.numbers.seen(reduced)
+        reduced = tests.transposed(outer)
+        self._r = tests.numbers.seen(reduced)
         rest = np.zeros(len(self._r))
         for part in self.parts:
-            part.reduce_inner(self._r, rest)
-        reduced = reduced + numbers.left.numbers.summed(rest)
+            part.reduce_inner(self._r, rest, transposed)
+        reduced = reduced + tests.numbers.summed(rest)
         rhs[:] = reduced[numbers.outer]
+
+    def _combined(self, solution: Floats, transposed: bool) -> Floats:
+        """Values of the local dofs, those of element-wise ones still to come."""
+        numbers = self.numbers
+        trials = numbers.left if transposed else numbers.right
+        reduced = np.zeros(numbers.count)
+        reduced[numbers.outer] = solution
+        seen = trials.seen(reduced)
+        for part in self.parts:
+            part.expand_inner(self._r, seen, transposed)
+        return trials.times(seen)
 
     def after(self, solution: Floats, given: Floats, dx: Floats) -> None:
         """Fill in the solution for all unknowns.
@@ -63,33 +77,14 @@ class ParallelPasses:
             dx: Gets the result, owned entries.
         """
         numbers = self.numbers
-        reduced = np.zeros(numbers.count)
-        reduced[numbers.outer] = solution
-        seen = numbers.right.seen(reduced)
-        for part in self.parts:
-            part.expand_inner(self._r, seen)
-        x = numbers.right.times(seen) - given
-        rows = np.zeros(len(numbers.forces.numbers.wanted) + 1)
+        x = self._combined(solution, False) - given
+        rows = np.zeros(len(numbers.forces.numbers.wanted))
         for part in self.parts:
             part.expand(x, rows)
-        forces = self._forces - numbers.forces.numbers.summed(rows[:-1])
+        forces = self._forces - numbers.forces.numbers.summed(rows)
         values = numbers.multiplier_values
         x += values.times(values.seen(forces))
         dx[:] = x[numbers.own]
-
-    def before_transposed(self, b: Floats, rhs: Floats) -> None:
-        """Fill the right-hand side of the transposed reduced system; arguments as of `before`."""
-        numbers = self.numbers
-        local = numbers.full.seen(b)
-        change = np.zeros_like(local)
-        for part in self.parts:
-            part.reduce(local, change, transposed=True)
-        reduced = numbers.right.transposed(b + numbers.full.summed(change))
-        self._r = numbers.right.numbers.seen(reduced)
-        rest = np.zeros_like(self._r)
-        for part in self.parts:
-            part.reduce_inner(self._r, rest, transposed=True)
-        rhs[:] = (reduced + numbers.right.numbers.summed(rest))[numbers.outer]
 
     def after_transposed(self, solution: Floats) -> Floats:
         """Multipliers of the local dofs.
@@ -97,13 +92,7 @@ class ParallelPasses:
         Args:
             solution: Of the reduced system, owned entries.
         """
-        numbers = self.numbers
-        reduced = np.zeros(numbers.count)
-        reduced[numbers.outer] = solution
-        seen = numbers.left.seen(reduced)
-        for part in self.parts:
-            part.expand_inner(self._r, seen, transposed=True)
-        values = numbers.left.times(seen)
+        values = self._combined(solution, True)
         for part in self.parts:
             part.expand(values, None)
         return values
@@ -138,7 +127,7 @@ class SerialPasses:
                     "outer": len(numbers.outer),
                     "multipliers": seen,
                     "part": part,
-                    "wanted": pointer(numbers.full.wanted.astype(np.int64)),
+                    "wanted": pointer(numbers.full.wanted),
                     "own": pointer(numbers.own),
                     "outer_numbers": pointer(numbers.outer.astype(np.int64)),
                     "left": numbers.left.members,

@@ -15,7 +15,6 @@ from shellmb.native import library as native
 from shellmb.native.assembler import is_native
 from shellmb.system.assembly.blocks import BlockSystem
 from shellmb.system.nullspace.directornodes import TURN, DirectorNodes
-from shellmb.system.nullspace.ghost_exchange import Numbers
 
 # a method of `DirectorNodes`: number of the field, values of its nodes, values found so far
 Take = Callable[[DirectorNodes, int, Floats, dict[int, Floats]], None]
@@ -35,7 +34,7 @@ class SystemNodes:
 
     def __init__(self, system: BlockSystem) -> None:
         self.system, self.fields, n = system, system.fields, system.numbering
-        self.full = Numbers(system.comm, n.owned, n.local_to_global)
+        self.full = system.exchange
         declared = [(k, f.directors) for k, f in enumerate(self.fields) if f.directors is not None]
         self.sets: dict[int, DirectorNodes] = {}
         # triples first: a director that is one of a triple's, or of a node that several fields

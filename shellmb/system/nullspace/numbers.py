@@ -15,6 +15,7 @@ from shellmb.arrays import Bools, Floats, Ints
 from shellmb.native import library as native
 from shellmb.native.library import CArrays
 from shellmb.system.assembly.loops import MeshCells
+from shellmb.system.couplings import MatrixPlaces
 from shellmb.system.nullspace.directorbases import Bases
 from shellmb.system.nullspace.nodes import SystemNodes
 from shellmb.system.nullspace.prolongation import RowMap
@@ -22,26 +23,6 @@ from shellmb.system.nullspace.prolongation import RowMap
 NONE = -1
 # largest number of unknowns of a cell that some of them are eliminated of (stacks in cells.c)
 MOST = 256
-
-
-class MatrixPlaces(NamedTuple):
-    """Places in the matrix of the reduced unknowns that local dofs are combinations of.
-
-    Args:
-        numbers: Numbers of these in the matrix, -1: none, shape (local dofs, n).
-        values: Their shares at the current state, shape (local dofs, n or more).
-    """
-
-    numbers: Ints
-    values: Floats
-
-    @staticmethod
-    def of(comm: MPI.Comm, bases: RowMap, numbers: Ints, dofs: Ints) -> MatrixPlaces:
-        """Places of all local dofs, as many as some of them have on any rank; collective."""
-        found = numbers[bases.places]
-        most = int((found[dofs] >= 0).any(axis=0).nonzero()[0].max(initial=0)) + 1
-        most = comm.allreduce(most, op=MPI.MAX)
-        return MatrixPlaces(found[:, :most], bases.values)
 
 
 class NodeRows(NamedTuple):
@@ -222,13 +203,17 @@ class ReducedNumbers:
         Args:
             dofs: Local dofs that matter.
         """
-        rows, columns = (
-            MatrixPlaces.of(self.system.comm, bases, np.append(numbers, NONE), dofs)
-            for bases, numbers in (
-                (self.left, self.matrix_rows),
-                (self.right, self.matrix_columns),
-            )
-        )
+        found = []
+        for bases, numbers in (
+            (self.left, self.matrix_rows),
+            (self.right, self.matrix_columns),
+        ):
+            places = np.append(numbers, NONE)[bases.places]
+            most = int((places[dofs] >= 0).any(axis=0).nonzero()[0].max(initial=0)) + 1
+            # as many as some of them have on any rank
+            most = self.system.comm.allreduce(most, op=MPI.MAX)
+            found.append(MatrixPlaces(places[:, :most], bases.values))
+        rows, columns = found
         return rows, columns
 
     def _number_multipliers(self) -> None:
@@ -445,7 +430,7 @@ class ReducedNumbers:
     @cached_property
     def _fixed(self) -> tuple[Any, ...]:
         """Local dofs of one process that have given values, for C."""
-        wanted = self.full.wanted.astype(np.int64)
+        wanted = self.full.wanted
         dofs = np.flatnonzero(np.isin(wanted, self.system.fixed))
         unknowns = wanted[dofs]
         self._kept = dofs, unknowns

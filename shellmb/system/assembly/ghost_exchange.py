@@ -1,4 +1,4 @@
-"""Values of unknowns from the ranks that compute them to all ranks that see them."""
+"""Values of unknowns from the ranks that own them to all ranks that see them, and sums back."""
 
 from __future__ import annotations
 
@@ -16,29 +16,27 @@ class Numbers:
     Args:
         comm: Communicator.
         owned: Count of those that this rank owns.
-        wanted: Numbers of those that this rank sees, in its order; negative ones are none.
+        wanted: Numbers of those that this rank sees, in its order; they may repeat.
+
+    Attributes:
+        serial: Whether one process has all of them.
     """
 
     def __init__(self, comm: MPI.Comm, owned: int, wanted: Ints) -> None:
-        self.comm, self.owned = comm, owned
+        self.comm, self.owned, self.wanted = comm, owned, wanted.astype(np.int64)
         self.start = int(comm.exscan(owned) or 0)  # type: ignore[attr-defined]
         self.total = int(comm.allreduce(owned))
         self.serial = comm.size == 1
-        self.some = wanted >= 0
-        # what there is among what is seen: mostly all
-        self._places = slice(None) if self.some.all() else self.some
-        self.wanted = np.where(self.some, wanted, 0)
         # all of them in their order: nothing to look up
         self._same = self.serial and np.array_equal(wanted, np.arange(self.total))
         if not self.serial:
-            numbers = self.wanted[self.some].astype(PETSc.IntType)
             self._vector = PETSc.Vec().createMPI((owned, PETSc.DETERMINE), comm=comm)
-            self._local = PETSc.Vec().createSeq(len(numbers), comm=PETSc.COMM_SELF)
-            places = PETSc.IS().createGeneral(numbers, comm=PETSc.COMM_SELF)
+            self._local = PETSc.Vec().createSeq(len(wanted), comm=PETSc.COMM_SELF)
+            places = PETSc.IS().createGeneral(wanted.astype(PETSc.IntType), comm=PETSc.COMM_SELF)
             self._scatter = PETSc.Scatter().create(self._vector, places, self._local, None)
 
     def seen(self, values: Floats) -> Floats:
-        """Values of all unknowns that this rank sees, zero where there is none.
+        """Values of all unknowns that this rank sees.
 
         Args:
             values: Those that this rank owns, shape (owned,).
@@ -46,14 +44,11 @@ class Numbers:
         if self._same:
             return np.array(values)
         if self.serial:
-            found = values[self.wanted] if self.total else np.zeros(len(self.wanted))
-            return np.where(self.some, found, 0.0)
+            return np.asarray(values[self.wanted])
         self._vector.array[:] = values
         forward = PETSc.ScatterMode.FORWARD
         self._scatter.scatter(self._vector, self._local, PETSc.InsertMode.INSERT, forward)
-        out = np.zeros(len(self.wanted))
-        out[self._places] = self._local.array_r
-        return out
+        return np.array(self._local.array_r)
 
     def summed(self, values: Floats) -> Floats:
         """Sums over all ranks of what they add to unknowns, shape (owned,).
@@ -64,9 +59,9 @@ class Numbers:
         if self._same:
             return np.array(values)
         if self.serial:
-            return np.bincount(self.wanted, np.where(self.some, values, 0.0), self.total)
+            return np.bincount(self.wanted, values, self.total)
         self._vector.set(0.0)
-        self._local.array[:] = values[self._places]
+        self._local.array[:] = values
         reverse = PETSc.ScatterMode.REVERSE
         self._scatter.scatter(self._local, self._vector, PETSc.InsertMode.ADD, reverse)
         return np.array(self._vector.array_r)
