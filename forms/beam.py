@@ -59,7 +59,7 @@ from shellmb.forms.frame import ACROSS, Vectors, vectors
 from shellmb.forms.measure import Measure, quadratic
 from shellmb.forms.state import Layout
 from shellmb.forms.steps.discrete import stress_average
-from shellmb.forms.steps.mixed import Interval
+from shellmb.forms.steps.mixed import Interval, MixedSection
 from shellmb.forms.surface import along, unit
 
 
@@ -238,7 +238,7 @@ def acting(ref: Line, e: Expr, N: Expr, M: Expr) -> tuple[Expr, Expr]:
 
 
 @dataclass(frozen=True)
-class BeamMixed:
+class BeamMixed(MixedSection):
     """Hellinger-Reissner form of a linear section; densities per reference length.
 
     Args:
@@ -301,19 +301,11 @@ class BeamMixed:
         elastic = self.where_held(*(self._elastic(*halves(e)) for e in (mean, end)))
         return (ufl.dot(dN, elastic - self._give(N)),)
 
-    def joined(self, e: Expr, N: Expr) -> tuple[Expr, Expr]:
-        """Forces and moments that do work on the strains, shapes (3,), N and N m."""
-        return N, self._moments(N, halves(e)[1])
-
-    def averaged(self, strain: Measure, layout: Layout, span: Interval) -> tuple[Expr, Expr]:
+    def averages(self, strain: Measure, layout: Layout, span: Interval) -> tuple[Expr, Expr]:
         """Strains and forces of the averaged stress of a sub-interval, which acts in its row."""
         last = self.forces(layout, span.b)
         N = self.where_held(last, stress_average(self.forces(layout, span.a), last, span.beta))
         return stress_average(strain.value(span.a), strain.value(span.b), span.beta), N
-
-    def energy(self, strain: Measure, layout: Layout, q: Expr) -> tuple[Expr]:
-        """Mixed strain energy; equal to the strain energy where compatibility holds, J/m."""
-        return self.stored(strain.value(q), self.forces(layout, q))
 
     def stored(self, e: Expr, N: Expr) -> tuple[Expr]:
         """Mixed strain energy of any strains and forces, J/m."""

@@ -27,9 +27,8 @@ symbol       name                                                        unit
 ===========  ==========================================================  ==========
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import ufl
 from ufl.core.expr import Expr
@@ -37,9 +36,8 @@ from ufl.core.expr import Expr
 from shellmb.forms.beam import BeamMixed, halves
 from shellmb.forms.measure import Measure
 from shellmb.forms.state import Layout
-from shellmb.forms.steps.mixed import LinearMixed, LinearOwn, bending, membrane_shear, split
+from shellmb.forms.steps.mixed import LinearMixed, LinearOwn, MixedSection
 from shellmb.forms.steps.path import Moment, Rows, moment_of
-from shellmb.forms.steps.stress_work import MixedSection
 
 
 class Straining(NamedTuple):
@@ -56,49 +54,8 @@ class Straining(NamedTuple):
     dt: Expr
 
 
-class Resistance(MixedSection, Protocol):
-    """Stresses of the rate of a strain, of those of its moment and of their resultants."""
-
-    def of_rate(self, layout: Layout, e: Expr, v: Expr) -> Expr:
-        """Rates of the resultants, from those of strains and state."""
-        ...
-
-
-def _zeros(count: int) -> Expr:
-    return ufl.as_vector([0] * count)
-
-
-class _WithoutGap:
-    """Compatibility that demands nothing of the resultants."""
-
-    def where_held(self, there: Expr, elsewhere: Expr) -> Expr:
-        """No strain is."""
-        return elsewhere
-
-    @property
-    def rules(self) -> int:
-        """Number of the rules."""
-        return 1
-
-    def gap(self, mean: Expr, end: Expr, N: Expr, dN: Expr) -> Sequence[Expr]:
-        """No condition."""
-        return [0 * ufl.dot(dN, N)] * self.rules
-
-
-class WithoutForces(_WithoutGap):
-    """A damping of strains that hold no forces of their own."""
-
-    def forces(self, layout: Layout, q: Expr) -> Expr:
-        """There are none: they follow from the strains."""
-        return _zeros(2)
-
-    def of_rate(self, layout: Layout, e: Expr, v: Expr) -> Expr:
-        """There are none."""
-        return _zeros(2)
-
-
 @dataclass(frozen=True)
-class ViscousShell(_WithoutGap):
+class ViscousShell(MixedSection):
     """Damping of a linear section by the rules of `forms.steps.mixed`.
 
     Where it couples, bending and membrane strains have one time.
@@ -119,70 +76,17 @@ class ViscousShell(_WithoutGap):
         """Forces of the cells that a state has, perhaps behind their strains."""
         return self.elastic.forces(layout, q)
 
-    @property
-    def rules(self) -> int:
-        """Number of the rules."""
-        return 1 + len(self.elastic.tying.rules)
-
-    def of_rate(self, layout: Layout, e: Expr, v: Expr) -> Expr:
-        """Rates of what cells have."""
-        return self.forces(layout, v)
-
     def stress(self, e: Expr, N: Expr) -> tuple[Expr, ...]:
-        """Stresses by rule, shape (8,) each."""
-        elastic = self.elastic
-        (_, gam), kap = split(membrane_shear(e)), bending(e)
-        n, m, Q = _zeros(3), _zeros(3), _zeros(2)
-        times = [self.membrane, self.membrane, self.membrane, *(None,) * 3, self.shear, self.shear]
-        if self.membrane is not None:
-            n = self.membrane * elastic.uniform(N)
-        if self.bend is not None:
-            m = self.bend * (elastic.D * kap)
-        if self.shear is not None:
-            Q = self.shear * elastic.shared_shear(gam)
-        if self.membrane is not None:
-            coupled = elastic.coupled_moments(N, e)
-            m = m if coupled is None else m + self.membrane * coupled
-        taken = [
+        """Stresses by rule, shape (8,) each: those of the section, times the times."""
+        times = (*(self.membrane,) * 3, *(self.bend,) * 3, *(self.shear,) * 2)
+        return tuple(
             ufl.as_vector([0 if time is None else time * s[k] for k, time in enumerate(times)])
-            for s in elastic.taken(N)
-        ]
-        return ufl.as_vector([*n, *m, *Q]), *taken
+            for s in self.elastic.stress(e, N)
+        )
 
 
 @dataclass(frozen=True)
-class ViscousRule(WithoutForces):
-    """Damping by coefficients of its own, of strains as they are or of those of the cells.
-
-    Args:
-        A: Membrane; None: no term is, as of the others.
-        B: Coupling.
-        D: Bending.
-        G: Transverse shear.
-    """
-
-    A: Expr | None
-    B: Expr | None
-    D: Expr | None
-    G: Expr | None
-
-    def stress(self, e: Expr, N: Expr) -> tuple[Expr, ...]:
-        """Stresses, shape (8,)."""
-        (eps, gam), kap = split(membrane_shear(e)), bending(e)
-        n, m, Q = _zeros(3), _zeros(3), _zeros(2)
-        if self.A is not None:
-            n = self.A * eps
-        if self.B is not None:
-            n, m = n + self.B * kap, ufl.transpose(self.B) * eps
-        if self.D is not None:
-            m = m + self.D * kap
-        if self.G is not None:
-            Q = self.G * gam
-        return (ufl.as_vector([*n, *m, *Q]),)
-
-
-@dataclass(frozen=True)
-class ViscousBeam(_WithoutGap):
+class ViscousBeam(MixedSection):
     """Damping of a beam, of the strains at the centroid and of the curvatures.
 
     Args:
@@ -215,25 +119,6 @@ class ViscousBeam(_WithoutGap):
         return (ufl.as_vector([*n, *m]),)
 
 
-@dataclass(frozen=True)
-class ViscousModes(WithoutForces):
-    """Damping of a body in modes, whose strains are its amplitudes.
-
-    Args:
-        D: Damping of the modes, row by row; what is zero is None, N s/m.
-    """
-
-    D: Sequence[Sequence[Expr | None]]
-
-    def stress(self, e: Expr, N: Expr) -> tuple[Expr, ...]:
-        """Forces on the amplitudes, N."""
-        rows = [
-            sum((d * e[k] for k, d in enumerate(row) if d is not None), start=0 * e[0])
-            for row in self.D
-        ]
-        return (ufl.as_vector(rows),)
-
-
 def taken(section: MixedSection, layout: Layout, strain: Measure, along: Straining) -> list[Expr]:
     """Densities of the work (D2) that damping takes, times the step; one for each rule."""
     states = along.rows.states[: along.rows.moving]
@@ -246,7 +131,7 @@ def taken(section: MixedSection, layout: Layout, strain: Measure, along: Straini
 
 
 def at_state(
-    section: Resistance, layout: Layout, strain: Measure, q: Expr, v: Expr, dq: Expr
+    section: MixedSection, layout: Layout, strain: Measure, q: Expr, v: Expr, dq: Expr
 ) -> list[Expr]:
     """Densities of the virtual work at a state with a velocity, one for each rule.
 

@@ -40,13 +40,14 @@ symbol       name                                                               
 """
 
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import ufl
 from ufl.core.expr import Expr
 
 from shellmb.forms.measure import Measure, Works
 from shellmb.forms.steps.discrete import second_variation
+from shellmb.forms.steps.path import Step, moment_of, slope_at
 
 # squares of changes, of strains and of gradients, below which round-off of strains, 1e-16, over
 # them would be more than 1e-8 of a stress
@@ -76,79 +77,97 @@ class ExactInterval:
         return lambda stress: ufl.dot(stress, de) + ufl.dot(stress, change - seen) * along
 
 
-class GeneralRow(NamedTuple):
-    """Weights of the stresses in a row of a step.
-
-    Args:
-        points: Share of each Gauss point in what `S_0` acts on, `1/2` or `p_k/2`.
-        middle: Share of `De(m)` in what `S_1` acts on.
-        by_velocity: Share of `H(y, dq)` in it.
-        own: Which of the moments has its compatibility in the row, (1, 0) or (0, 1).
-    """
-
-    points: tuple[Expr, Expr]
-    middle: Expr
-    by_velocity: Expr
-    own: tuple[Expr, Expr]
+# Gauss' two points in time by the values of `P1` there; both weigh a half
+POINTS = (-(3**-0.5), 3**-0.5)
 
 
-class GeneralStep(NamedTuple):
-    """A step as strains of any form need it, its numbers as Constants.
-
-    Args:
-        places: `P1` at Gauss' points.
-        rows: What the rows P0 and P1 have of the stresses.
-    """
-
-    places: tuple[Expr, Expr]
-    rows: tuple[GeneralRow, GeneralRow]
-
-
-class GeneralStrain:
-    """A strain of any form over a step that is quadratic in time.
+class StrainPath:
+    """A strain over a step that is quadratic in time: its ends, their difference, bow and mean.
 
     Args:
         strain: The strain.
         states: Mean, chord, bow and mean velocity of the path.
-        places: `P1` at Gauss' points.
     """
 
-    def __init__(self, strain: Measure, states: Sequence[Expr], places: tuple[Expr, Expr]) -> None:
-        self._strain, (x, D, z, y) = strain, states
-        self._chord, self._velocity = D, y
+    mean: Expr
+    change: Expr
+    bow: Expr
+
+    def __init__(self, strain: Measure, states: Sequence[Expr]) -> None:
+        self._strain, self._states, (x, D, z, _) = strain, states, states
         self._middle = m = x + z
-        self._points = [x + p / 2 * D for p in places]
-        self._rates = [D + 6 * p * z for p in places]
-        self.first, self.last = first, last = strain.value(m - D / 2), strain.value(m + D / 2)
-        self.change = last - first
-        self.bow = (strain.change(m, 6 * z) + self._second(D)) / 3
-        self.mean = (first + last - self.bow) / 2
+        self.first, self.last = strain.value(m - D / 2), strain.value(m + D / 2)
 
-    def _second(self, dq: Expr) -> Expr:
-        """`H(y, dq)`."""
-        return second_variation(self._strain.value, self._middle, self._velocity, dq)
-
-    def moments(self, alpha: Expr) -> tuple[Expr, Expr]:
+    def moments(self, alpha: Expr | float = 0.0) -> tuple[Expr, Expr]:
         """Strains of which `S_0` and `S_1` are the stresses."""
         return self.mean, (self.change + alpha * self.bow) / 2
 
-    def work(self, stresses: tuple[Expr, Expr], row: GeneralRow, dq: Expr) -> Expr:
-        """Work of `S_0` and `S_1` in a row, without `delta`."""
-        first, second = stresses
-        strain, parts = self._strain, zip(row.points, self._points, strict=True)
-        seen = sum(w * strain.change(q, dq) for w, q in parts)
-        turned = row.middle * strain.change(self._middle, dq) + row.by_velocity * self._second(dq)
-        return ufl.dot(first, seen) + ufl.dot(second, turned)
-
-    def rest(self, stress: Expr, product: Callable[[Expr, Expr], Expr], dq: Expr) -> Expr:
-        """Correction of Gauss' points for the work of `S_0`, in the row P0.
+    def work(self, stresses: Sequence[Expr], k: int, dq: Expr, exact: bool = True) -> Expr:
+        """Work of `S_0` and `S_1` in a row.
 
         Args:
-            stress: The stress.
-            product: Product of two states, by their gradients and directors.
+            stresses: The stresses.
+            k: Row: 0 is P0, 1 is P1.
             dq: Virtual displacement.
+            exact: Whether `delta` is part of it.
         """
-        pairs, D = zip(self._points, self._rates, strict=True), self._chord
-        seen = [self._strain.change(q, rate) for q, rate in pairs]
-        lacking = ufl.dot(stress, self.change - (seen[0] + seen[1]) / 2)
-        return lacking * product(D, dq) / (product(D, D) + TINY_CHORD)
+        raise NotImplementedError
+
+
+class QuadraticStrain(StrainPath):
+    """A strain that is quadratic in the state, by the numbers of the scheme.
+
+    Args:
+        strain: The strain.
+        states: Mean, chord, bow and mean velocity of the path.
+        step: The step.
+    """
+
+    def __init__(self, strain: Measure, states: Sequence[Expr], step: Step) -> None:
+        super().__init__(strain, states)
+        self._stresses = step.rows.stresses
+        moments = self._stresses[0].moment, step.chord, step.bow
+        self.mean, self.change, self.bow = (moment_of(strain, m, states) for m in moments)
+
+    def work(self, stresses: Sequence[Expr], k: int, dq: Expr, exact: bool = True) -> Expr:
+        """Work in a row; there is no `delta`."""
+        pairs = zip(stresses, self._stresses, strict=True)
+        return sum(
+            ufl.dot(s, slope_at(self._strain, on.slopes[k], self._states, dq)) for s, on in pairs
+        )
+
+
+class GeneralStrain(StrainPath):
+    """A strain of any form.
+
+    Args:
+        strain: The strain.
+        states: Mean, chord, bow and mean velocity of the path.
+        product: Product of two states, by their gradients and directors.
+    """
+
+    def __init__(
+        self, strain: Measure, states: Sequence[Expr], product: Callable[[Expr, Expr], Expr]
+    ) -> None:
+        super().__init__(strain, states)
+        self._product, (x, D, z, _) = product, states
+        self._points = [(x + p / 2 * D, D + 6 * p * z) for p in POINTS]
+        self.change = self.last - self.first
+        self.bow = (strain.change(self._middle, 6 * z) + self._second(D)) / 3
+        self.mean = (self.first + self.last - self.bow) / 2
+
+    def _second(self, dq: Expr) -> Expr:
+        """`H(y, dq)`."""
+        return second_variation(self._strain.value, self._middle, self._states[3], dq)
+
+    def work(self, stresses: Sequence[Expr], k: int, dq: Expr, exact: bool = True) -> Expr:
+        """Work in a row."""
+        change, shares, D = self._strain.change, POINTS if k else (1.0, 1.0), self._states[1]
+        seen = sum(w / 2 * change(q, dq) for w, (q, _) in zip(shares, self._points, strict=True))
+        turned = change(self._middle, dq) if k else self._second(dq)
+        found = ufl.dot(stresses[0], seen) + ufl.dot(stresses[1], turned) / 3
+        if k or not exact:
+            return found
+        lacking = self.change - sum(change(q, rate) for q, rate in self._points) / 2
+        along = self._product(D, dq) / (self._product(D, D) + TINY_CHORD)
+        return found + ufl.dot(stresses[0], lacking) * along

@@ -23,7 +23,7 @@ symbol        name                                                   unit
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import ufl
 from ufl.core.expr import Expr
@@ -64,29 +64,77 @@ class Interval(NamedTuple):
         return self.at if self.end is None else self.end
 
 
-class Formulation(Protocol):
-    """Strain energy of a section; its virtual work is in `forms.steps.stress_work`."""
+class MixedSection:
+    """A linear section in mixed form: stresses from strains and independent resultants.
+
+    Here it has no resultants of its own; its virtual work is in `forms.steps.stress_work`.
+    """
+
+    def forces(self, layout: Layout, q: Expr) -> Expr:
+        """The resultants that a state holds."""
+        return ufl.as_vector([0, 0])
+
+    def of_rate(self, layout: Layout, e: Expr, v: Expr) -> Expr:
+        """Rates of the resultants, from those of strains and state."""
+        return self.forces(layout, v)
+
+    def where_held(self, there: Expr, elsewhere: Expr) -> Expr:
+        """Components of `there` for strains that are constrained exactly, of `elsewhere` else."""
+        return elsewhere
+
+    def stress(self, e: Expr, N: Expr) -> tuple[Expr, ...]:
+        """Stress conjugate to the strains, for each quadrature rule; linear in both."""
+        raise NotImplementedError
+
+    def gap(self, mean: Expr, end: Expr, N: Expr, dN: Expr) -> Densities:
+        """Work of virtual resultants on strains less those of the resultants, for each rule.
+
+        Strains of the mean where these are constrained, of the end elsewhere.
+        """
+        return [ufl.dot(dN, N)]
+
+    def joined(self, e: Expr, N: Expr) -> Expr:
+        """All resultants of any strains and resultants of a state."""
+        return self.stress(e, N)[0]
+
+    def stored(self, e: Expr, N: Expr) -> Densities:
+        """Stored energy of any strains and resultants."""
+        return [ufl.dot(stress, e) / 2 for stress in self.stress(e, N)]
 
     def energy(self, strain: Measure, layout: Layout, q: Expr) -> Densities:
-        """Strain energy of the state `q` per area."""
-        ...
+        """Mixed strain energy `W(q, N)`; equal to the strain energy where compatibility holds."""
+        return self.stored(strain.value(q), self.forces(layout, q))
 
     def jump(self, strain: Measure, layout: Layout, a: Expr, b: Expr) -> Densities:
         """Half the work of the stress jump on the strain jump, elastic part of eq. (34)."""
-        ...
-
-    @property
-    def N0(self) -> Expr:
-        """Scale of the forces of the cells."""
-        ...
+        de = strain.value(b) - strain.value(a)
+        dN = self.forces(layout, b) - self.forces(layout, a)
+        return [ufl.dot(stress, de) / 2 for stress in self.stress(de, dN)]
 
     def resultants(self, strain: Measure, layout: Layout, q: Expr) -> Expr:
-        """Membrane forces, bending moments and shear forces (11, 22, 12; 13, 23), shape (8,)."""
-        ...
+        """Resultants N/m and moments N of a state, of a shell shape (8,)."""
+        return self.joined(strain.value(q), self.forces(layout, q))
 
     def averaged(self, strain: Measure, layout: Layout, span: Interval) -> Expr:
         """Resultants of the averaged stress of a sub-interval, the one that acts in its row."""
-        ...
+        e = stress_average(strain.value(span.a), strain.value(span.b), span.beta)
+        first, last = self.forces(layout, span.a), self.forces(layout, span.b)
+        return self.joined(e, stress_average(first, last, span.beta))
+
+
+@dataclass(frozen=True)
+class Stiffness(MixedSection):
+    """Stresses that are a matrix times strains.
+
+    Args:
+        C: The matrix, shape (n, n).
+    """
+
+    C: Expr
+
+    def stress(self, e: Expr, N: Expr | None = None) -> tuple[Expr, ...]:
+        """Stresses, shape (n,)."""
+        return (self.C * e,)
 
 
 def vector(strains: ShellStrains) -> Expr:
@@ -120,7 +168,7 @@ def assumed(strain: Measure, layout: Layout) -> Measure:
 
 
 @dataclass(frozen=True)
-class LinearMixed:
+class LinearMixed(MixedSection):
     """Hellinger-Reissner form of a linear section of quadrilaterals, forces in closed form.
 
     Without bending-stretching coupling `B` is None and none of its terms exists.
@@ -145,10 +193,6 @@ class LinearMixed:
         """Forces of the cells that a state has, shape (15,), N/m."""
         return self.N0 * layout.forces(q)
 
-    def where_held(self, there: Expr, elsewhere: Expr) -> Expr:
-        """No strain is constrained."""
-        return elsewhere
-
     def stretch(self, n: Expr, e: Expr) -> Expr:
         """Membrane strain that forces and curvatures belong to, shape (3,)."""
         return self.A_inv * (n if self.B is None else n - self.B * bending(e))
@@ -161,10 +205,6 @@ class LinearMixed:
     def uniform(self, N: Expr) -> Expr:
         """Membrane forces on strains of the rule of all integrals, shape (3,)."""
         return self.tying.whole(N)
-
-    def coupled_moments(self, N: Expr, e: Expr) -> Expr | None:
-        """Moments of membrane strains; None without coupling."""
-        return None if self.B is None else self.B * self.stretch(split(self.tying.force(N))[0], e)
 
     def stress(self, e: Expr, N: Expr) -> tuple[Expr, ...]:
         """Generalised stresses by rule, shape (8,) each; linear in strains and forces."""
@@ -183,14 +223,6 @@ class LinearMixed:
         """Stresses where strains are taken, shape (8,) each."""
         return self.tying.works(N)
 
-    def shared_shear(self, gam: Expr) -> Expr:
-        """Displacements have no share of shear forces."""
-        return 0 * gam
-
-    def energy(self, strain: Measure, layout: Layout, q: Expr) -> Densities:
-        """Mixed strain energy `W(q, N)`; equal to the strain energy where compatibility holds."""
-        return self.stored(strain.value(q), self.forces(layout, q))
-
     def stored(self, e: Expr, N: Expr) -> Densities:
         """Stored energy of any strains, shape (8,), and forces of the cells."""
         n, Q = split(self.tying.force(N))
@@ -205,30 +237,14 @@ class LinearMixed:
         ]
         return [sum(whole), *(ufl.dot(stress, e) for stress in self.taken(N))]
 
-    def resultants(self, strain: Measure, layout: Layout, q: Expr) -> Expr:
-        """Resultants N/m and moments N of a state, shape (8,)."""
-        return self.joined(strain.value(q), self.forces(layout, q))
-
-    def averaged(self, strain: Measure, layout: Layout, span: Interval) -> Expr:
-        """Resultants of the averaged stress of a sub-interval, the one that acts in its row."""
-        e = stress_average(strain.value(span.a), strain.value(span.b), span.beta)
-        first, last = self.forces(layout, span.a), self.forces(layout, span.b)
-        return self.joined(e, stress_average(first, last, span.beta))
-
     def joined(self, e: Expr, N: Expr) -> Expr:
         """All resultants of any strains, shape (8,), and forces of the cells."""
         n, Q = split(self.tying.force(N))
         return ufl.as_vector([*n, *self._moments(n, e), *Q])
 
-    def jump(self, strain: Measure, layout: Layout, a: Expr, b: Expr) -> Densities:
-        """Elastic part of `c^2`, eq. (34)."""
-        de = strain.value(b) - strain.value(a)
-        dN = self.forces(layout, b) - self.forces(layout, a)
-        return [ufl.dot(stress, de) / 2 for stress in self.stress(de, dN)]
-
 
 @dataclass(frozen=True)
-class LinearOwn:
+class LinearOwn(MixedSection):
     """Hu-Washizu form of a linear section: cells have strains of their own beside the forces.
 
     They are in the space of the strains, where forces by themselves would be in that of the forces:
@@ -259,10 +275,6 @@ class LinearOwn:
         """Strains and forces of the cells that a state has, shape (30,)."""
         return ufl.as_vector([*layout.forces(q, "S"), *(self.N0 * layout.forces(q))])
 
-    def where_held(self, there: Expr, elsewhere: Expr) -> Expr:
-        """No strain is constrained exactly."""
-        return elsewhere
-
     def _forces(self, F: Expr) -> Expr:
         return ufl.as_vector([F[k] for k in range(COUNT, 2 * COUNT)])
 
@@ -280,12 +292,6 @@ class LinearOwn:
     def uniform(self, N: Expr) -> Expr:
         """Membrane forces on strains of the rule of all integrals, shape (3,)."""
         return self.tying.whole(self._forces(N))
-
-    def coupled_moments(self, N: Expr, e: Expr) -> Expr | None:
-        """Moments of membrane strains; None without coupling."""
-        if self.B is None:
-            return None
-        return self.B * split(self.tying.strain(self._strain(N)))[0]
 
     def taken(self, N: Expr) -> list[Expr]:
         """Stresses where strains are taken, shape (8,) each."""
@@ -314,10 +320,6 @@ class LinearOwn:
         ]
         return [sum(whole), *(ufl.dot(works, end) for works in self.taken(dN))]
 
-    def energy(self, strain: Measure, layout: Layout, q: Expr) -> Densities:
-        """Strain energy of a state."""
-        return self.stored(strain.value(q), self.forces(layout, q))
-
     def stored(self, e: Expr, N: Expr) -> Densities:
         """Energy of any strains, and of strains of the cells."""
         S = self._strain(N)
@@ -325,16 +327,6 @@ class LinearOwn:
         _, moved = split(membrane_shear(e))
         shear = (1 - self.a) * ufl.dot(Q, gam) + ufl.dot(self.shared_shear(moved), moved)
         return [(ufl.dot(n, eps) + ufl.dot(m, bending(e)) + shear) / 2]
-
-    def resultants(self, strain: Measure, layout: Layout, q: Expr) -> Expr:
-        """Resultants N/m and moments N of a state, shape (8,)."""
-        return self.joined(strain.value(q), self.forces(layout, q))
-
-    def averaged(self, strain: Measure, layout: Layout, span: Interval) -> Expr:
-        """Resultants of the averaged stress of a sub-interval, the one that acts in its row."""
-        e = stress_average(strain.value(span.a), strain.value(span.b), span.beta)
-        first, last = self.forces(layout, span.a), self.forces(layout, span.b)
-        return self.joined(e, stress_average(first, last, span.beta))
 
     def joined(self, e: Expr, N: Expr) -> Expr:
         """All resultants, shape (8,)."""

@@ -61,7 +61,6 @@ from ufl.corealg.traversal import unique_pre_traversal
 
 from shellmb.forms.measure import Measure
 from shellmb.forms.steps.discrete import derivatives
-from shellmb.forms.steps.general_strains import GeneralStep
 
 # what differs on both sides of a state, while its derivatives vanish there
 KINKED = (Condition, Abs, MinValue, MaxValue)
@@ -304,46 +303,22 @@ def is_quadratic(function: Callable[[Expr], Expr], state: Any) -> bool:
     )
 
 
-class Points(NamedTuple):
-    """Values for rows of nonlinear sections at two Gauss points in time (`stress_work_nonlinear`).
-
-    Args:
-        stresses: Those of strains of both points, and what they act on.
-        rates: Rate of the strain at each point times its weight.
-        start: Strain at the start, `e_i`.
-        end: Strain at the end, `e_f`.
-        chord: Their difference.
-        bow: Bow of the strain.
-        mean: What `S_0` acts on in each row.
-        damping: `alpha/2 bow`, and what `S_1` acts on.
-        dissipates: Whether there is a dissipation.
-    """
-
-    stresses: tuple[Stress, ...]
-    rates: tuple[Moment, Moment]
-    start: Moment
-    end: Moment
-    chord: Moment
-    bow: Moment
-    mean: tuple[Slope, Slope]
-    damping: Stress
-    dissipates: bool
-
-
 class Step(NamedTuple):
     """A step as bodies see it: its states as expressions, and what rows of mixed sections need.
 
     Args:
         path: The states as expressions.
         rows: The rows P0 and P1.
-        points: The same at Gauss' points in time, for nonlinear sections.
-        whole: The same for strains of any form.
+        chord: Difference of a measure's ends.
+        bow: Bow of a measure's own path.
+        dissipates: Whether there is a dissipation.
     """
 
     path: Path
     rows: Rows
-    points: Points
-    whole: GeneralStep
+    chord: Moment
+    bow: Moment
+    dissipates: bool
 
     @property
     def states(self) -> tuple[Expr, ...]:
@@ -353,4 +328,4 @@ class Step(NamedTuple):
     def bow_of(self, strain: Measure) -> Expr:
         """Bow of a strain's own path, of which the dissipation takes the energy (Q5)."""
         p = self.path
-        return moment_of(strain, self.points.bow, p.states)
+        return moment_of(strain, self.bow, p.states)

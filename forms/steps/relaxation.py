@@ -37,27 +37,14 @@ symbol       name                                                        unit
 ===========  ==========================================================  ==========
 """
 
-from dataclasses import dataclass
-
 import ufl
 from ufl.core.expr import Expr
 
-from shellmb.forms.steps.damping import WithoutForces
+from shellmb.forms.steps.mixed import Stiffness
 
 
-@dataclass(frozen=True)
-class Branch(WithoutForces):
-    """Stress of the springs of branches, of strains as they are or of those of the cells.
-
-    Args:
-        C: Stiffness, shape (n, n).
-    """
-
-    C: Expr
-
-    def stress(self, e: Expr, N: Expr | None = None) -> tuple[Expr, ...]:
-        """Stresses, shape (n,)."""
-        return (self.C * e,)
+class Branch(Stiffness):
+    """Stress of the springs of branches, of strains as they are or of those of the cells."""
 
     def matrix(self) -> Expr:
         """Stiffness as energy and modes have it, read off the stress: its rows in turn."""

@@ -1,7 +1,6 @@
 """Virtual work of a linear section in mixed form, eqs. (20)-(22), (32) and (Q2), (Q3)."""
 
 from collections.abc import Sequence
-from typing import Protocol
 
 import ufl
 from ufl.core.expr import Expr
@@ -9,32 +8,9 @@ from ufl.core.expr import Expr
 from shellmb.forms.measure import Acting, Measure, at_middle
 from shellmb.forms.state import Layout
 from shellmb.forms.steps.discrete import stress_average
-from shellmb.forms.steps.general_strains import GeneralRow, GeneralStrain
-from shellmb.forms.steps.mixed import Interval
-from shellmb.forms.steps.path import Stress, across, slope_at
-
-
-class MixedSection(Protocol):
-    """A linear section in mixed form: stresses from strains and independent resultants."""
-
-    def forces(self, layout: Layout, q: Expr) -> Expr:
-        """The resultants that a state holds."""
-        ...
-
-    def where_held(self, there: Expr, elsewhere: Expr) -> Expr:
-        """Components of `there` for constrained strains, of `elsewhere` for others."""
-        ...
-
-    def stress(self, e: Expr, N: Expr) -> tuple[Expr, ...]:
-        """Stress conjugate to the strains, for each quadrature rule; linear in both."""
-        ...
-
-    def gap(self, mean: Expr, end: Expr, N: Expr, dN: Expr) -> Sequence[Expr]:
-        """Work of virtual resultants on strains less those of the resultants, for each rule.
-
-        Strains of the mean where these are constrained, of the end elsewhere.
-        """
-        ...
+from shellmb.forms.steps.general_strains import StrainPath
+from shellmb.forms.steps.mixed import Interval, MixedSection
+from shellmb.forms.steps.path import Path, Stress, across, slope_at
 
 
 def stress_work(
@@ -107,41 +83,31 @@ def interval_work(
     return added(found, section.gap(e, end, last, section.forces(layout, dq)))
 
 
-def general_stresses(
-    section: MixedSection, layout: Layout, strain: GeneralStrain, held: Sequence[Expr], alpha: Expr
-) -> list[tuple[Expr, Expr]]:
-    """Stresses `S_0`, `S_1` over a step for strains of any form, for each quadrature rule.
+def general_work(
+    section: MixedSection,
+    layout: Layout,
+    strain: StrainPath,
+    path: Path,
+    k: int,
+    dq: Expr,
+    exact: bool = True,
+) -> list[Expr]:
+    """Densities of a row's work with its compatibility, for strains of any form.
+
+    One for each quadrature rule.
 
     Args:
         section: The section.
         layout: Parts of the state.
         strain: Its strain over the step.
-        held: Unknown states that hold the resultants of the rows P0 and P1.
-        alpha: Dissipation.
+        path: The step, whose unknown states hold the resultants of the rows.
+        k: Row: 0 is P0, 1 is P1.
+        dq: Virtual displacement.
+        exact: Whether what Gauss' points lack is part of it.
     """
-    moments = strain.moments(alpha)
-    found = [
-        section.stress(e, section.forces(layout, q)) for e, q in zip(moments, held, strict=True)
-    ]
-    return list(zip(*found, strict=True))
-
-
-def general_work(
-    section: MixedSection,
-    layout: Layout,
-    strain: GeneralStrain,
-    held: Sequence[Expr],
-    alpha: Expr,
-    row: GeneralRow,
-    dq: Expr,
-) -> list[Expr]:
-    """Densities of a row's work with its compatibility, for strains of any form.
-
-    One for each quadrature rule, without what Gauss' points lack.
-    """
-    stresses = general_stresses(section, layout, strain, held, alpha)
-    found = [strain.work(pair, row, dq) for pair in stresses]
-    own = list(zip(row.own, strain.moments(alpha), held, strict=True))
-    e = sum(o * moment for o, moment, _ in own)
-    N = sum(o * section.forces(layout, q) for o, _, q in own)
+    moments = strain.moments(path.alpha)
+    forces = [section.forces(layout, q) for q in (path.end, path.end_velocity)]
+    stresses = [section.stress(e, N) for e, N in zip(moments, forces, strict=True)]
+    found = [strain.work(pair, k, dq, exact) for pair in zip(*stresses, strict=True)]
+    e, N = moments[k], forces[k]
     return added(found, section.gap(e, e, N, section.forces(layout, dq)))

@@ -6,10 +6,10 @@ linear functions of time::
     E(tau) = e_i + (e_f - e_i) tau + 3 bow (tau^2 - tau),      bow = e_i + e_f - 2 <s>,
 
 and `S_0 + S_1 P1` is the projection of `psi'(E(tau))` on linear functions by two Gauss points.
-There `E` is a moment of the strains as any other, `<s> -+ (e_f - e_i)/(2 sqrt(3))`, and both rows
-are sums of `stress at a point . slope`: the templates of `forms.steps.stress_work`, with `psi'` and
-`psi''` at one strain in place of a stiffness. What two points leave is made good along the chord of
-the strains (per point in space, after O. Gonzalez, J. Nonlinear Sci. 6 (1996) 449-467)::
+There `E` is `<s> -+ (e_f - e_i)/(2 sqrt(3))`. The stresses act on strains that are quadratic in the
+state by (Q2), on others as `forms.steps.general_strains` says. What two points leave is made good
+along the chord of the strains (per point in space, after O. Gonzalez, J. Nonlinear Sci. 6 (1996)
+449-467)::
 
     r = psi(e_f) - psi(e_i) - S_0.(e_f - e_i) - S_1.bow,
     S_0 += r (e_f - e_i)/(|e_f - e_i|^2 + tiny),
@@ -20,8 +20,7 @@ The dissipation adds `alpha/2 psi''(e_i) bow` to `S_1`; where `psi` is convex it
 
 Membrane and shear strains of the reduced rule are assumed ones `S` (see
 `forms.steps.mixed_nonlinear`), which have a path of their own; the resultants `N` of both rows tie
-it to that of the displacements
-at the Gauss points.
+it to that of the displacements.
 
 ===========  =====================================================================  ====
 symbol       name                                                                   eq.
@@ -32,7 +31,7 @@ symbol       name                                                               
 ===========  =====================================================================  ====
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping
 
 import ufl
 from ufl.core.expr import Expr
@@ -40,9 +39,10 @@ from ufl.core.expr import Expr
 from shellmb.forms.measure import Measure
 from shellmb.forms.state import Layout
 from shellmb.forms.steps.discrete import gradient
+from shellmb.forms.steps.general_strains import POINTS, StrainPath
 from shellmb.forms.steps.mixed import assumed
-from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed, Tie, ties
-from shellmb.forms.steps.path import Step, Stress, across, moment_of
+from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed, ties
+from shellmb.forms.steps.path import Step
 
 # At chords of 1e-6 the correction, of their first and the bow's fourth power, is round-off for bows
 # of a hundredth; and round-off of psi over such a chord is not more than 1e-10 of the stress yet.
@@ -57,6 +57,13 @@ def tangent(psi: Density, e: Expr) -> Expr:
     return ufl.diff(ufl.diff(psi(variable), variable), variable)
 
 
+def projected(psi: Density, e: StrainPath) -> tuple[Expr, Expr]:
+    """Projection of `psi'` along a strain's path on linear functions of time."""
+    half = e.change * POINTS[1] / 2
+    early, late = gradient(psi, e.mean - half), gradient(psi, e.mean + half)
+    return (early + late) / 2, 3 * POINTS[1] / 2 * (late - early)
+
+
 class NonlinearPath:
     """A section of any strain energy density over a step.
 
@@ -65,6 +72,7 @@ class NonlinearPath:
         layout: Parts of the state.
         strain: Strains of the displacements.
         step: The step.
+        over: A strain over the step.
     """
 
     def __init__(
@@ -73,97 +81,59 @@ class NonlinearPath:
         layout: Layout,
         strain: Measure,
         step: Step,
+        over: Callable[[Measure], StrainPath],
     ) -> None:
-        self._section, self._layout = section, layout
-        self._states, self._points, self._start = step.states, step.points, step.path.start
-        self._parts = tuple(zip(section.densities, (strain, assumed(strain, layout)), strict=True))
-        self._ties = ties(strain, layout)
+        self._section, self._layout, self._step = section, layout, step
+        measures = strain, assumed(strain, layout)
+        self._parts = [
+            (psi, measure.value(step.path.start), over(measure))
+            for psi, measure in zip(section.densities, measures, strict=True)
+        ]
+        self._ties = [(tie.act, over(tie.measure)) for tie in ties(strain, layout)]
 
     def _forces(self, q: Expr) -> Expr:
         """Forces that a state has, shape (15,)."""
         return self._section.forces(self._layout, q)
 
-    def work(self, tests: Sequence[Expr]) -> list[Expr]:
-        """Densities of both rows for each quadrature rule, without the dissipation.
+    def _stresses(self, psi: Density, start: Expr, e: StrainPath, exact: bool) -> tuple[Expr, Expr]:
+        """`S_0` and `S_1`, eq. (Q3)."""
+        first, second = projected(psi, e)
+        if exact:
+            done = ufl.dot(first, e.change) + ufl.dot(second, e.bow)
+            chord = self._section.scaled(e.change)
+            tiny = self._section.least(TINY, e.first, e.last)
+            first += (psi(e.last) - psi(e.first) - done) / (ufl.dot(chord, e.change) + tiny) * chord
+        if self._step.dissipates:
+            second += self._step.path.alpha / 2 * ufl.dot(tangent(psi, start), e.bow)
+        return first, second
+
+    def work(self, tests: Mapping[int, Expr], exact: bool = True) -> list[Expr]:
+        """Densities of some rows for each quadrature rule.
 
         Args:
-            tests: Virtual displacement of each row.
+            tests: Virtual displacements by the rows P0 (0) and P1 (1).
+            exact: Whether what Gauss' points leave is made good.
         """
-        points, states = self._points, self._states
-        first, *others = self._work(points.stresses, tests)
-        for psi, measure in self._parts:
-            chord, start, end = (
-                moment_of(measure, m, states) for m in (points.chord, points.start, points.end)
+        path = self._step.path
+        first, second = self._forces(path.end), self._forces(path.end_velocity)
+        stresses = [(e, self._stresses(psi, start, e, exact)) for psi, start, e in self._parts]
+        works = [e.work(s, k, dq, exact) for e, s in stresses for k, dq in tests.items()]
+        tied = [
+            sum(
+                gap.work((act(first), act(second)), k, dq, exact)
+                + ufl.dot(act(self._forces(dq)), gap.moments()[k])
+                for k, dq in tests.items()
             )
-            rest = psi(end) - psi(start)
-            for point, rate in zip(points.stresses, points.rates, strict=True):
-                stress = gradient(psi, moment_of(measure, point.moment, states))
-                rest -= ufl.dot(stress, moment_of(measure, rate, states))
-            weighed = self._section.scaled(chord)
-            share = rest / (ufl.dot(weighed, chord) + self._section.least(TINY, start, end))
-            first += share * ufl.dot(weighed, across(measure, points.mean, states, tests))
-        return [first, *others]
-
-    def simple_work(self, k: int, dq: Expr) -> list[Expr]:
-        """Densities of one row of which derivatives are taken, without what two points leave."""
-        return self._work([point.in_row(k) for point in self._points.stresses], [dq])
-
-    def _work(self, stresses: Sequence[Stress], tests: Sequence[Expr]) -> list[Expr]:
-        """Work of the stresses at both points and of what ties the strains."""
-        states = self._states
-        works = [
-            ufl.dot(
-                gradient(psi, moment_of(measure, point.moment, states)),
-                across(measure, point.slopes, states, tests),
-            )
-            for psi, measure in self._parts
-            for point in stresses
+            for act, gap in self._ties
         ]
-        tied = [sum(self._tie(tie, point, tests) for point in stresses) for tie in self._ties]
         return [sum(works) + tied[0], *tied[1:]]
 
-    def _tie(self, tie: Tie, point: Stress, tests: Sequence[Expr]) -> Expr:
-        """Work of the forces that tie strains of the cells to those of the displacements."""
-        (act, gap), states = tie, self._states
-        left = moment_of(gap, point.moment, states)
-        acting = across(gap, point.slopes, states, tests)
-        rows = zip(point.slopes, tests, strict=True)
-        return ufl.dot(act(self._forces(point.moment.held)), acting) + sum(
-            slope.c * ufl.dot(act(self._forces(dq)), left) for slope, dq in rows
-        )
-
-    def damping(self, stresses: Sequence[Stress], tests: Sequence[Expr]) -> list[Expr]:
-        """Contribution of the dissipation to some rows, with the stiffness at the start.
-
-        Args:
-            stresses: The stress of the bow, in these rows.
-            tests: Virtual displacement of each row.
-        """
-        states, (bow,) = self._states, stresses
-
-        def work(psi: Density, measure: Measure) -> Expr:
-            stiffness = tangent(psi, measure.value(self._start))
-            stress = ufl.dot(stiffness, moment_of(measure, bow.moment, states))
-            return ufl.dot(stress, across(measure, bow.slopes, states, tests))
-
-        works = [work(*part) for part in self._parts]
-        return [sum(works[1:], works[0])]
-
     def bow_energy(self) -> list[Expr]:
-        """Energy of the bow of the strains, with the stiffness at the start."""
-        points, states, found = self._points, self._states, []
-        for psi, measure in self._parts:
-            bow = moment_of(measure, points.bow, states)
-            stiffness = tangent(psi, moment_of(measure, points.start, states))
-            found.append(ufl.dot(bow, ufl.dot(stiffness, bow)) / 2)
-        return [sum(found)]
+        """Energy of the bow of the strains, with the stiffness at the start, eq. (Q5)."""
+        bows = [(tangent(psi, start), e.bow) for psi, start, e in self._parts]
+        return [sum(ufl.dot(bow, ufl.dot(stiffness, bow)) / 2 for stiffness, bow in bows)]
 
     def mean_stress(self) -> Expr:
         """Mean of the resultants over the step, shape (8,)."""
-        points, states = self._points.stresses, self._states
-        found = [
-            gradient(psi, moment_of(measure, point.moment, states))
-            for psi, measure in self._parts
-            for point in points
-        ]
-        return sum(found[1:], found[0]) / len(points)
+        shared, own = (projected(psi, e)[0] for psi, _, e in self._parts)
+        return shared + own

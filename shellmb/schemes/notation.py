@@ -8,7 +8,7 @@ are quadratic, `e(q) = lin(q) + quad(q, q)/2`. On a page stand
     H(a)                          its part that turns, `quad(a, dq)`
 
 They are numbers: weights of `lin` and `quad` of the four states, with which a few templates are
-compiled for all schemes (`residuals.weights`).
+compiled for all schemes (`residuals.rows`).
 """
 
 from __future__ import annotations

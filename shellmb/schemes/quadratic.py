@@ -13,19 +13,22 @@ import numpy as np
 from dolfinx import fem
 
 from shellmb.forms.steps.path import Holding, Path, PathRow
+from shellmb.model.body import Body
 from shellmb.schemes.base import (
     END,
     Levels,
     LocalError,
     Motion,
     Rotations,
+    Scheme,
     Stage,
+    StepForms,
     Values,
     end_velocity,
 )
 from shellmb.schemes.notation import D, De, H, MomentWeights, PathPage, lin, quad, x, y, z
 from shellmb.schemes.pieces import START, START_RATE, Pieces, halves
-from shellmb.schemes.residuals.pathforms import PathScheme
+from shellmb.schemes.residuals.pathforms import PathForms
 
 # unknown velocities at the end, times the step
 RATE = "v"
@@ -81,7 +84,7 @@ LEAST_ALPHA = 0.1
 
 
 @dataclass(frozen=True)
-class QuadraticInTime(PathScheme):
+class QuadraticInTime(Scheme):
     """State and velocity quadratic over a step, stresses linear, eqs. (Q1)-(Q5).
 
     Unknown are the state and the velocity at the end of a step, `q_f` and `h v_f`. Energy is kept
@@ -145,6 +148,10 @@ class QuadraticInTime(PathScheme):
     def page(self) -> PathPage:
         """The equations as numbers."""
         return PathPage(path_of, strains, BOW, (P0, P1))
+
+    def forms(self, body: Body, levels: Levels, dt: fem.Constant) -> StepForms:
+        """Residuals of one body in the rows P0 and P1."""
+        return PathForms(body, self, levels, dt)
 
     def expand(self, levels: Levels, dt: fem.Constant) -> dict[str, Stage]:
         """Rows are no sub-intervals here: see `forms`."""

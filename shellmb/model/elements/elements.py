@@ -21,13 +21,14 @@ from shellmb.errors import SceneError
 from shellmb.forms import contact as forms
 from shellmb.forms.constraints import elements as springs
 from shellmb.forms.measure import Measure, linear
+from shellmb.forms.steps.mixed import Stiffness
 from shellmb.meshes.nodes import node_mesh, set_constants
 from shellmb.model.body import Elastic, Rates
 from shellmb.model.joints.coordinates import Coordinate, scalar_targets
 from shellmb.model.massless import LawValues, NodeGroup
 from shellmb.model.potentials.exact import FAR, ExactEnergy
 from shellmb.model.sections.branches import Fading, MaxwellBranches
-from shellmb.model.sections.strains import SeparateRows, Stiffness
+from shellmb.model.sections.strains import SeparateRows
 from shellmb.model.signals import Signals
 from shellmb.model.user_forms import written
 from shellmb.scene import Scene

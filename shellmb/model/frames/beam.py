@@ -290,11 +290,11 @@ class BeamModel(FrameBody):
 
     def averaged_resultants(self, span: Interval) -> Expr:
         """Resultants of the averaged stress of a sub-interval, the one that acts in its row."""
-        found = self.section.formulation.averaged(self.strain, self.layout, span)
+        found = self.section.formulation.averages(self.strain, self.layout, span)
         return self._twice(*found)
 
     def _twice(self, e: Expr, N: Expr, at: str = "mean") -> Expr:
-        N, M = self.section.formulation.joined(e, N)
+        N, M = beam_forms.halves(self.section.formulation.joined(e, N))
         if self.natural is not None:
             less = beam_forms.halves(getattr(self.natural, at) * self.natural.resultants)
             N, M = N - less[0], M - less[1]

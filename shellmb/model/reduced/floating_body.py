@@ -20,6 +20,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
+from typing import Any
 
 from mpi4py import MPI
 
@@ -34,7 +35,7 @@ from shellmb.forms.frame import Vectors, vectors
 from shellmb.forms.loads import dead_force
 from shellmb.forms.measure import linear
 from shellmb.forms.state import Layout
-from shellmb.forms.steps.damping import ViscousModes
+from shellmb.forms.steps.mixed import Stiffness
 from shellmb.meshes.nodes import NodeMesh, constant_vector
 from shellmb.model.body import Elastic, LoadFactors, PartScale
 from shellmb.model.joints.constraints import ConstraintGroup
@@ -42,7 +43,7 @@ from shellmb.model.locations.ends import End
 from shellmb.model.massless import NONE, NodeGroup, NodeLoads, Scale, Targets
 from shellmb.model.reduced.data import ModalBody, amplitudes
 from shellmb.model.sections.branches import Resisting, StrainDamping
-from shellmb.model.sections.strains import SeparateRows, Stiffness
+from shellmb.model.sections.strains import SeparateRows
 
 # couplings of modes below this share of what they have by themselves are round-off: with one time
 # for all strains there are none
@@ -63,13 +64,14 @@ def modal_damping(layout: Layout, nodes: NodeMesh, matrix: Floats | None) -> Str
     pairs = [tuple(pair) for pair in np.argwhere(np.abs(matrix) > NOTHING * own)]
     values = constant_vector(nodes, np.array([[matrix[pair] for pair in pairs]]), "damping")
     numbers = [values] if len(pairs) == 1 else [values[k] for k in range(len(pairs))]
-    D: list[list[Expr | None]] = [[None] * len(matrix) for _ in matrix]
+    D: list[list[Any]] = [[0] * len(matrix) for _ in matrix]
     for (i, k), number in zip(pairs, numbers, strict=True):
         D[i][k] = number
-
     strain = linear(lambda q: ufl.as_vector(amplitudes(layout, q)))
     dx = ufl.dx(nodes.mesh)
-    return StrainDamping(layout, [Resisting(ViscousModes(D), strain, lambda d: d[0] * dx)])
+    return StrainDamping(
+        layout, [Resisting(Stiffness(ufl.as_matrix(D)), strain, lambda d: d[0] * dx)]
+    )
 
 
 ADVICE = "a smaller step, or fewer modes"

@@ -19,7 +19,8 @@ from ufl.core.expr import Expr
 from shellmb.arrays import Floats
 from shellmb.forms.measure import Measure
 from shellmb.forms.state import Layout
-from shellmb.forms.steps.damping import Resistance, Straining, at_state, taken
+from shellmb.forms.steps.damping import Straining, at_state, taken
+from shellmb.forms.steps.mixed import MixedSection
 from shellmb.forms.steps.path import Rows, moment_of
 from shellmb.forms.steps.relaxation import Branch
 from shellmb.meshes.shared import space_on
@@ -41,7 +42,7 @@ class Resisting(NamedTuple):
         integrate: Integral of densities, one for each quadrature rule.
     """
 
-    section: Resistance
+    section: MixedSection
     strain: Measure
     integrate: Integrate
 

@@ -27,7 +27,7 @@ from ufl.core.expr import Expr
 from shellmb.arrays import Floats
 from shellmb.forms.materials import tension_field
 from shellmb.forms.shell import Mass, ShellStrains
-from shellmb.forms.steps.mixed import Formulation, LinearMixed, LinearOwn
+from shellmb.forms.steps.mixed import LinearMixed, LinearOwn
 from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed, Quadratic
 from shellmb.forms.tying import Tying
 from shellmb.meshes.shared import space_on
@@ -262,7 +262,7 @@ class BoundSection:
         sizes: How large things are.
     """
 
-    formulation: Formulation
+    formulation: LinearMixed | LinearOwn | NonlinearMixed
     force: fem.Constant
     sizes: Sizes
 

@@ -12,14 +12,16 @@ from ufl.core.expr import Expr
 
 from shellmb.forms.measure import Measure, at_middle
 from shellmb.forms.state import Layout
-from shellmb.forms.steps.general_hyperelastic import GeneralPath
-from shellmb.forms.steps.general_strains import ExactInterval, GeneralStrain
-from shellmb.forms.steps.mixed import Interval
+from shellmb.forms.steps.general_strains import (
+    ExactInterval,
+    GeneralStrain,
+    QuadraticStrain,
+    StrainPath,
+)
+from shellmb.forms.steps.mixed import Interval, MixedSection
 from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed
 from shellmb.forms.steps.path import Rows, Step, Stress, moment_of
 from shellmb.forms.steps.stress_work import (
-    MixedSection,
-    general_stresses,
     general_work,
     interval_work,
     stress_work,
@@ -89,48 +91,6 @@ def together(a: Term, b: Term) -> Term:
     """The sum of two terms as one."""
     alone = tuple(f + g for f, g in zip(a.alone, b.alone, strict=True))
     return Term(a.residual + b.residual, a.rows, alone)
-
-
-NO_FORCES = ufl.as_vector([0, 0])
-
-
-@dataclass(frozen=True)
-class Stiffness:
-    """A linear section without resultants, as `forms.steps.stress_work.MixedSection`.
-
-    Args:
-        C: Stiffness, shape (n, n), symmetric.
-    """
-
-    C: Expr
-
-    def forces(self, layout: Layout, q: Expr) -> Expr:
-        """There are none."""
-        return NO_FORCES
-
-    def where_held(self, there: Expr, elsewhere: Expr) -> Expr:
-        """No strain is."""
-        return elsewhere
-
-    def stress(self, e: Expr, N: Expr) -> tuple[Expr, ...]:
-        """Stresses of strains."""
-        return (self.C * e,)
-
-    def gap(self, mean: Expr, end: Expr, N: Expr, dN: Expr) -> tuple[Expr]:
-        """No condition."""
-        return (ufl.dot(dN, N),)
-
-    def energy(self, strain: Measure, layout: Layout, q: Expr) -> tuple[Expr]:
-        """Energy of a state."""
-        return self.stored(strain.value(q), q)
-
-    def stored(self, e: Expr, N: Expr) -> tuple[Expr]:
-        """Energy of strains."""
-        return (ufl.dot(e, self.C * e) / 2,)
-
-    def jump(self, strain: Measure, layout: Layout, a: Expr, b: Expr) -> tuple[Expr]:
-        """Elastic part of eq. (34)."""
-        return self.stored(strain.value(b) - strain.value(a), a)
 
 
 Integrate = Callable[[Sequence[Expr]], Form]
@@ -233,24 +193,24 @@ class GeneralStrains(SectionStrains):
 
         Derivatives are those without what makes it so.
         """
-        held, alpha = (step.path.end, step.path.end_velocity), step.path.alpha
-        along, rows, on = self._over(step, step.states), step.whole.rows, self.integrate
-        common = self.section, self.layout, along, held, alpha
-        residual = on([along.rest(s, self.product, tests[0]) for s, _ in general_stresses(*common)])
-        for row, dq in zip(rows, tests, strict=True):
-            residual += on(general_work(*common, row, dq))
-        alone = (on(general_work(*common, row, _single(trial))) for row in rows)
-        return Term(residual, step.rows.numbers, tuple(alone))
 
-    def _over(self, step: Step, states: Sequence[Expr]) -> GeneralStrain:
-        return GeneralStrain(self.strain, states, step.whole.places)
+        def row(k: int, dq: Expr, exact: bool = True) -> Form:
+            return self.integrate(general_work(*common, k, dq, exact))
+
+        common = self.section, self.layout, self._over(step.states), step.path
+        residual = row(0, tests[0]) + row(1, tests[1])
+        alone = tuple(row(k, _single(trial), exact=False) for k in (0, 1))
+        return Term(residual, step.rows.numbers, alone)
+
+    def _over(self, states: Sequence[Expr]) -> GeneralStrain:
+        return GeneralStrain(self.strain, states, self.product)
 
     def _bow_of(self, step: Step) -> Expr:
-        return self._over(step, step.path.states).bow
+        return self._over(step.path.states).bow
 
     def mean(self, step: Step) -> Any:
         """Means over a step."""
-        e = self._over(step, step.states).mean
+        e = self._over(step.states).mean
         return e, self.section.forces(self.layout, step.path.end)
 
 
@@ -274,41 +234,25 @@ class HyperelasticStrains(SectionStrains):
         acting = at_middle if self.quadratic else ExactInterval(self.weight)
         return self.integrate(self.section.virtual_work(self.strain, self.layout, span, dq, acting))
 
-    def _over(self, step: Step) -> NonlinearPath:
-        return NonlinearPath(self.section, self.layout, self.strain, step)
+    def _over(self, step: Step, states: Sequence[Expr]) -> NonlinearPath:
+        def over(strain: Measure) -> StrainPath:
+            if self.quadratic:
+                return QuadraticStrain(strain, states, step)
+            return GeneralStrain(strain, states, self.product)
 
-    def _general(self, step: Step, states: Sequence[Expr]) -> GeneralPath:
-        return GeneralPath(self.section, self.layout, self.strain, step, states)
+        return NonlinearPath(self.section, self.layout, self.strain, step, over)
 
     def path_term(self, step: Step, tests: Sequence[Expr], trial: Expr) -> Term:
         """Virtual work of both rows of a step."""
-        rows, dq = step.whole.rows, _single(trial)
-        if self.quadratic:
-            return self._at_points(step, tests, dq)
-        along, on = self._general(step, step.states), self.integrate
-        residual = on(along.rest(self.product, tests[0]))
-        for row, test in zip(rows, tests, strict=True):
-            residual += on(along.work(row, test))
-        return Term(residual, step.rows.numbers, tuple(on(along.simple_work(r, dq)) for r in rows))
-
-    def _at_points(self, step: Step, tests: Sequence[Expr], dq: Expr) -> Term:
-        """Work at Gauss' points in time; `dq`: virtual displacement of a single row."""
-        section, points, on = self._over(step), step.points, self.integrate
-        residual, alone = on(section.work(tests)), [on(section.simple_work(k, dq)) for k in (0, 1)]
-        if points.dissipates:
-            residual += on(section.damping([points.damping], tests))
-            for k in (0, 1):
-                alone[k] += on(section.damping([points.damping.in_row(k)], [dq]))
-        return Term(residual, (0, 1), tuple(alone))
+        along, on, dq = self._over(step, step.states), self.integrate, _single(trial)
+        residual = on(along.work(dict(enumerate(tests))))
+        alone = tuple(on(along.work({k: dq}, exact=False)) for k in (0, 1))
+        return Term(residual, step.rows.numbers, alone)
 
     def bow(self, step: Step, held: Expr) -> Form:
         """Energy of the bow with the stiffness at the start."""
-        if self.quadratic:
-            return self.integrate(self._over(step).bow_energy())
-        return self.integrate(self._general(step, step.path.states).bow_energy())
+        return self.integrate(self._over(step, step.path.states).bow_energy())
 
     def mean_stress(self, step: Step) -> Expr:
         """Mean of the resultants over a step, shape (8,)."""
-        if self.quadratic:
-            return self._over(step).mean_stress()
-        return self._general(step, step.states).mean_stress()
+        return self._over(step, step.states).mean_stress()

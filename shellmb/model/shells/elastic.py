@@ -27,8 +27,8 @@ from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.forms import shell as shell_forms
 from shellmb.forms.measure import Measure
-from shellmb.forms.steps.damping import ViscousRule, ViscousShell
-from shellmb.forms.steps.mixed import LinearMixed, LinearOwn, assumed
+from shellmb.forms.steps.damping import ViscousShell
+from shellmb.forms.steps.mixed import LinearMixed, LinearOwn, Stiffness, assumed
 from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed
 from shellmb.forms.steps.path import is_quadratic
 from shellmb.forms.steps.stress_work_nonlinear import tangent
@@ -149,7 +149,6 @@ def strain_damping(shell: DiscreteShell) -> StrainDamping | None:
     if isinstance(formulation, NonlinearMixed):
         parts = _of_rest(shell, formulation, strain)
     else:
-        assert isinstance(formulation, LinearMixed | LinearOwn)
         parts = _linear(shell, formulation, strain)
     return StrainDamping(shell.layout, parts, partial(rates_of, shell)) if parts else None
 
@@ -175,14 +174,14 @@ def _linear(
 
 def _of_rest(shell: DiscreteShell, section: NonlinearMixed, strain: Measure) -> list[Resisting]:
     """Damping of the elements' own strains, but for a share of the shear."""
-    (A, B, D, G), found = stiffness_at_rest(shell, section), []
-    if any(part is not None for part in (A, B, D, G)):
-        own = None if G is None else (1 - section.a) * G
-        seen = assumed(strain, shell.layout)
-        found.append(Resisting(ViscousRule(A, B, D, own), seen, shell.integrate))
-    if G is not None:
-        shared = ViscousRule(None, None, None, section.a * G)
-        found.append(Resisting(shared, strain, shell.integrate))
+    *(A, B, D), G = stiffness_at_rest(shell, section)
+    if not any(part is not None for part in (A, B, D, G)):
+        return []
+    seen, a, on = assumed(strain, shell.layout), section.a, shell.integrate
+    own = _whole(A, B, D, None if G is None else (1 - a) * G)
+    found = [Resisting(Stiffness(own), seen, on)]
+    if G is not None and not isinstance(a, Zero):
+        found.append(Resisting(Stiffness(_whole(None, None, None, a * G)), strain, on))
     return found
 
 
@@ -259,15 +258,14 @@ def maxwell_branches(shell: DiscreteShell) -> MaxwellBranches | None:
     return MaxwellBranches(shell.name, shell.layout, found)
 
 
-def _whole(A: Expr | None, B: Expr | None, D: Expr | None, G: Expr) -> Expr:
-    """Stiffness of all strains, shape (8, 8)."""
+def _whole(A: Expr | None, B: Expr | None, D: Expr | None, G: Expr | None) -> Expr:
+    """Stiffness of all strains, shape (8, 8); what is None is zero."""
+    blocks = {(0, 0): A, (0, 1): B, (1, 1): D, (2, 2): G}
 
     def entry(i: int, j: int) -> Expr | int:
-        if max(i, j) >= 6:
-            return G[i - 6, j - 6] if min(i, j) >= 6 else 0
-        block = (A, B, B, D)[2 * (i // 3) + j // 3]
-        # coupling of layers is symmetric
-        return 0 if block is None else block[i % 3, j % 3]
+        first, last = min(i, j), max(i, j)
+        block = blocks.get((first // 3, last // 3))
+        return 0 if block is None else block[first % 3, last % 3]
 
     return ufl.as_matrix([[entry(i, j) for j in range(8)] for i in range(8)])
 

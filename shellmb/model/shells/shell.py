@@ -23,7 +23,7 @@ from shellmb.forms.floating import shell as floating
 from shellmb.forms.floating.frame import frame_constraints
 from shellmb.forms.measure import Measure
 from shellmb.forms.shell import Mass, ShellStrains
-from shellmb.forms.steps.mixed import Interval, LinearMixed, LinearOwn, assumed
+from shellmb.forms.steps.mixed import Interval, assumed
 from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed
 from shellmb.forms.steps.path import Step
 from shellmb.forms.surface import Surface
@@ -173,7 +173,6 @@ class ShellModel(DiscreteShell):
         if isinstance(formulation, NonlinearMixed):
             resultants, seen = formulation.stress(e), assumed(self.strain, self.layout)
             return NaturalStress(e, (resultants,), resultants, seen, self.integrate, *factors)
-        assert isinstance(formulation, LinearMixed | LinearOwn)
         N = forces_of(self, e)
         found = formulation.stress(e, N), formulation.joined(e, N)
         return NaturalStress(e, *found, self.strain, self.integrate, *factors)

@@ -31,8 +31,10 @@ from shellmb.forms.measure import Measure, measure
 from shellmb.forms.state import Layout
 from shellmb.forms.steps import potentials as forms
 from shellmb.forms.steps.discrete import gradient
-from shellmb.forms.steps.path import Step, is_quadratic, moment_of, slope_at
-from shellmb.forms.steps.stress_work_nonlinear import tangent
+from shellmb.forms.steps.general_strains import POINTS, QuadraticStrain
+from shellmb.forms.steps.mixed import Stiffness
+from shellmb.forms.steps.path import Step, is_quadratic
+from shellmb.forms.steps.stress_work_nonlinear import projected, tangent
 from shellmb.meshes.spaces import mixed_space
 from shellmb.model.body import (
     Body,
@@ -47,14 +49,11 @@ from shellmb.model.body import (
 )
 from shellmb.model.joints.constraints import Constraints
 from shellmb.model.potentials.exact import ExactEnergy
-from shellmb.model.sections.strains import Stiffness, Strains
+from shellmb.model.sections.strains import Strains
 from shellmb.model.user_forms import vector_of, written
 from shellmb.native.expressions import values_in_cells
 from shellmb.scene.multibody.own_bodies import UserBody
 from shellmb.scene.types import vector
-
-# Gauss' two points on [-1, 1]
-POINT = 3**-0.5
 
 
 @dataclass(frozen=True)
@@ -75,36 +74,26 @@ class PotentialStrains(ExactEnergy):
         span = sub.span
         if span.a is span.b or sub.rows is None:
             return None
-        rows, value, psi = sub.rows, self.strain.value, self.potential
-        x, D = rows.states[:2]
+        value, psi, (x, D) = self.strain.value, self.potential, sub.rows.states[:2]
         a, b = value(x - D / 2), value(x + D / 2)
-        stress = forms.interval_stress(psi, a, b, span.beta)
-        m, half = (a + b) / 2, POINT * (b - a) / 2
+        m, half = (a + b) / 2, POINTS[1] * (b - a) / 2
         mean = (gradient(psi, m - half) + gradient(psi, m + half)) / 2
         mean += span.beta / 2 * (gradient(psi, b) - gradient(psi, a))
-        de = self.strain.change(x, dq)
-        works = (ufl.dot(s, de) * self.weight * self.dx for s in (stress, mean))
-        residual, simple = works
-        return Term(residual, rows.numbers, (simple,))
+        simple = ufl.dot(mean, self.strain.change(x, dq)) * self.weight * self.dx
+        return Term(self.interval(span, dq), sub.rows.numbers, (simple,))
 
     def path_term(self, step: Step, tests: Sequence[Expr], trial: Any) -> Term | None:
         """Virtual work of both rows of a step that is quadratic in time, eq. (Q2)."""
-        x, D, z, _ = states = step.states
-        m, value, psi, alpha = x + z, self.strain.value, self.potential, step.path.alpha
-        first, last = value(m - D / 2), value(m + D / 2)
-        bow = moment_of(self.strain, step.points.bow, states)
-        stresses = forms.path_stresses(psi, Stretch(first, last - first, bow), alpha)
-        # strains at Gauss' points: 3 (tau^2 - tau) is -1/2 there
-        middle, half = (first + last - bow) / 2, POINT * (last - first) / 2
-        early, late = gradient(psi, middle - half), gradient(psi, middle + half)
-        damping = alpha / 2 * ufl.dot(tangent(psi, (first + last) / 2), bow)
-        simple = (early + late) / 2, (late - early) * 3 * POINT / 2 + damping
+        psi, alpha = self.potential, step.path.alpha
+        along = QuadraticStrain(self.strain, step.states, step)
+        stretch = Stretch(along.first, along.change, along.bow)
+        stresses = forms.path_stresses(psi, stretch, alpha)
+        first, second = projected(psi, along)
+        middle = (along.first + along.last) / 2
+        simple = first, second + alpha / 2 * ufl.dot(tangent(psi, middle), along.bow)
 
         def work(stresses: Sequence[Expr], k: int, dq: Expr) -> Form:
-            slopes = (stress.slopes[k] for stress in step.rows.stresses)
-            acting = (slope_at(self.strain, slope, states, dq) for slope in slopes)
-            density = sum(ufl.dot(s, de) for s, de in zip(stresses, acting, strict=True))
-            return density * self.weight * self.dx
+            return along.work(stresses, k, dq) * self.weight * self.dx
 
         single = ufl.TestFunction(trial.ufl_function_space())
         residual = work(stresses, 0, tests[0]) + work(stresses, 1, tests[1])

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import ufl
@@ -14,42 +14,21 @@ from ufl.core.expr import Expr
 from shellmb.forms.steps.path import Path, Rows, Step
 from shellmb.model.body import Body, Dofs, Rates, kinetic_energy
 from shellmb.model.sections.branches import Course, branches_of
-from shellmb.schemes.base import END, Levels, Resulting, Scheme, StepForms, Tangent, Values
-from shellmb.schemes.notation import PathPage
+from shellmb.schemes.base import END, Levels, Resulting, Tangent, Values
 from shellmb.schemes.residuals.forces import bow_energy, path_forces, path_term
-from shellmb.schemes.residuals.pathpoints import at_points, of_general_strains
-from shellmb.schemes.residuals.residual import Instants, Sample, StageForms, acting, averaged
-from shellmb.schemes.residuals.rows import NAMES, PathStates, both_rows, constants
+from shellmb.schemes.residuals.residual import Sample, StageForms, acting, averaged
+from shellmb.schemes.residuals.rows import (
+    NAMES,
+    PathStates,
+    bare_moment,
+    both_rows,
+    constants,
+    path_pairs,
+)
 from shellmb.schemes.residuals.strainrates import Mixed, over_path, renew
-from shellmb.schemes.residuals.weights import path_pairs
 
-
-class PathScheme(Scheme):
-    """A scheme that is quadratic in time.
-
-    Attributes:
-        alpha: Dissipation.
-    """
-
-    alpha: float
-
-    @property
-    def page(self) -> PathPage:
-        """Equations of the page."""
-        raise NotImplementedError
-
-    @property
-    def rolling(self) -> Instants:
-        """Instants at which bodies turn as fast along their paths as by their velocities."""
-        raise NotImplementedError
-
-    def path(self, q: Any, scaled: Mapping[str, Any], unknown: Mapping[str, Any]) -> Path:
-        """The path of a step; arguments as of `Scheme.moved`."""
-        raise NotImplementedError
-
-    def forms(self, body: Body, levels: Levels, dt: fem.Constant) -> StepForms:
-        """Residuals of one body in the rows P0 and P1."""
-        return PathForms(body, self, levels, dt)
+if TYPE_CHECKING:
+    from shellmb.schemes.quadratic import QuadraticInTime
 
 
 class PathForms:
@@ -69,7 +48,9 @@ class PathForms:
         branches: Maxwell branches of the body; None: none.
     """
 
-    def __init__(self, body: Body, scheme: PathScheme, levels: Levels, dt: fem.Constant) -> None:
+    def __init__(
+        self, body: Body, scheme: "QuadraticInTime", levels: Levels, dt: fem.Constant
+    ) -> None:
         self._body, self._scheme, self._levels, self.dt = body, scheme, levels, dt
         self.branches = branches_of(body)
         self._mesh, page, alpha = levels.q.function_space.mesh, scheme.page, scheme.alpha
@@ -80,8 +61,9 @@ class PathForms:
         pairs = [path_pairs(page, alpha, k) for k in (0, 1)]
         stresses = both_rows(self._mesh, pairs, unknown, page.strains(1.0))
         rows = Rows(self.states.functions, stresses, (0, 1))
-        points = at_points(page, self._mesh, alpha, unknown)
-        self.step = Step(self.path, rows, points, of_general_strains(self._mesh))
+        changes = 2.0 * page.strains(0.0)[1], page.bow
+        chord, bow = (bare_moment(self._mesh, weights, unknown[0]) for weights in changes)
+        self.step = Step(self.path, rows, chord, bow, alpha > 0)
 
     @cached_property
     def stages(self) -> dict[str, StageForms]:

@@ -1,8 +1,15 @@
-"""Rows of a step with their weights as Constants, and the states that they are taken at."""
+"""Rows of a step with their weights as Constants, and the states that they are taken at.
+
+A page says of which strains stresses are, and what these act on (`schemes.notation`), at mean,
+chord, bow and mean velocity of a path. All states of a step that is quadratic in time are
+combinations of four: `q_i`, `h v_i`, and the unknown `q_f`, `h v_f`. A sub-interval has neither bow
+nor mean velocity, a single state of statics no chord either, and in linear statics measures are
+replaced by their linear part.
+"""
 
 from collections.abc import Sequence
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from dolfinx import fem
@@ -13,15 +20,61 @@ from shellmb.arrays import Floats
 from shellmb.forms.steps.discrete import mean
 from shellmb.forms.steps.mixed import Interval
 from shellmb.forms.steps.path import Moment, Rows, Slope, Stress
-from shellmb.schemes.notation import MomentWeights, SlopeWeights
-from shellmb.schemes.residuals.weights import (
-    FIRST,
-    LAST,
-    SINGLE,
-    PairWeights,
-    interval_pair,
-    single_pair,
-)
+from shellmb.schemes.interval import AT_STATE, acting
+from shellmb.schemes.notation import Acting, D, MomentWeights, PathPage, SlopeWeights, lin, x
+
+
+class PairWeights(NamedTuple):
+    """Numbers of a stress in one row.
+
+    Args:
+        moment: The moment.
+        slope: What its stress acts on.
+        own: Whether the row demands the compatibility of the moment.
+        ahead: As of `forms.steps.path.Stress`.
+    """
+
+    moment: MomentWeights
+    slope: SlopeWeights
+    own: bool
+    ahead: float = 0.0
+
+
+# what stresses act on where strains are linear
+AT_REFERENCE = SlopeWeights(1.0, np.zeros(4))
+# shares of the ends `a` and `b` of a sub-interval in the states x, D, z, y, and of a single state
+FIRST, LAST, SINGLE = x / 2 - D, x / 2 + D, x
+
+
+def path_pairs(page: PathPage, alpha: float, row: int) -> list[PairWeights]:
+    """Both stresses of a step that is quadratic in time, in the rows P0 and P1."""
+    both = zip(page.strains(alpha), page.slopes(row), strict=True)
+    return [PairWeights(*pair, k == row) for k, pair in enumerate(both)]
+
+
+def linearised(row: Acting) -> Acting:
+    """The stress of the linear part of a strain, and what it acts on at the reference."""
+    return Acting(lin(row.strain.linear), AT_REFERENCE)
+
+
+def single_pair(linear: bool) -> PairWeights:
+    """The stress of a single state."""
+    return PairWeights(*(linearised(AT_STATE) if linear else AT_STATE), True)
+
+
+def interval_pair(beta: float, linear: bool) -> PairWeights:
+    """The average stress of a sub-interval, eq. (32), and what it acts on.
+
+    Strains and resultants are compatible at its end.
+
+    Args:
+        beta: Share of the jump.
+        linear: Whether strains are linear.
+    """
+    moment, slope = linearised(acting(beta)) if linear else acting(beta)
+    # by the chord: the end is the mean and half of it
+    return PairWeights(moment, slope, True, 0.5 - float(moment.linear @ D))
+
 
 NAMES = ("mean", "chord", "bow", "mean_velocity")
 

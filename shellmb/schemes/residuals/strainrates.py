@@ -18,8 +18,14 @@ from shellmb.forms.steps.damping import Straining
 from shellmb.forms.steps.path import Moment, Rows, Stress
 from shellmb.schemes.interval import A, B
 from shellmb.schemes.notation import De, MomentWeights, PathPage, e, lin, x, z
-from shellmb.schemes.residuals.rows import both_rows, constants, moment_of, slope_of
-from shellmb.schemes.residuals.weights import AT_REFERENCE, PairWeights
+from shellmb.schemes.residuals.rows import (
+    AT_REFERENCE,
+    PairWeights,
+    both_rows,
+    constants,
+    moment_of,
+    slope_of,
+)
 
 # changes of a strain over a sub-interval, and over the one before and behind it, whose chord is z
 CHANGE = e(B) - e(A)
