@@ -6,54 +6,32 @@ from typing import Annotated, Any
 import typer
 
 from shellmb.cli.failures import first_rank
+from shellmb.cli.options import offers
 from shellmb.cli.report import say
 from shellmb.errors import SceneError
+from shellmb.options.described import options_of, read
+from shellmb.options.pictures import PictureOptions
 
 RunArgument = Annotated[
     Path, typer.Argument(metavar="RUN_DIR", help="Directory of a run, or of modes.")
 ]
-FieldOption = Annotated[
-    str | None,
-    typer.Option(help="Field that the colours show: N, force, velocity, deformation, ..."),
-]
-ComponentOption = Annotated[
-    str | None, typer.Option(help="Component of the field, such as 11, z or norm (magnitude).")
-]
-CameraOption = Annotated[
-    str | None,
-    typer.Option(
-        metavar="ELEVATION,AZIMUTH", help="Direction towards the eye, degrees, such as 30,-60."
-    ),
-]
-ThemeOption = Annotated[str | None, typer.Option(help="Background: light (default) or dark.")]
-EnlargeOption = Annotated[
-    float | None, typer.Option(help="Factor by which displacements are shown.")
-]
-AxesOption = Annotated[
-    bool, typer.Option("--axes", help="Draw a box of axes with numbers and units.")
-]
-TimeOption = Annotated[float | None, typer.Option("--t", help="Time; default: the last state.")]
+SHOWN = ("field", "component", "t")
+LOOK = ("camera", "theme", "enlarge", "axes")
 
 
+@offers(*options_of(PictureOptions))
 def plot(
     directory: RunArgument,
-    field: FieldOption = None,
-    component: ComponentOption = None,
-    t: TimeOption = None,
     animation: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Also write an animation, .gif or .mp4.")
     ] = None,
     curves: Annotated[
         str, typer.Option("--format", help="Format of pictures of curves: png, svg or pdf.")
     ] = "png",
-    camera: CameraOption = None,
-    width: Annotated[int | None, typer.Option(help="Width of pictures in space, pixels.")] = None,
-    theme: ThemeOption = None,
-    enlarge: EnlargeOption = None,
-    axes: AxesOption = False,
     out: Annotated[
         Path | None, typer.Option(help="Folder of the pictures; default: that of the run.")
     ] = None,
+    **options: Any,
 ) -> None:
     """Draw the pictures of a run again, or with `--field` or `--t` only its shape.
 
@@ -70,7 +48,8 @@ def plot(
     folder = out or directory
     if not isinstance(run, Run | ModeShapes | RotatingModes):
         run = run.run
-    look = _appearance(camera, theme, enlarge, axes, width)
+    shown, look = _chosen(options)
+    field, component, t = (shown[name] for name in SHOWN)
     if isinstance(run, Run) and field is None and t is None and animation is None:
         for file in run.draw(out, curves, **look):
             say(f"written: {file}")
@@ -83,28 +62,20 @@ def plot(
     elif isinstance(run, ModeShapes):
         file = save(run.picture(), folder / "modes.png")
     else:
-        shown = run.picture(t, field, component, **look)
-        file = save(shown, folder / f"{field or 'shape'}.png")
+        picture = run.picture(**shown, **look)
+        file = save(picture, folder / f"{field or 'shape'}.png")
     say(f"written: {file}")
     if animation is not None and isinstance(run, Run):
         say(f"written: {run.animate(animation, field, component, **look)}")
 
 
-def view(
-    directory: RunArgument,
-    field: FieldOption = None,
-    component: ComponentOption = None,
-    t: TimeOption = None,
-    camera: CameraOption = None,
-    theme: ThemeOption = None,
-    enlarge: EnlargeOption = None,
-    axes: AxesOption = False,
-) -> None:
+@offers(*options_of(PictureOptions, *SHOWN, *LOOK))
+def view(directory: RunArgument, **options: Any) -> None:
     """Show the deformed shape in an interactive 3-D window."""
     if not first_rank():
         return
-    look = _appearance(camera, theme, enlarge, axes)
-    _run(directory, "view").view(t, field, component, **look)
+    shown, look = _chosen(options)
+    _run(directory, "view").view(**shown, **look)
 
 
 def report(
@@ -122,21 +93,11 @@ def report(
     say(f"written: {_run(directory, 'report').report(out)}")
 
 
-def _appearance(
-    camera: str | None,
-    theme: str | None,
-    enlarge: float | None,
-    axes: bool,
-    width: int | None = None,
-) -> dict[str, Any]:
-    """Collect what is given of how pictures look."""
-    given: dict[str, Any] = {"theme": theme, "enlarge": enlarge, "width": width}
-    if camera is not None:
-        try:
-            given["camera"] = tuple(float(angle) for angle in camera.split(","))
-        except ValueError:
-            given["camera"] = camera
-    return {k: v for k, v in given.items() if v is not None} | {"axes": axes}
+def _chosen(options: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Tell apart what a picture shows, and how it looks as far as that is given."""
+    given = read(PictureOptions, options)
+    shown = {name: given.pop(name) for name in SHOWN}
+    return shown, {name: value for name, value in given.items() if value is not None}
 
 
 def _run(directory: Path, command: str):  # type: ignore[no-untyped-def]

@@ -18,7 +18,7 @@ from pydantic import BeforeValidator, Field
 
 from shellmb.errors import SceneError
 from shellmb.scene.types import Finite, NonNegative, Positive, numbers
-from shellmb.scene.values.damping import BeamDamping, BeamTimes, Prony
+from shellmb.scene.values.damping import BeamTimes, Damped, Prony
 from shellmb.scene.values.validate import described, show
 
 type Matrix = NDArray[np.float64]
@@ -28,22 +28,16 @@ Pair = tuple[Finite, Finite]
 PoissonRatio = Annotated[float, Field(gt=-1, le=0.5, allow_inf_nan=False)]
 
 
-class BeamSection:
+class BeamSection(Damped):
     """Base class of the sections of beams.
 
     Attributes:
         size: Size of the cross-section [m].
         stiffness: Of the resultants by the strains, shape (6, 6) [N, N m, N m^2], in the order
             axial, shear along d2, along d3, twist, bending about d2, about d3.
-        stiffness_damping: Time by which the rate of the strains adds to them [s], or a
-            ``BeamDamping``.
-        mass_damping: Mass-proportional damping [1/s].
-        relaxation: Prony series of its stiffness; None: elastic.
     """
 
-    stiffness_damping: Any = 0.0
-    mass_damping: Any = 0.0
-    relaxation: Prony | None = None
+    strains = 6
 
     if TYPE_CHECKING:
         # real properties here would become the defaults of the subclasses' fields
@@ -63,32 +57,10 @@ class BeamSection:
         raise NotImplementedError
 
     @property
-    def damping_times(self) -> tuple[float, ...]:
-        """Damping times of the six strains, in the order of the stiffness [s]."""
-        given = self.stiffness_damping
-        return given.times if isinstance(given, BeamDamping) else (float(given),) * 6
-
-    @property
-    def relaxes(self) -> bool:
-        """Decide whether it has a Prony series."""
-        return self.relaxation is not None
-
-    @property
-    def relaxed(self) -> bool:
-        """Decide whether all of its branches begin relaxed."""
-        return self.relaxation is None or self.relaxation.relaxed
-
-    @property
     def long_term(self) -> Matrix:
         """The stiffness that is left when all branches are relaxed, shape (6, 6)."""
         C = np.asarray(self.stiffness, dtype=float)
         return C if self.relaxation is None else self.relaxation.long_term * C
-
-    @property
-    def masses(self) -> tuple[bool, bool, bool]:
-        """Find which of the mass, its first and its second moments differ from zero."""
-        m, first, second = self.mass
-        return bool(m), any(first), any(second)
 
 
 def _stiffness(value: Any) -> Matrix:

@@ -17,7 +17,7 @@ from shellmb.scene.shells import lamination
 from shellmb.scene.shells.lamination import Layer, Layup
 from shellmb.scene.shells.strength import Strength
 from shellmb.scene.types import Finite, NonNegative, Positive
-from shellmb.scene.values.damping import Prony, ShellDamping, ShellTimes
+from shellmb.scene.values.damping import Damped, Prony, ShellTimes
 from shellmb.scene.values.user_functions import OfPosition, check_sign, values_at
 from shellmb.scene.values.validate import described, show
 
@@ -40,22 +40,17 @@ type Value = Callable[[str, Any, Least | None], Any]
 PoissonRatio = Annotated[float, Field(gt=-1, lt=0.5, allow_inf_nan=False)]
 
 
-class Section:
+class Section(Damped):
     """Base class of the sections of shells.
 
     Attributes:
         thickness: Total thickness [m].
         mass: ``(m, s_star, I_star)`` of eq. 16: mass [kg/m^2], its first [kg/m] and its second
             moment [kg] about the reference surface, all per unit area of it.
-        stiffness_damping: Time by which the rate of the strains adds to them [s], or a
-            ``ShellDamping``.
-        mass_damping: Mass-proportional damping [1/s].
-        relaxation: Prony series of its moduli; None: elastic.
     """
 
-    stiffness_damping: Any = 0.0
-    mass_damping: Any = 0.0
-    relaxation: Prony | None = None
+    # membrane, bending and shear
+    strains = 3
 
     if TYPE_CHECKING:
         # a real property here would become the default of the subclasses' field
@@ -63,36 +58,9 @@ class Section:
         def thickness(self) -> Any: ...  # noqa: D102
 
     @property
-    def mass(self) -> Mass:
-        """``(m, s_star, I_star)`` per unit area."""
-        raise NotImplementedError
-
-    @property
-    def relaxes(self) -> bool:
-        """Decide whether it has a Prony series."""
-        return False
-
-    @property
-    def relaxed(self) -> bool:
-        """Decide whether all of its branches begin relaxed."""
-        return True
-
-    @property
     def doubts(self) -> tuple[str, ...]:
         """Warnings about choices that are possible but hardly meant, a sentence each."""
         return ()
-
-    @property
-    def damping_times(self) -> tuple[float, float, float]:
-        """Damping times of membrane, bending and shear strains [s]."""
-        given = self.stiffness_damping
-        return given.times if isinstance(given, ShellDamping) else (float(given),) * 3
-
-    @property
-    def masses(self) -> tuple[bool, bool, bool]:
-        """Find which of ``(m, s_star, I_star)`` differ from zero anywhere."""
-        m, s, inertia = self.mass
-        return bool(m), bool(s), bool(inertia)
 
 
 class LinearSection(Section):
@@ -233,7 +201,7 @@ class LinearSection(Section):
         return float(m), float(s), float(inertia)
 
     @property
-    def masses(self) -> tuple[bool, bool, bool]:
+    def masses(self) -> tuple[bool, ...]:
         """Find which of ``(m, s_star, I_star)`` differ from zero, anywhere."""
         m, s, inertia = self.generic.mass
         return bool(m), bool(s), bool(inertia)

@@ -1,8 +1,9 @@
 """Damping of a section: times of Kelvin and Voigt, and relaxation, given as a Prony series."""
 
 import math
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
+import numpy as np
 from pydantic import BeforeValidator, InstanceOf
 
 from shellmb.errors import SceneError
@@ -187,3 +188,46 @@ class Prony:
         """Modulus of statics over the given one."""
         rest = 0.0 if self.relaxed else sum(self.branches.values())
         return self.long_term * (1 + rest)
+
+
+class Damped:
+    """Base class of the sections of shells and beams: what resists, weighs, damps and may relax.
+
+    Attributes:
+        stiffness_damping: Time by which the rate of the strains adds to them [s], or an object that
+            says one for each part of the stiffness.
+        mass_damping: Mass-proportional damping [1/s].
+        relaxation: Prony series of its stiffness; None: elastic.
+        strains: How many damping times there are.
+    """
+
+    stiffness_damping: Any = 0.0
+    mass_damping: Any = 0.0
+    relaxation: Prony | None = None
+    strains: ClassVar[int]
+
+    @property
+    def mass(self) -> tuple[Any, Any, Any]:
+        """Mass, its first and its second moments."""
+        raise NotImplementedError
+
+    @property
+    def masses(self) -> tuple[bool, ...]:
+        """Find which of the mass, its first and its second moments differ from zero anywhere."""
+        return tuple(bool(np.any(part)) for part in self.mass)
+
+    @property
+    def damping_times(self) -> tuple[float, ...]:
+        """Damping times of the strains, in the order of the stiffness [s]."""
+        given = self.stiffness_damping
+        return getattr(given, "times", None) or (float(given),) * self.strains
+
+    @property
+    def relaxes(self) -> bool:
+        """Decide whether it has a Prony series."""
+        return self.relaxation is not None
+
+    @property
+    def relaxed(self) -> bool:
+        """Decide whether all of its branches begin relaxed."""
+        return self.relaxation is None or self.relaxation.relaxed
