@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -52,6 +52,24 @@ SPACED = ((0.6, 5), (0.25, 3), (0.0, 2))
 LEAST_WIDTH, MOST_WIDTH = 100, 8000
 
 
+def _is_camera(value: Any) -> bool:
+    angles = np.asarray(value, dtype=object)
+    numbers = all(isinstance(a, int | float) and np.isfinite(a) for a in angles.ravel())
+    return angles.shape == (2,) and numbers and -90 <= angles[0] <= 90
+
+
+# what choices of a picture must be where they are made
+RIGHT: dict[str, tuple[Callable[[Any], bool], str]] = {
+    "camera": (_is_camera, "an elevation from -90 to 90 and an azimuth, degrees"),
+    "width": (
+        lambda given: isinstance(given, int) and LEAST_WIDTH <= given <= MOST_WIDTH,
+        f"from {LEAST_WIDTH} to {MOST_WIDTH} pixels",
+    ),
+    "theme": (lambda given: isinstance(given, str) and given in THEMES, listed(THEMES)),
+    "enlarge": (lambda given: isinstance(given, int | float) and 0 < given < np.inf, "positive"),
+}
+
+
 @dataclass(frozen=True)
 class Appearance:
     """Choices of how a picture in space looks.
@@ -76,27 +94,10 @@ class Appearance:
 
     def __post_init__(self) -> None:
         """Check all of it."""
-        if self.camera is not None:
-            angles = np.asarray(self.camera, dtype=object)
-            numbers = all(isinstance(a, int | float) and np.isfinite(a) for a in angles.ravel())
-            if angles.shape != (2,) or not numbers or not -90 <= angles[0] <= 90:
-                raise SceneError(
-                    f"picture: camera is {self.camera!r}; it must be an elevation from -90 to 90 "
-                    "and an azimuth, degrees"
-                )
-        if self.width is not None and not (
-            isinstance(self.width, int) and LEAST_WIDTH <= self.width <= MOST_WIDTH
-        ):
-            raise SceneError(
-                f"picture: width is {self.width!r}; it must be from {LEAST_WIDTH} to {MOST_WIDTH} "
-                "pixels"
-            )
-        if not isinstance(self.theme, str) or self.theme not in THEMES:
-            raise SceneError(f"picture: theme is {self.theme!r}; it must be {listed(THEMES)}")
-        if self.enlarge is not None and not (
-            isinstance(self.enlarge, int | float) and 0 < self.enlarge < np.inf
-        ):
-            raise SceneError(f"picture: enlarge is {self.enlarge!r}; it must be positive")
+        for name, (fits, right) in RIGHT.items():
+            given = getattr(self, name)
+            if not (given is getattr(Appearance, name) or fits(given)):
+                raise SceneError(f"picture: {name} is {given!r}; it must be {right}")
 
 
 @dataclass(frozen=True)
