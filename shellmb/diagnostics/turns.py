@@ -17,7 +17,9 @@ from __future__ import annotations
 import numpy as np
 
 from shellmb.diagnostics.base import Cautions, Watch, remedies, said_of
-from shellmb.observers.account.energy import stiffness_of
+from shellmb.model.frames.beam import BeamModel
+from shellmb.model.shells.shell import ShellModel
+from shellmb.preprocessing.modal.tangent import stretching
 from shellmb.simulate.simulation import Simulation
 
 
@@ -56,7 +58,7 @@ class StiffSpin(Watch):
         turns = self.sources.rotations.turns
         for name, body in simulation.model.meshed.items():
             if name in turns and not self.idle:
-                turns[name].speed = stiffness_of(body).wave_speed
+                turns[name].speed = _wave_speed(body)
 
     def cautions(self, simulation: Simulation) -> Cautions:
         """A sentence for each body that spins and is stiff."""
@@ -75,3 +77,12 @@ class StiffSpin(Watch):
                 f"{remedies(simulation.scheme, "model='rigid'", step)}"
             )
             yield self.caution(name, share, BOUND, says)
+
+
+def _wave_speed(body: ShellModel | BeamModel) -> float:
+    """Speed of longitudinal waves, m/s; infinite where nothing stretches, 0 without mass."""
+    stiffness, mass, _ = stretching(body)
+    described = body.shell if isinstance(body, ShellModel) else body.beam
+    if not mass > 0:
+        return 0.0
+    return float(np.sqrt(stiffness / mass)) if described.stretching else np.inf

@@ -8,7 +8,6 @@ run.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 from mpi4py import MPI
@@ -20,46 +19,14 @@ from ufl import Form
 from shellmb.arrays import Floats
 from shellmb.model.body import Body, kinetic_energy
 from shellmb.model.body import strain_energy as stored_energy
-from shellmb.model.frames.beam import BeamModel
 from shellmb.model.sections.branches import MaxwellBranches
-from shellmb.model.shells.shell import ShellModel
 from shellmb.observers.deferred_observer import STEPS, Booked, DeferredObserver, Row, SharedTable
+from shellmb.preprocessing.modal.tangent import stretching
 from shellmb.schemes.base import Levels
 from shellmb.schemes.linearised import change, strain_energy
 from shellmb.simulate.couplings.faces import FacesCoupling
 from shellmb.simulate.simulation import Simulation
 from shellmb.system.assembly.functionals import functionals, functionals_of_steps
-
-
-@dataclass(frozen=True)
-class Stiffness:
-    """Stiffness of a shell in its surface, or of a beam along its line.
-
-    Args:
-        wave_speed: Speed of longitudinal waves, m/s; infinite where nothing stretches, 0 without
-            mass.
-        unit_energy: Strain energy at a uniform strain of one, J, to an order of magnitude.
-    """
-
-    wave_speed: float
-    unit_energy: float
-
-
-def stiffness_of(body: ShellModel | BeamModel) -> Stiffness:
-    """Stiffness of a body with mass, in its stiffest direction."""
-    if isinstance(body, ShellModel):
-        sizes, area = body.section.sizes, body.domain.length**2
-        return _stiffness(sizes.stiffness, sizes.mass, body.shell.stretching, area)
-    axial = float(body.beam.section.stiffness[0, 0])
-    return _stiffness(axial, body.beam.section.mass[0], body.beam.stretching, body.domain.length)
-
-
-def _stiffness(stiffness: float, mass: float, stretching: bool, extent: float) -> Stiffness:
-    if not mass > 0:
-        return Stiffness(0.0, stiffness * extent)
-    speed = float(np.sqrt(stiffness / mass)) if stretching else np.inf
-    return Stiffness(speed, stiffness * extent)
-
 
 # work from outside that has columns of its own
 WORKS = ("loads", "terms")
@@ -170,9 +137,10 @@ class EnergyAccount(DeferredObserver):
         self._supports = [0.0] * STEPS
         self._dynamic, self._acting = scheme.dynamic, scheme.dynamic and any(steps)
         self._scales = _reaction_scales(simulation)
-        stiff = [stiffness_of(body) for body in simulation.model.meshed.values()]
-        at_rest = ROUND_OFF_STRAIN**2 * sum(s.unit_energy for s in stiff)
-        self._floor = max(self._floor, at_rest)
+        sized = [(*stretching(b), b.mixed.space.mesh) for b in simulation.model.meshed.values()]
+        # to an order of magnitude
+        at_rest = sum(k * length**mesh.topology.dim for k, _, length, mesh in sized)
+        self._floor = max(self._floor, ROUND_OFF_STRAIN**2 * at_rest)
         self._driven = any(fixed.moving for b in bodies for fixed in b.fixed)
         # of contacts with faces of shells, which no form knows: what is lost in the scheme, and by
         # friction and damping, and energies

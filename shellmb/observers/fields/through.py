@@ -183,43 +183,6 @@ class Slopes:
         return np.asarray(np.einsum("cpaf,cpak->cfk", self._weights, by))
 
 
-class NodalMeans:
-    """Means at each node of what the elements around it have there.
-
-    Args:
-        body: The body; all is collective.
-    """
-
-    def __init__(self, body: ShellModel | BeamModel) -> None:
-        self._space = space = body.mixed.subspaces["u"]
-        topology = space.mesh.topology
-        cells = topology.index_map(topology.dim).size_local
-        # elements at each node
-        self._count = np.maximum(sums_at_nodes(space, np.ones((cells, 1, 1))), 1.0)
-
-    def mean(self, values: Floats) -> Floats:
-        """Means at the nodes of this rank, shape (n, k).
-
-        Args:
-            values: Values of the cells of this rank at their nodes, shape (c, nodes, k).
-        """
-        return sums_at_nodes(self._space, values) / self._count
-
-    def back(self, slopes: Floats) -> Floats:
-        """Derivatives of a number by what elements have at their nodes, (cells, nodes, k).
-
-        Args:
-            slopes: Its derivatives by means at the nodes of this rank, ghosts too, shape (n, k).
-        """
-        topology = self._space.mesh.topology
-        cells = topology.index_map(topology.dim).size_local
-        return np.asarray((slopes / self._count)[self._space.dofmap.list[:cells]])
-
-    def sums(self, values: Floats) -> Floats:
-        """Sums at the nodes of this rank of what elements have there; collective."""
-        return sums_at_nodes(self._space, values)
-
-
 class NodalResultants:
     """Resultants of a shell or beam at its nodes: means of what the elements there have.
 
@@ -238,11 +201,24 @@ class NodalResultants:
     ) -> None:
         self._resultants, self.solved = resultants, resultants.solved
         self.size = resultants.size
-        self._nodes = NodalMeans(body)
+        self._space = body.mixed.subspaces["u"]
+        topology = self._space.mesh.topology
+        self._around = self._space.dofmap.list[: topology.index_map(topology.dim).size_local]
+        # elements at each node
+        ones = np.ones((len(self._around), 1, 1))
+        self._count = np.maximum(sums_at_nodes(self._space, ones), 1.0)
         self._slopes: Slopes | None = None
         if slopes:
             assert isinstance(body, ShellModel)
             self._slopes = Slopes(body)
+
+    def _mean(self, values: Floats) -> Floats:
+        """Means at the nodes of this rank, shape (n, k), of what elements have, (c, nodes, k)."""
+        return sums_at_nodes(self._space, values) / self._count
+
+    def _back(self, slopes: Floats) -> Floats:
+        """Derivatives by what elements have, (c, nodes, k), from those by means, ghosts too."""
+        return np.asarray((slopes / self._count)[self._around])
 
     def now(self) -> Floats:
         """Resultants, shape (n, k), of a shell (n, 8), or with the derivatives (n, 20).
@@ -250,11 +226,11 @@ class NodalResultants:
         Of a shell whose branches act (n, m + 8), or (n, 3 m + 8), with N and M of `Layup.among`
         before its resultants; and with the factor of natural strains of plies behind these.
         """
-        R = self._nodes.mean(self._resultants.elements())
+        R = self._mean(self._resultants.elements())
         if self._slopes is None:
             return R
         apart = R[:, : max(6, R.shape[1] - 8)]
-        return np.concatenate([R, self._nodes.mean(self._slopes.elements(apart))], axis=1)
+        return np.concatenate([R, self._mean(self._slopes.elements(apart))], axis=1)
 
     def back(self, slopes: Floats) -> Floats:
         """Derivatives of a number by resultants at points of elements, (cells, points, size).
@@ -264,9 +240,9 @@ class NodalResultants:
         """
         by_node = slopes[:, : self.size].copy()
         if self._slopes is not None:
-            by = self._slopes.back(self._nodes.back(slopes[:, self.size :]))
-            by_node[:, : by.shape[-1]] += self._nodes.sums(by)
-        return self._resultants.back(self._nodes.back(by_node))
+            by = self._slopes.back(self._back(slopes[:, self.size :]))
+            by_node[:, : by.shape[-1]] += sums_at_nodes(self._space, by)
+        return self._resultants.back(self._back(by_node))
 
     def shares(self, values: Floats) -> Floats:
         """Sums in each element of its shares in means at its nodes, shape (cells,).
@@ -274,7 +250,7 @@ class NodalResultants:
         Args:
             values: Values at the nodes, shape (n,).
         """
-        return np.asarray(self._nodes.back(values[:, None]).sum(axis=(1, 2)))
+        return np.asarray(self._back(values[:, None]).sum(axis=(1, 2)))
 
     @property
     def vectors(self) -> tuple[Expr, ...]:

@@ -91,6 +91,14 @@ def bending(body: ShellModel | BeamModel) -> tuple[float, float, float]:
     return float(np.min(np.diag(section.stiffness)[4:])), section.mass[0], body.domain.length
 
 
+def stretching(body: ShellModel | BeamModel) -> tuple[float, float, float]:
+    """Largest stiffness in the surface of a shell, mass and length, per width, or along a beam."""
+    if isinstance(body, ShellModel):
+        return body.section.sizes.stiffness, body.section.sizes.mass, body.surface_mesh.length
+    section = body.beam.section
+    return float(section.stiffness[0, 0]), section.mass[0], body.domain.length
+
+
 def bending_scale(body: ShellModel | BeamModel) -> float:
     """`D/(m L^4)` of a shell or beam: the size of the square of its lowest frequency, rad^2/s^2."""
     stiffness, mass, length = bending(body)

@@ -44,9 +44,7 @@ class Readings:
         self, simulation: Running, observers: Sequence[Any], sensors: Sequence[Sensor]
     ) -> None:
         self._simulation, self._sensors = simulation, list(sensors)
-        # some are several in one
-        single = [part for o in observers for part in getattr(o, "inner", (o,))]
-        measuring = [o for o in single if hasattr(o, "measure")]
+        measuring = [o for o in observers if hasattr(o, "measure")]
         self._columns: dict[str, Any] = {}
         rates = {s: coordinate_read(simulation.scene, s.column) for s in sensors if s.derivative}
         # coordinates whose rates are part of the motion

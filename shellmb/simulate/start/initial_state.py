@@ -16,10 +16,9 @@ from shellmb.model.joints.columns import COLUMN
 from shellmb.model.model import Model
 from shellmb.model.rank_consistency import alike
 from shellmb.model.sanity_checks import refuse_folded
-from shellmb.model.shells.shell import ShellModel
 from shellmb.prefixes import below
-from shellmb.preprocessing.bodyfields import dofs_of, kinematic_dofs
-from shellmb.preprocessing.modal.tangent import tangent
+from shellmb.preprocessing.bodyfields import kinematic_dofs
+from shellmb.preprocessing.modal.tangent import stretching, tangent
 from shellmb.scene import Beam, FromMode, FromRun, FromShape, Scene, Shell
 from shellmb.scene.fingerprint import fingerprint
 from shellmb.scene.lookup import find_body, listed, said
@@ -36,8 +35,6 @@ from shellmb.simulate.start.stored import (
     taken_up,
 )
 
-# parts of a state that are resultants and assumed strains
-STRESSES = ("N", "S")
 # what of a body says which nodes it has
 MESH: tuple[str, ...] = (".surface", ".curve", ".mesh", ".elements", ".degree", ".cell", ".model")
 MESH += (".geometry_order", ".distortion", ".transverse_shear", ".stretching", ".areas")
@@ -233,21 +230,9 @@ def instant(model: Model, dt: float) -> float:
         model: The bodies.
         dt: Step of the scene, s.
     """
-    times = [dt]
-    for body in model.meshed.values():
-        if isinstance(body, ShellModel):
-            length, sizes = body.surface_mesh.length, body.section.sizes
-            times.append(length * math.sqrt(sizes.mass / sizes.stiffness))
-        else:
-            section = body.beam.section
-            speed = np.diag(section.stiffness)[0] / section.mass[0]
-            times.append(body.domain.length / math.sqrt(float(speed)))
-    return INSTANT * min(times)
-
-
-def stress_dofs(body: Body) -> Int32s:
-    """Local dofs of resultants and assumed strains."""
-    return dofs_of(body, STRESSES)
+    bodies = map(stretching, model.meshed.values())
+    waves = [length * math.sqrt(mass / stiffness) for stiffness, mass, length in bodies]
+    return INSTANT * min([dt, *waves])
 
 
 def _displace(body: Body, q: Floats, change: Floats, linear: bool) -> None:

@@ -18,14 +18,8 @@ from shellmb.scene import FromMode, Scene
 from shellmb.schemes.base import Levels
 from shellmb.schemes.linearised import strain_energy
 from shellmb.simulate.problem import Problem
-from shellmb.simulate.start.endforces import EndForces, begin_accelerations
-from shellmb.simulate.start.initial_state import (
-    count,
-    instant,
-    largest_misfit,
-    load_state,
-    stress_dofs,
-)
+from shellmb.simulate.start.endforces import STRESSES, EndForces, begin_accelerations
+from shellmb.simulate.start.initial_state import count, instant, largest_misfit, load_state
 from shellmb.simulate.start.relaxation import Relaxation
 from shellmb.system.assembly.functionals import functionals
 
@@ -133,7 +127,7 @@ class Start:
             # have the places and coordinates that they act on
             linked = np.concatenate([NONE, *(link.dofs for link in body.links)])
             linked = np.setdiff1d(linked, dofs_of(body, ("lam", "mu")))
-            found = np.concatenate([kinematic_dofs(body), stress_dofs(body), linked])
+            found = np.concatenate([kinematic_dofs(body), dofs_of(body, STRESSES), linked])
             given[found] = q[found]
             q[:] = given
         # a mode is off the constraints by its square
