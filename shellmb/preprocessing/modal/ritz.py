@@ -124,7 +124,8 @@ class Held:
 
     @cached_property
     def _solver(self) -> PETSc.KSP:
-        return self._isolated.solver(*self._inner, STATIC * self._isolated.scale)
+        K, M = self._inner
+        return self._isolated.solver(K, M, STATIC * self._isolated.scale)
 
     @cached_property
     def _inert(self) -> tuple[list[PETSc.Vec], list[PETSc.Vec]]:
