@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from shellmb import __version__
+from shellmb.files.plain import plain
 from shellmb.files.writing import write_text
 from shellmb.observers.account.constraints import Constraints
 from shellmb.observers.account.energy import EnergyAccount
@@ -113,17 +114,7 @@ def write_json(path: Path, content: dict[str, Any]) -> None:
         path: The file.
         content: Its content.
     """
-    write_text(path, json.dumps(_plain(content), indent=2, allow_nan=False) + "\n")
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {key: _plain(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(item) for item in value]
-    if isinstance(value, np.generic | np.ndarray):
-        return _plain(value.tolist())
-    return None if isinstance(value, float) and not math.isfinite(value) else value
+    write_text(path, json.dumps(plain(content), indent=2, allow_nan=False) + "\n")
 
 
 def jump_error(rows: Sequence[Mapping[str, float]]) -> dict[str, Any] | None:

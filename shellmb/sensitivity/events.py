@@ -19,7 +19,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -30,13 +30,13 @@ from shellmb.scene.checks.schemes import functions_of_time
 from shellmb.scene.control.signals import Signal, Switched
 from shellmb.scene.lookup import listed
 from shellmb.sensitivity.parameters import Parameter
+from shellmb.sensitivity.perturbed_run import PerturbedRun
 from shellmb.simulate.simulation import Simulation
 from shellmb.simulate.stepsize.control import LEAST
 from shellmb.simulate.stepsize.target_times import near
 
-if TYPE_CHECKING:
-    from shellmb.sensitivity.tangent import Pair
-
+# scenes at both sides of a parameter
+type Sides = tuple[PerturbedRun, PerturbedRun]
 # change of a step's length, in parts of it
 UNIT = 2e-4
 # largest difference of a step's length between the run and a side, in parts of it
@@ -69,32 +69,34 @@ class Ends:
     said: Sequence[str] = ()
 
 
-def check_begun(run: Simulation, pair: Pair) -> None:
+def check_begun(run: Simulation, sides: Sides, name: str) -> None:
     """Refuse a condition that is true at the start on one side only.
 
     Args:
         run: The run, in its first step.
-        pair: Both sides.
+        sides: Both sides of a parameter.
+        name: The parameter.
 
     Raises:
         SceneError: If there is one; names the event.
     """
-    for side in pair.sides:
+    for side in sides:
         for own, its in zip(run.control.watches, side.simulation.control.watches, strict=True):
             if own.times != its.times:
                 raise SceneError(
                     f"sensitivities: event '{own.event.name}' is true at the start on one side of "
-                    f"'{pair.parameter.name}' only, so that nothing has a derivative by it; begin "
-                    "where the condition is clearly true or false"
+                    f"'{name}' only, so that nothing has a derivative by it; begin where the "
+                    "condition is clearly true or false"
                 )
 
 
-def ends(run: Simulation, pair: Pair, solve: Callable[[float], Floats]) -> Ends:
+def ends(run: Simulation, sides: Sides, name: str, solve: Callable[[float], Floats]) -> Ends:
     """Find the ends of a step of the run that begins or ends with events; collective.
 
     Args:
         run: The run, which has solved the step.
-        pair: Both sides.
+        sides: Both sides of a parameter.
+        name: The parameter.
         solve: Finds derivatives of the unknowns where the upper side ends later than the run by a
             time [s], and the lower one earlier.
 
@@ -103,9 +105,9 @@ def ends(run: Simulation, pair: Pair, solve: Callable[[float], Floats]) -> Ends:
     """
     step, crossed = run.last, run.control.crossed
     assert step is not None
-    since, unit = pair.sides[0].since, UNIT * step.dt
+    since, unit = sides[0].since, UNIT * step.dt
     here, longer, shorter = (
-        _ahead(pair, solve(since + change), crossed) for change in (0.0, unit, -unit)
+        _ahead(sides, solve(since + change), crossed) for change in (0.0, unit, -unit)
     )
     # change of what is found there for each unit
     slopes = [0.5 * (a - b) for a, b in zip(longer, shorter, strict=True)]
@@ -117,17 +119,17 @@ def ends(run: Simulation, pair: Pair, solve: Callable[[float], Floats]) -> Ends:
         raise ConvergenceError(
             f"sensitivities: the step from t = {step.t:g} begins or ends with an event, and its "
             f"length of {step.dt:.3g} s changes by {abs(moved):.3g} s within the distance of the "
-            f"differences of '{pair.parameter.name}'; choose another dt, a smaller size of it by "
-            "scales=... (--scale), or a condition that the motion does not touch so slowly"
+            f"differences of '{name}'; choose another dt, a smaller size of it by scales=... "
+            "(--scale), or a condition that the motion does not touch so slowly"
         )
     found, *states, _ = (h + moved / unit * s for h, s in zip(here, slopes, strict=True))
     return Ends(until, found, (states[0], states[1]), said)
 
 
-def _ahead(pair: Pair, found: Floats, crossed: Sequence[int]) -> list[Floats]:
+def _ahead(sides: Sides, found: Floats, crossed: Sequence[int]) -> list[Floats]:
     """Derivatives, states of both sides that follow from them, and margins of events there."""
-    margins = [side.margins()[crossed] if crossed else np.zeros(0) for side in pair.sides]
-    return [found.copy(), *(side.ahead() for side in pair.sides), np.array(margins)]
+    margins = [side.margins()[crossed] if crossed else np.zeros(0) for side in sides]
+    return [found.copy(), *(side.ahead() for side in sides), np.array(margins)]
 
 
 def _apart(margins: Floats) -> Floats:

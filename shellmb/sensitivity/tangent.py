@@ -219,7 +219,7 @@ class Tangents(BaseObserver):
     def _between_events(self, simulation: Simulation, pair: Pair) -> bool:
         """Take a step whose length depends on the parameter; whether it does."""
         if simulation.step == 0:
-            check_begun(simulation, pair)
+            check_begun(simulation, pair.sides, pair.parameter.name)
         if not (simulation.control.crossed or pair.above.since):
             return False
         step, kinks = simulation.last, len(pair.kinks)
@@ -237,7 +237,7 @@ class Tangents(BaseObserver):
             pair.contraction = 1.0
             return self._solve(simulation, [pair])[0]
 
-        found = ends(simulation, pair, solve)
+        found = ends(simulation, pair.sides, pair.parameter.name, solve)
         prepare(found.until)
         for side, sign, states in zip(pair.sides, (1, -1), found.states, strict=True):
             # what observers read of forces is evaluated there, too

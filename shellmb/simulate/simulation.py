@@ -405,7 +405,7 @@ class Simulation(Restartable):
 
     @property
     def repeatable(self) -> bool:
-        """Decide whether the run can begin again: no law of the scene remembers the first time."""
+        """Decide whether steps can be taken again: no law of the scene remembers the first time."""
         return not self._own.remembers
 
     def state(self) -> dict[str, Any]:

@@ -99,7 +99,7 @@ def run_to_accuracy(
             "says": outcome.says,
             "quantity": str(search.quantity),
             "size": size,
-            "levels": [_plain(asdict(level)) for level in outcome.levels],
+            "levels": [asdict(level) for level in outcome.levels],
             "offers": [asdict(offer) | {"says": str(offer)} for offer in found],
         }
         if comm.rank == 0:
@@ -290,8 +290,3 @@ def _draw(out: Path, outcome: Outcome, size: float, found: Any) -> None:
     if known:
         draw(known, found, size, out / PICTURE)
     draw_directory(out, budget=budget_of(outcome.levels[-1].total))
-
-
-def _plain(values: dict[str, Any]) -> dict[str, Any]:
-    """Values without infinite ones."""
-    return {k: None if isinstance(v, float) and not isfinite(v) else v for k, v in values.items()}

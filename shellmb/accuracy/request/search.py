@@ -202,15 +202,13 @@ class Search:
         """Run a level and its comparison runs; the first one with smaller steps where it fails."""
         while True:
             try:
-                run = self._run(change)
+                run, kept = self._run(change)
                 break
             except ConvergenceError:
                 if self.levels or change.step <= 1.0:
                     raise
                 change = replace(change, step=max(change.step / RATIO, 1.0))
                 self.how.tell(f"the first level fails; again with {change.words()}")
-        kept = self._family.found[change]
-        assert kept is not None
         known = next((c for c in reversed(self._companions) if _helps(c.base, change)), None)
         self._companions.append(find_companions(self._family, change, kept.steps, known))
         scene = change.apply(self.scene)
@@ -225,19 +223,18 @@ class Search:
         self.store.keep(self._family, self.levels)
         return run
 
-    def _run(self, change: Change) -> RunResult | None:
-        """The run of a level; None where it is in the store."""
+    def _run(self, change: Change) -> tuple[RunResult | None, RunRecord]:
+        """The run of a level, None where it is in the store, and what is kept of it."""
         number, how, run = len(self.levels) + 1, self.how, None
-        if not self.store.is_done(number) or self._family.found.get(change) is None:
+        kept = self._family.found.get(change)
+        if kept is None or not self.store.is_done(number):
             place = self.store.emptied(number)
-            run, record = self._family.start(change, place, how.observers, how.request)
-            self._family.found[change] = record
-        kept = self._family.found[change]
-        assert kept is not None
+            run, kept = self._family.start(change, place, how.observers, how.request)
+            self._family.found[change] = kept
         self._see(kept)
         if run is not None:
             self.store.keep(self._family, self.levels)
-        return run
+        return run, kept
 
     def _see(self, kept: RunRecord) -> None:
         """Learn from a run which results there are.

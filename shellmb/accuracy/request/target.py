@@ -58,7 +58,7 @@ class Target:
         if self.modes:
             return Quantity(self.of or "f1")
         if self.of is None:
-            return _default(scene)
+            return default_quantity(scene, "", "of")
         name, colon, norm = self.of.rpartition(":")
         if colon and norm in NORMS and name:
             return parse_quantity(self.of)
@@ -120,13 +120,3 @@ def wanted_of(own: AccuracyOptions) -> Target:
     """
     assert own.accuracy is not None
     return Target(own.accuracy, own.of, own.budget, own.auto, own.body)
-
-
-def _default(scene: Scene) -> Quantity:
-    try:
-        return default_quantity(scene)
-    except SceneError:
-        raise SceneError(
-            f"the scene '{scene.name}' has no probe; give of, a name of its results or COLUMN:NORM "
-            "of its history"
-        ) from None

@@ -123,15 +123,20 @@ def parse_quantity(text: str) -> Quantity:
     return Quantity(name, norm)
 
 
-def default_quantity(scene: Scene) -> Quantity:
+def default_quantity(scene: Scene, who: str = "study: ", given: str = "--quantity") -> Quantity:
     """The first probe: at the end of a static scene, over time of a dynamic one.
 
+    Args:
+        scene: The scene.
+        who: Who asks, for the error.
+        given: How another one is given.
+
     Raises:
-        SceneError: If the scene has no probe.
+        SceneError: If there is no probe.
     """
     if not scene.probes:
         raise SceneError(
-            f"study: the scene '{scene.name}' has no probe; give --quantity, a name of its results "
+            f"{who}the scene '{scene.name}' has no probe; give {given}, a name of its results "
             "or COLUMN:NORM of its history"
         )
     return Quantity(scene.probes[0].name, "end" if scene.static else "l2")

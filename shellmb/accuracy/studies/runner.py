@@ -14,12 +14,12 @@ from typing import Any
 from mpi4py import MPI
 
 from shellmb.accuracy.family import Steps
-from shellmb.accuracy.measuring.records import plain
 from shellmb.accuracy.run_record import means_of
 from shellmb.accuracy.studies.choice import Choice
 from shellmb.accuracy.studies.quantity import Quantity, default_quantity
 from shellmb.accuracy.studies.sweep import Grid, Sweep, chain, make_grid
 from shellmb.errors import SceneError, ShellmbError
+from shellmb.files.plain import plain
 from shellmb.files.writing import write_text
 from shellmb.meshes.lifetime import free
 from shellmb.running.execute import RunResult, execute

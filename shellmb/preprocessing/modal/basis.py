@@ -220,10 +220,6 @@ class _Modes:
         local = float(np.max(np.concatenate(found), initial=0.0))
         return self._isolated.comm.allreduce(local, op=MPI.MAX)
 
-    def _masses(self, fields: list[Arrays]) -> Floats:
-        """Gram matrix of scalar fields in the metric of the mass."""
-        return self._isolated.gram(self._isolated.M, [self._isolated.vector(f) for f in fields])
-
     @cached_property
     def _points(self) -> tuple[Floats, Floats, Floats]:
         """Masses of the points (R,), where they are (R, 3, K), and their coupling (R, 3)."""
@@ -231,7 +227,7 @@ class _Modes:
         # in the order of the axes, then of the modes
         shapes = [isolated.moved(arrays, a) for a in range(3) for arrays in self.arrays]
         arms = [isolated.arm(a, self.center) for a in range(3)]
-        gram = self._masses([*arms, *shapes])
+        gram = isolated.gram(isolated.M, [isolated.vector(field) for field in (*arms, *shapes)])
         # of each mode nearly all of its own mass is kept, however small that is
         own = np.tile(np.sqrt(np.diag(gram)[3:].reshape(3, K).sum(axis=0) / self.mass), 3)
         masses, Q = np.linalg.eigh(gram[3:, 3:] / np.outer(own, own))

@@ -137,11 +137,6 @@ class IsolatedBody:
             arrays[body_name][body.mixed.dofs["w"]] = w.ravel()
         return arrays
 
-    @property
-    def middle(self) -> Floats:
-        """Middle of the box around its first shell or beam, shape (3,), m."""
-        return self._free[0].middle
-
     def free_motions(self, about: Floats) -> Floats:
         """Rigid motions that supports leave, as combinations of `motion`, shape (6, n); collective.
 
