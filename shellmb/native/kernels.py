@@ -34,40 +34,35 @@ def compile_all(forms: Sequence[Form]) -> list[fem.Form]:
     Args:
         forms: Forms on meshes of one communicator; the call is collective.
     """
-    return [form for form in compile_each(forms) if form is not None]
-
-
-def compile_each(forms: Sequence[Form]) -> list[fem.Form | None]:
-    """Forms made ready; None for one that is empty.
-
-    Args:
-        forms: As of `compile_all`.
-    """
-    if not is_native():
-        return [compiled_form(form) for form in forms]
-    _refuse_others(forms)
-    return [next(iter(_interpreted([form])), None) for form in forms]
+    return [made for some in together(enumerate(forms)).values() for made in some]
 
 
 def together[K](
-    forms: Iterable[tuple[K, Form]], moving: Collection[fem.Function]
+    forms: Iterable[tuple[K, Form]], moving: Collection[fem.Function] = ()
 ) -> dict[K, list[fem.Form]]:
-    """Forms as programs, those of one key as one.
+    """Forms made ready, those of one key as one program; collective.
 
     Args:
         forms: Forms with their keys.
         moving: Functions that change from call to call; what follows from others alone is kept.
+            Without any nothing is.
+
+    Returns:
+        Forms by their keys, without empty ones: one of each, or all where there are no programs.
     """
     groups: dict[K, list[Form]] = {}
     for key, form in forms:
         groups.setdefault(key, []).append(form)
-    _refuse_others([form for some in groups.values() for form in some])
+    if is_native():
+        _refuse_others([form for some in groups.values() for form in some])
     elements = {repr(function.ufl_element()) for function in moving}
-    return {k: made for k, some in groups.items() if (made := _interpreted(some, elements))}
+    return {k: made for k, some in groups.items() if (made := _made(some, elements))}
 
 
-def _interpreted(forms: Sequence[Form], moving: Collection[str] = ()) -> list[fem.Form]:
+def _made(forms: Sequence[Form], moving: Collection[str]) -> list[fem.Form]:
     """The sum of forms as a program, or one by one by DOLFINx where programs lack something."""
+    if not is_native():
+        return [form for form in map(compiled_form, forms) if form is not None]
     try:
         made = [summed(forms, moving)]
     except Unsupported as lacking:

@@ -75,9 +75,9 @@ class LoopPartSizes:
         pointers = native.doubles(values), native.doubles(out)
         self._lib.largest(count, size, *self._where, *pointers)
 
-    def judge(self, x: PETSc.Vec, dx: PETSc.Vec) -> None:
-        """Fill table and `found` from unknowns and their changes, all in one process."""
-        self._lib.judge(*self._where, *self._relate[1:], x.handle, dx.handle)
+    def fill(self, x: PETSc.Vec, dx: PETSc.Vec) -> None:
+        """Fill the table from unknowns of this rank and their changes."""
+        self._lib.fill_sizes(*self._where, self._relate[4], x.handle, dx.handle)
 
     def relate(self) -> None:
         """Fill `found` from the table, whose sizes become relative changes."""

@@ -94,10 +94,9 @@ class ReferencePartSizes:
         """Largest absolute value of each part."""
         _largest(self._parts, values, out)
 
-    def judge(self, x: PETSc.Vec, dx: PETSc.Vec) -> None:
-        """Fill table and `found`."""
+    def fill(self, x: PETSc.Vec, dx: PETSc.Vec) -> None:
+        """Fill the table."""
         self.largest(np.stack([dx.array_r, x.array_r]), self.table)
-        self.relate()
 
     def _relative(self, sizes: Floats, changes: Floats) -> Floats:
         finite = np.where(np.isfinite(changes), changes, 0.0)

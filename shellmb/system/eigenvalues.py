@@ -45,22 +45,8 @@ def eigenpairs(
     Raises:
         ConvergenceError: If the matrix has no factors, or there are fewer pairs.
     """
-    # runs without eigenproblems do not load it
-    from slepc4py import SLEPc
-
-    solver = SLEPc.EPS().create(K.getComm())
-    solver.setOperators(K, M)
-    kinds = SLEPc.EPS.ProblemType
-    solver.setProblemType(kinds.GHEP if symmetric else kinds.GNHEP)
-    solver.setType(SLEPc.EPS.Type.KRYLOVSCHUR)
-    solver.setWhichEigenpairs(SLEPc.EPS.Which.TARGET_REAL)
-    solver.setTarget(shift)
-    # a wide basis finds multiple eigenvalues, such as the six rigid-body modes, all at once
-    solver.setDimensions(count, min(max(4 * count, 40), K.getSize()[0]))
-    solver.setTolerances(1e-10, 500)
-    shift_and_invert(solver)
     try:
-        solver.solve()
+        solver = _solved(K, M, count, shift, symmetric)
     except PETSc.Error as error:
         raise ConvergenceError(
             f"modes: the matrix of the eigenproblem has no factors (PETSc error {error.ierr}); it "
@@ -89,6 +75,34 @@ def eigenpairs(
     pairs.sort(key=lambda pair: (pair[0].real, -pair[0].imag))
     kept = pairs[:count]
     return np.array([value for value, _ in kept]), [vector for _, vector in kept]
+
+
+def _solved(K: PETSc.Mat, M: PETSc.Mat, count: int, target: float, symmetric: bool) -> Any:
+    """The eigensolver of SLEPc that has found what is nearest to a target.
+
+    Args:
+        K: First matrix of the pair.
+        M: The second one.
+        count: How many eigenvalues are wanted.
+        target: What they are near to, in their real parts; 0: by their size.
+        symmetric: Whether `K` is.
+    """
+    # runs without eigenproblems do not load it
+    from slepc4py import SLEPc
+
+    solver = SLEPc.EPS().create(K.getComm())
+    solver.setOperators(K, M)
+    kinds, which = SLEPc.EPS.ProblemType, SLEPc.EPS.Which
+    solver.setProblemType(kinds.GHEP if symmetric else kinds.GNHEP)
+    solver.setType(SLEPc.EPS.Type.KRYLOVSCHUR)
+    solver.setWhichEigenpairs(which.TARGET_REAL if target else which.TARGET_MAGNITUDE)
+    solver.setTarget(target)
+    # a wide basis finds multiple eigenvalues, such as the six rigid-body modes, all at once
+    solver.setDimensions(count, min(max(4 * count, 40), K.getSize()[0]))
+    solver.setTolerances(1e-10, 500)
+    shift_and_invert(solver)
+    solver.solve()
+    return solver
 
 
 def _left(
@@ -181,21 +195,10 @@ def nearest_to_zero(
     Raises:
         ConvergenceError: If `K` has no factors, or none is found.
     """
-    from slepc4py import SLEPc
-
-    solver = SLEPc.EPS().create(K.getComm())
     minus = G.copy()
     minus.scale(-1.0)
-    solver.setOperators(K, minus)
-    solver.setProblemType(SLEPc.EPS.ProblemType.GNHEP)
-    solver.setType(SLEPc.EPS.Type.KRYLOVSCHUR)
-    solver.setWhichEigenpairs(SLEPc.EPS.Which.TARGET_MAGNITUDE)
-    solver.setTarget(0.0)
-    solver.setDimensions(count, min(max(4 * count, 40), K.getSize()[0]))
-    solver.setTolerances(1e-10, 500)
-    shift_and_invert(solver)
     try:
-        solver.solve()
+        solver = _solved(K, minus, count, 0.0, symmetric=False)
     except PETSc.Error as error:
         raise ConvergenceError(
             f"buckling: the stiffness matrix cannot be factorised (PETSc error {error.ierr}); "

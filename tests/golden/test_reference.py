@@ -142,7 +142,8 @@ def test_sizes_of_parts_are_alike(spoilt: float) -> None:
         sizes.table[:] = table[2], table[0]
         sizes.relate()
         apart = [sizes.table.copy(), sizes.found.copy()]
-        sizes.judge(*(PETSc.Vec().createWithArray(each) for each in values[:2]))
+        sizes.fill(*(PETSc.Vec().createWithArray(each) for each in values[:2]))
+        sizes.relate()
         return [table, *apart, sizes.table, sizes.found, sizes.relative(table[0], table[1:])]
 
     given = ends, entries, scales, bounds, np.array([1.0, 0.3, 0.01])

@@ -70,8 +70,8 @@ void put_rows(int tables, const RowsToPut *put)
 }
 
 /* Values of unknowns to the arrays of fields; `ends` of each in what they are all together. */
-void spread(int fields, const int64_t *ends, double **arrays, const int64_t *wanted,
-            const double *x)
+static void spread(int fields, const int64_t *ends, double **arrays, const int64_t *wanted,
+                   const double *x)
 {
     int64_t i = 0;
     for (int field = 0; field < fields; ++field)
@@ -80,7 +80,7 @@ void spread(int fields, const int64_t *ends, double **arrays, const int64_t *wan
 }
 
 /* Sums of what local dofs add to their unknowns. */
-void collect(int count, const int64_t *wanted, const double *local, int owned, double *b)
+static void collect(int count, const int64_t *wanted, const double *local, int owned, double *b)
 {
     memset(b, 0, sizeof(double) * owned);
     for (int i = 0; i < count; ++i)
@@ -208,14 +208,12 @@ void relate_each(int count, int parts, const double *scales, const double *bound
     }
 }
 
-/* Changes of parts, and what is found of them, in one process: as of `relate`. */
-void judge(int parts, const int64_t *starts, const int64_t *places, const double *scales,
-           const double *bounds, const double *weights, double *table, double *found, uintptr_t x,
-           uintptr_t dx)
+/* Largest values of parts in changes and in what changes, vectors of PETSc: (2, parts). */
+void fill_sizes(int parts, const int64_t *starts, const int64_t *places, double *table, uintptr_t x,
+                uintptr_t dx)
 {
     largest(1, 0, parts, starts, places, entries(dx, 0), table);
     largest(1, 0, parts, starts, places, entries(x, 0), table + parts);
-    relate(parts, scales, bounds, weights, table, found);
 }
 
 /* From the residual to the right-hand side of the reduced system, in one process. `load`: forces of

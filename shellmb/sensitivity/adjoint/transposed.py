@@ -20,7 +20,7 @@ from ufl import Form
 
 from shellmb.arrays import Floats
 from shellmb.native.derivatives import by_directions
-from shellmb.native.kernels import compile_all, compile_each
+from shellmb.native.kernels import compile_all, together
 from shellmb.sensitivity.adjoint.steps import relaxing
 from shellmb.simulate.problem import Problem
 from shellmb.system.assembly.fields import Field
@@ -167,7 +167,7 @@ class _Derivatives:
         meshes = [changes[0].coefficient.function_space.mesh for _, changes in fields]
         # numbers of the elements
         self.numbers = [fem.Function(fem.functionspace(mesh, ("DG", 0))) for mesh in meshes]
-        placed: list[list[tuple[Form, fem.Function]]] = [[], [], []]
+        placed: list[tuple[tuple[int, fem.Function], Form]] = []
         for form in weighed:
             seen = form.coefficients()
             for function, of in shares.items():
@@ -178,16 +178,17 @@ class _Derivatives:
                     by = [weights[k] for k in range(len(every))]
                     test = ufl.TestFunction(space)
                     derivative = by_directions(form, every, [share * test for share in by])
-                    placed[function not in unknown].append((derivative, function))
+                    placed.append(((int(function not in unknown), function), derivative))
             for number, (_, changes) in zip(self.numbers, fields, strict=True):
                 if found := [c for c in changes if c.coefficient in seen]:
                     test = ufl.TestFunction(number.function_space)
                     by = [c.derivative * test for c in found]
                     derivative = by_directions(form, [c.coefficient for c in found], by)
-                    placed[2].append((derivative, number))
-        kernels = iter(compile_each([form for some in placed for form, _ in some]))
+                    placed.append(((2, number), derivative))
+        made = together(placed)
         by_unknown, by_start, by_number = (
-            [(made, f) for _, f in some if (made := next(kernels)) is not None] for some in placed
+            [(form, f) for (kind, f), some in made.items() if kind == k for form in some]
+            for k in range(3)
         )
         self.by_unknown = _Sums([field.function for field in problem.fields], by_unknown)
         self.by_start = _Sums([*self._starts, *given], by_start)

@@ -23,7 +23,7 @@ from shellmb.clock import now
 from shellmb.native import library as native
 from shellmb.native.assembler import is_native
 from shellmb.native.derivatives import derivative
-from shellmb.native.kernels import compile_each, together
+from shellmb.native.kernels import together
 from shellmb.system.assembly.dependent_functions import following
 from shellmb.system.assembly.entries import most_entries
 from shellmb.system.assembly.fields import DependentFunctions, Field
@@ -49,15 +49,6 @@ class Evaluate(Protocol):
 
 
 BlockForms = dict[tuple[int, int], list[fem.Form]]
-
-
-def _by_place(places: Sequence[tuple[int, int]], forms: Sequence[fem.Form | None]) -> BlockForms:
-    """Forms by row and column field, without derivatives that vanish."""
-    found: BlockForms = {}
-    for place, form in zip(places, forms, strict=True):
-        if form is not None:
-            found.setdefault(place, []).append(form)
-    return found
 
 
 class BlockSystem:
@@ -141,19 +132,12 @@ class BlockSystem:
             for k, f in enumerate(fields)
             for some in (*((k,) for _ in f.residual), *(term.rows for term in f.terms))
         ]
-        if is_native():
-            # what has the same rows and columns is one program
-            moving = [f.function for f in fields]
-            moving += [f for some in self._followers for f in some.functions]
-            residuals = together(zip(rows, self.forms, strict=True), moving)
-            self.residual_forms = [(f, some) for some, own in residuals.items() for f in own]
-            self.jacobians = together(derivatives, moving)
-            return
-        made = compile_each([*self.forms, *(form for _, form in derivatives)])
-        self.residual_forms = [
-            (form, some) for form, some in zip(made, rows, strict=False) if form is not None
-        ]
-        self.jacobians = _by_place([place for place, _ in derivatives], made[len(rows) :])
+        # what has the same rows and columns is one program
+        moving = [f.function for f in fields]
+        moving += [f for some in self._followers for f in some.functions]
+        residuals = together(zip(rows, self.forms, strict=True), moving)
+        self.residual_forms = [(f, some) for some, own in residuals.items() for f in own]
+        self.jacobians = together(derivatives, moving)
 
     def derivatives(self, form: Form) -> Iterator[tuple[int, Form]]:
         """Derivatives of a residual by the unknown functions, also by what follows them."""
@@ -356,9 +340,8 @@ class BlockSystem:
         A = self._new_matrix()
         kernels = self.jacobians
         if forms is not None:
-            places = [place for place, parts in forms.items() for _ in parts]
-            every = [form for parts in forms.values() for form in parts]
-            kernels = _by_place(places, compile_each(every))
+            every = ((place, form) for place, parts in forms.items() for form in parts)
+            kernels = together(every)
         self._assemble(A, kernels, self._no_columns if columns else self.held)
         held = self._diagonal.copy()
         held.scale(diagonal)

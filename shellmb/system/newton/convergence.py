@@ -67,14 +67,11 @@ class Convergence:
         Raises:
             ConvergenceError: If the iteration diverges.
         """
-        if self._serial:
-            self._sizes.judge(x, dx)
-        else:
-            self._sizes.largest(dx.array_r, self._sizes.table[0])
-            self._sizes.largest(x.array_r, self._sizes.table[1])
+        self._sizes.fill(x, dx)
+        if not self._serial:
             # what is no number is infinite, and wins
             self.system.comm.Allreduce(MPI.IN_PLACE, self._sizes.table, op=MPI.MAX)
-            self._sizes.relate()
+        self._sizes.relate()
         self.iterations += 1
         largest, moved, diverged, weighted = self._sizes.found.tolist()
         self.ratio = largest / self._largest if self._largest else math.inf
