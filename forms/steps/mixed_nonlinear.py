@@ -174,20 +174,12 @@ class NonlinearMixed:
         acting: Acting = at_middle,
     ) -> Densities:
         """Virtual work, stress equation (test `S`) and compatibility (test `N`)."""
-        own = assumed(strain, layout)
-        static = span.a is span.b
-
-        def averaged(psi: Callable[[Expr], Expr], measure: Measure) -> Expr:
-            first = measure.value(span.a)
-            last = first if static else measure.value(span.b)
-            return self._average(psi, first, last, span.beta)
-
         work, tying = acting(strain, span.a, span.b, span.mid, dq), layout.cells
-        stress = averaged(self._psi_own, own)
+        shared, stress = self._averages(strain, layout, span)
         N, dN = (self.forces(layout, q) for q in (span.unknown, dq))
         dS = tying.strain(layout.forces(dq, "S"))
         moments = ufl.as_vector([*tying.whole(N), *bending(stress), 0, 0])
-        whole = work(averaged(self._sheared, strain) + moments)
+        whole = work(shared + moments)
         whole += ufl.dot(membrane_shear(stress) - tying.force(N), dS)
         found = [whole, *map(work, tying.works(N))]
         return added(
@@ -216,12 +208,17 @@ class NonlinearMixed:
 
     def averaged(self, strain: Measure, layout: Layout, span: Interval) -> Expr:
         """Resultants of the averaged stress of a sub-interval, the discrete gradient."""
+        shared, own = self._averages(strain, layout, span)
+        return shared + own
+
+    def _averages(self, strain: Measure, layout: Layout, span: Interval) -> list[Expr]:
+        """Averaged stresses of both energies."""
         found = []
         for psi, measure in self._seen(strain, layout):
             first = measure.value(span.a)
             last = first if span.a is span.b else measure.value(span.b)
             found.append(self._average(psi, first, last, span.beta))
-        return found[0] + found[1]
+        return found
 
     def _seen(self, strain: Measure, layout: Layout) -> Sequence[tuple[Energy, Measure]]:
         """Energies with the strains that they are of."""

@@ -119,24 +119,6 @@ class EndGroup:
             vectors.append(reference + turned)
         return Place(x, tuple(vectors))
 
-    def positions(self, q: Floats, mixed: MixedSpace) -> Floats:
-        """Positions of the local places (owned and ghost) at a state's array, shape (n, 3), m."""
-        items, u, w = self._nodes.item, f"u{self.tag}", f"w{self.tag}"
-        x = np.array([self.ends[k].point for k in items]).reshape(-1, 3)
-        x += q[mixed.dofs[u]].reshape(-1, 3)
-        if self.turns:
-            changes = q[mixed.dofs[w]].reshape(len(items), self.count, 3)
-            # of a rank without any there is nothing to tell the shape
-            arms = np.array([self.ends[k].offset for k in items]).reshape(len(items), self.count)
-            x += np.einsum("nk,nki->ni", arms, changes)
-        return x
-
-    def rotations(self, q: Floats, mixed: MixedSpace) -> Floats:
-        """Rotations of the local frames at a state's array, shape (n, 3, 3)."""
-        D = np.array([self.ends[k].directors for k in self._nodes.item]).reshape(-1, 3, 3)
-        changes = q[mixed.dofs[f"w{self.tag}"]].reshape(-1, 3, 3)
-        return np.asarray(np.einsum("nki,nkj->nij", D + changes, D))
-
     def moments(self, q: Floats, forces: Floats, mixed: MixedSpace) -> Floats:
         """Moments of forces on the local directors of frames, shape (n, 3), N m.
 

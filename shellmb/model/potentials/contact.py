@@ -29,6 +29,7 @@ from shellmb.model.potentials.exact import FAR, DistanceEnergy, ExactEnergy
 from shellmb.model.potentials.obstacles import shape_of
 from shellmb.model.potentials.points import MeshedBody, Points, acting_points
 from shellmb.model.user_forms import written
+from shellmb.native.expressions import values_at_states
 from shellmb.scene import Scene
 from shellmb.scene.loads.contacts import Contact, Faces, Potential
 from shellmb.scene.lookup import said
@@ -71,9 +72,9 @@ class PotentialGroup(NodeGroup):
         count, self._end, self.seen = len(points.ends), points.bound(turns), None
         places: list[Places] = [self._end]
         if carrier is not None:
-            body, point, axes = carrier
+            body, point, self._axes = carrier
             carried = [replace(body, point=point)] * count
-            self.seen = EndGroup(carried, np.tile(axes, (count, 1, 1)), "2", True)
+            self.seen = EndGroup(carried, np.tile(self._axes, (count, 1, 1)), "2", True)
             places.append(self.seen)
         super().__init__(f"{item.label} '{item.name}'", comm, count, places=places)
         self.weight: Expr = self.per_item(points.weights, "weight")
@@ -119,22 +120,26 @@ class PotentialGroup(NodeGroup):
         """The energy."""
         return (ExactEnergy(self.measure, self.potential, self.weight, self.dx),)
 
-    def positions(self, q: Floats) -> Floats:
-        """Positions of the local points (owned and ghost) at a state's array, shape (n, 3), m."""
-        return self._end.positions(q, self.mixed)
-
     def everywhere(self, rows: Floats) -> Floats:
         """Values of all points from those of the local ones, on every rank; collective."""
         return gathered(self.nodes, rows)
 
+    @cached_property
+    def _seen_at(self) -> Callable[[Floats], Floats]:
+        """Finds points as the carrier sees them, and its axes, at local arrays of some states."""
+        q = fem.Function(self.mixed.space)
+        found = [self.place(q).x]
+        if self.seen is not None:
+            frame = self.seen.place(q, self.layout)
+            along = (ufl.dot(e, found[0] - frame.x) for e in frame.e)
+            start = self.constant(self.seen.ends[0].point)
+            axes = map(self.constant, self._axes)
+            found = [sum((s * axis for s, axis in zip(along, axes, strict=True)), start), *frame.e]
+        return values_at_states(ufl.as_vector([v[i] for v in found for i in range(3)]), q)
+
     def seen_positions(self, q: Floats) -> Floats:
         """Positions of the local points as the carrier sees them, in the reference, (n, 3), m."""
-        x = self.positions(q)
-        if self.seen is None:
-            return x
-        r = x - self.seen.positions(q, self.mixed)
-        back = np.einsum("nji,nj->ni", self.seen.rotations(q, self.mixed), r)
-        return np.asarray(self.seen.ends[0].point + back)
+        return np.asarray(self._seen_at(q[None])[0, :, :3])
 
 
 # part of the scene's length by which points may be in an obstacle at the start: round-off
@@ -262,7 +267,8 @@ class ContactGroup(PotentialGroup):
         """
         normals, _ = self.shape.normals(self.seen_positions(q))
         if self.seen is not None:
-            normals = np.einsum("nij,nj->ni", self.seen.rotations(q, self.mixed), normals)
+            axes = self._seen_at(q[None])[0, :, 3:].reshape(-1, 3, 3)
+            normals = np.einsum("na,nai->ni", normals @ self._axes.T, axes)
             normals /= np.linalg.norm(normals, axis=1)[:, None]
         found = np.vecdot(normals, forces)
         return found, forces - found[:, None] * normals

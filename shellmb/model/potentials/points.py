@@ -16,7 +16,6 @@ from ufl.core.expr import Expr
 from shellmb.arrays import Floats, Ints
 from shellmb.forms.constraints.joints import Place
 from shellmb.forms.state import Layout
-from shellmb.meshes.spaces import MixedSpace
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.locations.ends import End, EndGroup
 from shellmb.model.locations.nodes import Finder, shared_nodes, values_at
@@ -36,10 +35,6 @@ class PointPlaces(Places, Protocol):
 
     def place(self, q: Expr, layout: Layout) -> Place:
         """The points and their directors at a state."""
-        ...
-
-    def positions(self, q: Floats, mixed: MixedSpace) -> Floats:
-        """Positions of the local points (owned and ghost) at a state's array, shape (n, 3), m."""
         ...
 
 

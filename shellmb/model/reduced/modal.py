@@ -38,7 +38,7 @@ from shellmb.forms.frame import vectors
 from shellmb.forms.state import Layout
 from shellmb.forms.steps.discrete import variation
 from shellmb.meshes.nodes import NodeMesh, constant_vector
-from shellmb.meshes.spaces import MixedSpace, constant_space
+from shellmb.meshes.spaces import constant_space
 from shellmb.model.body import Body, Rates, same_everywhere
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.frames.rigid import RigidBodies
@@ -87,8 +87,7 @@ class ModalPlaces:
     def __init__(self, points: ModalPoints, turns: bool) -> None:
         self._points, self._K = points, points.body.data.count
         X = np.array([end.point for end in points.ends])
-        self._arms = X - points.body.frame.node
-        rows = [X, self._arms, points.u.reshape(len(X), -1)]
+        rows = [X, X - points.body.frame.node, points.u.reshape(len(X), -1)]
         self._count = points.w.shape[1] if turns else 0
         if turns:
             D = np.array([end.directors for end in points.ends])
@@ -98,7 +97,7 @@ class ModalPlaces:
 
     def bind(self, nodes: NodeMesh) -> None:
         """Take the group's node mesh, with one node for each point."""
-        self._nodes, self._data = nodes, constant_vector(nodes, self._rows, "places")
+        self._data = constant_vector(nodes, self._rows, "places")
 
     @property
     def targets(self) -> Mapping[str, Targets]:
@@ -122,16 +121,6 @@ class ModalPlaces:
         size = 3 + 3 * K
         starts = [6 + 3 * K + k * size for k in range(self._count)]
         return Place(x, tuple(vector(s) + turned(s, s + 3) for s in starts))
-
-    def positions(self, q: Floats, mixed: MixedSpace) -> Floats:
-        """Positions of the local points (owned and ghost) at a state's array, shape (n, 3), m."""
-        here, dofs = self._nodes.item, mixed.dofs
-        X = np.array([end.point for end in self._points.ends])[here].reshape(-1, 3)
-        eta = q[dofs["eta"]].reshape(-1, self._K)
-        moved = np.einsum("nik,nk->ni", self._points.u[here], eta)
-        w = q[dofs["w1"]].reshape(-1, 3, 3)
-        turned = np.einsum("na,nai->ni", self._arms[here] + moved, w)
-        return np.asarray(X + q[dofs["u1"]].reshape(-1, 3) + moved + turned)
 
 
 class ModalTerms(Body):

@@ -16,7 +16,7 @@ from shellmb.model.body import Body, Dofs, Rates, kinetic_energy
 from shellmb.model.sections.branches import Course, branches_of
 from shellmb.schemes.base import END, Levels, Resulting, Tangent, Values
 from shellmb.schemes.residuals.forces import bow_energy, path_forces, path_term
-from shellmb.schemes.residuals.residual import Sample, StageForms, acting, averaged
+from shellmb.schemes.residuals.residual import Instants, Sample, StageForms, acting, averaged
 from shellmb.schemes.residuals.rows import (
     NAMES,
     PathStates,
@@ -174,43 +174,24 @@ class PathForms:
 
     def _samples(self, stage: str) -> tuple[Sample, ...]:
         """Loads and added terms: at Gauss' points in time, or as a mean if the state is nothing."""
-        body, path = self._body, self.path
-        dq = ufl.TestFunction(self._levels.q.function_space)
-        time = fem.Constant(self._mesh, 0.0)
-        whole = Sample(
-            path.at(0.5),
-            self._rates(path.velocity(0.5)),
-            body.loads(),
-            averaged(self._scheme, stage),
-            time,
-            0.5,
-        )
-        forms = [whole.of_loads(dq), whole.of_terms(body, dq)]
-        unknown = set(self._levels.unknown.values())
-        if forms[1] is None and not any(
-            unknown & set(form.coefficients()) for form in forms if form is not None
-        ):
-            return () if forms[0] is None else (whole,)
         instants = averaged(self._scheme, stage)
-        if forms[0] is None and forms[1] is not None and time not in forms[1].constants():
+        dq = ufl.TestFunction(self._levels.q.function_space)
+        whole = self._sample(0.5, instants)
+        loads, terms = whole.of_loads(dq), whole.of_terms(self._body, dq)
+        forms = [form for form in (loads, terms) if form is not None]
+        unknown = set(self._levels.unknown.values())
+        if terms is None and not any(unknown & set(form.coefficients()) for form in forms):
+            return (whole,) if forms else ()
+        if loads is None and terms is not None and whole.time not in terms.constants():
             # forces that depend on velocities alone must see none where there is none
             weigh, rolling = self._scheme.load_weight, self._scheme.rolling
             instants = tuple((tau, weight * weigh(stage, tau)) for tau, weight in rolling)
-        found = []
-        for tau, weight in instants:
-            (place,) = constants(self._mesh, tau)
-            found.append(
-                Sample(
-                    path.at(place),
-                    self._rates(path.velocity(place)),
-                    body.loads(),
-                    ((tau, weight),),
-                    fem.Constant(self._mesh, 0.0),
-                    tau,
-                    fem.Constant(self._mesh, weight),
-                )
-            )
-        return tuple(found)
+        return tuple(self._sample(tau, ((tau, weight),), weight) for tau, weight in instants)
 
-    def _rates(self, velocity: Expr) -> Rates:
-        return Rates(velocity / self.dt, velocity / self.dt)
+    def _sample(self, tau: float, instants: Instants, weight: float | None = None) -> Sample:
+        """Loads and added terms at an instant, with a weight of their own."""
+        path, mesh, (place,) = self.path, self._mesh, constants(self._mesh, tau)
+        velocity = path.velocity(place) / self.dt
+        own, time = None if weight is None else fem.Constant(mesh, weight), fem.Constant(mesh, 0.0)
+        rates, loads = Rates(velocity, velocity), self._body.loads()
+        return Sample(path.at(place), rates, loads, instants, time, tau, own)
