@@ -159,7 +159,7 @@ class Translation:
         for node in reversed(self._order):
             some = graph.nodes[node][0] in ("add", "sub") and graph.varies[node]
             if some and node not in found and not self._given(node):
-                found[node] = terms = []
+                found[node] = terms = list[Term]()
                 self._fill(node, 1.0, terms, found)
         return found
 

@@ -101,15 +101,19 @@ class PathForms:
             terms.append(body.damping.term(along, *body.mixed.arguments))
             work = body.damping.work(along)
         # derivatives by functions that follow the unknown states have one kernel for both of these
-        followed: Any = dict(zip(NAMES, self.states.functions, strict=True))
-        step = self.step._replace(path=self.path._replace(**followed))
+        functions: Any = dict(zip(NAMES, self.states.functions, strict=True))
+        step = self.step._replace(path=self.path._replace(**functions))
+        # inertia sees the velocity at the end as the mean of velocities has it, for the same reason
+        y, v, a = step.path.mean_velocity, step.path.start_velocity, self.path.alpha
+        rate = (4 * y - (1 - a) * v) / (1 + a)
+        moving = step.path._replace(end_velocity=rate) if terms else self.path
         for k, (stage, unknown) in enumerate(self._levels.unknown.items()):
             dq = ufl.TestFunction(unknown.function_space)
             form = path_forces(body, step, k, dq)
-            inertia = body.inertia(self.path.acceleration[k] / self.dt**2, dq)
-            samples = self._samples(stage)
+            inertia = body.inertia(moving.acceleration[k] / self.dt**2, dq)
+            samples, followed = self._samples(stage, step.path)
             parts = [f for f in (inertia, form) if f is not None]
-            parts += acting(body, samples, dq)
+            parts += acting(body, followed, dq)
             result[stage] = StageForms(None, tuple(parts), samples)
         forms = [term.residual for term in terms]
         forms += [form for made in result.values() for form in made.residual]
@@ -190,8 +194,13 @@ class PathForms:
         found = [none, *(body.mixed.dofs[p] for p in ("w", "frame") if p in body.mixed.dofs)]
         return np.setdiff1d(np.concatenate(found), fixed)
 
-    def _samples(self, stage: str) -> tuple[Sample, ...]:
-        """Loads and added terms: at Gauss' points in time, or as a mean if the state is nothing."""
+    def _samples(self, stage: str, followed: Path) -> tuple[tuple[Sample, ...], tuple[Sample, ...]]:
+        """Loads and added terms: at Gauss' points in time, or as a mean if the state is nothing.
+
+        Args:
+            stage: Name of the row.
+            followed: The path by functions that follow the unknown states: samples there, too.
+        """
         body, path = self._body, self.path
         dq = ufl.TestFunction(self._levels.q.function_space)
         time = fem.Constant(self._mesh, 0.0)
@@ -208,13 +217,13 @@ class PathForms:
         if forms[1] is None and not any(
             unknown & set(form.coefficients()) for form in forms if form is not None
         ):
-            return () if forms[0] is None else (whole,)
+            return ((), ()) if forms[0] is None else ((whole,), (whole,))
         instants = averaged(self._scheme, stage)
         if forms[0] is None and forms[1] is not None and time not in forms[1].constants():
             # forces that depend on velocities alone must see none where there is none
             weigh, rolling = self._scheme.load_weight, self._scheme.rolling
             instants = tuple((tau, weight * weigh(stage, tau)) for tau, weight in rolling)
-        found = []
+        found, there = [], []
         for tau, weight in instants:
             (place,) = constants(self._mesh, tau)
             found.append(
@@ -228,7 +237,9 @@ class PathForms:
                     fem.Constant(self._mesh, weight),
                 )
             )
-        return tuple(found)
+            rates = self._rates(followed.velocity(place))
+            there.append(replace(found[-1], state=followed.at(place), rates=rates))
+        return tuple(found), tuple(there)
 
     def _rates(self, velocity: Expr) -> Rates:
         return Rates(velocity / self.dt, velocity / self.dt)
