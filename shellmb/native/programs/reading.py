@@ -59,33 +59,21 @@ class Reader:
         static: Collection[int] = (),
     ) -> None:
         self.graph = Graph(static)
-        self._vanishes = vanishes
         self._numbers = {f: k for k, f in enumerate(coefficients)}
         self._constants = constants
         self._elements = [f.ufl_element() for f in coefficients]
         self._arguments = arguments
         self._gdim, self._tdim = domain.geometric_dimension, domain.topological_dimension
-        self._along = [Along(self.value, a) for a in range(self._tdim)]
+        # nothing here refers to the reader, which is large and is to go with its last user
+        self.value = partial(_value, self.graph, vanishes)
+        along = [Along(self.value, a) for a in range(self._tdim)]
+        self.along = partial(_along, self.graph, self.value, along)
         self._memo: dict[Any, Tensor] = {}
         self._bound: dict[int, int] = {}
         self._directions: dict[Any, Gateaux] = {}
         self._kept: list[Any] = []
         dimensions = self._gdim, self._tdim
         self.geometry = Geometry(self.graph, self.value, dimensions, facet)
-
-    def value(self, item: Input) -> Scalar:
-        """The value of a function, or of a derivative."""
-        if self._vanishes(item):
-            return self.graph.zero
-        if item.source <= ARGUMENT:
-            return self.graph.argument(item)
-        return self.graph.input(item)
-
-    def along(self, value: Scalar, a: int) -> Scalar:
-        """Derivative along a reference coordinate."""
-        return self.graph.derivative(
-            value, self._along[a], lambda item: self.value(item.derived(a))
-        )
 
     def scalar(self, expr: Expr) -> Scalar:
         """Read a scalar."""
@@ -384,6 +372,19 @@ class Reader:
             along = partial(self.graph.derivative, direction=ByVariable(self.graph, label, k))
             made[(..., *place)] = _mapped(along, values)
         return made
+
+
+def _value(graph: Graph, vanishes: Callable[[Input], bool], item: Input) -> Scalar:
+    """The value of a function, or of a derivative."""
+    of = graph.argument if item.source <= ARGUMENT else graph.input
+    return graph.zero if vanishes(item) else of(item)
+
+
+def _along(
+    graph: Graph, value: Callable[[Input], Scalar], along: Sequence[Along], of: Scalar, a: int
+) -> Scalar:
+    """Derivative along a reference coordinate."""
+    return graph.derivative(of, along[a], lambda item: value(item.derived(a)))
 
 
 def _mapped(function: Callable[[Any], Scalar], values: Any) -> Tensor:

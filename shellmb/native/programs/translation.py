@@ -153,30 +153,28 @@ class Translation:
             Terms of each sum; none of what is part of another.
         """
         graph, found = self._graph, dict[int, list[Term]]()
-
-        def collect(node: int, sign: float, to: list[Term]) -> None:
-            op, *args = graph.nodes[node]
-            if op in ("add", "sub"):
-                for k, a in enumerate(map(self._graph.actual, args)):
-                    own = -sign if op == "sub" and k else sign
-                    kind = graph.nodes[a][0]
-                    alone = self._uses[a] == 1 and not self._given(a)
-                    if not graph.varies[a] or not alone or kind not in PARTS:
-                        to.append((own, a, None))
-                        continue
-                    found[a] = []
-                    collect(a, own, to)
-            else:
-                a, b = map(self._graph.actual, args)
-                to.append((sign, a, b))
-
         for node in reversed(self._order):
             some = graph.nodes[node][0] in ("add", "sub") and graph.varies[node]
             if some and node not in found and not self._given(node):
-                terms: list[Term] = []
-                collect(node, 1.0, terms)
-                found[node] = terms
+                found[node] = terms = list[Term]()
+                self._fill(node, 1.0, terms, found)
         return found
+
+    def _fill(self, node: int, sign: float, to: list[Term], found: dict[int, list[Term]]) -> None:
+        """Add the terms of a node, as part of a sum, to those of the sum."""
+        graph = self._graph
+        op, args = graph.nodes[node][0], graph.operands[node]
+        if op not in ("add", "sub"):
+            to.append((sign, args[0], args[1]))
+            return
+        for k, a in enumerate(args):
+            own = -sign if op == "sub" and k else sign
+            alone = self._uses[a] == 1 and not self._given(a)
+            if graph.varies[a] and alone and graph.nodes[a][0] in PARTS:
+                found[a] = []
+                self._fill(a, own, to, found)
+            else:
+                to.append((own, a, None))
 
     def _new(self) -> int:
         if self._free:

@@ -83,15 +83,15 @@ class PathForms:
             terms.append(body.damping.term(along, *body.mixed.arguments))
             work = body.damping.work(along)
         # derivatives by functions that follow the unknown states have one kernel for both of these
-        followed: Any = dict(zip(NAMES, self.states.functions, strict=True))
-        step = self.step._replace(path=self.path._replace(**followed))
+        functions: Any = dict(zip(NAMES, self.states.functions, strict=True))
+        step = self.step._replace(path=self.path._replace(**functions))
         for k, (stage, unknown) in enumerate(self._levels.unknown.items()):
             dq = ufl.TestFunction(unknown.function_space)
             form = path_forces(body, step, k, dq)
             inertia = body.inertia(self.path.acceleration[k] / self.dt**2, dq)
-            samples = self._samples(stage)
+            samples, followed = self._samples(stage, step.path)
             parts = [f for f in (inertia, form) if f is not None]
-            parts += acting(body, samples, dq)
+            parts += acting(body, followed, dq)
             result[stage] = StageForms(None, tuple(parts), samples)
         forms = [term.residual for term in terms]
         forms += [form for made in result.values() for form in made.residual]
@@ -172,8 +172,13 @@ class PathForms:
         found = [none, *(body.mixed.dofs[p] for p in ("w", "frame") if p in body.mixed.dofs)]
         return np.setdiff1d(np.concatenate(found), fixed)
 
-    def _samples(self, stage: str) -> tuple[Sample, ...]:
-        """Loads and added terms: at Gauss' points in time, or as a mean if the state is nothing."""
+    def _samples(self, stage: str, followed: Path) -> tuple[tuple[Sample, ...], tuple[Sample, ...]]:
+        """Loads and added terms: at Gauss' points in time, or as a mean if the state is nothing.
+
+        Args:
+            stage: Name of the row.
+            followed: The path by functions that follow the unknown states: samples there, too.
+        """
         instants = averaged(self._scheme, stage)
         dq = ufl.TestFunction(self._levels.q.function_space)
         whole = self._sample(0.5, instants)
@@ -181,17 +186,26 @@ class PathForms:
         forms = [form for form in (loads, terms) if form is not None]
         unknown = set(self._levels.unknown.values())
         if terms is None and not any(unknown & set(form.coefficients()) for form in forms):
-            return (whole,) if forms else ()
+            return ((whole,), (whole,)) if forms else ((), ())
         if loads is None and terms is not None and whole.time not in terms.constants():
             # forces that depend on velocities alone must see none where there is none
             weigh, rolling = self._scheme.load_weight, self._scheme.rolling
             instants = tuple((tau, weight * weigh(stage, tau)) for tau, weight in rolling)
-        return tuple(self._sample(tau, ((tau, weight),), weight) for tau, weight in instants)
+        found, there = [], []
+        for tau, weight in instants:
+            found.append(self._sample(tau, ((tau, weight),), weight))
+            state, rates = self._at(followed, tau)
+            there.append(replace(found[-1], state=state, rates=rates))
+        return tuple(found), tuple(there)
 
     def _sample(self, tau: float, instants: Instants, weight: float | None = None) -> Sample:
         """Loads and added terms at an instant, with a weight of their own."""
-        path, mesh, (place,) = self.path, self._mesh, constants(self._mesh, tau)
-        velocity = path.velocity(place) / self.dt
+        mesh, loads = self._mesh, self._body.loads()
         own, time = None if weight is None else fem.Constant(mesh, weight), fem.Constant(mesh, 0.0)
-        rates, loads = Rates(velocity, velocity), self._body.loads()
-        return Sample(path.at(place), rates, loads, instants, time, tau, own)
+        return Sample(*self._at(self.path, tau), loads, instants, time, tau, own)
+
+    def _at(self, path: Path, tau: float) -> tuple[Expr, Rates]:
+        """State and rates at an instant of the path."""
+        (place,) = constants(self._mesh, tau)
+        velocity = path.velocity(place) / self.dt
+        return path.at(place), Rates(velocity, velocity)

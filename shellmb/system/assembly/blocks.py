@@ -126,7 +126,14 @@ class BlockSystem:
         terms = [term for f in fields for term in f.terms]
         alone = [pair for term in terms for pair in zip(term.rows, term.alone, strict=True)]
         alone += [(i, form) for i, field in enumerate(fields) for form in field.residual]
-        derivatives = [((i, j), by) for i, form in alone for j, by in self.derivatives(form)]
+        # of a row's forms that follow unknown functions the derivatives by all of these are one
+        # program, with other shares
+        followed = {f for some in self._followers for f in some.functions}
+        own: dict[int, tuple[int, Form]] = {}
+        for k, (i, form) in enumerate(alone, len(fields)):
+            key = k if followed.isdisjoint(form.coefficients()) else i
+            own[key] = (i, own[key][1] + form) if key in own else (i, form)
+        derivatives = [((i, j), by) for i, form in own.values() for j, by in self.derivatives(form)]
         rows = [
             some
             for k, f in enumerate(fields)
