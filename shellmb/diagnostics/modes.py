@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
+import numpy as np
+
 from shellmb.arrays import Floats
 from shellmb.diagnostics.base import Motion
 from shellmb.diagnostics.elements.coarse import Signs
-from shellmb.diagnostics.elements.finer import REMEDY, by_better
+from shellmb.diagnostics.elements.finer import BOUND, REMEDY, beyond, by_better, by_wider
 from shellmb.diagnostics.elements.wrinkled import wrinkled_modes
 from shellmb.diagnostics.stiffened_modes import stiffened_modes
 from shellmb.model.model import Model
 from shellmb.scene import Scene
 
-# part that values are off by from which on it is said
-BOUND = 0.02
 SECTIONS = stiffened_modes, wrinkled_modes
 
 
@@ -25,7 +25,7 @@ def beside_better(
     values: Floats,
     better: Callable[[Scene], Floats],
     what: str,
-) -> list[str] | None:
+) -> list[str]:
     """Sentences on modes that are not those of better elements; collective.
 
     Args:
@@ -35,18 +35,20 @@ def beside_better(
         values: What is compared of all modes, frequencies or load factors.
         better: Gives the same of a scene.
         what: What it is called.
-
-    Returns:
-        None where they cannot be compared.
     """
     if not any(_doubtful(model, name, modes) for name in model.shells):
         return []
     # eigenproblems cost more than linear responses
-    found = by_better(model.scene, 2 * unknowns, better)
-    if found is None:
-        return None
-    right, how = found
-    off = {n: abs(values[n - 1] / right[n - 1] - 1) for n, *_ in modes if n <= len(right)}
+    if found := by_better(model.scene, 2 * unknowns, better):
+        right, how = found
+        parts = np.abs(values[: len(right)] / right[: len(values)] - 1)
+    elif wider := by_wider(model.scene, better):
+        how = wider[1]
+        count = min(len(values), *map(len, wider[0]))
+        parts = beyond(*(each[:count] for each in (values, *wider[0])))
+    else:
+        return []
+    off = {n: parts[n - 1] for n, *_ in modes if n <= len(parts)}
     far = [n for n in off if off[n] > BOUND]
     if not far:
         return []
