@@ -22,7 +22,7 @@ def beside_better(
     model: Model,
     modes: Sequence[Motion],
     unknowns: int,
-    values: Floats,
+    values: Floats | None,
     better: Callable[[Scene], Floats],
     what: str,
 ) -> list[str]:
@@ -32,20 +32,24 @@ def beside_better(
         model: The model.
         modes: Its modes about the reference.
         unknowns: Number of unknowns.
-        values: What is compared of all modes, frequencies or load factors.
+        values: What is compared of all modes, frequencies or load factors; None: those of the scene
+            as `better` gives them.
         better: Gives the same of a scene.
         what: What it is called.
     """
-    if not any(_doubtful(model, name, modes) for name in model.shells):
+    # those of bodies in modes without loads may be singular
+    known = values is not None or not model.modal
+    if not known or not any(_doubtful(model, name, modes) for name in model.shells):
         return []
+    here = better(model.scene) if values is None else values
     # eigenproblems cost more than linear responses
     if found := by_better(model.scene, 2 * unknowns, better):
         right, how = found
-        parts = np.abs(values[: len(right)] / right[: len(values)] - 1)
+        parts = np.abs(here[: len(right)] / right[: len(here)] - 1)
     elif wider := by_wider(model.scene, better):
         how = wider[1]
-        count = min(len(values), *map(len, wider[0]))
-        parts = beyond(*(each[:count] for each in (values, *wider[0])))
+        count = min(len(here), *map(len, wider[0]))
+        parts = beyond(*(each[:count] for each in (here, *wider[0])))
     else:
         return []
     off = {n: parts[n - 1] for n, *_ in modes if n <= len(parts)}

@@ -205,17 +205,16 @@ def _doubtful(
     ]
     if not modes:
         return []
-    values, count = np.sqrt(np.abs(found.values.real)), len(found.values)
+    count = len(found.values)
 
     def better(scene: Scene) -> Floats:
         finer, _ = checked_model(scene, model.comm)
         lower = lowest(finer, *tangent(finer), count, loaded=False)
         return np.asarray(np.sqrt(np.abs(lower.values.real)))
 
-    what = "frequency"
-    if state is not None:
-        # equilibria of better elements cost more than what they tell
-        values, what = better(model.scene), "frequency without loads"
+    # equilibria of better elements cost more than what they tell
+    values = np.sqrt(np.abs(found.values.real)) if state is None else None
+    what = "frequency" if state is None else "frequency without loads"
     said = beside_better(model, modes, system.size, values, better, what)
     return said + [text for look in SECTIONS for text in look(model, state, modes)]
 
